@@ -1,0 +1,132 @@
+// What stands between C callers and the library: no exception passes, no null pointer, no second thread.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "engine/model.hpp"
+#include "env.hpp"
+#include "error.hpp"
+#include "mjenv/mjenv.h"
+#include "options.hpp"
+
+struct mjenv_options {
+  mjenv::Options options;
+};
+
+struct mjenv_env {
+  mjenv::Env env;
+  mjenv_options options;  // as the environment was built with
+  std::atomic_flag busy = ATOMIC_FLAG_INIT;
+
+  mjenv_env(const mjenv::Options& chosen, std::int64_t rows) : env(chosen, rows), options{env.options()} {}
+};
+
+namespace mjenv::firewall {
+
+// Plain memory, so that an unloaded library leaves no destructor behind.
+inline thread_local std::array<char, 8192> last_error{};
+
+inline mjenv_status report(mjenv_status status, const char* message) {
+  const std::size_t length = std::min(std::strlen(message), last_error.size() - 1);
+  std::memcpy(last_error.data(), message, length);
+  last_error[length] = '\0';
+  return status;
+}
+
+template <typename F>
+mjenv_status guard(const F& body) noexcept {
+  try {
+    body();
+    return MJENV_OK;
+  } catch (const Error& error) {
+    return report(error.status(), error.what());
+  } catch (const std::bad_alloc&) {
+    return report(MJENV_E_MEMORY, "out of memory");
+  } catch (const std::length_error&) {
+    return report(MJENV_E_MEMORY, "out of memory: more than can be addressed");
+  } catch (const std::exception& error) {
+    return report(MJENV_E_INTERNAL, error.what());
+  } catch (...) {
+    return report(MJENV_E_INTERNAL, "unknown exception");
+  }
+}
+
+// Queries that have no status answer with a fallback instead.
+template <typename T, typename F>
+T answer(T fallback, const F& body) noexcept {
+  T result = fallback;
+  guard([&] { result = body(); });
+  return result;
+}
+
+template <typename T>
+T& need(T* pointer, const char* name) {
+  if (!pointer) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
+  return *pointer;
+}
+
+template <typename T>
+const T* need_array(const T* pointer, std::size_t count, const char* name) {
+  if (count > 0) need(pointer, name);
+  return pointer;
+}
+
+// Holds an environment for one thread, with MuJoCo's errors trapped.
+template <typename F>
+mjenv_status enter(mjenv_env* handle, const F& body) noexcept {
+  return guard([&] {
+    mjenv_env& e = need(handle, "env");
+    if (e.busy.test_and_set(std::memory_order_acquire))
+      fail(MJENV_E_BUSY, "another thread is inside this environment");
+    struct Leave {
+      std::atomic_flag& flag;
+      ~Leave() { flag.clear(std::memory_order_release); }
+    } const leave{e.busy};
+    const ErrorTrap trap;
+    body(e.env);
+  });
+}
+
+inline std::uint32_t checked_size(std::uint32_t given, std::size_t least, const char* name) {
+  if (given < least)
+    fail(MJENV_E_ARGUMENT, std::string(name) + "->struct_size is " + std::to_string(given) + ", less than " +
+                               std::to_string(least) + "; set it to sizeof");
+  return given;
+}
+
+// Copies what both sides know of a struct to the caller.
+template <typename T>
+void hand_out(T* to, const char* name, T value) {
+  need(to, name);
+  value.struct_size = checked_size(to->struct_size, sizeof(T), name);
+  std::memcpy(to, &value, sizeof(T));
+}
+
+// A struct from the caller, who may know more of it than this library.
+inline mjenv_batch taken(const mjenv_batch& from) {
+  checked_size(from.struct_size, sizeof(mjenv_batch), "out");
+  return from;
+}
+
+// The two-call protocol: the size always, the elements when there is room for them.
+template <typename Write>
+void deliver(std::size_t available, std::size_t capacity, const void* target, std::size_t* count, const Write& write) {
+  need(count, "the count");
+  if (capacity > 0) {
+    need(static_cast<const unsigned char*>(target), "the target");
+    if (capacity < available)
+      fail(MJENV_E_SIZE, "there is room for " + std::to_string(capacity) + ", but " + std::to_string(available) +
+                             " are needed");
+    write();
+  }
+  *count = available;
+}
+
+}  // namespace mjenv::firewall

@@ -1,0 +1,296 @@
+#include "mjenv/mjenv.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "firewall.hpp"
+#include "registry.hpp"
+#include "version.hpp"
+
+using namespace mjenv;
+using namespace mjenv::firewall;
+
+namespace {
+
+const Options& options_in(const mjenv_options* handle) {
+  return need(handle, "options").options;
+}
+
+std::string text(const char* value, const char* name) {
+  return &need(value, name);
+}
+
+void fill(mjenv_field* to, const Field& field) {
+  mjenv_field out{};
+  out.ndim = static_cast<std::int32_t>(field.shape.size());
+  out.name = field.name.c_str();
+  out.doc = field.doc.c_str();
+  std::copy(field.shape.begin(), field.shape.end(), out.shape);
+  out.offset = field.offset;
+  out.count = field.count;
+  out.type = field.type;
+  hand_out(to, "field", out);
+}
+
+void fill(mjenv_option* to, const Option& option) {
+  mjenv_option out{};
+  out.kind = option.kind;
+  out.name = option.name.c_str();
+  out.doc = option.doc.c_str();
+  out.low = option.low;
+  out.high = option.high;
+  out.count = option.kind == MJENV_REALS ? static_cast<std::int64_t>(option.reals.size()) : 1;
+  out.choices = option.choices.empty() ? nullptr : option.choices.c_str();
+  hand_out(to, "option", out);
+}
+
+template <typename T>
+const T& at(const std::vector<T>& list, std::int64_t index, const char* what) {
+  if (index < 0 || index >= static_cast<std::int64_t>(list.size()))
+    fail(MJENV_E_VALUE, std::string(what) + " " + std::to_string(index) + " is outside 0.." +
+                            std::to_string(static_cast<std::int64_t>(list.size()) - 1));
+  return list[static_cast<std::size_t>(index)];
+}
+
+[[noreturn]] void refuse_kind(const Option& option, const char* asked) {
+  fail(MJENV_E_TYPE, "option " + quoted(option.name) + " does not hold " + asked);
+}
+
+}  // namespace
+
+std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
+
+const char* mjenv_version() { return MJENV_VERSION_TEXT; }
+
+const char* mjenv_status_name(mjenv_status status) {
+  switch (status) {
+    case MJENV_OK: return "MJENV_OK";
+    case MJENV_E_ARGUMENT: return "MJENV_E_ARGUMENT";
+    case MJENV_E_NAME: return "MJENV_E_NAME";
+    case MJENV_E_TYPE: return "MJENV_E_TYPE";
+    case MJENV_E_VALUE: return "MJENV_E_VALUE";
+    case MJENV_E_SIZE: return "MJENV_E_SIZE";
+    case MJENV_E_STATE: return "MJENV_E_STATE";
+    case MJENV_E_BUSY: return "MJENV_E_BUSY";
+    case MJENV_E_MODEL: return "MJENV_E_MODEL";
+    case MJENV_E_PHYSICS: return "MJENV_E_PHYSICS";
+    case MJENV_E_SNAPSHOT: return "MJENV_E_SNAPSHOT";
+    case MJENV_E_MEMORY: return "MJENV_E_MEMORY";
+    case MJENV_E_INTERNAL: return "MJENV_E_INTERNAL";
+  }
+  return "unknown status";
+}
+
+const char* mjenv_last_error() { return last_error.data(); }
+
+// ---- Ids ----
+
+std::int64_t mjenv_id_count() {
+  return answer<std::int64_t>(0, [] { return static_cast<std::int64_t>(ids().size()); });
+}
+
+const char* mjenv_id_at(std::int64_t index) {
+  return answer<const char*>(nullptr, [&] { return at(ids(), index, "id").name.c_str(); });
+}
+
+mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
+  return guard([&] {
+    const Id& found = id_of(text(id, "id"));
+    const Task task = outline(found);
+    mjenv_spec out{};
+    out.version = found.version;
+    out.id = found.name.c_str();
+    out.robot = found.robot.c_str();
+    out.max_episode_steps = task.time_limit;
+    out.reward_threshold = task.reward_threshold;
+    hand_out(spec, "spec", out);
+  });
+}
+
+// ---- Options ----
+
+mjenv_status mjenv_options_create(const char* id, mjenv_options** options) {
+  return guard([&] {
+    need(options, "options");
+    *options = new mjenv_options{default_options(id_of(text(id, "id")))};
+  });
+}
+
+void mjenv_options_destroy(mjenv_options* options) { delete options; }
+
+std::int64_t mjenv_options_count(const mjenv_options* options) {
+  return answer<std::int64_t>(0, [&] { return static_cast<std::int64_t>(options_in(options).all().size()); });
+}
+
+mjenv_status mjenv_options_at(const mjenv_options* options, std::int64_t index, mjenv_option* option) {
+  return guard([&] { fill(option, at(options_in(options).all(), index, "option")); });
+}
+
+mjenv_status mjenv_options_set_integer(mjenv_options* options, const char* name, std::int64_t value) {
+  return guard([&] { need(options, "options").options.set_integer(text(name, "name"), value); });
+}
+
+mjenv_status mjenv_options_set_reals(mjenv_options* options, const char* name, const double* values,
+                                     std::size_t count) {
+  return guard([&] {
+    need(options, "options").options.set_reals(text(name, "name"), need_array(values, count, "values"), count);
+  });
+}
+
+mjenv_status mjenv_options_set_string(mjenv_options* options, const char* name, const char* value) {
+  return guard([&] { need(options, "options").options.set_string(text(name, "name"), text(value, "value")); });
+}
+
+mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char* name, std::int64_t* value) {
+  return guard([&] {
+    const Option& option = options_in(options).get(text(name, "name"));
+    const bool index = option.kind == MJENV_STRING_OR_INT && option.given_as_integer;
+    if (!index && option.kind != MJENV_FLAG && option.kind != MJENV_INTEGER) refuse_kind(option, "an integer");
+    need(value, "value") = option.integer;
+  });
+}
+
+mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* name, double* values,
+                                     std::size_t capacity, std::size_t* count) {
+  return guard([&] {
+    const Option& option = options_in(options).get(text(name, "name"));
+    if (option.kind != MJENV_REALS) refuse_kind(option, "real numbers");
+    deliver(option.reals.size(), capacity, values, count,
+            [&] { std::copy(option.reals.begin(), option.reals.end(), values); });
+  });
+}
+
+mjenv_status mjenv_options_get_string(const mjenv_options* options, const char* name, const char** value) {
+  return guard([&] {
+    const Option& option = options_in(options).get(text(name, "name"));
+    const bool named = option.kind == MJENV_STRING_OR_INT && !option.given_as_integer;
+    if (!named && option.kind != MJENV_STRING) refuse_kind(option, "a text");
+    need(value, "value") = option.text.c_str();
+  });
+}
+
+// ---- Environment ----
+
+mjenv_status mjenv_create(const mjenv_options* options, std::int64_t rows, mjenv_env** env) {
+  return guard([&] {
+    const Options& chosen = options_in(options);
+    need(env, "env");
+    if (rows < 1) fail(MJENV_E_VALUE, "rows is " + std::to_string(rows) + ", less than 1");
+    *env = new mjenv_env(chosen, rows);
+  });
+}
+
+void mjenv_destroy(mjenv_env* env) { delete env; }
+
+std::int64_t mjenv_rows(const mjenv_env* env) { return env ? env->env.rows() : 0; }
+
+const mjenv_options* mjenv_options_of(const mjenv_env* env) { return env ? &env->options : nullptr; }
+
+mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
+  return guard([&] {
+    const Env& e = need(env, "env").env;
+    if (role != MJENV_OBSERVATION && role != MJENV_ACTION)
+      fail(MJENV_E_ARGUMENT, "a space is of MJENV_OBSERVATION or MJENV_ACTION, not " + std::to_string(role));
+    mjenv_space out{};
+    out.dtype = role == MJENV_OBSERVATION ? MJENV_FLOAT64 : MJENV_FLOAT32;
+    out.count = static_cast<std::int64_t>(e.low(role).size());
+    out.low = e.low(role).data();
+    out.high = e.high(role).data();
+    hand_out(space, "space", out);
+  });
+}
+
+std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
+  return answer<std::int64_t>(0, [&] { return static_cast<std::int64_t>(need(env, "env").env.fields(role).size()); });
+}
+
+mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
+  return guard([&] { fill(field, at(need(env, "env").env.fields(role), index, "field")); });
+}
+
+mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
+  return enter(env, [&](Env& e) { e.seed(&need(seeds, "seeds"), mask); });
+}
+
+mjenv_status mjenv_seed_digits(mjenv_env* env, std::int64_t row, const std::uint32_t* digits, std::size_t count) {
+  return enter(env, [&](Env& e) { e.seed(row, &need(digits, "digits"), count); });
+}
+
+mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
+  return enter(env, [&](Env& e) {
+    const mjenv_batch batch = out ? taken(*out) : mjenv_batch{};
+    e.reset(mask, out ? &batch : nullptr);
+  });
+}
+
+mjenv_status mjenv_step(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype,
+                        const mjenv_batch* out) {
+  return enter(env, [&](Env& e) {
+    const mjenv_batch batch = out ? taken(*out) : mjenv_batch{};
+    if (count > 0 && !action) fail(MJENV_E_ARGUMENT, "action is NULL");
+    e.step(action, count, dtype, out ? &batch : nullptr);
+  });
+}
+
+mjenv_status mjenv_seed_actions(mjenv_env* env, std::uint64_t seed) {
+  return enter(env, [&](Env& e) { e.seed_actions(seed); });
+}
+
+mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::size_t count) {
+  return enter(env, [&](Env& e) {
+    need_array(action, count, "action");
+    e.sample_actions(action, count);
+  });
+}
+
+// ---- State of one row ----
+
+mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, double* values, std::size_t capacity,
+                        std::size_t* count) {
+  return enter(env, [&](Env& e) {
+    const Array& found = e.array(row, text(array, "array"));
+    deliver(found.count(), capacity, values, count, [&] { found.read(values); });
+  });
+}
+
+mjenv_status mjenv_object_index(const mjenv_env* env, const char* type, const char* name, std::int64_t* index) {
+  return guard([&] {
+    const Model& model = need(env, "env").env.model();
+    need(index, "index") = model.index(text(type, "type"), text(name, "name"));
+  });
+}
+
+mjenv_status mjenv_object_name(const mjenv_env* env, const char* type, std::int64_t index, const char** name) {
+  return guard([&] {
+    const Model& model = need(env, "env").env.model();
+    need(name, "name") = model.name(text(type, "type"), index);
+  });
+}
+
+mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpos, std::size_t nq, const double* qvel,
+                             std::size_t nv) {
+  return enter(env, [&](Env& e) {
+    need_array(qpos, nq, "qpos");
+    need_array(qvel, nv, "qvel");
+    e.set_state(row, qpos, nq, qvel, nv);
+  });
+}
+
+mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {
+  return enter(env, [&](Env& e) { e.observe(taken(need(out, "out"))); });
+}
+
+mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::size_t capacity_bytes,
+                            std::size_t* size_bytes) {
+  return enter(env, [&](Env& e) {
+    e.check_row(row);
+    deliver(e.snapshot_size(), capacity_bytes, image, size_bytes, [&] { e.snapshot(row, image); });
+  });
+}
+
+mjenv_status mjenv_restore(mjenv_env* env, std::int64_t row, const void* image, std::size_t size_bytes) {
+  return enter(env, [&](Env& e) {
+    need(static_cast<const unsigned char*>(image), "image");
+    e.restore(row, image, size_bytes);
+  });
+}

@@ -1,0 +1,247 @@
+#include "engine/model.hpp"
+
+#include <mujoco/mujoco.h>
+#include <mujoco/mjxmacro.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+
+#include "engine/assets.hpp"
+#include "error.hpp"
+#include "hash.hpp"
+
+// MuJoCo exports these for its own language bindings: handlers of one thread, which leave the process's alone.
+extern "C" {
+using mjenv_mju_handler = void (*)(const char*);
+mjenv_mju_handler _mjPRIVATE__get_tls_error_fn();
+void _mjPRIVATE__set_tls_error_fn(mjenv_mju_handler);
+mjenv_mju_handler _mjPRIVATE__get_tls_warning_fn();
+void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
+}
+
+namespace mjenv {
+namespace {
+
+[[noreturn]] void throw_error(const char* message) {
+  fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
+}
+
+void ignore_warning(const char*) {}
+
+struct Kind {
+  const char* name;
+  mjtObj type;
+  int mjModel::* count;
+};
+
+constexpr std::array<Kind, 9> kinds{{{"body", mjOBJ_BODY, &mjModel::nbody},
+                                     {"joint", mjOBJ_JOINT, &mjModel::njnt},
+                                     {"geom", mjOBJ_GEOM, &mjModel::ngeom},
+                                     {"site", mjOBJ_SITE, &mjModel::nsite},
+                                     {"camera", mjOBJ_CAMERA, &mjModel::ncam},
+                                     {"light", mjOBJ_LIGHT, &mjModel::nlight},
+                                     {"actuator", mjOBJ_ACTUATOR, &mjModel::nu},
+                                     {"tendon", mjOBJ_TENDON, &mjModel::ntendon},
+                                     {"sensor", mjOBJ_SENSOR, &mjModel::nsensor}}};
+
+const Kind& kind_of(const std::string& type) {
+  std::vector<std::string> names;
+  for (const auto& kind : kinds) {
+    if (type == kind.name) return kind;
+    names.emplace_back(kind.name);
+  }
+  fail(MJENV_E_NAME, "no objects of type " + quoted(type) + "; there are " + listed(names));
+}
+
+constexpr mjenv_type type_of(const mjtNum*) { return MJENV_NUMPY_FLOAT64; }
+constexpr mjenv_type type_of(const float*) { return MJENV_NUMPY_FLOAT32; }
+constexpr mjenv_type type_of(const int*) { return MJENV_NUMPY_INT32; }
+constexpr mjenv_type type_of(const mjtByte*) { return MJENV_NUMPY_UINT8; }
+constexpr mjenv_type type_of(const char*) { return MJENV_NUMPY_UINT8; }
+
+template <typename T>
+Array array(const char* name, const T* data, std::vector<std::int64_t> shape) {
+  return {name, type_of(data), std::move(shape), data};
+}
+
+template <typename T>
+Array matrix(const char* name, const T* data, std::int64_t rows, std::int64_t columns, bool flat) {
+  return flat ? array(name, data, {rows}) : array(name, data, {rows, columns});
+}
+
+std::vector<Array> arrays_of(const mjModel* m) {
+  std::vector<Array> list;
+#define X(name) list.push_back(array(#name, &m->name, {}));
+  MJMODEL_INTS
+#undef X
+#define X(type, name) list.push_back(array("opt." #name, &m->opt.name, {}));
+  MJOPTION_FLOATS
+  MJOPTION_INTS
+#undef X
+#define X(name, size) list.push_back(array("opt." #name, m->opt.name, {size}));
+  MJOPTION_VECTORS
+#undef X
+  list.push_back(array("stat.meaninertia", &m->stat.meaninertia, {}));
+  list.push_back(array("stat.meanmass", &m->stat.meanmass, {}));
+  list.push_back(array("stat.meansize", &m->stat.meansize, {}));
+  list.push_back(array("stat.extent", &m->stat.extent, {}));
+  list.push_back(array("stat.center", m->stat.center, {3}));
+  MJMODEL_POINTERS_PREAMBLE(m)
+  static_cast<void>(na), static_cast<void>(nmocap);
+#define X(type, name, rows, columns) \
+  list.push_back(matrix(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0));
+  MJMODEL_POINTERS
+#undef X
+  return list;
+}
+
+std::string expanded(const std::string& path) {
+  if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;
+  const char* home = std::getenv("HOME");
+  if (!home) {
+    const passwd* user = getpwuid(getuid());
+    home = user ? user->pw_dir : "~";
+  }
+  return home + path.substr(1);
+}
+
+mjModel* load(const std::string& label, const char* path, const mjVFS* files) {
+  const ErrorTrap trap;
+  std::array<char, 1000> reason{};
+  try {
+    mjModel* model = mj_loadXML(path, files, reason.data(), static_cast<int>(reason.size()));
+    if (model) return model;
+  } catch (const Error& error) {
+    fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
+  }
+  fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + reason.data());
+}
+
+}  // namespace
+
+ErrorTrap::ErrorTrap()
+    : previous_error_(_mjPRIVATE__get_tls_error_fn()), previous_warning_(_mjPRIVATE__get_tls_warning_fn()) {
+  _mjPRIVATE__set_tls_error_fn(throw_error);
+  _mjPRIVATE__set_tls_warning_fn(ignore_warning);
+}
+
+ErrorTrap::~ErrorTrap() {
+  _mjPRIVATE__set_tls_error_fn(previous_error_);
+  _mjPRIVATE__set_tls_warning_fn(previous_warning_);
+}
+
+std::size_t Array::count() const {
+  std::size_t total = 1;
+  for (const auto extent : shape) total *= static_cast<std::size_t>(extent);
+  return total;
+}
+
+void Array::read(double* values) const {
+  const auto copy = [&](const auto* from) {
+    for (std::size_t i = 0; i < count(); ++i) values[i] = static_cast<double>(from[i]);
+  };
+  switch (type) {
+    case MJENV_NUMPY_FLOAT32: return copy(static_cast<const float*>(data));
+    case MJENV_NUMPY_INT32: return copy(static_cast<const int*>(data));
+    case MJENV_NUMPY_UINT8: return copy(static_cast<const unsigned char*>(data));
+    default: return copy(static_cast<const double*>(data));
+  }
+}
+
+std::shared_ptr<const Model> Model::open(const std::string& xml_file) {
+  if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
+  if (std::strchr("./~", xml_file[0])) {
+    const std::string path = expanded(xml_file);
+    if (access(path.c_str(), R_OK) != 0) fail(MJENV_E_MODEL, "model file " + quoted(path) + " cannot be read");
+    return std::shared_ptr<const Model>(new Model(xml_file, load(xml_file, path.c_str(), nullptr)));
+  }
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < asset_count; ++i) {
+    if (xml_file == assets[i].name) return parse(xml_file, assets[i].text);
+    names.emplace_back(assets[i].name);
+  }
+  fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
+                          "; a path starts with \".\", \"/\" or \"~\"");
+}
+
+std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml) {
+  constexpr const char* file = "model.xml";
+  const auto release = [](mjVFS* files) {
+    mj_deleteVFS(files);
+    delete files;
+  };
+  const std::unique_ptr<mjVFS, decltype(release)> files(new mjVFS, release);
+  mj_defaultVFS(files.get());
+  if (mj_makeEmptyFileVFS(files.get(), file, static_cast<int>(xml.size())) != 0)
+    fail(MJENV_E_MEMORY, "out of memory for model " + quoted(label));
+  std::memcpy(files->filedata[0], xml.data(), xml.size());
+  return std::shared_ptr<const Model>(new Model(label, load(label, file, files.get())));
+}
+
+void Model::Delete::operator()(mjModel_* model) const {
+  mj_deleteModel(model);
+}
+
+Model::Model(std::string label, mjModel_* model)
+    : label_(std::move(label)),
+      model_(model),
+      arrays_(arrays_of(model)),
+      nq_(model->nq),
+      nv_(model->nv),
+      na_(model->na),
+      nu_(model->nu),
+      nbody_(model->nbody) {}
+
+double Model::timestep() const {
+  return model_->opt.timestep;
+}
+
+std::vector<double> Model::action_bound(int side) const {
+  std::vector<double> bound;
+  for (int i = 0; i < nu_; ++i) bound.push_back(static_cast<float>(model_->actuator_ctrlrange[2 * i + side]));
+  return bound;
+}
+
+int Model::count(const std::string& type) const {
+  return model_.get()->*kind_of(type).count;
+}
+
+int Model::index(const std::string& type, const std::string& name) const {
+  const int found = mj_name2id(model_.get(), kind_of(type).type, name.c_str());
+  if (found >= 0) return found;
+  std::vector<std::string> names;
+  for (int i = 0; i < count(type); ++i)
+    if (*this->name(type, i)) names.emplace_back(this->name(type, i));
+  fail(MJENV_E_NAME, "model " + quoted(label_) + " has no " + type + " " + quoted(name) + "; it has " + listed(names));
+}
+
+const char* Model::name(const std::string& type, std::int64_t index) const {
+  const Kind& kind = kind_of(type);
+  const int total = model_.get()->*kind.count;
+  if (index < 0 || index >= total)
+    fail(MJENV_E_VALUE, type + " index " + std::to_string(index) + " is outside 0.." + std::to_string(total - 1));
+  const char* found = mj_id2name(model_.get(), kind.type, static_cast<int>(index));
+  return found ? found : "";
+}
+
+std::string Model::actuator_label(int i) const {
+  const std::string own = name("actuator", i);
+  return own.empty() && model_->actuator_trntype[i] == mjTRN_JOINT ? name("joint", model_->actuator_trnid[2 * i]) : own;
+}
+
+std::uint64_t Model::fingerprint() const {
+  const ErrorTrap trap;
+  std::vector<unsigned char> image(static_cast<std::size_t>(mj_sizeModel(model_.get())));
+  mj_saveModel(model_.get(), nullptr, image.data(), static_cast<int>(image.size()));
+  return hash(image.data(), image.size());
+}
+
+const char* mujoco_version() {
+  return mj_versionString();
+}
+
+}  // namespace mjenv

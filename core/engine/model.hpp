@@ -1,0 +1,90 @@
+// A compiled model. All knowledge of MuJoCo's version, layout and error handling lives in this folder.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mjenv/mjenv.h"
+
+// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
+struct mjModel_;
+struct mjData_;
+// NOLINTEND(bugprone-reserved-identifier)
+
+namespace mjenv {
+
+// Turns MuJoCo's errors on this thread into exceptions, and silences its warnings, while it lives.
+class ErrorTrap {
+ public:
+  ErrorTrap();
+  ~ErrorTrap();
+  ErrorTrap(const ErrorTrap&) = delete;
+  ErrorTrap& operator=(const ErrorTrap&) = delete;
+
+ private:
+  void (*previous_error_)(const char*);
+  void (*previous_warning_)(const char*);
+};
+
+// An array of mjModel or mjData, under MuJoCo's name for it.
+struct Array {
+  std::string name;
+  mjenv_type type;
+  std::vector<std::int64_t> shape;
+  const void* data;
+
+  std::size_t count() const;
+  void read(double* values) const;
+};
+
+class Model {
+ public:
+  // From a built-in name ("ant.xml") or a path, by Gymnasium's rule: a text that starts with ".", "/" or "~" is a path.
+  static std::shared_ptr<const Model> open(const std::string& xml_file);
+  // From MJCF text.
+  static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml);
+
+  const mjModel_* get() const { return model_.get(); }
+  const std::string& label() const { return label_; }
+  const std::vector<Array>& arrays() const { return arrays_; }
+
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+  int na() const { return na_; }
+  int nu() const { return nu_; }
+  int nbody() const { return nbody_; }
+  double timestep() const;
+  // The bounds of actuator i as a float32 action space holds them.
+  std::vector<double> action_low() const { return action_bound(0); }
+  std::vector<double> action_high() const { return action_bound(1); }
+
+  // The index of a named object of a type ("body", "joint", ...); fails with the names there are.
+  int index(const std::string& type, const std::string& name) const;
+  // The name of an object, "" if it has none.
+  const char* name(const std::string& type, std::int64_t index) const;
+  int count(const std::string& type) const;
+  // The name of actuator i, or of the joint that it drives.
+  std::string actuator_label(int i) const;
+
+  // Equal for models that simulate alike.
+  std::uint64_t fingerprint() const;
+
+ private:
+  struct Delete {
+    void operator()(mjModel_* model) const;
+  };
+  std::string label_;
+  std::unique_ptr<mjModel_, Delete> model_;
+  std::vector<Array> arrays_;
+  int nq_ = 0, nv_ = 0, na_ = 0, nu_ = 0, nbody_ = 0;
+
+  Model(std::string label, mjModel_* model);
+  std::vector<double> action_bound(int side) const;
+};
+
+// "2.2.2"
+const char* mujoco_version();
+
+}  // namespace mjenv

@@ -1,0 +1,153 @@
+#include "engine/work.hpp"
+
+#include <mujoco/mujoco.h>
+#include <mujoco/mjxmacro.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <new>
+
+namespace mjenv {
+namespace {
+
+constexpr std::array<mjtWarning, 3> divergence{mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
+
+template <typename T>
+T* put(T* to, const T* from, std::size_t count) {
+  return std::copy_n(from, count, to);
+}
+
+}  // namespace
+
+void Work::Delete::operator()(mjData_* data) const {
+  mj_deleteData(data);
+}
+
+Work::Work(std::shared_ptr<const Model> model, int frame_skip)
+    : model_(std::move(model)), layout_(*model_), frame_skip_(frame_skip) {
+  const ErrorTrap trap;
+  const mjModel* m = model_->get();
+  data_.reset(mj_makeData(m));
+  if (!data_) throw std::bad_alloc();
+  const mjData* d = data_.get();
+  sim_.work_ = this;
+  sim_.timestep = m->opt.timestep;
+  sim_.dt = m->opt.timestep * frame_skip;
+  sim_.view_ = {m->nq,      m->nv,          m->nu,      m->nbody,         m->ntendon,         &d->time,      d->qpos,
+                d->qvel,    d->ctrl,        m->qpos0,   d->xpos,          d->xipos,           d->site_xpos,  m->body_mass,
+                d->cinert,  d->cvel,        d->cfrc_ext, d->qfrc_actuator, d->qfrc_constraint, d->ten_length, d->ten_velocity};
+}
+
+std::vector<Array> Work::arrays() const {
+  const mjModel* m = model_->get();
+  const mjData* d = data_.get();
+  std::vector<Array> list{{"time", MJENV_NUMPY_FLOAT64, {}, &d->time},
+                          {"energy", MJENV_NUMPY_FLOAT64, {2}, d->energy},
+                          {"ncon", MJENV_NUMPY_INT32, {}, &d->ncon},
+                          {"nefc", MJENV_NUMPY_INT32, {}, &d->nefc},
+                          {"solver_iter", MJENV_NUMPY_INT32, {}, &d->solver_iter}};
+  MJDATA_POINTERS_PREAMBLE(m)
+  const auto add = [&](const char* name, const auto* data, int rows, int columns, bool flat) {
+    using T = std::decay_t<decltype(*data)>;
+    if constexpr (!std::is_same_v<T, mjContact>) {
+      const auto type = std::is_same_v<T, int> ? MJENV_NUMPY_INT32 : MJENV_NUMPY_FLOAT64;
+      list.push_back({name, type, flat ? std::vector<std::int64_t>{rows} : std::vector<std::int64_t>{rows, columns}, data});
+    }
+  };
+#define X(type, name, rows, columns) add(#name, d->name, m->rows, columns, std::string(#columns) == "1");
+  MJDATA_POINTERS
+#undef X
+  return list;
+}
+
+void Work::clear() {
+  mj_resetData(model_->get(), data_.get());
+  incomplete_ = false;
+}
+
+void Work::begin() {
+  const mjModel* m = model_->get();
+  mjData* d = data_.get();
+  d->time = 0;
+  put(d->qpos, m->qpos0, layout_.nq);
+  for (mjtNum* array : {d->qvel, d->qacc_warmstart}) std::fill_n(array, layout_.nv, 0.0);
+  std::fill_n(d->act, layout_.na, 0.0);
+  std::fill_n(d->ctrl, layout_.nu, 0.0);
+  for (mjtNum* array : {d->cacc, d->cfrc_int, d->cfrc_ext}) std::fill_n(array, 6 * m->nbody, 0.0);
+  clear_warnings();
+  incomplete_ = false;
+}
+
+void Work::load(const double* state) {
+  mjData* d = data_.get();
+  d->time = *state++;
+  for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq}, {d->qvel, layout_.nv}, {d->act, layout_.na},
+                                     {d->qacc_warmstart, layout_.nv}, {d->ctrl, layout_.nu}}) {
+    put(array, state, count);
+    state += count;
+  }
+}
+
+void Work::save(double* state) const {
+  const mjData* d = data_.get();
+  *state++ = d->time;
+  state = put(state, static_cast<const mjtNum*>(d->qpos), layout_.nq);
+  state = put(state, static_cast<const mjtNum*>(d->qvel), layout_.nv);
+  state = put(state, static_cast<const mjtNum*>(d->act), layout_.na);
+  state = put(state, static_cast<const mjtNum*>(d->qacc_warmstart), layout_.nv);
+  put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
+}
+
+void Work::forward() {
+  mj_forward(model_->get(), data_.get());
+}
+
+void Work::step(const Action& action, double* before) {
+  mjData* d = data_.get();
+  clear_warnings();
+  sim_.action = action;
+  for (Eigen::Index i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
+  for (int i = 1; i < frame_skip_; ++i) mj_step(model_->get(), d);
+  save(before);
+  repeat_step();
+}
+
+void Work::repeat_step() {
+  mj_step(model_->get(), data_.get());
+  incomplete_ = true;
+}
+
+void Work::complete() {
+  if (!incomplete_) return;
+  mj_rnePostConstraint(model_->get(), data_.get());
+  incomplete_ = false;
+}
+
+void Work::clear_warnings() {
+  for (const auto kind : divergence) data_->warning[kind].number = 0;
+}
+
+bool Work::diverged() const {
+  return std::any_of(divergence.begin(), divergence.end(), [&](auto kind) { return data_->warning[kind].number > 0; });
+}
+
+Sim::Vec Sim::cfrc_ext(int first) const {
+  work_->complete();
+  return bodies(view_.cfrc_ext, 6, first);
+}
+
+Eigen::Vector2d Sim::mass_center_xy() const {
+  Eigen::Vector2d moment(0, 0);
+  for (int body = 0; body < view_.nbody; ++body) moment += view_.body_mass[body] * Vec2(view_.xipos + 3 * body);
+  return moment / np::sum(Vec(view_.body_mass, view_.nbody));
+}
+
+bool Sim::finite() const {
+  const auto all_finite = [](const Vec& v) {
+    return std::all_of(v.data(), v.data() + v.size(), [](double x) { return std::isfinite(x); });
+  };
+  return all_finite(qpos()) && all_finite(qvel());
+}
+
+}  // namespace mjenv

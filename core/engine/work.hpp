@@ -1,0 +1,66 @@
+// The work space in which one row at a time is simulated: an mjData, and the copying of rows into and out of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "engine/model.hpp"
+#include "sim.hpp"
+
+namespace mjenv {
+
+// What MuJoCo needs to go on: time, qpos, qvel, act, qacc_warmstart, ctrl, one after the other.
+class StateLayout {
+ public:
+  explicit StateLayout(const Model& model)
+      : nq(model.nq()), nv(model.nv()), na(model.na()), nu(model.nu()), size(1 + nq + nv + na + nv + nu) {}
+
+  std::size_t nq, nv, na, nu, size;
+
+  double* qpos(double* state) const { return state + 1; }
+  double* qvel(double* state) const { return state + 1 + nq; }
+};
+
+class Work {
+ public:
+  Work(std::shared_ptr<const Model> model, int frame_skip);
+
+  const Sim& sim() const { return sim_; }
+  const StateLayout& layout() const { return layout_; }
+  // The arrays of mjData, under MuJoCo's names.
+  std::vector<Array> arrays() const;
+
+  // As mj_resetData leaves it, derived arrays included.
+  void clear();
+  // The start of an episode: clear, without its cost.
+  void begin();
+  void load(const double* state);
+  void save(double* state) const;
+
+  // mj_forward, as Gymnasium's set_state does.
+  void forward();
+  // frame_skip times mj_step under an action; before receives the state before the last of them.
+  void step(const Action& action, double* before);
+  // The last mj_step of a step, from the state before it.
+  void repeat_step();
+  // Completes what MuJoCo computes only on demand: cacc, cfrc_int, cfrc_ext.
+  void complete();
+
+  // MuJoCo found qpos, qvel or qacc bad during the last step or forward, and restarted the simulation.
+  bool diverged() const;
+
+ private:
+  struct Delete {
+    void operator()(mjData_* data) const;
+  };
+  std::shared_ptr<const Model> model_;
+  StateLayout layout_;
+  std::unique_ptr<mjData_, Delete> data_;
+  int frame_skip_;
+  bool incomplete_ = false;  // cfrc_ext and its like are older than the last mj_step
+  Sim sim_;
+
+  void clear_warnings();
+};
+
+}  // namespace mjenv

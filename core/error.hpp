@@ -1,0 +1,38 @@
+#pragma once
+
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mjenv/mjenv.h"
+
+namespace mjenv {
+
+// What the firewall of the C interface turns into a status and a message.
+class Error : public std::exception {
+ public:
+  Error(mjenv_status status, std::string message) : status_(status), message_(std::move(message)) {}
+  mjenv_status status() const { return status_; }
+  const char* what() const noexcept override { return message_.c_str(); }
+
+ private:
+  mjenv_status status_;
+  std::string message_;
+};
+
+[[noreturn]] inline void fail(mjenv_status status, std::string message) {
+  throw Error(status, std::move(message));
+}
+
+inline std::string quoted(const std::string& text) {
+  return '"' + text + '"';
+}
+
+// "a, b, c" for messages that name the valid choices.
+std::string listed(const std::vector<std::string>& names);
+
+// The shortest decimal text that reads back as the number.
+std::string number(double value);
+
+}  // namespace mjenv

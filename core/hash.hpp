@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace mjenv {
+
+inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325;
+
+// FNV-1a of 64 bits, by Fowler, Noll and Vo: finds damage, keeps no secret.
+inline std::uint64_t hash(const void* bytes, std::size_t count, std::uint64_t start = kHashStart) {
+  const auto* data = static_cast<const unsigned char*>(bytes);
+  std::uint64_t value = start;
+  for (std::size_t i = 0; i < count; ++i) value = (value ^ data[i]) * 0x100000001b3;
+  return value;
+}
+
+}  // namespace mjenv

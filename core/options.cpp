@@ -1,0 +1,91 @@
+#include "options.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+#include "error.hpp"
+
+namespace mjenv {
+namespace {
+
+constexpr const char* kind_name(mjenv_kind kind) {
+  switch (kind) {
+    case MJENV_FLAG: return "a flag (0 or 1)";
+    case MJENV_INTEGER: return "an integer";
+    case MJENV_REALS: return "real numbers";
+    case MJENV_STRING: return "a text";
+    case MJENV_STRING_OR_INT: return "a text or an integer";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+const Option& Options::declare(Option option) {
+  const auto same = [&](const Option& o) { return o.name == option.name; };
+  const auto found = std::find_if(options_.begin(), options_.end(), same);
+  return found != options_.end() ? *found : options_.emplace_back(std::move(option));
+}
+
+Option& Options::find(const std::string& name) {
+  return const_cast<Option&>(get(name));
+}
+
+const Option& Options::get(const std::string& name) const {
+  for (const auto& option : options_)
+    if (option.name == name) return option;
+  std::vector<std::string> names;
+  for (const auto& option : options_) names.push_back(option.name);
+  fail(MJENV_E_NAME, id_ + " has no option " + quoted(name) + "; it has " + listed(names));
+}
+
+void Options::refuse_type(const Option& option, const char* given) const {
+  fail(MJENV_E_TYPE,
+       "option " + quoted(option.name) + " of " + id_ + " is " + kind_name(option.kind) + ", not " + given);
+}
+
+void Options::check_bounds(const Option& option, double value) {
+  if (option.low <= value && value <= option.high) return;
+  fail(MJENV_E_VALUE, "option " + quoted(option.name) + " must lie in [" + number(option.low) + ", " +
+                          number(option.high) + "], not " + number(value));
+}
+
+void Options::set_integer(const std::string& name, std::int64_t value) {
+  Option& option = find(name);
+  const auto real = static_cast<double>(value);
+  if (option.kind == MJENV_STRING || (option.kind == MJENV_REALS && option.reals.size() != 1))
+    refuse_type(option, "an integer");
+  check_bounds(option, real);
+  option.given_as_integer = true;
+  if (option.kind == MJENV_REALS)
+    option.reals[0] = real;
+  else
+    option.integer = value;
+}
+
+void Options::set_reals(const std::string& name, const double* values, std::size_t count) {
+  Option& option = find(name);
+  if (option.kind != MJENV_REALS) refuse_type(option, "real numbers");
+  if (count != option.reals.size())
+    fail(MJENV_E_SIZE, "option " + quoted(name) + " holds " + std::to_string(option.reals.size()) +
+                           " number(s), not " + std::to_string(count));
+  for (std::size_t i = 0; i < count; ++i) check_bounds(option, values[i]);
+  option.reals.assign(values, values + count);
+  option.given_as_integer = false;
+}
+
+void Options::set_string(const std::string& name, const std::string& value) {
+  Option& option = find(name);
+  if (option.kind != MJENV_STRING && option.kind != MJENV_STRING_OR_INT) refuse_type(option, "a text");
+  if (!option.choices.empty()) {
+    std::istringstream choices(option.choices);
+    std::vector<std::string> names;
+    for (std::string choice; choices >> choice;) names.push_back(choice);
+    if (std::find(names.begin(), names.end(), value) == names.end())
+      fail(MJENV_E_VALUE, "option " + quoted(name) + " is one of " + listed(names) + ", not " + quoted(value));
+  }
+  option.text = value;
+  option.given_as_integer = false;
+}
+
+}  // namespace mjenv

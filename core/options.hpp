@@ -1,0 +1,52 @@
+// The constructor options of one id: declared by the robot's definition, set by the caller, read back by both.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "mjenv/mjenv.h"
+
+namespace mjenv {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Option {
+  mjenv_kind kind = MJENV_FLAG;
+  std::string name, doc;
+  double low = -kInfinity, high = kInfinity;
+  std::string choices;  // separated by blanks; empty when any text may be tried
+
+  std::int64_t integer = 0;
+  std::vector<double> reals;
+  std::string text;
+  bool given_as_integer = false;  // a real set from an integer, or a STRING_OR_INT that holds an index
+};
+
+class Options {
+ public:
+  explicit Options(std::string id) : id_(std::move(id)) {}
+
+  const std::string& id() const { return id_; }
+  const std::vector<Option>& all() const { return options_; }
+
+  // Adds an option with its default, unless it is there; returns it as it stands.
+  const Option& declare(Option option);
+
+  const Option& get(const std::string& name) const;
+  void set_integer(const std::string& name, std::int64_t value);
+  void set_reals(const std::string& name, const double* values, std::size_t count);
+  void set_string(const std::string& name, const std::string& value);
+
+ private:
+  std::string id_;
+  std::vector<Option> options_;
+
+  Option& find(const std::string& name);
+  [[noreturn]] void refuse_type(const Option& option, const char* given) const;
+  static void check_bounds(const Option& option, double value);
+};
+
+}  // namespace mjenv

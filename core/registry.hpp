@@ -1,0 +1,27 @@
+// The ids, and how an id's definition becomes options and a task.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+#include "robot.hpp"
+
+namespace mjenv {
+
+struct Id {
+  std::string name, robot;
+  int version;
+  void (*define)(Robot&);
+};
+
+// Sorted by name.
+const std::vector<Id>& ids();
+const Id& id_of(const std::string& name);
+
+Options default_options(const Id& id);
+// The task without its model: what the id promises by default.
+Task outline(const Id& id);
+Task build_task(Options& options);
+
+}  // namespace mjenv

@@ -1,0 +1,188 @@
+#include "robot.hpp"
+
+#include "error.hpp"
+
+namespace mjenv {
+namespace {
+
+// The reset draws from [-noise, noise]: its width must be finite.
+constexpr double kMaxNoise = std::numeric_limits<double>::max() / 2;
+constexpr std::int64_t kMaxFrameSkip = 1'000'000;
+
+std::string sizes(int nq, int nv) {
+  return std::to_string(nq) + " positions and " + std::to_string(nv) + " velocities";
+}
+
+}  // namespace
+
+void Info::learn(const char* name, mjenv_type type, std::vector<std::int64_t> shape) {
+  const std::int64_t offset = learned_->empty() ? 0 : learned_->back().offset + learned_->back().count;
+  const std::int64_t count = shape.empty() ? 1 : shape[0];
+  learned_->push_back({name, "", type, std::move(shape), offset, count});
+}
+
+const Option& Robot::string_option(const char* name, const char* value, const char* doc, const char* choices) {
+  Option option;
+  option.kind = MJENV_STRING;
+  option.name = name;
+  option.doc = doc;
+  option.text = value;
+  option.choices = choices;
+  return options_.declare(std::move(option));
+}
+
+const Option& Robot::integer_option(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
+                                    const char* doc) {
+  Option option;
+  option.kind = MJENV_INTEGER;
+  option.name = name;
+  option.doc = doc;
+  option.integer = value;
+  option.low = static_cast<double>(low);
+  option.high = static_cast<double>(high);
+  return options_.declare(std::move(option));
+}
+
+Robot& Robot::open(const std::string& xml_file) {
+  if (build_ == Build::task) task_.model = Model::open(xml_file);
+  return *this;
+}
+
+Robot& Robot::xml_file(const char* name) {
+  takes_xml_ = true;
+  const auto& file = string_option("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first");
+  if (build_ == Build::options) return *this;
+  const auto& text = options_.get("xml_string").text;
+  if (text.empty()) return open(file.text);
+  task_.model = Model::parse("xml_string", text);
+  return *this;
+}
+
+Robot& Robot::model(const char* name) {
+  return v5 ? xml_file(name) : open(name);
+}
+
+Robot& Robot::frame_skip(int count) {
+  task_.frame_skip = count;
+  if (v5)
+    task_.frame_skip =
+        static_cast<int>(integer_option("frame_skip", count, 1, kMaxFrameSkip, "mj_steps in a step").integer);
+  return *this;
+}
+
+Robot& Robot::needs(int nq, int nv) {
+  if (const auto& m = task_.model; m && (m->nq() < nq || m->nv() < nv))
+    fail(MJENV_E_MODEL, options_.id() + " needs a model of at least " + sizes(nq, nv) + "; " + quoted(m->label()) +
+                            " has " + sizes(m->nq(), m->nv()));
+  return *this;
+}
+
+Robot& Robot::needs_exactly(int nq, int nv) {
+  if (const auto& m = task_.model; m && (m->nq() != nq || m->nv() != nv))
+    fail(MJENV_E_MODEL, options_.id() + " needs a model of " + sizes(nq, nv) + "; " + quoted(m->label()) + " has " +
+                            sizes(m->nq(), m->nv()));
+  return *this;
+}
+
+Real Robot::real(const char* name, double value, const char* doc) {
+  Option option;
+  option.kind = MJENV_REALS;
+  option.name = name;
+  option.doc = doc;
+  option.reals = {value};
+  const Option& set = options_.declare(std::move(option));
+  return {set.reals[0], set.given_as_integer};
+}
+
+std::array<double, 2> Robot::range(const char* name, std::array<double, 2> value, const char* doc) {
+  Option option;
+  option.kind = MJENV_REALS;
+  option.name = name;
+  option.doc = doc;
+  option.reals = {value[0], value[1]};
+  const Option& set = options_.declare(std::move(option));
+  return {set.reals[0], set.reals[1]};
+}
+
+bool Robot::flag(const char* name, bool value, const char* doc) {
+  Option option;
+  option.kind = MJENV_FLAG;
+  option.name = name;
+  option.doc = doc;
+  option.integer = value;
+  option.low = 0;
+  option.high = 1;
+  return options_.declare(std::move(option)).integer != 0;
+}
+
+double Robot::noise(double value) {
+  Option option;
+  option.kind = MJENV_REALS;
+  option.name = "reset_noise_scale";
+  option.doc = "spread of the random initial state";
+  option.reals = {value};
+  option.low = 0;
+  option.high = kMaxNoise;
+  return options_.declare(std::move(option)).reals[0];
+}
+
+int Robot::body_option(const char* name, int value, const char* doc) {
+  Option option;
+  option.kind = MJENV_STRING_OR_INT;
+  option.name = name;
+  option.doc = doc;
+  option.integer = value;
+  option.low = 0;
+  option.high = std::numeric_limits<int>::max();
+  option.given_as_integer = true;
+  const Option& set = options_.declare(std::move(option));
+  if (!task_.model) return 0;
+  if (!set.given_as_integer) return body(set.text.c_str());
+  if (set.integer >= task_.model->nbody())
+    fail(MJENV_E_MODEL, "option " + quoted(name) + " is " + std::to_string(set.integer) + ", but model " +
+                            quoted(task_.model->label()) + " has " + std::to_string(task_.model->nbody()) + " bodies");
+  return static_cast<int>(set.integer);
+}
+
+np::Norm Robot::norm() const {
+  if (build_ == Build::options) return np::Norm::of_this_cpu();
+  const auto& choice = options_.get("norm").text;
+  return choice == "auto" ? np::Norm::of_this_cpu() : np::Norm(choice == "fused");
+}
+
+int Robot::body(const char* name) const {
+  if (!task_.model) return 0;
+  try {
+    return task_.model->index("body", name);
+  } catch (const Error& error) {
+    fail(MJENV_E_MODEL, options_.id() + " needs it: " + error.what());
+  }
+}
+
+int Robot::site(int index) const {
+  if (task_.model && task_.model->count("site") <= index)
+    fail(MJENV_E_MODEL, options_.id() + " needs site " + std::to_string(index) + "; model " +
+                            quoted(task_.model->label()) + " has " + std::to_string(task_.model->count("site")));
+  return index;
+}
+
+void Robot::declare_common() {
+  constexpr std::int64_t most = std::int64_t{1} << 53;
+  if (takes_xml_) string_option("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
+  integer_option("max_episode_steps", task_.time_limit, 0, most, "steps after which an episode is truncated; 0: never");
+  flag("strict", true, "refuse a non-finite action and a step after the end; Gymnasium lets them pass");
+  string_option("norm", "auto",
+                "rounding of Euclidean norms: fused as NumPy on a CPU with AVX-512, plain as on others, auto as on this",
+                "auto fused plain");
+}
+
+void Robot::observe_nothing(const char* name) {
+  task_.terms.push_back({name, [](const Sim&, double*) { return Eigen::Index{0}; }});
+}
+
+void Robot::structure(int skipped_qpos) {
+  task_.has_structure = v5;
+  task_.skipped_qpos = skipped_qpos;
+}
+
+}  // namespace mjenv

@@ -1,0 +1,218 @@
+// The language in which core/robots/ defines the robots. A definition runs twice: once without a model, to list the
+// options, and once with the caller's options and model, to build the task.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "engine/model.hpp"
+#include "numpy/math.hpp"
+#include "numpy/random.hpp"
+#include "options.hpp"
+#include "sim.hpp"
+
+namespace mjenv {
+
+using Rng = np::Generator;
+
+struct Field {
+  std::string name, doc;
+  mjenv_type type = MJENV_NUMPY_FLOAT64;
+  std::vector<std::int64_t> shape;
+  std::int64_t offset = 0, count = 1;
+};
+
+// A value as Gymnasium types it.
+struct PythonFloat {
+  double value;
+};
+struct Typed {
+  double value;
+  mjenv_type type;
+};
+
+// Writes one row's info; the first time, it learns the fields.
+class Info {
+ public:
+  // Learns the fields from the calls that a definition makes.
+  explicit Info(std::vector<Field>& learned) : learned_(&learned) {}
+  // Writes row `row` of `rows` into base, or nowhere.
+  Info(const std::vector<Field>& fields, double* base, std::int64_t rows, std::int64_t row)
+      : field_(fields.data()), base_(base), rows_(rows), row_(row) {}
+
+  void operator()(const char* name, double value) { scalar(name, value, MJENV_NUMPY_FLOAT64); }
+  void operator()(const char* name, np::Scalar value) { scalar(name, value, MJENV_ACTION_DTYPE); }
+  void operator()(const char* name, PythonFloat value) { scalar(name, value.value, MJENV_PYTHON_FLOAT); }
+  void operator()(const char* name, Typed value) { scalar(name, value.value, value.type); }
+  template <typename Derived>
+  void operator()(const char* name, const Eigen::DenseBase<Derived>& values) {
+    if (learned_) return learn(name, MJENV_NUMPY_FLOAT64, {values.size()});
+    if (double* to = next())
+      for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
+  }
+
+ private:
+  std::vector<Field>* learned_ = nullptr;
+  const Field* field_ = nullptr;
+  double* base_ = nullptr;
+  std::int64_t rows_ = 1, row_ = 0;
+
+  void scalar(const char* name, double value, mjenv_type type) {
+    if (learned_) return learn(name, type, {});
+    if (double* to = next()) *to = value;
+  }
+  double* next() {
+    const Field& field = *field_++;
+    return base_ ? base_ + field.offset * rows_ + row_ * field.count : nullptr;
+  }
+  void learn(const char* name, mjenv_type type, std::vector<std::int64_t> shape);
+};
+
+struct Outcome {
+  double reward;
+  bool terminated;
+};
+
+// The state of a row at the start of an episode: the model's own, for the definition to disturb.
+struct Start {
+  Eigen::Map<Eigen::VectorXd> qpos, qvel;
+};
+
+using Carried = Eigen::Map<const Eigen::VectorXd>;
+
+// A number given as an option, and whether the caller gave an int: Python's products with a bool keep that type.
+struct Real {
+  double value;
+  bool integer;
+  operator double() const { return value; }
+};
+inline Typed numpy_typed(double product, Real factor) {
+  return {product, factor.integer ? MJENV_NUMPY_INT64 : MJENV_NUMPY_FLOAT64};
+}
+inline Typed python_typed(double product, Real factor) {
+  return {product, factor.integer ? MJENV_PYTHON_INT : MJENV_PYTHON_FLOAT};
+}
+
+// One term of the observation; write returns its length and writes unless the target is null.
+struct Term {
+  const char* name;
+  std::function<Eigen::Index(const Sim&, double*)> write;
+};
+
+// What a definition amounts to.
+struct Task {
+  std::shared_ptr<const Model> model;
+  int frame_skip = 1;
+  std::int64_t time_limit = 0;
+  double reward_threshold = std::numeric_limits<double>::quiet_NaN();
+  mjenv_type reward_type = MJENV_NUMPY_FLOAT64;
+
+  std::vector<Term> terms;
+  bool has_structure = false;
+  int skipped_qpos = -1;  // -1: Gymnasium does not list it
+  std::function<void(Start&, Rng&)> reset;
+  std::function<void(const Sim&, Info&)> reset_info;
+  Eigen::Index carry_count = 0;
+  std::function<void(const Sim&, double*)> carry;
+  std::function<Outcome(const Sim&, const Carried&, Info&)> step;
+};
+
+class Robot {
+ public:
+  // Build::options only declares the options; Build::task opens the model and resolves its names.
+  enum class Build { options, task };
+  Robot(int version, Options& options, Build build) : v5(version == 5), options_(options), build_(build) {}
+
+  const bool v5;
+
+  // ---- the model ----
+  // The model; in v5 the caller may replace it by one of his own.
+  Robot& model(const char* name);
+  // A model that the caller may replace in v4, too: the option xml_file.
+  Robot& xml_file(const char* name);
+  // mj_steps in a step; an option in v5.
+  Robot& frame_skip(int count);
+  Robot& time_limit(std::int64_t steps) { return task_.time_limit = steps, *this; }
+  Robot& reward_threshold(double value) { return task_.reward_threshold = value, *this; }
+  Robot& reward_type(mjenv_type type) { return task_.reward_type = type, *this; }
+  // The least lengths of qpos and qvel that the formulas index.
+  Robot& needs(int nq, int nv);
+  // The only lengths for which the observation has the size that Gymnasium declares.
+  Robot& needs_exactly(int nq, int nv);
+
+  // ---- options: declared with their default and documentation, returned as the caller set them ----
+  Real real(const char* name, double value, const char* doc);
+  std::array<double, 2> range(const char* name, std::array<double, 2> value, const char* doc);
+  bool flag(const char* name, bool value, const char* doc);
+  // reset_noise_scale
+  double noise(double value);
+  // A body by index or by name.
+  int body_option(const char* name, int value, const char* doc);
+  // The norm, rounded as the caller chose.
+  np::Norm norm() const;
+
+  // ---- objects of the model ----
+  int body(const char* name) const;
+  int site(int index) const;
+
+  // ---- the task ----
+  // A term of the observation: a vector expression of the simulation.
+  template <typename F>
+  void observe(const char* name, const F& term) {
+    task_.terms.push_back({name, [term](const Sim& s, double* to) {
+                             const auto values = term(s);
+                             if (to)
+                               for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.coeff(i);
+                             return values.size();
+                           }});
+  }
+  // A term that is observed only if wanted; observation_structure lists it either way.
+  template <typename F>
+  void observe_if(bool wanted, const char* name, const F& term) {
+    if (wanted)
+      observe(name, term);
+    else
+      observe_nothing(name);
+  }
+  void observe_nothing(const char* name);
+  // v5 offers observation_structure: the terms' lengths, after the number of positions left out.
+  void structure(int skipped_qpos = -1);
+
+  // Draws the start of an episode, in Gymnasium's order of draws.
+  void reset(std::function<void(Start&, Rng&)> draw) { task_.reset = std::move(draw); }
+  void reset_info(std::function<void(const Sim&, Info&)> info) { task_.reset_info = std::move(info); }
+  // What a step needs to know of the state before it: a vector of fixed length, taken when that state was computed.
+  template <typename F>
+  void carry(const F& before) {
+    using V = std::decay_t<decltype(before(std::declval<const Sim&>()).eval())>;
+    static_assert(V::SizeAtCompileTime > 0, "a carried vector has a fixed length");
+    task_.carry_count = V::SizeAtCompileTime;
+    task_.carry = [before](const Sim& s, double* to) { Eigen::Map<V>{to} = before(s); };
+  }
+  void step(std::function<Outcome(const Sim&, const Carried&, Info&)> outcome) { task_.step = std::move(outcome); }
+
+  // Declares the options that every id has after its own; to be called once the definition has run.
+  void declare_common();
+  // What the definition came to.
+  Task take() { return std::move(task_); }
+
+ private:
+  Options& options_;
+  Build build_;
+  bool takes_xml_ = false;
+  Task task_;
+
+  Robot& open(const std::string& xml_file);
+  const Option& string_option(const char* name, const char* value, const char* doc, const char* choices = "");
+  const Option& integer_option(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
+                               const char* doc);
+};
+
+}  // namespace mjenv
