@@ -145,9 +145,9 @@ int Robot::body_option(const char* name, int value, const char* doc) {
 }
 
 np::Norm Robot::norm() const {
-  if (build_ == Build::options) return np::Norm::of_this_cpu();
+  if (build_ == Build::options) return np::Norm::as_numpy_here();
   const auto& choice = options_.get("norm").text;
-  return choice == "auto" ? np::Norm::of_this_cpu() : np::Norm(choice == "fused");
+  return choice == "auto" ? np::Norm::as_numpy_here() : np::Norm(choice == "fused");
 }
 
 int Robot::body(const char* name) const {
@@ -172,7 +172,7 @@ void Robot::declare_common() {
   integer_option("max_episode_steps", task_.time_limit, 0, most, "steps after which an episode is truncated; 0: never");
   flag("strict", true, "refuse a non-finite action and a step after the end; Gymnasium lets them pass");
   string_option("norm", "auto",
-                "rounding of Euclidean norms: fused as NumPy on a CPU with AVX-512, plain as on others, auto as on this",
+                "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
                 "auto fused plain");
 }
 

@@ -1,5 +1,9 @@
 #include "numpy/math.hpp"
 
+#include <strings.h>
+
+#include <cstdlib>
+
 namespace mjenv::np {
 
 double power2(double x) {
@@ -7,13 +11,24 @@ double power2(double x) {
   return std::pow(x, two);
 }
 
-Norm Norm::of_this_cpu() {
+namespace {
+
+bool has_avx512() {
 #if defined(__x86_64__)
-  // OpenBLAS asks for AVX-512 VL before it picks one of its AVX-512 kernels.
-  return Norm(__builtin_cpu_supports("avx512vl") != 0);
+  return __builtin_cpu_supports("avx512vl") != 0;  // the feature that OpenBLAS asks for
 #else
-  return Norm(true);  // aarch64: its kernels fuse
+  return true;  // aarch64's kernels fuse, too
 #endif
+}
+
+}  // namespace
+
+Norm Norm::as_numpy_here() {
+  const char* forced = std::getenv("OPENBLAS_CORETYPE");
+  const auto is = [&](const char* kernel) { return forced && strcasecmp(forced, kernel) == 0; };
+  if (is("SkylakeX") || is("Cooperlake") || is("SapphireRapids")) return Norm(true);
+  if (is("Haswell") || is("Zen") || is("Sandybridge") || is("Nehalem")) return Norm(false);
+  return Norm(has_avx512());
 }
 
 }  // namespace mjenv::np

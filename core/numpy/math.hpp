@@ -66,8 +66,8 @@ double power2(double x);
 // AVX-512 fuse the multiplication with the addition and whose others do not.
 class Norm {
  public:
-  // As NumPy's OpenBLAS does on this CPU.
-  static Norm of_this_cpu();
+  // As NumPy's OpenBLAS does on this CPU, or as the environment variable OPENBLAS_CORETYPE has it do.
+  static Norm as_numpy_here();
   explicit Norm(bool fused) : fused_(fused) {}
 
   bool fused() const { return fused_; }
