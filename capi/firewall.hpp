@@ -83,8 +83,7 @@ template <typename F>
 mjenv_status enter(mjenv_env* handle, const F& body) noexcept {
   return guard([&] {
     mjenv_env& e = need(handle, "env");
-    if (e.busy.test_and_set(std::memory_order_acquire))
-      fail(MJENV_E_BUSY, "another thread is inside this environment");
+    if (e.busy.test_and_set(std::memory_order_acquire)) fail(MJENV_E_BUSY, "another thread is inside this environment");
     struct Leave {
       std::atomic_flag& flag;
       ~Leave() { flag.clear(std::memory_order_release); }
@@ -122,8 +121,8 @@ void deliver(std::size_t available, std::size_t capacity, const void* target, st
   if (capacity > 0) {
     need(static_cast<const unsigned char*>(target), "the target");
     if (capacity < available)
-      fail(MJENV_E_SIZE, "there is room for " + std::to_string(capacity) + ", but " + std::to_string(available) +
-                             " are needed");
+      fail(MJENV_E_SIZE,
+           "there is room for " + std::to_string(capacity) + ", but " + std::to_string(available) + " are needed");
     write();
   }
   *count = available;

@@ -12,13 +12,9 @@ using namespace mjenv::firewall;
 
 namespace {
 
-const Options& options_in(const mjenv_options* handle) {
-  return need(handle, "options").options;
-}
+const Options& options_in(const mjenv_options* handle) { return need(handle, "options").options; }
 
-std::string text(const char* value, const char* name) {
-  return &need(value, name);
-}
+std::string text(const char* value, const char* name) { return &need(value, name); }
 
 void fill(mjenv_field* to, const Field& field) {
   mjenv_field out{};

@@ -22,18 +22,13 @@ void append(std::vector<Field>& fields, std::string name, std::int64_t count) {
 
 std::vector<Field> fields_of(const std::vector<Array>& arrays) {
   std::vector<Field> fields;
-  for (const auto& a : arrays)
-    fields.push_back({a.name, "", a.type, a.shape, 0, static_cast<std::int64_t>(a.count())});
+  for (const auto& a : arrays) fields.push_back({a.name, "", a.type, a.shape, 0, static_cast<std::int64_t>(a.count())});
   return fields;
 }
 
-bool wanted(const std::uint8_t* mask, std::int64_t row) {
-  return !mask || mask[row];
-}
+bool wanted(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row]; }
 
-std::string in_row(std::int64_t row, const std::string& what) {
-  return "row " + std::to_string(row) + ": " + what;
-}
+std::string in_row(std::int64_t row, const std::string& what) { return "row " + std::to_string(row) + ": " + what; }
 
 void check_count(const char* what, std::int64_t given, std::int64_t needed) {
   if (given != needed)
@@ -314,7 +309,8 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   for (std::size_t i = 0; i < nq + nv; ++i) {
     const double x = i < nq ? qpos[i] : qvel[i - nq];
     if (!std::isfinite(x))
-      fail(MJENV_E_VALUE, (i < nq ? "qpos[" + std::to_string(i) : "qvel[" + std::to_string(i - nq)) + "] is " + number(x));
+      fail(MJENV_E_VALUE,
+           (i < nq ? "qpos[" + std::to_string(i) : "qvel[" + std::to_string(i - nq)) + "] is " + number(x));
   }
   double* start = scratch_.data();
   std::copy_n(state(row), layout.size, start);
@@ -362,9 +358,7 @@ Env::Stamp Env::stamp() const {
   return stamp;
 }
 
-std::size_t Env::snapshot_size() const {
-  return sizeof(Stamp) + record_size_ * sizeof(double);
-}
+std::size_t Env::snapshot_size() const { return sizeof(Stamp) + record_size_ * sizeof(double); }
 
 namespace {
 std::uint64_t checksum_of(const std::vector<unsigned char>& image, std::size_t from) {
@@ -398,8 +392,8 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   std::memcpy(&s, bytes.data(), sizeof s);
   if (s.magic != mine.magic) fail(MJENV_E_SNAPSHOT, "not an image of a row");
   if (s.version != mine.version)
-    fail(MJENV_E_SNAPSHOT, "an image of version " + std::to_string(s.version) + "; this library reads " +
-                               std::to_string(mine.version));
+    fail(MJENV_E_SNAPSHOT,
+         "an image of version " + std::to_string(s.version) + "; this library reads " + std::to_string(mine.version));
   if (s.owner != mine.owner)
     fail(MJENV_E_SNAPSHOT, "the image is of another id, other options or another model than this " + options_.id());
   if (s.size != size || size != mine.size || s.checksum != checksum_of(bytes, offsetof(Stamp, rng)) ||

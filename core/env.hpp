@@ -69,8 +69,8 @@ class Env {
   std::vector<Head> heads_;
   std::vector<double> records_;
   std::size_t record_size_ = 0;
-  std::int64_t resident_ = -1;  // the row whose derived arrays the work space holds; -1: none
-  std::vector<double> scratch_;  // a record or an observation in the making
+  std::int64_t resident_ = -1;       // the row whose derived arrays the work space holds; -1: none
+  std::vector<double> scratch_;      // a record or an observation in the making
   mutable std::uint64_t owner_ = 0;  // of images; computed once
   Rng action_rng_;
   bool actions_seeded_ = false;
@@ -80,7 +80,9 @@ class Env {
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   double* before(std::int64_t row) { return state(row) + work_.layout().size; }
   double* carried(std::int64_t row) { return before(row) + work_.layout().size; }
-  const double* record(std::int64_t row) const { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
+  const double* record(std::int64_t row) const {
+    return records_.data() + static_cast<std::size_t>(row) * record_size_;
+  }
 
   void check(const mjenv_batch& out, const std::vector<Field>& info) const;
   void check_actions(const void* action, mjenv_dtype dtype) const;

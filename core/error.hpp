@@ -21,13 +21,9 @@ class Error : public std::exception {
   std::string message_;
 };
 
-[[noreturn]] inline void fail(mjenv_status status, std::string message) {
-  throw Error(status, std::move(message));
-}
+[[noreturn]] inline void fail(mjenv_status status, std::string message) { throw Error(status, std::move(message)); }
 
-inline std::string quoted(const std::string& text) {
-  return '"' + text + '"';
-}
+inline std::string quoted(const std::string& text) { return '"' + text + '"'; }
 
 // "a, b, c" for messages that name the valid choices.
 std::string listed(const std::vector<std::string>& names);

@@ -27,9 +27,7 @@ const Option& Options::declare(Option option) {
   return found != options_.end() ? *found : options_.emplace_back(std::move(option));
 }
 
-Option& Options::find(const std::string& name) {
-  return const_cast<Option&>(get(name));
-}
+Option& Options::find(const std::string& name) { return const_cast<Option&>(get(name)); }
 
 const Option& Options::get(const std::string& name) const {
   for (const auto& option : options_)
@@ -67,8 +65,8 @@ void Options::set_reals(const std::string& name, const double* values, std::size
   Option& option = find(name);
   if (option.kind != MJENV_REALS) refuse_type(option, "real numbers");
   if (count != option.reals.size())
-    fail(MJENV_E_SIZE, "option " + quoted(name) + " holds " + std::to_string(option.reals.size()) +
-                           " number(s), not " + std::to_string(count));
+    fail(MJENV_E_SIZE, "option " + quoted(name) + " holds " + std::to_string(option.reals.size()) + " number(s), not " +
+                           std::to_string(count));
   for (std::size_t i = 0; i < count; ++i) check_bounds(option, values[i]);
   option.reals.assign(values, values + count);
   option.given_as_integer = false;

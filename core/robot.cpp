@@ -58,9 +58,7 @@ Robot& Robot::xml_file(const char* name) {
   return *this;
 }
 
-Robot& Robot::model(const char* name) {
-  return v5 ? xml_file(name) : open(name);
-}
+Robot& Robot::model(const char* name) { return v5 ? xml_file(name) : open(name); }
 
 Robot& Robot::frame_skip(int count) {
   task_.frame_skip = count;

@@ -26,8 +26,7 @@ namespace np {
 
 // numpy.square(action).sum(): squares and sum in the action's own dtype.
 inline Scalar sum_square(const Action& a) {
-  if (a.dtype == MJENV_FLOAT32)
-    return Scalar(sum(a.count, [x = a.narrow()](Eigen::Index i) { return x[i] * x[i]; }));
+  if (a.dtype == MJENV_FLOAT32) return Scalar(sum(a.count, [x = a.narrow()](Eigen::Index i) { return x[i] * x[i]; }));
   return Scalar(sum(a.count, [x = a.wide()](Eigen::Index i) { return x[i] * x[i]; }));
 }
 
@@ -79,7 +78,8 @@ class Sim {
   Work* work_ = nullptr;
 
   Vec bodies(const double* array, int width, int first) const {
-    return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (view_.nbody - first)};
+    return {array + static_cast<std::ptrdiff_t>(width) * first,
+            static_cast<Eigen::Index>(width) * (view_.nbody - first)};
   }
 };
 

@@ -1,7 +1,7 @@
 #include "engine/model.hpp"
 
-#include <mujoco/mujoco.h>
 #include <mujoco/mjxmacro.h>
+#include <mujoco/mujoco.h>
 #include <pwd.h>
 #include <unistd.h>
 
@@ -26,16 +26,14 @@ void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 namespace mjenv {
 namespace {
 
-[[noreturn]] void throw_error(const char* message) {
-  fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
-}
+[[noreturn]] void throw_error(const char* message) { fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message); }
 
 void ignore_warning(const char*) {}
 
 struct Kind {
   const char* name;
   mjtObj type;
-  int mjModel::* count;
+  int mjModel::*count;
 };
 
 constexpr std::array<Kind, 9> kinds{{{"body", mjOBJ_BODY, &mjModel::nbody},
@@ -182,9 +180,7 @@ std::shared_ptr<const Model> Model::parse(const std::string& label, const std::s
   return std::shared_ptr<const Model>(new Model(label, load(label, file, files.get())));
 }
 
-void Model::Delete::operator()(mjModel_* model) const {
-  mj_deleteModel(model);
-}
+void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 
 Model::Model(std::string label, mjModel_* model)
     : label_(std::move(label)),
@@ -196,9 +192,7 @@ Model::Model(std::string label, mjModel_* model)
       nu_(model->nu),
       nbody_(model->nbody) {}
 
-double Model::timestep() const {
-  return model_->opt.timestep;
-}
+double Model::timestep() const { return model_->opt.timestep; }
 
 std::vector<double> Model::action_bound(int side) const {
   std::vector<double> bound;
@@ -206,9 +200,7 @@ std::vector<double> Model::action_bound(int side) const {
   return bound;
 }
 
-int Model::count(const std::string& type) const {
-  return model_.get()->*kind_of(type).count;
-}
+int Model::count(const std::string& type) const { return model_.get()->*kind_of(type).count; }
 
 int Model::index(const std::string& type, const std::string& name) const {
   const int found = mj_name2id(model_.get(), kind_of(type).type, name.c_str());
@@ -240,8 +232,6 @@ std::uint64_t Model::fingerprint() const {
   return hash(image.data(), image.size());
 }
 
-const char* mujoco_version() {
-  return mj_versionString();
-}
+const char* mujoco_version() { return mj_versionString(); }
 
 }  // namespace mjenv

@@ -1,7 +1,7 @@
 #include "engine/work.hpp"
 
-#include <mujoco/mujoco.h>
 #include <mujoco/mjxmacro.h>
+#include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <array>
@@ -20,9 +20,7 @@ T* put(T* to, const T* from, std::size_t count) {
 
 }  // namespace
 
-void Work::Delete::operator()(mjData_* data) const {
-  mj_deleteData(data);
-}
+void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Work::Work(std::shared_ptr<const Model> model, int frame_skip)
     : model_(std::move(model)), layout_(*model_), frame_skip_(frame_skip) {
@@ -34,9 +32,9 @@ Work::Work(std::shared_ptr<const Model> model, int frame_skip)
   sim_.work_ = this;
   sim_.timestep = m->opt.timestep;
   sim_.dt = m->opt.timestep * frame_skip;
-  sim_.view_ = {m->nq,      m->nv,          m->nu,      m->nbody,         m->ntendon,         &d->time,      d->qpos,
-                d->qvel,    d->ctrl,        m->qpos0,   d->xpos,          d->xipos,           d->site_xpos,  m->body_mass,
-                d->cinert,  d->cvel,        d->cfrc_ext, d->qfrc_actuator, d->qfrc_constraint, d->ten_length, d->ten_velocity};
+  sim_.view_ = {m->nq,     m->nv,   m->nu,       m->nbody,         m->ntendon,         &d->time,      d->qpos,
+                d->qvel,   d->ctrl, m->qpos0,    d->xpos,          d->xipos,           d->site_xpos,  m->body_mass,
+                d->cinert, d->cvel, d->cfrc_ext, d->qfrc_actuator, d->qfrc_constraint, d->ten_length, d->ten_velocity};
 }
 
 std::vector<Array> Work::arrays() const {
@@ -52,7 +50,8 @@ std::vector<Array> Work::arrays() const {
     using T = std::decay_t<decltype(*data)>;
     if constexpr (!std::is_same_v<T, mjContact>) {
       const auto type = std::is_same_v<T, int> ? MJENV_NUMPY_INT32 : MJENV_NUMPY_FLOAT64;
-      list.push_back({name, type, flat ? std::vector<std::int64_t>{rows} : std::vector<std::int64_t>{rows, columns}, data});
+      list.push_back(
+          {name, type, flat ? std::vector<std::int64_t>{rows} : std::vector<std::int64_t>{rows, columns}, data});
     }
   };
 #define X(type, name, rows, columns) add(#name, d->name, m->rows, columns, std::string(#columns) == "1");
@@ -82,8 +81,11 @@ void Work::begin() {
 void Work::load(const double* state) {
   mjData* d = data_.get();
   d->time = *state++;
-  for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq}, {d->qvel, layout_.nv}, {d->act, layout_.na},
-                                     {d->qacc_warmstart, layout_.nv}, {d->ctrl, layout_.nu}}) {
+  for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq},
+                                     {d->qvel, layout_.nv},
+                                     {d->act, layout_.na},
+                                     {d->qacc_warmstart, layout_.nv},
+                                     {d->ctrl, layout_.nu}}) {
     put(array, state, count);
     state += count;
   }
@@ -99,9 +101,7 @@ void Work::save(double* state) const {
   put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
 }
 
-void Work::forward() {
-  mj_forward(model_->get(), data_.get());
-}
+void Work::forward() { mj_forward(model_->get(), data_.get()); }
 
 void Work::step(const Action& action, double* before) {
   mjData* d = data_.get();

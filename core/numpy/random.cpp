@@ -11,9 +11,7 @@ namespace {
 
 __extension__ using uint128 = unsigned __int128;
 
-constexpr uint128 pair(std::uint64_t high, std::uint64_t low) {
-  return static_cast<uint128>(high) << 64 | low;
-}
+constexpr uint128 pair(std::uint64_t high, std::uint64_t low) { return static_cast<uint128>(high) << 64 | low; }
 
 constexpr uint128 kMultiplier = pair(0x2360ED051FC65DA4, 0x4385DF649FCCF645);
 

@@ -9,8 +9,8 @@ void humanoid(Robot& r) {
   const double w_forward = r.real("forward_reward_weight", 1.25, "weight of the velocity along x");
   const double w_ctrl = r.real("ctrl_cost_weight", 0.1, "weight of the squared controls");
   const double w_contact = r.v5 ? r.real("contact_cost_weight", 5e-7, "weight of the squared contact forces") : Real{};
-  const auto cost_range = r.v5 ? r.range("contact_cost_range", {-kInfinity, 10}, "clip of the contact cost")
-                               : std::array<double, 2>{};
+  const auto cost_range =
+      r.v5 ? r.range("contact_cost_range", {-kInfinity, 10}, "clip of the contact cost") : std::array<double, 2>{};
   const auto bonus = r.real("healthy_reward", 5, "paid for each step while healthy");
   const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
   const auto z_range = r.range("healthy_z_range", {1, 2}, "height while healthy, m, open");

@@ -13,8 +13,7 @@ void humanoid_standup(Robot& r) {
   const auto cost_range = r.v5 ? r.range("impact_cost_range", {-kInfinity, 10}, "clip of the contact cost")
                                : std::array<double, 2>{-kInfinity, 10};
   const auto noise = r.v5 ? r.noise(1e-2) : 1e-2;
-  const auto hide_xy =
-      !r.v5 || r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
+  const auto hide_xy = !r.v5 || r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
   const auto cinert = !r.v5 || r.flag("include_cinert_in_observation", true, "observe body inertias");
   const auto cvel = !r.v5 || r.flag("include_cvel_in_observation", true, "observe body velocities");
   const auto qfrc = !r.v5 || r.flag("include_qfrc_actuator_in_observation", true, "observe actuator forces");

@@ -7,8 +7,10 @@ void pusher(Robot& r) {
   // v4's object weighs next to nothing
   r.model(r.v5 ? "pusher_v5.xml" : "pusher.xml").frame_skip(5).time_limit(100).reward_threshold(0).needs(7, 7);
 
-  const double w_near = r.v5 ? r.real("reward_near_weight", 0.5, "weight of the arm's distance to the object") : Real{0.5, false};
-  const double w_dist = r.v5 ? r.real("reward_dist_weight", 1, "weight of the object's distance to the goal") : Real{1, false};
+  const double w_near =
+      r.v5 ? r.real("reward_near_weight", 0.5, "weight of the arm's distance to the object") : Real{0.5, false};
+  const double w_dist =
+      r.v5 ? r.real("reward_dist_weight", 1, "weight of the object's distance to the goal") : Real{1, false};
   const double w_ctrl = r.v5 ? r.real("reward_control_weight", 0.1, "weight of the squared action") : Real{0.1, false};
   const auto norm = r.norm();
   const int arm = r.body("tips_arm"), object = r.body("object"), goal = r.body("goal");

@@ -18,7 +18,8 @@ void reacher(Robot& r) {
   r.observe("target", [](const Sim& s) { return s.qpos(2); });
   r.observe("qvel", [](const Sim& s) { return s.qvel().head<2>(); });
   // v5 leaves out z, which is always 0
-  r.observe("to_target", [=, size = r.v5 ? 2 : 3](const Sim& s) { return (s.xpos(fingertip) - s.xpos(target)).head(size).eval(); });
+  r.observe("to_target",
+            [=, size = r.v5 ? 2 : 3](const Sim& s) { return (s.xpos(fingertip) - s.xpos(target)).head(size).eval(); });
 
   r.reset([=](Start& start, Rng& rng) {
     for (double& q : start.qpos) q = rng.uniform(-0.1, 0.1) + q;

@@ -124,12 +124,12 @@ typedef struct mjenv_spec {
 /* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
-  int32_t obs_dtype;  /* mjenv_dtype of obs: float64 as Gymnasium's, or float32, rounded to nearest */
-  int64_t rows;       /* must equal mjenv_rows */
-  int64_t obs_count;  /* elements of one row of obs: the observation space's count */
-  int64_t info_count; /* elements of one row of info: the sum of the counts of the role's fields */
-  void *obs;          /* [rows][obs_count] */
-  double *reward;     /* [rows]; a reset writes 0 */
+  int32_t obs_dtype;   /* mjenv_dtype of obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  int64_t rows;        /* must equal mjenv_rows */
+  int64_t obs_count;   /* elements of one row of obs: the observation space's count */
+  int64_t info_count;  /* elements of one row of info: the sum of the counts of the role's fields */
+  void *obs;           /* [rows][obs_count] */
+  double *reward;      /* [rows]; a reset writes 0 */
   uint8_t *terminated; /* [rows]; a reset writes 0 */
   uint8_t *truncated;  /* [rows]; a reset writes 0 */
   double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset */
@@ -163,7 +163,8 @@ MJENV_API mjenv_status mjenv_spec_of(const char *id, mjenv_spec *spec);
 
 /* ---- Options ---- */
 
-/* The options of an id at their defaults. The caller destroys them; create copies them. Errors: ARGUMENT, NAME, MEMORY. */
+/* The options of an id at their defaults. The caller destroys them; mjenv_create copies them.
+ * Errors: ARGUMENT, NAME, MEMORY. */
 MJENV_API mjenv_status mjenv_options_create(const char *id, mjenv_options **options);
 
 MJENV_API void mjenv_options_destroy(mjenv_options *options);
@@ -276,8 +277,8 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, size_t capacity_bytes,
                                       size_t *size_bytes);
 
-/* Continues a row from an image, bit for bit, also in another process. The environment must have the id, the options and
- * the model of the one the image was taken from. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
+/* Continues a row from an image, bit for bit, also in another process. The environment must have the id, the options
+ * and the model of the one the image was taken from. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 #ifdef __cplusplus
