@@ -180,6 +180,8 @@ void mjenv_destroy(mjenv_env* env) { delete env; }
 
 std::int64_t mjenv_rows(const mjenv_env* env) { return env ? env->env.rows() : 0; }
 
+std::int64_t mjenv_frame_skip(const mjenv_env* env) { return env ? env->env.frame_skip() : 0; }
+
 const mjenv_options* mjenv_options_of(const mjenv_env* env) { return env ? &env->options : nullptr; }
 
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
@@ -228,6 +230,14 @@ mjenv_status mjenv_step(mjenv_env* env, const void* action, std::size_t count, m
   });
 }
 
+mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* words, std::size_t count) {
+  return enter(env, [&](Env& e) { e.get_stream(row, &need(words, "words"), count); });
+}
+
+mjenv_status mjenv_set_stream(mjenv_env* env, std::int64_t row, const std::uint64_t* words, std::size_t count) {
+  return enter(env, [&](Env& e) { e.set_stream(row, &need(words, "words"), count); });
+}
+
 mjenv_status mjenv_seed_actions(mjenv_env* env, std::uint64_t seed) {
   return enter(env, [&](Env& e) { e.seed_actions(seed); });
 }
@@ -270,6 +280,11 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
     need_array(qvel, nv, "qvel");
     e.set_state(row, qpos, nq, qvel, nv);
   });
+}
+
+mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
+                            std::int64_t frames) {
+  return enter(env, [&](Env& e) { e.simulate(row, need_array(ctrl, count, "ctrl"), count, frames); });
 }
 
 mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {

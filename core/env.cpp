@@ -81,7 +81,7 @@ void Env::describe() {
   action_space_ = {m.action_low(), m.action_high()};
 
   const std::vector<double> zeros(static_cast<std::size_t>(m.nu()));
-  work_.step({zeros.data(), MJENV_FLOAT64, m.nu()}, before.data());
+  work_.step({zeros.data(), MJENV_FLOAT64, m.nu()}, task_.frame_skip, before.data());
   Info learn(info_);
   task_.step(sim, Carried(carried.data(), task_.carry_count), learn);
   reward_ = {{"reward", "", task_.reward_type, {}, 0, 1}};
@@ -134,6 +134,22 @@ void Env::seed(std::int64_t row, const std::uint32_t* digits, std::size_t count)
   heads_[row].seeded = true;
 }
 
+void Env::get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const {
+  check_row(row);
+  check_count("count", static_cast<std::int64_t>(count), 4);
+  if (!heads_[row].seeded) fail(MJENV_E_STATE, in_row(row, "it was never seeded or reset, so it has no random stream"));
+  const auto stream = heads_[row].rng.words();
+  std::copy(stream.begin(), stream.end(), words);
+}
+
+void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count) {
+  check_row(row);
+  check_count("count", static_cast<std::int64_t>(count), 4);
+  if (words[2] % 2 == 0) fail(MJENV_E_VALUE, "the increment " + std::to_string(words[2]) + " is even");
+  heads_[row].rng = Rng::from_words({words[0], words[1], words[2], words[3]});
+  heads_[row].seeded = true;
+}
+
 void Env::write_observation(std::int64_t row, const mjenv_batch& out) {
   if (!out.obs) return;
   const bool narrow = out.obs_dtype == MJENV_FLOAT32;
@@ -144,6 +160,15 @@ void Env::write_observation(std::int64_t row, const mjenv_batch& out) {
   if (narrow)
     std::transform(to, to + observation_count_, static_cast<float*>(out.obs) + start,
                    [](double x) { return static_cast<float>(x); });
+}
+
+// Makes what the work space holds the row's state; scratch_ holds the state before the last evaluation.
+void Env::commit(std::int64_t row, Origin origin) {
+  std::copy_n(scratch_.data(), work_.layout().size, before(row));
+  work_.save(state(row));
+  if (task_.carry) task_.carry(work_.sim(), carried(row));
+  heads_[row].origin = origin;
+  resident_ = row;
 }
 
 void Env::reset(const std::uint8_t* mask, const mjenv_batch* out) {
@@ -166,11 +191,8 @@ void Env::reset_row(std::int64_t row, const mjenv_batch* out) {
   work_.load(start);
   work_.forward();
 
-  std::copy_n(start, layout.size, before(row));
-  work_.save(state(row));
-  if (task_.carry) task_.carry(sim, carried(row));
+  commit(row, Origin::forward);
   heads_[row] = {rng, 0, Origin::forward, true, true, false};
-  resident_ = row;
   if (!out) return;
   write_observation(row, *out);
   if (out->reward) out->reward[row] = 0;
@@ -225,18 +247,14 @@ void Env::step_row(std::int64_t row, const Action& action, const mjenv_batch* ou
   Head& head = heads_[row];
   resident_ = -1;
   work_.load(state(row));
-  work_.step(action, scratch_.data());
+  work_.step(action, task_.frame_skip, scratch_.data());
 
   Info info(info_, out ? out->info : nullptr, rows(), row);
   const Outcome outcome = task_.step(sim, Carried(carried(row), task_.carry_count), info);
-  std::copy_n(scratch_.data(), work_.layout().size, before(row));
-  work_.save(state(row));
-  if (task_.carry) task_.carry(sim, carried(row));
+  commit(row, Origin::step);
   ++head.steps;
-  head.origin = Origin::step;
   const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
   head.ended = outcome.terminated || truncated;
-  resident_ = row;
   if (!out) return;
   write_observation(row, *out);
   if (out->reward) out->reward[row] = outcome.reward;
@@ -321,13 +339,19 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   work_.load(start);
   work_.forward();
 
-  std::copy_n(start, layout.size, before(row));
-  work_.save(state(row));
-  if (task_.carry) task_.carry(work_.sim(), carried(row));
-  heads_[row].origin = Origin::forward;
+  commit(row, Origin::forward);
   heads_[row].ready = true;
   heads_[row].ended = false;
-  resident_ = row;
+}
+
+void Env::simulate(std::int64_t row, const double* ctrl, std::size_t count, std::int64_t frames) {
+  check_row(row);
+  check_count("count", static_cast<std::int64_t>(count), task_.model->nu());
+  if (frames < 1) fail(MJENV_E_VALUE, "frames is " + std::to_string(frames) + ", less than 1");
+  resident_ = -1;
+  work_.load(state(row));
+  work_.step({ctrl, MJENV_FLOAT64, task_.model->nu()}, frames, scratch_.data());
+  commit(row, Origin::step);
 }
 
 // What precedes a row's record in its image.

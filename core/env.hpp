@@ -17,6 +17,7 @@ class Env {
   Env(const Options& options, std::int64_t rows);
 
   std::int64_t rows() const { return static_cast<std::int64_t>(heads_.size()); }
+  std::int64_t frame_skip() const { return task_.frame_skip; }
   const Options& options() const { return options_; }
   const Model& model() const { return *task_.model; }
   const std::vector<Field>& fields(mjenv_role role) const;
@@ -25,6 +26,8 @@ class Env {
 
   void seed(const std::uint64_t* seeds, const std::uint8_t* mask);
   void seed(std::int64_t row, const std::uint32_t* digits, std::size_t count);
+  void get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const;
+  void set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count);
   void reset(const std::uint8_t* mask, const mjenv_batch* out);
   void step(const void* action, std::size_t count, mjenv_dtype dtype, const mjenv_batch* out);
   void observe(const mjenv_batch& out);
@@ -35,6 +38,8 @@ class Env {
   // The array under MuJoCo's name, ready to be read for that row.
   const Array& array(std::int64_t row, const std::string& name);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
+
+  void simulate(std::int64_t row, const double* ctrl, std::size_t count, std::int64_t frames);
 
   void check_row(std::int64_t row) const;
   std::size_t snapshot_size() const;
@@ -87,6 +92,7 @@ class Env {
   void check(const mjenv_batch& out, const std::vector<Field>& info) const;
   void check_actions(const void* action, mjenv_dtype dtype) const;
   void make_resident(std::int64_t row);
+  void commit(std::int64_t row, Origin origin);
   void reset_row(std::int64_t row, const mjenv_batch* out);
   void step_row(std::int64_t row, const Action& action, const mjenv_batch* out);
   void write_observation(std::int64_t row, const mjenv_batch& out);

@@ -97,6 +97,24 @@ std::vector<Array> arrays_of(const mjModel* m) {
   return list;
 }
 
+// A view of the model whose collisions are those of the pairs.
+std::unique_ptr<const mjModel> with_pairs(const mjModel& model, std::optional<Pairs>& pairs) {
+  auto view = std::make_unique<mjModel>(model);
+  if (pairs) {
+    view->opt.collision = mjCOL_PAIR;
+    view->npair = static_cast<int>(pairs->dim.size());
+    view->pair_dim = pairs->dim.data();
+    view->pair_geom1 = pairs->geom1.data();
+    view->pair_geom2 = pairs->geom2.data();
+    view->pair_solref = pairs->solref.data();
+    view->pair_solimp = pairs->solimp.data();
+    view->pair_margin = pairs->margin.data();
+    view->pair_gap = pairs->gap.data();
+    view->pair_friction = pairs->friction.data();
+  }
+  return view;
+}
+
 std::string expanded(const std::string& path) {
   if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;
   const char* home = std::getenv("HOME");
@@ -155,18 +173,18 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file) {
   if (std::strchr("./~", xml_file[0])) {
     const std::string path = expanded(xml_file);
     if (access(path.c_str(), R_OK) != 0) fail(MJENV_E_MODEL, "model file " + quoted(path) + " cannot be read");
-    return std::shared_ptr<const Model>(new Model(xml_file, load(xml_file, path.c_str(), nullptr)));
+    return std::shared_ptr<const Model>(new Model(xml_file, load(xml_file, path.c_str(), nullptr), false));
   }
   std::vector<std::string> names;
   for (std::size_t i = 0; i < asset_count; ++i) {
-    if (xml_file == assets[i].name) return parse(xml_file, assets[i].text);
+    if (xml_file == assets[i].name) return parse(xml_file, assets[i].text, true);
     names.emplace_back(assets[i].name);
   }
   fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
                           "; a path starts with \".\", \"/\" or \"~\"");
 }
 
-std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml) {
+std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool built_in) {
   constexpr const char* file = "model.xml";
   const auto release = [](mjVFS* files) {
     mj_deleteVFS(files);
@@ -177,14 +195,18 @@ std::shared_ptr<const Model> Model::parse(const std::string& label, const std::s
   if (mj_makeEmptyFileVFS(files.get(), file, static_cast<int>(xml.size())) != 0)
     fail(MJENV_E_MEMORY, "out of memory for model " + quoted(label));
   std::memcpy(files->filedata[0], xml.data(), xml.size());
-  return std::shared_ptr<const Model>(new Model(label, load(label, file, files.get())));
+  return std::shared_ptr<const Model>(new Model(label, load(label, file, files.get()), built_in));
 }
 
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 
-Model::Model(std::string label, mjModel_* model)
+Model::~Model() = default;
+
+Model::Model(std::string label, mjModel_* model, bool built_in)
     : label_(std::move(label)),
       model_(model),
+      pairs_(explicit_pairs(*model, built_in)),
+      stepped_(with_pairs(*model, pairs_)),
       arrays_(arrays_of(model)),
       nq_(model->nq),
       nv_(model->nv),

@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/pairs.hpp"
 #include "mjenv/mjenv.h"
 
 // NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
@@ -44,9 +46,12 @@ class Model {
   // From a built-in name ("ant.xml") or a path, by Gymnasium's rule: a text that starts with ".", "/" or "~" is a path.
   static std::shared_ptr<const Model> open(const std::string& xml_file);
   // From MJCF text.
-  static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml);
+  static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool built_in = false);
+  ~Model();
 
   const mjModel_* get() const { return model_.get(); }
+  // The same model as it is stepped: equal bits in less time.
+  const mjModel_* stepped() const { return stepped_.get(); }
   const std::string& label() const { return label_; }
   const std::vector<Array>& arrays() const { return arrays_; }
 
@@ -77,10 +82,12 @@ class Model {
   };
   std::string label_;
   std::unique_ptr<mjModel_, Delete> model_;
+  std::optional<Pairs> pairs_;
+  std::unique_ptr<const mjModel_> stepped_;  // shares model_'s arrays
   std::vector<Array> arrays_;
   int nq_ = 0, nv_ = 0, na_ = 0, nu_ = 0, nbody_ = 0;
 
-  Model(std::string label, mjModel_* model);
+  Model(std::string label, mjModel_* model, bool built_in);
   std::vector<double> action_bound(int side) const;
 };
 

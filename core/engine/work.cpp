@@ -22,8 +22,7 @@ T* put(T* to, const T* from, std::size_t count) {
 
 void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Work::Work(std::shared_ptr<const Model> model, int frame_skip)
-    : model_(std::move(model)), layout_(*model_), frame_skip_(frame_skip) {
+Work::Work(std::shared_ptr<const Model> model, int frame_skip) : model_(std::move(model)), layout_(*model_) {
   const ErrorTrap trap;
   const mjModel* m = model_->get();
   data_.reset(mj_makeData(m));
@@ -101,20 +100,20 @@ void Work::save(double* state) const {
   put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
 }
 
-void Work::forward() { mj_forward(model_->get(), data_.get()); }
+void Work::forward() { mj_forward(model_->stepped(), data_.get()); }
 
-void Work::step(const Action& action, double* before) {
+void Work::step(const Action& action, std::int64_t frames, double* before) {
   mjData* d = data_.get();
   clear_warnings();
   sim_.action = action;
   for (Eigen::Index i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
-  for (int i = 1; i < frame_skip_; ++i) mj_step(model_->get(), d);
+  for (std::int64_t i = 1; i < frames; ++i) mj_step(model_->stepped(), d);
   save(before);
   repeat_step();
 }
 
 void Work::repeat_step() {
-  mj_step(model_->get(), data_.get());
+  mj_step(model_->stepped(), data_.get());
   incomplete_ = true;
 }
 

@@ -39,9 +39,9 @@ class Work {
 
   // mj_forward, as Gymnasium's set_state does.
   void forward();
-  // frame_skip times mj_step under an action; before receives the state before the last of them.
-  void step(const Action& action, double* before);
-  // The last mj_step of a step, from the state before it.
+  // mj_step `frames` times under an action; before receives the state before the last of them.
+  void step(const Action& action, std::int64_t frames, double* before);
+  // The last of them, from that state.
   void repeat_step();
   // Completes what MuJoCo computes only on demand: cacc, cfrc_int, cfrc_ext.
   void complete();
@@ -56,7 +56,6 @@ class Work {
   std::shared_ptr<const Model> model_;
   StateLayout layout_;
   std::unique_ptr<mjData_, Delete> data_;
-  int frame_skip_;
   bool incomplete_ = false;  // cfrc_ext and its like are older than the last mj_step
   Sim sim_;
 

@@ -59,11 +59,16 @@ Generator Generator::from_digits(const std::uint32_t* digits, std::size_t count)
   const auto words = seed_words(digits, count);
   const uint128 inc = pair(words[2], words[3]) << 1 | 1;
   const uint128 state = (inc + pair(words[0], words[1])) * kMultiplier + inc;
+  return from_words({static_cast<std::uint64_t>(state), static_cast<std::uint64_t>(state >> 64),
+                     static_cast<std::uint64_t>(inc), static_cast<std::uint64_t>(inc >> 64)});
+}
+
+Generator Generator::from_words(const Words& words) {
   Generator g;
-  g.state_high_ = static_cast<std::uint64_t>(state >> 64);
-  g.state_low_ = static_cast<std::uint64_t>(state);
-  g.inc_high_ = static_cast<std::uint64_t>(inc >> 64);
-  g.inc_low_ = static_cast<std::uint64_t>(inc);
+  g.state_low_ = words[0];
+  g.state_high_ = words[1];
+  g.inc_low_ = words[2];
+  g.inc_high_ = words[3];
   return g;
 }
 

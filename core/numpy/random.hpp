@@ -1,6 +1,7 @@
 // NumPy's default_rng: SeedSequence -> PCG64 -> uniform and standard_normal, bit for bit.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -14,6 +15,11 @@ class Generator {
   static Generator from_seed(std::uint64_t seed);
   // From 128 bits of the system's entropy, as default_rng() does.
   static Generator from_entropy();
+
+  // State low and high, increment low and high.
+  using Words = std::array<std::uint64_t, 4>;
+  static Generator from_words(const Words& words);
+  Words words() const { return {state_low_, state_high_, inc_low_, inc_high_}; }
 
   std::uint64_t next();
   // In [0, 1).

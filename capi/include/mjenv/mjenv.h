@@ -207,6 +207,9 @@ MJENV_API void mjenv_destroy(mjenv_env *env);
 /* The number of rows; 0 for NULL. */
 MJENV_API int64_t mjenv_rows(const mjenv_env *env);
 
+/* How many mj_steps make a step; 0 for NULL. */
+MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
+
 /* The options the environment was built with, borrowed from it; NULL for NULL. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 
@@ -239,6 +242,14 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype,
                                   const mjenv_batch *out);
 
+/* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4.
+ * Errors: ARGUMENT, VALUE (row), SIZE, STATE (never seeded), BUSY. */
+MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
+
+/* Replaces a row's random stream; the increment is odd. Errors: ARGUMENT, VALUE (row, an even increment), SIZE, BUSY.
+ */
+MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
+
 /* Seeds the stream of mjenv_sample_actions. Errors: ARGUMENT, BUSY. */
 MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 
@@ -267,6 +278,11 @@ MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type,
  * Errors: ARGUMENT, VALUE (row, a non-finite number), SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, size_t nq, const double *qvel,
                                        size_t nv);
+
+/* frames times mj_step of a row under ctrl[count], count = the number of actuators, as Gymnasium's do_simulation does:
+ * no step is counted and the task sees only the new state.
+ * Errors: ARGUMENT, VALUE (row, frames < 1), SIZE, PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
 
 /* Writes the observations of all rows as they are, without stepping: out's obs alone. Errors: ARGUMENT, SIZE, PHYSICS,
  * BUSY. */

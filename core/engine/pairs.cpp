@@ -1,0 +1,95 @@
+#include "engine/pairs.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace mjenv {
+namespace {
+
+// Beyond this, MuJoCo's search beats going through a list.
+constexpr std::size_t kMostPairs = 512;
+
+bool is_surface(const mjModel& m, int geom) {
+  return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
+}
+
+// The model says nothing that makes the search differ from a list.
+bool searchable(const mjModel& m) {
+  if (m.npair > 0 || m.nexclude > 0 || m.opt.collision == mjCOL_PAIR || m.opt.enableflags & mjENBL_OVERRIDE)
+    return false;
+  for (int g = 0; g < m.ngeom; ++g)
+    if (is_surface(m, g) && m.geom_bodyid[g] != 0) return false;
+  return true;
+}
+
+// MuJoCo's filter of geom pairs.
+bool can_touch(const mjModel& m, int g1, int g2) {
+  const auto types = std::minmax(m.geom_type[g1], m.geom_type[g2]);
+  if (!mjCOLLISIONFUNC[types.first][types.second]) return false;
+  if (!(m.geom_contype[g1] & m.geom_conaffinity[g2]) && !(m.geom_contype[g2] & m.geom_conaffinity[g1])) return false;
+  const int weld1 = m.body_weldid[m.geom_bodyid[g1]], weld2 = m.body_weldid[m.geom_bodyid[g2]];
+  if (weld1 == weld2) return false;
+  const bool filter_parent = !(m.opt.disableflags & mjDSBL_FILTERPARENT) && weld1 && weld2;
+  const int parent1 = m.body_weldid[m.body_parentid[weld1]], parent2 = m.body_weldid[m.body_parentid[weld2]];
+  return !filter_parent || (weld1 != parent2 && weld2 != parent1);
+}
+
+double mix_of(const mjModel& m, int g1, int g2) {
+  const double s1 = m.geom_solmix[g1], s2 = m.geom_solmix[g2];
+  if (s1 >= mjMINVAL && s2 >= mjMINVAL) return s1 / (s1 + s2);
+  if (s1 < mjMINVAL && s2 < mjMINVAL) return 0.5;
+  return s1 < mjMINVAL ? 0.0 : 1.0;
+}
+
+// Appends a pair with the parameters that MuJoCo mixes for it at each contact.
+void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
+  if (m.geom_type[g1] > m.geom_type[g2]) std::swap(g1, g2);
+  const bool equal = m.geom_priority[g1] == m.geom_priority[g2];
+  const int first = m.geom_priority[g1] > m.geom_priority[g2] ? g1 : g2;
+
+  pairs.geom1.push_back(g1);
+  pairs.geom2.push_back(g2);
+  pairs.dim.push_back(equal ? std::max(m.geom_condim[g1], m.geom_condim[g2]) : m.geom_condim[first]);
+  pairs.margin.push_back(std::max(m.geom_margin[g1], m.geom_margin[g2]));
+  pairs.gap.push_back(std::max(m.geom_gap[g1], m.geom_gap[g2]));
+
+  std::array<double, 3> friction{};
+  for (int i = 0; i < 3; ++i)
+    friction[i] =
+        equal ? std::max(m.geom_friction[3 * g1 + i], m.geom_friction[3 * g2 + i]) : m.geom_friction[3 * first + i];
+  pairs.friction.insert(pairs.friction.end(), {friction[0], friction[0], friction[1], friction[2], friction[2]});
+
+  const double mix = mix_of(m, g1, g2);
+  const double *ref1 = m.geom_solref + mjNREF * g1, *ref2 = m.geom_solref + mjNREF * g2;
+  const bool standard = ref1[0] > 0 && ref2[0] > 0;
+  for (int i = 0; i < mjNREF; ++i) {
+    const double mixed = standard ? mix * ref1[i] + (1 - mix) * ref2[i] : std::min(ref1[i], ref2[i]);
+    pairs.solref.push_back(equal ? mixed : m.geom_solref[mjNREF * first + i]);
+  }
+  const double *imp1 = m.geom_solimp + mjNIMP * g1, *imp2 = m.geom_solimp + mjNIMP * g2;
+  for (int i = 0; i < mjNIMP; ++i)
+    pairs.solimp.push_back(equal ? imp1[i] * mix + imp2[i] * (1 - mix) : m.geom_solimp[mjNIMP * first + i]);
+}
+
+}  // namespace
+
+std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
+  if (!searchable(m)) return std::nullopt;
+  Pairs pairs;
+  // Geoms are numbered body by body, so this is the order of MuJoCo's sorted body pairs.
+  for (int b1 = 0; b1 < m.nbody; ++b1)
+    for (int b2 = b1 + 1; b2 < m.nbody; ++b2)
+      for (int g1 = m.body_geomadr[b1]; g1 < m.body_geomadr[b1] + m.body_geomnum[b1]; ++g1)
+        for (int g2 = m.body_geomadr[b2]; g2 < m.body_geomadr[b2] + m.body_geomnum[b2]; ++g2) {
+          if (!can_touch(m, g1, g2)) continue;
+          if (!trusted && b1 != 0) return std::nullopt;
+          if (pairs.dim.size() == kMostPairs) return std::nullopt;
+          append(pairs, m, g1, g2);
+        }
+  return pairs;
+}
+
+}  // namespace mjenv

@@ -1,0 +1,23 @@
+// The geom pairs that can ever touch, so that collision detection can skip its search for them.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+// NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
+struct mjModel_;
+
+namespace mjenv {
+
+// Explicit pairs for mjModel's pair_* arrays, in the order in which MuJoCo's search finds them and with the parameters
+// that it would mix, so that the contacts are the same bit for bit.
+struct Pairs {
+  std::vector<int> dim, geom1, geom2;
+  std::vector<double> solref, solimp, margin, gap, friction;
+};
+
+// No value where the search may find anything else than such a list. MuJoCo prunes pairs of moving geoms in float32,
+// which could miss a touch of less than 1e-7 m; models for which that has been found without consequence are trusted.
+std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
+
+}  // namespace mjenv
