@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <new>
@@ -78,6 +79,10 @@ const T* need_array(const T* pointer, std::size_t count, const char* name) {
   return pointer;
 }
 
+inline const void* need_memory(const void* memory, std::size_t count, const char* name) {
+  return need_array(static_cast<const unsigned char*>(memory), count, name);
+}
+
 // Holds an environment for one thread, with MuJoCo's errors trapped.
 template <typename F>
 mjenv_status enter(mjenv_env* handle, const F& body) noexcept {
@@ -108,10 +113,22 @@ void hand_out(T* to, const char* name, T value) {
   std::memcpy(to, &value, sizeof(T));
 }
 
-// A struct from the caller, who may know more of it than this library.
+// A batch from the caller, who may know less or more of it than this library.
 inline mjenv_batch taken(const mjenv_batch& from) {
-  checked_size(from.struct_size, sizeof(mjenv_batch), "out");
-  return from;
+  checked_size(from.struct_size, offsetof(mjenv_batch, was_reset), "out");
+  mjenv_batch batch{};
+  std::memcpy(&batch, &from, std::min<std::size_t>(from.struct_size, sizeof batch));
+  return batch;
+}
+
+// The same, with the batch that the call writes to, null if there is none.
+template <typename F>
+mjenv_status enter(mjenv_env* handle, const mjenv_batch* out, const F& body) noexcept {
+  return enter(handle, [&](Env& env) {
+    if (!out) return body(env, nullptr);
+    const mjenv_batch batch = taken(*out);
+    body(env, &batch);
+  });
 }
 
 // The two-call protocol: the size always, the elements when there is room for them.

@@ -215,18 +215,32 @@ mjenv_status mjenv_seed_digits(mjenv_env* env, std::int64_t row, const std::uint
 }
 
 mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
-  return enter(env, [&](Env& e) {
-    const mjenv_batch batch = out ? taken(*out) : mjenv_batch{};
-    e.reset(mask, out ? &batch : nullptr);
-  });
+  return enter(env, out, [&](Env& e, const mjenv_batch* batch) { e.reset(mask, batch); });
 }
 
 mjenv_status mjenv_step(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype,
                         const mjenv_batch* out) {
-  return enter(env, [&](Env& e) {
-    const mjenv_batch batch = out ? taken(*out) : mjenv_batch{};
-    if (count > 0 && !action) fail(MJENV_E_ARGUMENT, "action is NULL");
-    e.step(action, count, dtype, out ? &batch : nullptr);
+  return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
+    e.step(need_memory(action, count, "action"), count, dtype, batch);
+  });
+}
+
+mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::size_t row_count, const void* action,
+                        std::size_t count, mjenv_dtype dtype, const mjenv_batch* out) {
+  return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
+    e.send(rows, row_count, need_memory(action, count, "action"), count, dtype, batch);
+  });
+}
+
+mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, std::int64_t* rows, std::size_t capacity,
+                        std::size_t* count) {
+  return enter(env, [&](Env& e) { e.receive(least, &need(rows, "rows"), capacity, &need(count, "count")); });
+}
+
+mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::int64_t steps, std::size_t count, mjenv_dtype dtype,
+                           const mjenv_batch* out) {
+  return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
+    e.rollout(need_memory(action, count, "action"), steps, count, dtype, batch);
   });
 }
 
@@ -291,17 +305,17 @@ mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {
   return enter(env, [&](Env& e) { e.observe(taken(need(out, "out"))); });
 }
 
+mjenv_status mjenv_copy_row(mjenv_env* env, std::int64_t from, const std::uint8_t* to_mask) {
+  return enter(env, [&](Env& e) { e.copy_row(from, &need(to_mask, "to_mask")); });
+}
+
 mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::size_t capacity_bytes,
                             std::size_t* size_bytes) {
   return enter(env, [&](Env& e) {
-    e.check_row(row);
-    deliver(e.snapshot_size(), capacity_bytes, image, size_bytes, [&] { e.snapshot(row, image); });
+    deliver(e.snapshot_size(row), capacity_bytes, image, size_bytes, [&] { e.snapshot(row, image); });
   });
 }
 
 mjenv_status mjenv_restore(mjenv_env* env, std::int64_t row, const void* image, std::size_t size_bytes) {
-  return enter(env, [&](Env& e) {
-    need(static_cast<const unsigned char*>(image), "image");
-    e.restore(row, image, size_bytes);
-  });
+  return enter(env, [&](Env& e) { e.restore(row, need_memory(image, 1, "image"), size_bytes); });
 }

@@ -1,20 +1,32 @@
-// An environment: rows of state, and the one work space in which they are simulated.
+// An environment: rows of state, and the workers that step them.
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "engine/work.hpp"
 #include "options.hpp"
+#include "pool.hpp"
 #include "robot.hpp"
 
 namespace mjenv {
 
+// Where a call writes one row's outputs: element `index` of arrays laid out for `rows`.
+struct Place {
+  const mjenv_batch* out;  // null: nowhere
+  std::int64_t rows, index;
+};
+
 class Env {
  public:
   Env(const Options& options, std::int64_t rows);
+  ~Env();
 
   std::int64_t rows() const { return static_cast<std::int64_t>(heads_.size()); }
   std::int64_t frame_skip() const { return task_.frame_skip; }
@@ -28,75 +40,135 @@ class Env {
   void seed(std::int64_t row, const std::uint32_t* digits, std::size_t count);
   void get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const;
   void set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count);
+
   void reset(const std::uint8_t* mask, const mjenv_batch* out);
   void step(const void* action, std::size_t count, mjenv_dtype dtype, const mjenv_batch* out);
+  void rollout(const void* action, std::int64_t steps, std::size_t count, mjenv_dtype dtype, const mjenv_batch* out);
   void observe(const mjenv_batch& out);
 
-  void seed_actions(std::uint64_t seed) { action_rng_ = Rng::from_seed(seed), actions_seeded_ = true; }
+  void send(const std::int64_t* rows, std::size_t row_count, const void* action, std::size_t count, mjenv_dtype dtype,
+            const mjenv_batch* out);
+  // Reports the rows before it fails for those that MuJoCo failed in.
+  void receive(std::size_t least, std::int64_t* rows, std::size_t capacity, std::size_t* count);
+
+  void seed_actions(std::uint64_t seed);
   void sample_actions(float* action, std::size_t count);
 
   // The array under MuJoCo's name, ready to be read for that row.
   const Array& array(std::int64_t row, const std::string& name);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
-
   void simulate(std::int64_t row, const double* ctrl, std::size_t count, std::int64_t frames);
 
-  void check_row(std::int64_t row) const;
-  std::size_t snapshot_size() const;
+  void copy_row(std::int64_t from, const std::uint8_t* to_mask);
+  std::size_t snapshot_size(std::int64_t row) const;
   void snapshot(std::int64_t row, void* image) const;
   void restore(std::int64_t row, const void* image, std::size_t size);
 
  private:
+  enum class Autoreset { disabled, next_step, same_step };
   // How the derived arrays that belong to a row came about.
   enum class Origin : std::uint8_t { cleared, forward, step };
+  // A row is its head and a record of doubles: the state, the state before the last evaluation, what the task carries.
   struct Head {
     Rng rng;
     std::int64_t steps = 0;
+    std::int32_t worker = 0;  // that computed it last
     Origin origin = Origin::cleared;
     bool seeded = false, ready = false, ended = false;
+  };
+  struct Worker {
+    Worker(std::int32_t i, std::shared_ptr<const Model> model, int frame_skip)
+        : index(i), work(std::move(model), frame_skip) {}
+    const std::int32_t index;
+    Work work;
+    std::int64_t resident = -1;   // the row whose derived arrays the work space holds; -1: none
+    std::vector<double> scratch;  // a state or an observation in the making
+    std::vector<Array> arrays;    // of its mjData
+    std::vector<const Array*> exported;
+    std::string failures;
+    bool failed = false;
+  };
+  struct Flags {
+    bool terminated, truncated;
   };
   struct Space {
     std::vector<double> low, high;
   };
+  // Rows between send and receive.
+  struct Async {
+    std::mutex mutex;
+    std::condition_variable sent, done;
+    std::deque<std::int64_t> waiting;  // to be stepped
+    std::vector<std::int64_t> ready;   // stepped, not yet reported
+    std::vector<std::uint8_t> under_way;
+    std::vector<double> action;  // [rows][nu], wide enough for either dtype
+    std::vector<mjenv_dtype> dtype;
+    std::size_t count = 0;  // under way
+    bool open = false;
+    mjenv_batch out{};
+    std::string failures;
+    bool failed = false;
+  };
   struct Stamp;
+  struct RowStamp;
 
   Options options_;
   Task task_;
-  Work work_;
   std::int64_t max_episode_steps_;
-  bool strict_;
-  std::vector<Array> data_arrays_;
-  std::vector<Field> observation_, action_, info_, reset_info_, reward_, structure_, data_, model_fields_;
+  bool strict_, ends_on_divergence_, completes_ = false;
+  Autoreset autoreset_;
+  StateLayout layout_;
+  std::vector<Field> observation_, action_, info_, reset_info_, reward_, structure_, data_, model_fields_, arrays_;
   Space observation_space_, action_space_;
   std::int64_t observation_count_ = 0;
 
-  // A row: its head, and a record of doubles: the state, the state before the last evaluation, what the task carries.
   std::vector<Head> heads_;
   std::vector<double> records_;
   std::size_t record_size_ = 0;
-  std::int64_t resident_ = -1;       // the row whose derived arrays the work space holds; -1: none
-  std::vector<double> scratch_;      // a record or an observation in the making
   mutable std::uint64_t owner_ = 0;  // of images; computed once
   Rng action_rng_;
   bool actions_seeded_ = false;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  std::unique_ptr<Async> async_ = std::make_unique<Async>();
+  std::unique_ptr<Pool> pool_;
 
-  void describe();
+  void describe(Worker& worker);
+  void export_arrays(Worker& worker);
   const Space& space(mjenv_role role) const { return role == MJENV_ACTION ? action_space_ : observation_space_; }
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
-  double* before(std::int64_t row) { return state(row) + work_.layout().size; }
-  double* carried(std::int64_t row) { return before(row) + work_.layout().size; }
+  double* before(std::int64_t row) { return state(row) + layout_.size; }
+  double* carried(std::int64_t row) { return before(row) + layout_.size; }
   const double* record(std::int64_t row) const {
     return records_.data() + static_cast<std::size_t>(row) * record_size_;
   }
 
-  void check(const mjenv_batch& out, const std::vector<Field>& info) const;
-  void check_actions(const void* action, mjenv_dtype dtype) const;
-  void make_resident(std::int64_t row);
-  void commit(std::int64_t row, Origin origin);
-  void reset_row(std::int64_t row, const mjenv_batch* out);
-  void step_row(std::int64_t row, const Action& action, const mjenv_batch* out);
-  void write_observation(std::int64_t row, const mjenv_batch& out);
-  Stamp stamp() const;
+  void check_row(std::int64_t row) const;
+  void check_settled() const;
+  void check_out(const mjenv_batch* out, std::int64_t rows, const std::vector<Field>& info) const;
+  void check_dtype(mjenv_dtype dtype) const;
+  void check_steppable(std::int64_t row, bool resets) const;
+  void check_finite(std::int64_t row, const Action& action) const;
+  bool awaits_reset(std::int64_t row) const { return autoreset_ == Autoreset::next_step && heads_[row].ended; }
+
+  // Calls body(worker, row) for all rows, each worker for a block of its own; a failing row does not stop the others.
+  template <typename Body>
+  void for_rows(const Body& body);
+  template <typename Body>
+  void attempt(Worker& worker, std::int64_t row, const Body& body) noexcept;
+
+  void begin_episode(Worker& worker, std::int64_t row);
+  void step_row(Worker& worker, std::int64_t row, const Action& action, const Place& place);
+  Flags play(Worker& worker, std::int64_t row, const Action& action, const Place& place);
+  void stay(const Flags& flags, const Place& place) const;
+  void commit(Worker& worker, std::int64_t row, Origin origin);
+  Worker& resident_worker(std::int64_t row);
+  void serve(Worker& worker, const std::function<bool()>& enough);
+
+  void write_observation(Worker& worker, void* to, const Place& place);
+  void write_reset(Worker& worker, double* info, const Place& place);
+  void write_arrays(Worker& worker, const Place& place);
+  std::uint64_t owner() const;
+  RowStamp stamp_of(std::int64_t row) const;
 };
 
 }  // namespace mjenv

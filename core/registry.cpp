@@ -39,6 +39,7 @@ Options default_options(const Id& id) {
   Robot robot(id.version, options, Robot::Build::options);
   id.define(robot);
   robot.declare_common();
+  declare_env_options(options);
   return options;
 }
 

@@ -20,6 +20,8 @@ const std::vector<Id>& ids();
 const Id& id_of(const std::string& name);
 
 Options default_options(const Id& id);
+// What every environment offers, whatever its robot.
+void declare_env_options(Options& options);
 // The task without its model: what the id promises by default.
 Task outline(const Id& id);
 Task build_task(Options& options);

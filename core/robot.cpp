@@ -168,7 +168,6 @@ void Robot::declare_common() {
   constexpr std::int64_t most = std::int64_t{1} << 53;
   if (takes_xml_) string_option("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
   integer_option("max_episode_steps", task_.time_limit, 0, most, "steps after which an episode is truncated; 0: never");
-  flag("strict", true, "refuse a non-finite action and a step after the end; Gymnasium lets them pass");
   string_option("norm", "auto",
                 "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
                 "auto fused plain");

@@ -18,6 +18,9 @@ struct Action {
   Eigen::Index count = 0;
 
   double operator[](Eigen::Index i) const { return dtype == MJENV_FLOAT32 ? narrow()[i] : wide()[i]; }
+  Action part(Eigen::Index first, Eigen::Index length) const {
+    return {dtype == MJENV_FLOAT32 ? static_cast<const void*>(narrow() + first) : wide() + first, dtype, length};
+  }
   const float* narrow() const { return static_cast<const float*>(values); }
   const double* wide() const { return static_cast<const double*>(values); }
 };

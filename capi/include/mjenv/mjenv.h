@@ -1,7 +1,8 @@
 /* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
  *
  * Rows       An environment holds one or many independent rows. A row is one episode: a few hundred bytes of state.
- *            The environment owns the MuJoCo work space in which rows are stepped, so rows are cheap.
+ *            The threads that step rows own the MuJoCo work space, so rows are cheap, and their bits do not depend on
+ *            the number of threads (the option "num_threads").
  * Numbers    For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
  * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
  *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
@@ -56,7 +57,8 @@ typedef enum mjenv_role {
   MJENV_REWARD = 5,      /* the reward: one field */
   MJENV_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
   MJENV_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
-  MJENV_MODEL = 8        /* sizes, options and arrays of the mjModel, for mjenv_read */
+  MJENV_MODEL = 8,       /* sizes, options and arrays of the mjModel, for mjenv_read */
+  MJENV_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch */
 } mjenv_role;
 
 typedef enum mjenv_kind {
@@ -132,8 +134,15 @@ typedef struct mjenv_batch {
   double *reward;      /* [rows]; a reset writes 0 */
   uint8_t *terminated; /* [rows]; a reset writes 0 */
   uint8_t *truncated;  /* [rows]; a reset writes 0 */
-  double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset */
+  double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset;
+                          0 in a step that reset the row */
   int32_t *status;     /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
+  /* What automatic resets add (the option "autoreset_mode"). */
+  uint8_t *was_reset; /* [rows] 1 where this call began an episode, so that the row's reset_info holds */
+  double *reset_info; /* MJENV_RESET_INFO's fields, as info; written where a step reset the row */
+  void *final_obs;    /* [rows][obs_count], same_step: the last observation of the episode that ended */
+  double *final_info; /* as info, same_step: the info of that last step */
+  double *arrays;     /* MJENV_ARRAYS's fields, as info */
 } mjenv_batch;
 
 /* ---- Library ---- */
@@ -237,10 +246,30 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
 
 /* Steps every row. action[rows][action count] is count elements of dtype; the dtype takes part in the arithmetic as it
  * does in NumPy. Without the option "strict" non-finite actions and finished rows are stepped as Gymnasium steps them.
- * When MuJoCo fails in a row, that row keeps its state and the others are stepped.
- * Errors: ARGUMENT, SIZE, STATE, VALUE (non-finite action), PHYSICS, BUSY. */
+ * The option "autoreset_mode" resets finished rows as Gymnasium's SyncVectorEnv does: in their next step, whose action
+ * is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the others
+ * are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (non-finite action), PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype,
                                   const mjenv_batch *out);
+
+/* Begins a step of some rows (rows[row_count]; a null rows: all) and returns: action[row_count][action count] is
+ * copied, the arrays of out must live until mjenv_recv has reported their rows. Each row's outputs go to its own place
+ * in out. While rows are under way only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed. Errors: as
+ * mjenv_step; STATE for a row that is under way, or for another out than the rows under way have. */
+MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t row_count, const void *action,
+                                  size_t count, mjenv_dtype dtype, const mjenv_batch *out);
+
+/* Waits until `least` rows that were sent have been stepped, and reports all that have: their numbers in
+ * rows[capacity], how many in count. A row is reported once. Errors: ARGUMENT, SIZE (capacity < least, or least > rows
+ * under way), STATE (nothing under way), PHYSICS (see mjenv_step; the rows are reported), BUSY. */
+MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, int64_t *rows, size_t capacity, size_t *count);
+
+/* Plays action[rows][steps][action count] open-loop from the rows' present states and leaves the rows at their ends.
+ * out is laid out for rows * steps: out->rows is that product, element row * steps + t belongs to step t of the row.
+ * A row that ends stays there: what follows in its flags repeats, its rewards and info are 0. No row is reset.
+ * Errors: as mjenv_step. */
+MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t steps, size_t count, mjenv_dtype dtype,
+                                     const mjenv_batch *out);
 
 /* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4.
  * Errors: ARGUMENT, VALUE (row), SIZE, STATE (never seeded), BUSY. */
@@ -288,13 +317,21 @@ MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double 
  * BUSY. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
-/* Copies a row into an image: simulation, random stream, counters. size_bytes receives its size; image may be NULL when
- * capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
+/* Makes the rows where to_mask[rows] is not 0 equal to the row from: simulation, random stream, counters.
+ * Errors: ARGUMENT, VALUE (row), BUSY. */
+MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
+
+/* Names all rows at once in mjenv_snapshot and mjenv_restore. */
+#define MJENV_ALL_ROWS (-1)
+
+/* Copies a row, or all, into an image: simulation, random stream, counters. size_bytes receives its size; image may be
+ * NULL when capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
 MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, size_t capacity_bytes,
                                       size_t *size_bytes);
 
-/* Continues a row from an image, bit for bit, also in another process. The environment must have the id, the options
- * and the model of the one the image was taken from. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
+/* Continues a row, or all, from an image, bit for bit, also in another process and with another number of threads. The
+ * environment must have the id, the options and the model of the one the image was taken from, and as many rows if the
+ * image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 #ifdef __cplusplus

@@ -1,0 +1,119 @@
+#include "pool.hpp"
+
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include "cpus.hpp"
+#include "error.hpp"
+
+namespace mjenv {
+namespace {
+
+// Some 20 microseconds: jobs that follow each other closely need no wake-up, idle threads cost nothing.
+constexpr int kSpins = 1000;
+
+inline void pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+template <typename Condition>
+bool spin_until(const Condition& condition) {
+  for (int i = 0; i < kSpins; ++i) {
+    if (condition()) return true;
+    pause();
+  }
+  return condition();
+}
+
+void pin(std::thread& thread, int cpu) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(cpu, &set);
+  pthread_setaffinity_np(thread.native_handle(), sizeof set, &set);
+}
+
+}  // namespace
+
+Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
+  // The threads take no signals: handlers belong to the caller's own threads.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  try {
+    for (int worker = 1; worker < threads; ++worker) threads_.emplace_back([this, worker] { work(worker); });
+  } catch (...) {
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    stop_ = true;
+    wake_.notify_all();
+    for (auto& thread : threads_) thread.join();
+    throw;
+  }
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  if (!pinned) return;
+  const auto cpus = allowed_cpus();
+  for (std::size_t i = 0; i < threads_.size(); ++i) pin(threads_[i], cpus[(i + 1) % cpus.size()]);
+}
+
+Pool::~Pool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  for (auto& thread : threads_) thread.join();
+}
+
+bool Pool::here() const { return threads_.empty() || getpid() == owner_; }
+
+void Pool::check_owner() const {
+  if (!here()) fail(MJENV_E_STATE, "this environment's threads were left behind by a fork: create it in the child");
+}
+
+void Pool::start(std::function<void(int)> job) {
+  check_owner();
+  job_ = std::move(job);
+  running_ = static_cast<int>(threads_.size());
+  {
+    const std::lock_guard lock(mutex_);
+    generation_.fetch_add(1);
+  }
+  wake_.notify_all();
+}
+
+void Pool::finish() {
+  check_owner();
+  const auto done = [&] { return running_.load() == 0; };
+  if (spin_until(done)) return;
+  std::unique_lock lock(mutex_);
+  done_.wait(lock, done);
+}
+
+void Pool::run(const std::function<void(int)>& job) {
+  if (threads_.empty()) return job(0);
+  start(job);
+  job(0);
+  finish();
+}
+
+void Pool::work(int worker) {
+  std::uint64_t seen = 0;
+  const auto called = [&] { return stop_.load() || generation_.load() != seen; };
+  for (;;) {
+    if (!spin_until(called)) {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, called);
+    }
+    if (stop_) return;
+    seen = generation_;
+    job_(worker);
+    if (running_.fetch_sub(1) == 1) {
+      const std::lock_guard lock(mutex_);
+      done_.notify_all();
+    }
+  }
+}
+
+}  // namespace mjenv
