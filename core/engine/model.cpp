@@ -15,6 +15,7 @@
 #include "hash.hpp"
 
 // MuJoCo exports these for its own language bindings: handlers of one thread, which leave the process's alone.
+// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
 extern "C" {
 using mjenv_mju_handler = void (*)(const char*);
 mjenv_mju_handler _mjPRIVATE__get_tls_error_fn();
@@ -22,6 +23,7 @@ void _mjPRIVATE__set_tls_error_fn(mjenv_mju_handler);
 mjenv_mju_handler _mjPRIVATE__get_tls_warning_fn();
 void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 }
+// NOLINTEND(bugprone-reserved-identifier)
 
 namespace mjenv {
 namespace {
