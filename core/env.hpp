@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/work.hpp"
+#include "error.hpp"
 #include "options.hpp"
 #include "pool.hpp"
 #include "robot.hpp"
@@ -170,5 +171,20 @@ class Env {
   std::uint64_t owner() const;
   RowStamp stamp_of(std::int64_t row) const;
 };
+
+template <typename Body>
+void Env::attempt(Worker& worker, std::int64_t row, const Body& body) noexcept {
+  try {
+    body(worker, row);
+  } catch (const std::exception& error) {
+    worker.resident = -1;
+    worker.work.clear();  // MuJoCo left its stack unwound
+    worker.failed = true;
+    try {
+      worker.failures += (worker.failures.empty() ? "" : "; ") + in_row(row, error.what());
+    } catch (const std::exception&) {  // out of memory: the failure stays known, its text is lost
+    }
+  }
+}
 
 }  // namespace mjenv

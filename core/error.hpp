@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <exception>
 #include <string>
 #include <utility>
@@ -30,5 +31,14 @@ std::string listed(const std::vector<std::string>& names);
 
 // The shortest decimal text that reads back as the number.
 std::string number(double value);
+
+inline std::string in_row(std::int64_t row, const std::string& what) {
+  return "row " + std::to_string(row) + ": " + what;
+}
+
+inline void check_count(const char* what, std::int64_t given, std::int64_t needed) {
+  if (given != needed)
+    fail(MJENV_E_SIZE, std::string(what) + " is " + std::to_string(given) + ", not " + std::to_string(needed));
+}
 
 }  // namespace mjenv

@@ -21,6 +21,39 @@ constexpr const char* kind_name(mjenv_kind kind) {
 
 }  // namespace
 
+const Option& Options::flag(const char* name, bool value, const char* doc) {
+  Option option(MJENV_FLAG, name, doc, 0, 1);
+  option.integer = value;
+  return declare(std::move(option));
+}
+
+const Option& Options::integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
+                               const char* doc) {
+  Option option(MJENV_INTEGER, name, doc, static_cast<double>(low), static_cast<double>(high));
+  option.integer = value;
+  return declare(std::move(option));
+}
+
+const Option& Options::reals(const char* name, std::vector<double> values, const char* doc, double low, double high) {
+  Option option(MJENV_REALS, name, doc, low, high);
+  option.reals = std::move(values);
+  return declare(std::move(option));
+}
+
+const Option& Options::text(const char* name, const char* value, const char* doc, const char* choices) {
+  Option option(MJENV_STRING, name, doc);
+  option.text = value;
+  option.choices = choices;
+  return declare(std::move(option));
+}
+
+const Option& Options::text_or_index(const char* name, std::int64_t value, const char* doc) {
+  Option option(MJENV_STRING_OR_INT, name, doc, 0, std::numeric_limits<int>::max());
+  option.integer = value;
+  option.given_as_integer = true;
+  return declare(std::move(option));
+}
+
 const Option& Options::declare(Option option) {
   const auto same = [&](const Option& o) { return o.name == option.name; };
   const auto found = std::find_if(options_.begin(), options_.end(), same);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mjenv/mjenv.h"
@@ -14,9 +15,12 @@ namespace mjenv {
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Option {
-  mjenv_kind kind = MJENV_FLAG;
+  Option(mjenv_kind of, std::string called, std::string meaning, double least = -kInfinity, double most = kInfinity)
+      : kind(of), name(std::move(called)), doc(std::move(meaning)), low(least), high(most) {}
+
+  mjenv_kind kind;
   std::string name, doc;
-  double low = -kInfinity, high = kInfinity;
+  double low, high;
   std::string choices;  // separated by blanks; empty when any text may be tried
 
   std::int64_t integer = 0;
@@ -32,8 +36,13 @@ class Options {
   const std::string& id() const { return id_; }
   const std::vector<Option>& all() const { return options_; }
 
-  // Adds an option with its default, unless it is there; returns it as it stands.
-  const Option& declare(Option option);
+  // Declare an option with its default, unless it is there; return it as it stands.
+  const Option& flag(const char* name, bool value, const char* doc);
+  const Option& integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high, const char* doc);
+  const Option& reals(const char* name, std::vector<double> values, const char* doc, double low = -kInfinity,
+                      double high = kInfinity);
+  const Option& text(const char* name, const char* value, const char* doc, const char* choices = "");
+  const Option& text_or_index(const char* name, std::int64_t value, const char* doc);
 
   const Option& get(const std::string& name) const;
   void set_integer(const std::string& name, std::int64_t value);
@@ -44,6 +53,7 @@ class Options {
   std::string id_;
   std::vector<Option> options_;
 
+  const Option& declare(Option option);
   Option& find(const std::string& name);
   [[noreturn]] void refuse_type(const Option& option, const char* given) const;
   static void check_bounds(const Option& option, double value);

@@ -21,28 +21,6 @@ void Info::learn(const char* name, mjenv_type type, std::vector<std::int64_t> sh
   learned_->push_back({name, "", type, std::move(shape), offset, count});
 }
 
-const Option& Robot::string_option(const char* name, const char* value, const char* doc, const char* choices) {
-  Option option;
-  option.kind = MJENV_STRING;
-  option.name = name;
-  option.doc = doc;
-  option.text = value;
-  option.choices = choices;
-  return options_.declare(std::move(option));
-}
-
-const Option& Robot::integer_option(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
-                                    const char* doc) {
-  Option option;
-  option.kind = MJENV_INTEGER;
-  option.name = name;
-  option.doc = doc;
-  option.integer = value;
-  option.low = static_cast<double>(low);
-  option.high = static_cast<double>(high);
-  return options_.declare(std::move(option));
-}
-
 Robot& Robot::open(const std::string& xml_file) {
   if (build_ == Build::task) task_.model = Model::open(xml_file);
   return *this;
@@ -50,7 +28,7 @@ Robot& Robot::open(const std::string& xml_file) {
 
 Robot& Robot::xml_file(const char* name) {
   takes_xml_ = true;
-  const auto& file = string_option("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first");
+  const auto& file = options_.text("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first");
   if (build_ == Build::options) return *this;
   const auto& text = options_.get("xml_string").text;
   if (text.empty()) return open(file.text);
@@ -64,7 +42,7 @@ Robot& Robot::frame_skip(int count) {
   task_.frame_skip = count;
   if (v5)
     task_.frame_skip =
-        static_cast<int>(integer_option("frame_skip", count, 1, kMaxFrameSkip, "mj_steps in a step").integer);
+        static_cast<int>(options_.integer("frame_skip", count, 1, kMaxFrameSkip, "mj_steps in a step").integer);
   return *this;
 }
 
@@ -83,63 +61,29 @@ Robot& Robot::needs_exactly(int nq, int nv) {
 }
 
 Real Robot::real(const char* name, double value, const char* doc) {
-  Option option;
-  option.kind = MJENV_REALS;
-  option.name = name;
-  option.doc = doc;
-  option.reals = {value};
-  const Option& set = options_.declare(std::move(option));
-  return {set.reals[0], set.given_as_integer};
+  const Option& option = options_.reals(name, {value}, doc);
+  return {option.reals[0], option.given_as_integer};
 }
 
 std::array<double, 2> Robot::range(const char* name, std::array<double, 2> value, const char* doc) {
-  Option option;
-  option.kind = MJENV_REALS;
-  option.name = name;
-  option.doc = doc;
-  option.reals = {value[0], value[1]};
-  const Option& set = options_.declare(std::move(option));
-  return {set.reals[0], set.reals[1]};
+  const Option& option = options_.reals(name, {value[0], value[1]}, doc);
+  return {option.reals[0], option.reals[1]};
 }
 
-bool Robot::flag(const char* name, bool value, const char* doc) {
-  Option option;
-  option.kind = MJENV_FLAG;
-  option.name = name;
-  option.doc = doc;
-  option.integer = value;
-  option.low = 0;
-  option.high = 1;
-  return options_.declare(std::move(option)).integer != 0;
-}
+bool Robot::flag(const char* name, bool value, const char* doc) { return options_.flag(name, value, doc).integer != 0; }
 
 double Robot::noise(double value) {
-  Option option;
-  option.kind = MJENV_REALS;
-  option.name = "reset_noise_scale";
-  option.doc = "spread of the random initial state";
-  option.reals = {value};
-  option.low = 0;
-  option.high = kMaxNoise;
-  return options_.declare(std::move(option)).reals[0];
+  return options_.reals("reset_noise_scale", {value}, "spread of the random initial state", 0, kMaxNoise).reals[0];
 }
 
 int Robot::body_option(const char* name, int value, const char* doc) {
-  Option option;
-  option.kind = MJENV_STRING_OR_INT;
-  option.name = name;
-  option.doc = doc;
-  option.integer = value;
-  option.low = 0;
-  option.high = std::numeric_limits<int>::max();
-  option.given_as_integer = true;
-  const Option& set = options_.declare(std::move(option));
+  const Option& option = options_.text_or_index(name, value, doc);
   if (!task_.model) return 0;
-  if (!set.given_as_integer) return body(set.text.c_str());
-  if (set.integer >= task_.model->nbody())
-    fail(MJENV_E_MODEL, "option " + quoted(name) + " is " + std::to_string(set.integer) + ", but model " +
+  if (!option.given_as_integer) return body(option.text.c_str());
+  if (option.integer >= task_.model->nbody())
+    fail(MJENV_E_MODEL, "option " + quoted(name) + " is " + std::to_string(option.integer) + ", but model " +
                             quoted(task_.model->label()) + " has " + std::to_string(task_.model->nbody()) + " bodies");
-  return static_cast<int>(set.integer);
+  return static_cast<int>(option.integer);
 }
 
 np::Norm Robot::norm() const {
@@ -166,9 +110,10 @@ int Robot::site(int index) const {
 
 void Robot::declare_common() {
   constexpr std::int64_t most = std::int64_t{1} << 53;
-  if (takes_xml_) string_option("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
-  integer_option("max_episode_steps", task_.time_limit, 0, most, "steps after which an episode is truncated; 0: never");
-  string_option("norm", "auto",
+  if (takes_xml_) options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
+  options_.integer("max_episode_steps", task_.time_limit, 0, most,
+                   "steps after which an episode is truncated; 0: never");
+  options_.text("norm", "auto",
                 "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
                 "auto fused plain");
 }

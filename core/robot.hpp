@@ -210,9 +210,6 @@ class Robot {
   Task task_;
 
   Robot& open(const std::string& xml_file);
-  const Option& string_option(const char* name, const char* value, const char* doc, const char* choices = "");
-  const Option& integer_option(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
-                               const char* doc);
 };
 
 }  // namespace mjenv
