@@ -1,9 +1,11 @@
 #include "numpy/random.hpp"
 
+#include <sys/random.h>
+
 #include <array>
 #include <cmath>
-#include <random>
 
+#include "error.hpp"
 #include "numpy/ziggurat.hpp"
 
 namespace mjenv::np {
@@ -78,8 +80,9 @@ Generator Generator::from_seed(std::uint64_t seed) {
 }
 
 Generator Generator::from_entropy() {
-  std::random_device device;
-  const std::array<std::uint32_t, 4> digits{device(), device(), device(), device()};
+  std::array<std::uint32_t, 4> digits{};
+  if (getrandom(digits.data(), sizeof digits, 0) != sizeof digits)
+    fail(MJENV_E_INTERNAL, "the system gives no random numbers for a seed");
   return from_digits(digits.data(), digits.size());
 }
 
