@@ -109,7 +109,7 @@ int Robot::site(int index) const {
 }
 
 void Robot::declare_common() {
-  constexpr std::int64_t most = std::int64_t{1} << 53;
+  constexpr std::int64_t most = (std::int64_t{1} << 53) - 1;  // the bounds are doubles
   if (takes_xml_) options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
   options_.integer("max_episode_steps", task_.time_limit, 0, most,
                    "steps after which an episode is truncated; 0: never");

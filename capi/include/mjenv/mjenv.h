@@ -290,7 +290,8 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_
 /* ---- State of one row ---- */
 
 /* Reads an array of the row's mjData or of the mjModel, by its MuJoCo name ("xpos", "body_mass", "nq", "opt.timestep"),
- * as Gymnasium's env.unwrapped.data holds it after the last step. count receives the length; values may be NULL when
+ * as Gymnasium's env.unwrapped.data holds it after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may
+ * hold anything. count receives the length; values may be NULL when
  * capacity is 0, to ask for the length alone. Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
                                   size_t *count);
