@@ -35,7 +35,7 @@ void pusher(Robot& r) {
   const auto distances = [=](const Sim& s) {
     return Eigen::Vector2d(norm((s.xpos(object) - s.xpos(arm)).eval()), norm((s.xpos(object) - s.xpos(goal)).eval()));
   };
-  r.carry(distances);
+  if (!r.v5) r.carry(distances);
   r.step([=, v5 = r.v5](const Sim& s, const Carried& before, Info& info) -> Outcome {
     const Eigen::Vector2d distance = v5 ? distances(s) : before;  // v4 rewards the state before the action
     const double near = -distance[0], dist = -distance[1];

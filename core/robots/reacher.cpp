@@ -34,7 +34,7 @@ void reacher(Robot& r) {
   });
 
   const auto distance = [=](const Sim& s) { return norm((s.xpos(fingertip) - s.xpos(target)).eval()); };
-  r.carry([=](const Sim& s) { return Eigen::Matrix<double, 1, 1>(distance(s)); });
+  if (!r.v5) r.carry([=](const Sim& s) { return Eigen::Matrix<double, 1, 1>(distance(s)); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& before, Info& info) -> Outcome {
     const double dist = -(v5 ? distance(s) : before[0]) * w_dist;  // v4 rewards the state before the action
     const np::Scalar ctrl = -np::sum_square(s.action) * w_ctrl;
