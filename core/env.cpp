@@ -1,5 +1,7 @@
 #include "env.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -26,6 +28,15 @@ std::vector<Field> fields_of(const std::vector<Array>& arrays) {
   std::vector<Field> fields;
   for (const auto& a : arrays) fields.push_back({a.name, "", a.type, a.shape, 0, static_cast<std::int64_t>(a.count())});
   return fields;
+}
+
+// Refuses what would have the system kill the process instead of failing an allocation.
+void check_memory(std::int64_t rows, std::size_t bytes_a_row) {
+  const double needed = static_cast<double>(rows) * static_cast<double>(bytes_a_row);
+  const double present = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (needed > present)
+    fail(MJENV_E_MEMORY, std::to_string(rows) + " rows need " + number(std::ceil(needed / 1e9)) +
+                             " GB; this machine has " + number(std::floor(present / 1e9)));
 }
 
 int threads_for(const Options& options, std::int64_t rows) {
@@ -68,6 +79,7 @@ Env::Env(const Options& options, std::int64_t rows)
     export_arrays(*worker);
   }
 
+  check_memory(rows, sizeof(Head) + record_size_ * sizeof(double));
   heads_.resize(static_cast<std::size_t>(rows));
   records_.resize(static_cast<std::size_t>(rows) * record_size_);
   workers_[0]->work.clear();
