@@ -115,7 +115,7 @@ void hand_out(T* to, const char* name, T value) {
 
 // A batch from the caller, who may know less or more of it than this library.
 inline mjenv_batch taken(const mjenv_batch& from) {
-  checked_size(from.struct_size, offsetof(mjenv_batch, was_reset), "out");
+  checked_size(from.struct_size, offsetof(mjenv_batch, reset_info_count), "out");
   mjenv_batch batch{};
   std::memcpy(&batch, &from, std::min<std::size_t>(from.struct_size, sizeof batch));
   return batch;

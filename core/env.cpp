@@ -188,6 +188,8 @@ void Env::check_out(const mjenv_batch* out, std::int64_t rows, const std::vector
   check_count("rows", out->rows, rows);
   if (out->obs || out->final_obs) check_count("obs_count", out->obs_count, observation_count_);
   if (out->info || out->final_info) check_count("info_count", out->info_count, total(info));
+  if (out->reset_info) check_count("reset_info_count", out->reset_info_count, total(reset_info_));
+  if (out->arrays) check_count("arrays_count", out->arrays_count, total(arrays_));
   if (out->obs_dtype != MJENV_FLOAT64 && out->obs_dtype != MJENV_FLOAT32)
     fail(MJENV_E_ARGUMENT, "obs_dtype is " + std::to_string(out->obs_dtype) + ", not MJENV_FLOAT64 or MJENV_FLOAT32");
 }

@@ -113,7 +113,7 @@ typedef struct mjenv_space {
   const double *high;
 } mjenv_space;
 
-/* What an id promises before anything is built. */
+/* What an id promises before anything is built; its texts are static. */
 typedef struct mjenv_spec {
   uint32_t struct_size;
   int32_t version; /* 4 or 5 */
@@ -132,17 +132,19 @@ typedef struct mjenv_batch {
   int64_t info_count;  /* elements of one row of info: the sum of the counts of the role's fields */
   void *obs;           /* [rows][obs_count] */
   double *reward;      /* [rows]; a reset writes 0 */
-  uint8_t *terminated; /* [rows]; a reset writes 0 */
-  uint8_t *truncated;  /* [rows]; a reset writes 0 */
+  uint8_t *terminated; /* [rows], 0 or 1; a reset writes 0 */
+  uint8_t *truncated;  /* [rows], 0 or 1; a reset writes 0 */
   double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset;
                           0 in a step that reset the row */
   int32_t *status;     /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
   /* What automatic resets add (the option "autoreset_mode"). */
-  uint8_t *was_reset; /* [rows] 1 where this call began an episode, so that the row's reset_info holds */
-  double *reset_info; /* MJENV_RESET_INFO's fields, as info; written where a step reset the row */
-  void *final_obs;    /* [rows][obs_count], same_step: the last observation of the episode that ended */
-  double *final_info; /* as info, same_step: the info of that last step */
-  double *arrays;     /* MJENV_ARRAYS's fields, as info */
+  int64_t reset_info_count; /* elements of one row of reset_info */
+  int64_t arrays_count;     /* elements of one row of arrays */
+  uint8_t *was_reset;       /* [rows] 1 where this call began an episode, so that the row's reset_info holds, else 0 */
+  double *reset_info;       /* MJENV_RESET_INFO's fields, as info; written where a step reset the row */
+  void *final_obs;          /* [rows][obs_count], same_step: the last observation of the episode that ended */
+  double *final_info;       /* as info, same_step: the info of that last step */
+  double *arrays;           /* MJENV_ARRAYS's fields, as info */
 } mjenv_batch;
 
 /* ---- Library ---- */
