@@ -10,6 +10,7 @@ namespace mjenv {
 
 void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void* action, std::size_t count,
                mjenv_dtype dtype, const mjenv_batch* out) {
+  pool_->check_here();
   const std::int64_t nu = task_.model->nu();
   if (!rows_sent) row_count = static_cast<std::size_t>(rows());
   const auto row_at = [&](std::size_t i) { return rows_sent ? rows_sent[i] : static_cast<std::int64_t>(i); };
@@ -91,6 +92,7 @@ void Env::serve(Worker& worker, const std::function<bool()>& enough) {
 }
 
 void Env::receive(std::size_t least, std::int64_t* rows_done, std::size_t capacity, std::size_t* count) {
+  pool_->check_here();
   if (!async_->open) fail(MJENV_E_STATE, "no rows are under way: mjenv_send some first");
   if (least > async_->count)
     fail(MJENV_E_SIZE, std::to_string(least) + " row(s) wanted, but " + std::to_string(async_->count) + " under way");

@@ -68,12 +68,12 @@ Pool::~Pool() {
 
 bool Pool::here() const { return threads_.empty() || getpid() == owner_; }
 
-void Pool::check_owner() const {
+void Pool::check_here() const {
   if (!here()) fail(MJENV_E_STATE, "this environment's threads were left behind by a fork: create it in the child");
 }
 
 void Pool::start(std::function<void(int)> job) {
-  check_owner();
+  check_here();
   job_ = std::move(job);
   running_ = static_cast<int>(threads_.size());
   {
@@ -84,7 +84,7 @@ void Pool::start(std::function<void(int)> job) {
 }
 
 void Pool::finish() {
-  check_owner();
+  check_here();
   const auto done = [&] { return running_.load() == 0; };
   if (spin_until(done)) return;
   std::unique_lock lock(mutex_);

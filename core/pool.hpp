@@ -24,6 +24,7 @@ class Pool {
 
   // This process made the pool; a forked child has none of its threads.
   bool here() const;
+  void check_here() const;
   int threads() const { return static_cast<int>(threads_.size()) + 1; }
 
   // Calls job(worker) for every worker but the caller, at once. The job must not throw.
@@ -44,7 +45,6 @@ class Pool {
   std::vector<std::thread> threads_;
 
   void work(int worker);
-  void check_owner() const;
 };
 
 }  // namespace mjenv
