@@ -178,7 +178,6 @@ void Env::attempt(Worker& worker, std::int64_t row, const Body& body) noexcept {
     body(worker, row);
   } catch (const std::exception& error) {
     worker.resident = -1;
-    worker.work.clear();  // MuJoCo left its stack unwound
     worker.failed = true;
     try {
       worker.failures += (worker.failures.empty() ? "" : "; ") + in_row(row, error.what());

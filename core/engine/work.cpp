@@ -67,6 +67,7 @@ void Work::clear() {
 void Work::begin() {
   const mjModel* m = model_->get();
   mjData* d = data_.get();
+  d->pstack = 0;
   d->time = 0;
   put(d->qpos, m->qpos0, layout_.nq);
   for (mjtNum* array : {d->qvel, d->qacc_warmstart}) std::fill_n(array, layout_.nv, 0.0);
@@ -79,6 +80,7 @@ void Work::begin() {
 
 void Work::load(const double* state) {
   mjData* d = data_.get();
+  d->pstack = 0;  // an error that was thrown out of MuJoCo leaves its stack as it was
   d->time = *state++;
   for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq},
                                      {d->qvel, layout_.nv},
