@@ -1,0 +1,61 @@
+"""Gymnasium's MuJoCo environments, bit for bit, from a native library.
+
+make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id) and options(id) tell what there is.
+"""
+
+from mjenv._abi import Kind, Status
+from mjenv._handle import Option
+from mjenv.env import MujocoEnv
+from mjenv.errors import (
+    AlreadyPendingCallError,
+    BusyError,
+    ClosedError,
+    Error,
+    ForkedError,
+    InternalError,
+    InvalidValueError,
+    ModelError,
+    ModelFileError,
+    NoAsyncCallError,
+    OptionError,
+    OutOfMemoryError,
+    PhysicsError,
+    ResetNeeded,
+    SnapshotError,
+    UnknownIdError,
+    UnknownNameError,
+)
+from mjenv.registration import ids, make, options, spec, version
+from mjenv.vector import AutoresetMode, VectorEnv, make_vec
+
+__all__ = [
+    "AlreadyPendingCallError",
+    "AutoresetMode",
+    "BusyError",
+    "ClosedError",
+    "Error",
+    "ForkedError",
+    "InternalError",
+    "InvalidValueError",
+    "Kind",
+    "ModelError",
+    "ModelFileError",
+    "MujocoEnv",
+    "NoAsyncCallError",
+    "Option",
+    "OptionError",
+    "OutOfMemoryError",
+    "PhysicsError",
+    "ResetNeeded",
+    "SnapshotError",
+    "Status",
+    "UnknownIdError",
+    "UnknownNameError",
+    "VectorEnv",
+    "ids",
+    "make",
+    "make_vec",
+    "options",
+    "spec",
+    "version",
+]

@@ -1,0 +1,248 @@
+"""The C interface in ctypes. Written by tools/declarations.py from mjenv.h: do not edit."""
+# ruff: noqa: N801
+
+from ctypes import (
+    CDLL,
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_float,
+    c_int,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_uint8,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from enum import IntEnum
+
+ABI_VERSION = 1
+ALL_ROWS = -1
+
+
+class Status(IntEnum):
+    OK = 0
+    E_ARGUMENT = -1
+    E_NAME = -2
+    E_TYPE = -3
+    E_VALUE = -4
+    E_SIZE = -5
+    E_STATE = -6
+    E_BUSY = -7
+    E_MODEL = -8
+    E_PHYSICS = -9
+    E_SNAPSHOT = -10
+    E_MEMORY = -11
+    E_INTERNAL = -12
+
+
+class Dtype(IntEnum):
+    FLOAT64 = 0
+    FLOAT32 = 1
+
+
+class Role(IntEnum):
+    OBSERVATION = 1
+    ACTION = 2
+    INFO = 3
+    RESET_INFO = 4
+    REWARD = 5
+    STRUCTURE = 6
+    DATA = 7
+    MODEL = 8
+    ARRAYS = 9
+
+
+class Kind(IntEnum):
+    FLAG = 1
+    INTEGER = 2
+    REALS = 3
+    STRING = 4
+    STRING_OR_INT = 5
+
+
+class Type(IntEnum):
+    NUMPY_FLOAT64 = 1
+    ACTION_DTYPE = 2
+    PYTHON_FLOAT = 3
+    PYTHON_INT = 4
+    NUMPY_INT64 = 5
+    NUMPY_FLOAT32 = 6
+    NUMPY_INT32 = 7
+    NUMPY_UINT8 = 8
+
+
+class mjenv_option(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("kind", c_int32),
+        ("name", c_char_p),
+        ("doc", c_char_p),
+        ("low", c_double),
+        ("high", c_double),
+        ("count", c_int64),
+        ("choices", c_char_p),
+    )
+
+
+class mjenv_field(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("ndim", c_int32),
+        ("name", c_char_p),
+        ("doc", c_char_p),
+        ("shape", c_int64 * 4),
+        ("offset", c_int64),
+        ("count", c_int64),
+        ("type", c_int32),
+    )
+
+
+class mjenv_space(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("dtype", c_int32),
+        ("count", c_int64),
+        ("low", POINTER(c_double)),
+        ("high", POINTER(c_double)),
+    )
+
+
+class mjenv_spec(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("version", c_int32),
+        ("id", c_char_p),
+        ("robot", c_char_p),
+        ("max_episode_steps", c_int64),
+        ("reward_threshold", c_double),
+    )
+
+
+class mjenv_batch(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("obs_dtype", c_int32),
+        ("rows", c_int64),
+        ("obs_count", c_int64),
+        ("info_count", c_int64),
+        ("obs", c_void_p),
+        ("reward", POINTER(c_double)),
+        ("terminated", POINTER(c_uint8)),
+        ("truncated", POINTER(c_uint8)),
+        ("info", POINTER(c_double)),
+        ("status", POINTER(c_int32)),
+        ("reset_info_count", c_int64),
+        ("arrays_count", c_int64),
+        ("was_reset", POINTER(c_uint8)),
+        ("reset_info", POINTER(c_double)),
+        ("final_obs", c_void_p),
+        ("final_info", POINTER(c_double)),
+        ("arrays", POINTER(c_double)),
+    )
+
+
+class Library(CDLL):
+    def __init__(self, path: str) -> None:
+        super().__init__(path)
+        self.mjenv_abi_version.argtypes = ()
+        self.mjenv_abi_version.restype = c_uint32
+        self.mjenv_version.argtypes = ()
+        self.mjenv_version.restype = c_char_p
+        self.mjenv_status_name.argtypes = (c_int,)
+        self.mjenv_status_name.restype = c_char_p
+        self.mjenv_last_error.argtypes = ()
+        self.mjenv_last_error.restype = c_char_p
+        self.mjenv_id_count.argtypes = ()
+        self.mjenv_id_count.restype = c_int64
+        self.mjenv_id_at.argtypes = (c_int64,)
+        self.mjenv_id_at.restype = c_char_p
+        self.mjenv_spec_of.argtypes = (c_char_p, POINTER(mjenv_spec))
+        self.mjenv_spec_of.restype = c_int
+        self.mjenv_options_create.argtypes = (c_char_p, POINTER(c_void_p))
+        self.mjenv_options_create.restype = c_int
+        self.mjenv_options_destroy.argtypes = (c_void_p,)
+        self.mjenv_options_destroy.restype = None
+        self.mjenv_options_count.argtypes = (c_void_p,)
+        self.mjenv_options_count.restype = c_int64
+        self.mjenv_options_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_option))
+        self.mjenv_options_at.restype = c_int
+        self.mjenv_options_set_integer.argtypes = (c_void_p, c_char_p, c_int64)
+        self.mjenv_options_set_integer.restype = c_int
+        self.mjenv_options_set_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_size_t)
+        self.mjenv_options_set_reals.restype = c_int
+        self.mjenv_options_set_string.argtypes = (c_void_p, c_char_p, c_char_p)
+        self.mjenv_options_set_string.restype = c_int
+        self.mjenv_options_get_integer.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
+        self.mjenv_options_get_integer.restype = c_int
+        self.mjenv_options_get_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
+        self.mjenv_options_get_reals.restype = c_int
+        self.mjenv_options_get_string.argtypes = (c_void_p, c_char_p, POINTER(c_char_p))
+        self.mjenv_options_get_string.restype = c_int
+        self.mjenv_create.argtypes = (c_void_p, c_int64, POINTER(c_void_p))
+        self.mjenv_create.restype = c_int
+        self.mjenv_destroy.argtypes = (c_void_p,)
+        self.mjenv_destroy.restype = None
+        self.mjenv_rows.argtypes = (c_void_p,)
+        self.mjenv_rows.restype = c_int64
+        self.mjenv_frame_skip.argtypes = (c_void_p,)
+        self.mjenv_frame_skip.restype = c_int64
+        self.mjenv_options_of.argtypes = (c_void_p,)
+        self.mjenv_options_of.restype = c_void_p
+        self.mjenv_space_of.argtypes = (c_void_p, c_int, POINTER(mjenv_space))
+        self.mjenv_space_of.restype = c_int
+        self.mjenv_field_count.argtypes = (c_void_p, c_int)
+        self.mjenv_field_count.restype = c_int64
+        self.mjenv_field_at.argtypes = (c_void_p, c_int, c_int64, POINTER(mjenv_field))
+        self.mjenv_field_at.restype = c_int
+        self.mjenv_seed.argtypes = (c_void_p, POINTER(c_uint64), POINTER(c_uint8))
+        self.mjenv_seed.restype = c_int
+        self.mjenv_seed_digits.argtypes = (c_void_p, c_int64, POINTER(c_uint32), c_size_t)
+        self.mjenv_seed_digits.restype = c_int
+        self.mjenv_reset.argtypes = (c_void_p, POINTER(c_uint8), POINTER(mjenv_batch))
+        self.mjenv_reset.restype = c_int
+        self.mjenv_step.argtypes = (c_void_p, c_void_p, c_size_t, c_int, POINTER(mjenv_batch))
+        self.mjenv_step.restype = c_int
+        self.mjenv_send.argtypes = (
+            c_void_p,
+            POINTER(c_int64),
+            c_size_t,
+            c_void_p,
+            c_size_t,
+            c_int,
+            POINTER(mjenv_batch),
+        )
+        self.mjenv_send.restype = c_int
+        self.mjenv_recv.argtypes = (c_void_p, c_size_t, POINTER(c_int64), c_size_t, POINTER(c_size_t))
+        self.mjenv_recv.restype = c_int
+        self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_int64, c_size_t, c_int, POINTER(mjenv_batch))
+        self.mjenv_rollout.restype = c_int
+        self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
+        self.mjenv_get_stream.restype = c_int
+        self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
+        self.mjenv_set_stream.restype = c_int
+        self.mjenv_seed_actions.argtypes = (c_void_p, c_uint64)
+        self.mjenv_seed_actions.restype = c_int
+        self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_size_t)
+        self.mjenv_sample_actions.restype = c_int
+        self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
+        self.mjenv_read.restype = c_int
+        self.mjenv_object_index.argtypes = (c_void_p, c_char_p, c_char_p, POINTER(c_int64))
+        self.mjenv_object_index.restype = c_int
+        self.mjenv_object_name.argtypes = (c_void_p, c_char_p, c_int64, POINTER(c_char_p))
+        self.mjenv_object_name.restype = c_int
+        self.mjenv_set_state.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, POINTER(c_double), c_size_t)
+        self.mjenv_set_state.restype = c_int
+        self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, c_int64)
+        self.mjenv_simulate.restype = c_int
+        self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
+        self.mjenv_observe.restype = c_int
+        self.mjenv_copy_row.argtypes = (c_void_p, c_int64, POINTER(c_uint8))
+        self.mjenv_copy_row.restype = c_int
+        self.mjenv_snapshot.argtypes = (c_void_p, c_int64, c_void_p, c_size_t, POINTER(c_size_t))
+        self.mjenv_snapshot.restype = c_int
+        self.mjenv_restore.argtypes = (c_void_p, c_int64, c_void_p, c_size_t)
+        self.mjenv_restore.restype = c_int

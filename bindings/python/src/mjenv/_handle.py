@@ -1,0 +1,388 @@
+"""Owned handles over the C interface: options, and an environment of one or many rows.
+
+Everything that calls the library from Python goes through here, except the step itself, which the environment
+classes call with buffers prepared by Batch.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import operator
+import os
+import threading
+import weakref
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import _abi
+from mjenv._abi import Dtype, Kind, Role, Status, Type
+from mjenv._library import LIBRARY
+from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError, check
+
+Float64Array = NDArray[np.float64]
+
+DTYPES: dict[int, type[np.generic]] = {
+    Type.NUMPY_FLOAT64: np.float64,
+    Type.NUMPY_INT64: np.int64,
+    Type.NUMPY_FLOAT32: np.float32,
+    Type.NUMPY_INT32: np.int32,
+    Type.NUMPY_UINT8: np.uint8,
+}
+
+
+@dataclass(frozen=True)
+class Option:
+    """A constructor option of an id."""
+
+    name: str
+    kind: Kind
+    default: Any  # bool, int, float, a tuple of floats, or str
+    low: float  # of each number, both ends included
+    high: float
+    choices: tuple[str, ...]  # the valid texts; empty when any text may be tried
+    doc: str
+
+
+@dataclass(frozen=True)
+class Field:
+    """A named part of an observation, an action or an info, or a readable array."""
+
+    name: str
+    shape: tuple[int, ...]
+    offset: int  # of the first element within one row's record
+    count: int
+    type: Type
+    doc: str
+
+
+def _struct(kind: type[Any]) -> Any:
+    """A struct that says how large it is, as the library asks."""
+    value = kind()
+    value.struct_size = ctypes.sizeof(kind)
+    return value
+
+
+def _text(value: bytes | None) -> str:
+    return (value or b"").decode("utf-8", "surrogateescape")
+
+
+def _encoded(value: str, what: str) -> bytes:
+    if "\0" in value:
+        raise InvalidValueError(f"{what} holds a null character", Status.E_VALUE)
+    return value.encode("utf-8", "surrogateescape")
+
+
+def pointer_to(array: NDArray[Any], kind: type[Any]) -> Any:
+    """A typed pointer to an array's memory, valid as long as the array lives."""
+    return array.ctypes.data_as(POINTER(kind))
+
+
+def _destroy_with(owner: object, destroy: Any, handle: int | None) -> weakref.finalize[Any, Any]:
+    """Destroys a handle once its owner is gone, though not at exit, when a daemon thread may still be inside."""
+    finalizer = weakref.finalize(owner, destroy, handle)
+    finalizer.atexit = False  # type: ignore[misc, unused-ignore]
+    return finalizer
+
+
+def ids() -> tuple[str, ...]:
+    """All environment ids, sorted."""
+    return tuple(_text(LIBRARY.mjenv_id_at(i)) for i in range(LIBRARY.mjenv_id_count()))
+
+
+def spec_of(id: str) -> Any:
+    """The mjenv_spec of an id."""
+    spec = _struct(_abi.mjenv_spec)
+    check(LIBRARY.mjenv_spec_of(_encoded(id, "the id"), byref(spec)), UnknownIdError)
+    return spec
+
+
+class Options:
+    """The options of one id, at their defaults until set."""
+
+    def __init__(self, id: str) -> None:
+        handle = c_void_p()
+        check(LIBRARY.mjenv_options_create(_encoded(id, "the id"), byref(handle)), UnknownIdError)
+        self.id = id
+        self.pointer = handle.value
+        _destroy_with(self, LIBRARY.mjenv_options_destroy, self.pointer)
+
+    def schema(self) -> dict[str, Option]:
+        """All options by name, with their present values as defaults."""
+        found = {}
+        option = _struct(_abi.mjenv_option)
+        for i in range(LIBRARY.mjenv_options_count(self.pointer)):
+            check(LIBRARY.mjenv_options_at(self.pointer, i, byref(option)))
+            name, kind = _text(option.name), Kind(option.kind)
+            choices = tuple(_text(option.choices).split())
+            found[name] = Option(
+                name, kind, self._get(option.name, kind), option.low, option.high, choices, _text(option.doc)
+            )
+        return found
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """Sets options from Python values. Raises OptionError or InvalidValueError."""
+        schema = self.schema()
+        for name, value in values.items():
+            if name not in schema:
+                raise OptionError(f"{self.id} has no option {name!r}; it has {', '.join(schema)}", status=Status.E_NAME)
+            self._set(schema[name], value)
+
+    def _get(self, name: bytes, kind: Kind) -> Any:
+        if kind in (Kind.FLAG, Kind.INTEGER, Kind.STRING_OR_INT):
+            integer = c_int64()
+            status = LIBRARY.mjenv_options_get_integer(self.pointer, name, byref(integer))
+            if kind != Kind.STRING_OR_INT or status == Status.OK:
+                check(status)
+                return bool(integer.value) if kind == Kind.FLAG else integer.value
+        if kind == Kind.REALS:
+            count = c_size_t()
+            check(LIBRARY.mjenv_options_get_reals(self.pointer, name, None, 0, byref(count)))
+            reals = (c_double * count.value)()
+            check(LIBRARY.mjenv_options_get_reals(self.pointer, name, reals, count, byref(count)))
+            return reals[0] if len(reals) == 1 else tuple(reals)
+        text = c_char_p()
+        check(LIBRARY.mjenv_options_get_string(self.pointer, name, byref(text)))
+        return _text(text.value)
+
+    def _set(self, option: Option, value: Any) -> None:
+        name = option.name.encode()
+        if isinstance(value, os.PathLike):
+            value = os.path.abspath(os.fspath(value))
+        if isinstance(value, str):
+            check(LIBRARY.mjenv_options_set_string(self.pointer, name, _encoded(value, option.name)))
+        elif option.kind == Kind.REALS and not _is_integer(value):
+            self._set_reals(option, value)
+        else:
+            try:
+                integer = operator.index(value)
+            except TypeError:
+                # A NumPy bool is a flag, though not an index.
+                if not isinstance(value, np.bool_):
+                    raise self._refused(option, value) from None
+                integer = int(value)
+            if not -(2**63) <= integer < 2**63:
+                raise InvalidValueError(f"option {option.name!r} of {self.id} cannot be {integer}", Status.E_VALUE)
+            check(LIBRARY.mjenv_options_set_integer(self.pointer, name, integer))
+
+    def _set_reals(self, option: Option, value: Any) -> None:
+        try:
+            given = np.array(value)
+        except ValueError:  # a ragged list
+            raise self._refused(option, value) from None
+        if given.ndim != np.ndim(option.default) or given.dtype.kind not in "biuf":
+            raise self._refused(option, value)
+        reals = given.astype(np.float64).reshape(-1)
+        pointer = pointer_to(reals, c_double)
+        check(LIBRARY.mjenv_options_set_reals(self.pointer, option.name.encode(), pointer, reals.size))
+
+    def _refused(self, option: Option, value: Any) -> OptionError:
+        kinds = {
+            Kind.FLAG: "a bool",
+            Kind.INTEGER: "an int",
+            Kind.STRING: "a str",
+            Kind.STRING_OR_INT: "a str or an int",
+        }
+        reals = "a float" if np.ndim(option.default) == 0 else f"{len(option.default)} floats"
+        kind = kinds.get(option.kind, reals)
+        return OptionError(f"option {option.name!r} of {self.id} is {kind}, not {value!r}", Status.E_TYPE)
+
+
+def _is_integer(value: Any) -> bool:
+    """Whether a number was given as an int, which Gymnasium's infos then show; one too large is a float."""
+    return isinstance(value, (int, np.integer)) and -(2**63) <= int(value) < 2**63
+
+
+class Batch:
+    """The arrays that reset and step write, and the mjenv_batch that points to them.
+
+    reward and info share one array, so that a single environment turns both into Python values in one pass.
+    """
+
+    def __init__(self, rows: int, obs_count: int, info_count: int, dtype: Dtype = Dtype.FLOAT64) -> None:
+        self.obs: NDArray[Any] = np.zeros((rows, obs_count), np.float32 if dtype == Dtype.FLOAT32 else np.float64)
+        self.values = np.zeros(rows * (info_count + 1))
+        self.info, self.reward = self.values[:-rows], self.values[-rows:]
+        self.ended = np.zeros((2, rows), np.bool_)  # terminated, truncated
+        self.status = np.zeros(rows, np.int32)
+        self.struct = _struct(_abi.mjenv_batch)
+        self.struct.obs_dtype = dtype
+        self.struct.rows, self.struct.obs_count, self.struct.info_count = rows, obs_count, info_count
+        self.struct.obs = self.obs.ctypes.data
+        self.struct.reward = pointer_to(self.reward, c_double)
+        self.struct.info = pointer_to(self.info, c_double)
+        self.struct.terminated = pointer_to(self.ended[0], c_uint8)
+        self.struct.truncated = pointer_to(self.ended[1], c_uint8)
+        self.struct.status = pointer_to(self.status, c_int32)
+
+
+class Rows:
+    """An environment handle of one or many rows. Pickling keeps every row's episode and random stream."""
+
+    def __init__(self, id: str, options: Mapping[str, Any], count: int = 1) -> None:
+        chosen = Options(id)
+        chosen.set(options)
+        handle = c_void_p()
+        check(LIBRARY.mjenv_create(chosen.pointer, count, byref(handle)))
+        self.id, self.options, self.count = id, dict(options), count
+        self.pointer: int | None = handle.value
+        self.lock = threading.Lock()
+        self._fields: dict[Role, tuple[Field, ...]] = {}
+        self._arrays: dict[Role, dict[str, Field]] = {}
+        self._destroy = _destroy_with(self, LIBRARY.mjenv_destroy, handle.value)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
+
+    @contextmanager
+    def entered(self) -> Iterator[int]:
+        """The handle, for one thread. Raises BusyError or ClosedError."""
+        if not self.lock.acquire(blocking=False):
+            raise self.busy()
+        try:
+            if self.pointer is None:
+                raise self.closed()
+            yield self.pointer
+        finally:
+            self.lock.release()
+
+    def busy(self) -> BusyError:
+        return BusyError(f"another thread is inside this {self.id}", Status.E_BUSY)
+
+    def closed(self) -> ClosedError:
+        return ClosedError(f"this {self.id} was closed")
+
+    def close(self) -> None:
+        """Frees the handle. Closing twice is fine."""
+        if not self.lock.acquire(blocking=False):
+            raise self.busy()
+        try:
+            self.pointer = None
+            self._destroy()
+        finally:
+            self.lock.release()
+
+    def frame_skip(self) -> int:
+        with self.entered() as env:
+            return int(LIBRARY.mjenv_frame_skip(env))
+
+    def fields(self, role: Role) -> tuple[Field, ...]:
+        """What a role consists of; listed once, as there are hundreds of arrays."""
+        if role not in self._fields:
+            with self.entered() as env:
+                self._fields[role] = tuple(_fields(env, role))
+        return self._fields[role]
+
+    def array(self, role: Role, name: str) -> Field | None:
+        """The array of MJENV_DATA or MJENV_MODEL with MuJoCo's name."""
+        if role not in self._arrays:
+            self._arrays[role] = {field.name: field for field in self.fields(role)}
+        return self._arrays[role].get(name)
+
+    def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
+        """The lower and the upper bounds of a space."""
+        space = _struct(_abi.mjenv_space)
+        with self.entered() as env:
+            check(LIBRARY.mjenv_space_of(env, role, byref(space)))
+            return np.array(space.low[: space.count]), np.array(space.high[: space.count])
+
+    def seed(self, row: int, seed: int) -> None:
+        """Gives a row the stream of default_rng(seed), for a seed >= 0 of any size."""
+        count = max(1, (seed.bit_length() + 31) // 32)
+        digits = (c_uint32 * count)(*((seed >> 32 * i) & 0xFFFFFFFF for i in range(count)))
+        with self.entered() as env:
+            check(LIBRARY.mjenv_seed_digits(env, row, digits, count))
+
+    def seed_rows(self, seeds: NDArray[np.uint64], mask: NDArray[np.bool_]) -> None:
+        """Gives the masked rows new streams, each from its seed."""
+        with self.entered() as env:
+            check(LIBRARY.mjenv_seed(env, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8)))
+
+    def stream(self, row: int) -> tuple[int, int]:
+        """State and increment of a row's random stream, as NumPy's PCG64 has them."""
+        words = (c_uint64 * 4)()
+        with self.entered() as env:
+            check(LIBRARY.mjenv_get_stream(env, row, words, 4))
+        return words[0] | words[1] << 64, words[2] | words[3] << 64
+
+    def set_stream(self, row: int, state: int, increment: int) -> None:
+        words = (c_uint64 * 4)(*(x >> shift & 0xFFFFFFFFFFFFFFFF for x in (state, increment) for shift in (0, 64)))
+        with self.entered() as env:
+            check(LIBRARY.mjenv_set_stream(env, row, words, 4))
+
+    def read(self, row: int, field: Field) -> NDArray[Any]:
+        """A copy of an array of mjData or mjModel, in MuJoCo's shape and dtype, read-only."""
+        array = self._read(row, field.name, field.count).astype(DTYPES[field.type], copy=False).reshape(field.shape)
+        array.flags.writeable = False
+        return array
+
+    def timestep(self) -> float:
+        """Seconds in an mj_step."""
+        return float(self._read(0, "opt.timestep", 1)[0])
+
+    def _read(self, row: int, name: str, size: int) -> Float64Array:
+        values = np.empty(size)
+        count = c_size_t()
+        with self.entered() as env:
+            check(LIBRARY.mjenv_read(env, row, name.encode(), pointer_to(values, c_double), size, byref(count)))
+        return values
+
+    def object_index(self, kind: str, name: str) -> int:
+        index = c_int64()
+        with self.entered() as env:
+            check(LIBRARY.mjenv_object_index(env, kind.encode(), _encoded(name, "the name"), byref(index)))
+        return index.value
+
+    def object_name(self, kind: str, index: int) -> str:
+        name = c_char_p()
+        with self.entered() as env:
+            status = LIBRARY.mjenv_object_name(env, kind.encode(), index, byref(name))
+            check(Status.E_NAME if status == Status.E_VALUE else status)
+            return _text(name.value)
+
+    def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
+        q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))
+        if q.ndim != 1 or v.ndim != 1:
+            raise InvalidValueError(f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each")
+        with self.entered() as env:
+            pointers = pointer_to(q, c_double), pointer_to(v, c_double)
+            check(LIBRARY.mjenv_set_state(env, row, pointers[0], q.size, pointers[1], v.size))
+
+    def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
+        with self.entered() as env:
+            check(LIBRARY.mjenv_simulate(env, row, pointer_to(ctrl, c_double), ctrl.size, frames))
+
+    def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
+        with self.entered() as env:
+            check(LIBRARY.mjenv_copy_row(env, source, pointer_to(mask, c_uint8)))
+
+    def snapshot(self, row: int) -> bytes:
+        size = c_size_t()
+        with self.entered() as env:
+            check(LIBRARY.mjenv_snapshot(env, row, None, 0, byref(size)))
+            image = ctypes.create_string_buffer(size.value)
+            check(LIBRARY.mjenv_snapshot(env, row, image, size, byref(size)))
+        return image.raw
+
+    def restore(self, row: int, image: bytes) -> None:
+        with self.entered() as env:
+            check(LIBRARY.mjenv_restore(env, row, image, len(image)))
+
+
+def _fields(env: int, role: Role) -> Iterator[Field]:
+    field = _struct(_abi.mjenv_field)
+    for i in range(LIBRARY.mjenv_field_count(env, role)):
+        check(LIBRARY.mjenv_field_at(env, role, i, byref(field)))
+        shape = tuple(field.shape[: field.ndim])
+        yield Field(_text(field.name), shape, field.offset, field.count, Type(field.type), _text(field.doc))
+
+
+def _restored(id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
+    rows = Rows(id, options, count)
+    rows.restore(_abi.ALL_ROWS, image)
+    return rows

@@ -1,0 +1,215 @@
+"""env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names, as read-only copies."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, NoReturn
+
+from mjenv._abi import Role
+from mjenv._handle import Rows
+
+# Which part of an array belongs to one object: its row, or the range that starts at its address.
+_ROW, _QPOS, _DOF, _SENSOR = "row", "qpos", "dof", "sensor"
+
+_BODY = (
+    "xfrc_applied xpos xquat xmat xipos ximat subtree_com cinert crb cvel subtree_linvel subtree_angmom cacc cfrc_int "
+    "cfrc_ext"
+)
+_DOFS = (
+    "qvel qacc qacc_warmstart qacc_smooth qfrc_applied qfrc_passive qfrc_bias qfrc_actuator qfrc_smooth "
+    "qfrc_constraint qfrc_inverse cdof cdof_dot"
+)
+
+# Arrays of mjData by kind of object: attribute -> (array, part).
+_DATA: dict[str, dict[str, tuple[str, str]]] = {
+    "body": {name: (name, _ROW) for name in _BODY.split()},
+    "joint": {name: (name, _DOF) for name in _DOFS.split()}
+    | {"qpos": ("qpos", _QPOS), "xanchor": ("xanchor", _ROW), "xaxis": ("xaxis", _ROW)},
+    "geom": {"xpos": ("geom_xpos", _ROW), "xmat": ("geom_xmat", _ROW)},
+    "site": {"xpos": ("site_xpos", _ROW), "xmat": ("site_xmat", _ROW)},
+    "camera": {"xpos": ("cam_xpos", _ROW), "xmat": ("cam_xmat", _ROW)},
+    "light": {"xpos": ("light_xpos", _ROW), "xdir": ("light_xdir", _ROW)},
+    "actuator": {name: (f"actuator_{name}", _ROW) for name in ("force", "length", "moment", "velocity")}
+    | {"ctrl": ("ctrl", _ROW)},
+    "tendon": {name: (f"ten_{name}", _ROW) for name in ("length", "velocity")},
+    "sensor": {"data": ("sensordata", _SENSOR)},
+}
+
+# Arrays of mjModel are named by these prefixes, the earlier one first.
+_MODEL: dict[str, tuple[tuple[str, str], ...]] = {
+    "body": (("body_", _ROW),),
+    "joint": (("dof_", _DOF), ("jnt_", _ROW)),
+    "geom": (("geom_", _ROW),),
+    "site": (("site_", _ROW),),
+    "camera": (("cam_", _ROW),),
+    "light": (("light_", _ROW),),
+    "actuator": (("actuator_", _ROW),),
+    "tendon": (("tendon_", _ROW),),
+    "sensor": (("sensor_", _ROW),),
+}
+_QPOS_OF_MODEL = ("qpos0", "qpos_spring")
+
+
+class _ReadOnly:
+    """Attributes that come from the library."""
+
+    __slots__ = ()
+
+    def __setattr__(self, name: str, value: Any) -> NoReturn:
+        raise AttributeError(f"{name!r} is read-only; set_state changes the state")
+
+    def _missing(self, name: str) -> AttributeError:
+        return AttributeError(f"{type(self).__name__} has no {name!r}; dir() lists what there is")
+
+
+class Arrays(_ReadOnly):
+    """Arrays by name, each access a fresh copy."""
+
+    __slots__ = ("_prefix", "_role", "_row", "_rows")
+
+    def __init__(self, rows: Rows, row: int, role: Role, prefix: str = "") -> None:
+        for name, value in (("_rows", rows), ("_row", row), ("_role", role), ("_prefix", prefix)):
+            object.__setattr__(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        field = self._rows.array(self._role, self._prefix + name)
+        if field is None:
+            raise self._missing(name)
+        array = self._rows.read(self._row, field)
+        return array if field.shape else array.item()
+
+    def __dir__(self) -> list[str]:
+        names = {name.removeprefix(self._prefix) for name in self._all() if name.startswith(self._prefix)}
+        return sorted({*object.__dir__(self), *(name for name in names if "." not in name)})
+
+    def _all(self) -> list[str]:
+        return [field.name for field in self._rows.fields(self._role)]
+
+
+class View(_ReadOnly):
+    """One object of the model: id, name, and its part of each array."""
+
+    __slots__ = ("_arrays", "_kind", "id", "name")
+
+    def __init__(self, arrays: _Named, kind: str, key: str | int) -> None:
+        if isinstance(key, str):
+            name, index = key, arrays._rows.object_index(kind, key)
+        else:
+            index = operator.index(key)
+            name = arrays._rows.object_name(kind, index)
+        for slot, value in (("_arrays", arrays), ("_kind", kind), ("id", index), ("name", name)):
+            object.__setattr__(self, slot, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        found = self._arrays._part(self._kind, name)
+        if found is None:
+            raise self._missing(name)
+        array, part = found
+        values = getattr(self._arrays, array)
+        if part == _ROW:
+            return values.reshape(values.shape[0], -1)[self.id]
+        first, last = self._range(part, len(values))
+        return values[first:last]
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *self._arrays._names(self._kind)})
+
+    def __repr__(self) -> str:
+        return f"<{self._kind} {self.id} {self.name!r}>"
+
+    def _range(self, part: str, end: int) -> tuple[int, int]:
+        address = {_QPOS: "jnt_qposadr", _DOF: "jnt_dofadr", _SENSOR: "sensor_adr"}[part]
+        rows = self._arrays._rows
+        field = rows.array(Role.MODEL, address)
+        assert field is not None
+        starts = rows.read(self._arrays._row, field)
+        return int(starts[self.id]), int(starts[self.id + 1]) if self.id + 1 < len(starts) else end
+
+
+class _Named(Arrays):
+    """Arrays that also answer by object, as in data.body("torso").xpos."""
+
+    __slots__ = ()
+
+    def body(self, key: str | int) -> View:
+        return View(self, "body", key)
+
+    def joint(self, key: str | int) -> View:
+        return View(self, "joint", key)
+
+    def geom(self, key: str | int) -> View:
+        return View(self, "geom", key)
+
+    def site(self, key: str | int) -> View:
+        return View(self, "site", key)
+
+    def camera(self, key: str | int) -> View:
+        return View(self, "camera", key)
+
+    def light(self, key: str | int) -> View:
+        return View(self, "light", key)
+
+    def actuator(self, key: str | int) -> View:
+        return View(self, "actuator", key)
+
+    def tendon(self, key: str | int) -> View:
+        return View(self, "tendon", key)
+
+    def sensor(self, key: str | int) -> View:
+        return View(self, "sensor", key)
+
+    # MuJoCo's short names.
+    jnt, cam, ten = joint, camera, tendon
+
+    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+        """The array that holds an object's attribute, and which part of it."""
+        raise NotImplementedError
+
+    def _names(self, kind: str) -> list[str]:
+        """The attributes of an object of that kind."""
+        raise NotImplementedError
+
+
+class Data(_Named):
+    """mjData as it is after the last reset, step or set_state."""
+
+    __slots__ = ()
+
+    def __init__(self, rows: Rows, row: int = 0) -> None:
+        super().__init__(rows, row, Role.DATA)
+
+    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+        return _DATA[kind].get(name)
+
+    def _names(self, kind: str) -> list[str]:
+        return list(_DATA[kind])
+
+
+class Model(_Named):
+    """mjModel: sizes (nq), arrays (body_mass), and opt and stat."""
+
+    __slots__ = ("opt", "stat")
+
+    opt: Arrays
+    stat: Arrays
+
+    def __init__(self, rows: Rows) -> None:
+        super().__init__(rows, 0, Role.MODEL)
+        for name in ("opt", "stat"):
+            object.__setattr__(self, name, Arrays(rows, 0, Role.MODEL, f"{name}."))
+
+    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+        if kind == "joint" and name in _QPOS_OF_MODEL:
+            return name, _QPOS
+        found = ((prefix + name, part) for prefix, part in _MODEL[kind])
+        return next((array for array in found if self._rows.array(Role.MODEL, array[0])), None)
+
+    def _names(self, kind: str) -> list[str]:
+        own = list(_QPOS_OF_MODEL) if kind == "joint" else []
+        for prefix, _ in _MODEL[kind]:
+            own += [name.removeprefix(prefix) for name in self._all() if name.startswith(prefix)]
+        return own

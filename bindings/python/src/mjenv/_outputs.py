@@ -1,0 +1,149 @@
+"""What the calls of a vector environment write, and how it becomes Gymnasium's infos."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from ctypes import c_double, c_uint8
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv._abi import Dtype, Role, Type, mjenv_batch
+from mjenv._handle import Batch, Field, Float64Array, Rows, pointer_to
+
+Info = dict[str, Any]
+BoolArray = NDArray[np.bool_]
+
+FLOATS: dict[np.dtype[Any], Dtype] = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
+ROLES = (Role.OBSERVATION, Role.ACTION, Role.INFO, Role.RESET_INFO, Role.ARRAYS)
+
+
+def views(values: Float64Array, fields: tuple[Field, ...], rows: int) -> Iterator[Float64Array]:
+    """Each field's part of a block that the library lays out by fields, as (rows, *shape)."""
+    for field in fields:
+        part = values[field.offset * rows : (field.offset + field.count) * rows]
+        yield part.reshape(rows, *field.shape)
+
+
+def _dtype(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """What NumPy makes of an array of the type that Gymnasium gives the value."""
+    if kind == Type.ACTION_DTYPE:
+        return action_dtype
+    return np.dtype(np.int64 if kind in (Type.PYTHON_INT, Type.NUMPY_INT64) else np.float64)
+
+
+class _Layout:
+    """How one role's block of values becomes infos."""
+
+    def __init__(self, fields: tuple[Field, ...], rows: int, action_dtype: np.dtype[Any]) -> None:
+        self.fields, self.rows = fields, rows
+        self.dtypes = tuple(_dtype(field.type, action_dtype) for field in fields)
+        self.names = tuple((field.name, f"_{field.name}") for field in fields)
+        # (name, name of the mask, part, shape unless flat, dtype unless float64), for the case that all rows have it
+        self._parts = tuple(
+            (
+                *names,
+                slice(field.offset * rows, (field.offset + field.count) * rows),
+                (rows, *field.shape) if field.shape else None,
+                None if dtype == np.float64 else dtype,
+            )
+            for names, field, dtype in zip(self.names, fields, self.dtypes, strict=True)
+        )
+
+    def whole(self, values: Float64Array) -> Info:
+        """Infos that every row has, as views of the values."""
+        infos: Info = {}
+        masks = iter(np.ones((len(self._parts), self.rows), np.bool_))
+        for (name, mask_name, part, shape, dtype), mask in zip(self._parts, masks, strict=True):
+            value: NDArray[Any] = values[part]
+            if shape:
+                value = value.reshape(shape)
+            infos[name] = value.astype(dtype) if dtype else value
+            infos[mask_name] = mask
+        return infos
+
+    def add(self, infos: Info, values: Float64Array, mask: BoolArray, rows: NDArray[np.int64] | slice) -> None:
+        """Adds what the masked ones of these rows have. As in Gymnasium, the first to bring a key sets its dtype."""
+        found = views(values, self.fields, self.rows)
+        for (name, mask_name), value, dtype in zip(self.names, found, self.dtypes, strict=True):
+            if name not in infos:
+                infos[name] = np.zeros((len(mask), *value.shape[1:]), dtype)
+                infos[mask_name] = np.zeros(len(mask), np.bool_)
+            infos[name][mask] = value[rows][mask]
+            infos[mask_name] |= mask
+
+
+class Outputs(Batch):
+    """The arrays that calls on all rows write, the mjenv_batch of a step, and that of a reset."""
+
+    def __init__(self, rows: Rows, dtype: np.dtype[Any], *, final: bool) -> None:
+        fields = {role: rows.fields(role) for role in ROLES}
+        counts = {role: sum(field.count for field in of_role) for role, of_role in fields.items()}
+        count = rows.count
+        super().__init__(count, counts[Role.OBSERVATION], counts[Role.INFO], FLOATS[dtype])
+        self.nu = counts[Role.ACTION]
+
+        # A bytearray, as searching it is the quickest way to learn that no row was reset.
+        self._resets = bytearray(count)
+        self.was_reset: BoolArray = np.frombuffer(self._resets, np.bool_)
+        self.reset_info = np.zeros(count * counts[Role.RESET_INFO])
+        self.exported = np.zeros(count * counts[Role.ARRAYS])
+        named = zip(fields[Role.ARRAYS], views(self.exported, fields[Role.ARRAYS], count), strict=True)
+        self.arrays = {field.name: view for field, view in named}
+        self.struct.reset_info_count, self.struct.arrays_count = counts[Role.RESET_INFO], counts[Role.ARRAYS]
+        self.struct.was_reset = pointer_to(self.was_reset, c_uint8)
+        self.struct.reset_info = pointer_to(self.reset_info, c_double)
+        self.struct.arrays = pointer_to(self.exported, c_double)
+
+        self.final = final
+        if final:
+            self.final_obs, self.final_info = np.zeros_like(self.obs), np.zeros_like(self.info)
+            self.struct.final_obs = self.final_obs.ctypes.data
+            self.struct.final_info = pointer_to(self.final_info, c_double)
+
+        self.reset_struct = mjenv_batch.from_buffer_copy(self.struct)
+        self.reset_struct.info, self.reset_struct.info_count = self.struct.reset_info, counts[Role.RESET_INFO]
+        self.reset_struct.reset_info, self.reset_struct.final_obs, self.reset_struct.final_info = None, None, None
+
+        self._layouts = {kind: _Layout(fields[Role.INFO], count, kind) for kind in FLOATS}
+        self._reset_layout = _Layout(fields[Role.RESET_INFO], count, np.dtype(np.float64))
+
+    def reset_infos(self, mask: BoolArray | None) -> Info:
+        """The infos of a reset of the masked rows."""
+        if mask is None:
+            return self._reset_layout.whole(self.reset_info.copy())
+        infos: Info = {}
+        self._reset_layout.add(infos, self.reset_info, mask, slice(None))
+        return infos
+
+    def step_infos(self, action_dtype: np.dtype[Any], rows: NDArray[np.int64] | None = None) -> Info:
+        """The infos of a step of these rows, of all if there are none given."""
+        layout = self._layouts[action_dtype]
+        if rows is None and 1 not in self._resets:
+            return layout.whole(self.info.copy())
+        part = slice(None) if rows is None else rows
+        was_reset = self.was_reset[part]
+        stepped = ~was_reset
+        infos: Info = {}
+        # Gymnasium goes through the rows in order, so the first row decides whose keys come first.
+        if len(stepped) and stepped[0]:
+            layout.add(infos, self.info, stepped, part)
+        if was_reset.any():
+            if self.final:
+                self._add_final(infos, layout, was_reset, part)
+            self._reset_layout.add(infos, self.reset_info, was_reset, part)
+        if len(stepped) and not stepped[0] and stepped.any():
+            layout.add(infos, self.info, stepped, part)
+        return infos
+
+    def _add_final(self, infos: Info, layout: _Layout, mask: BoolArray, part: NDArray[np.int64] | slice) -> None:
+        final_obs = np.full(len(mask), None, dtype=object)
+        last = self.final_obs[part]
+        for row in np.flatnonzero(mask):
+            final_obs[row] = last[row].copy()
+        final_info: Info = {}
+        layout.add(final_info, self.final_info, mask, part)
+        infos["final_obs"], infos["_final_obs"] = final_obs, mask.copy()
+        infos["final_info"], infos["_final_info"] = final_info, mask.copy()
+

@@ -1,0 +1,126 @@
+"""The exceptions: each is a mjenv.Error and the exception that a Python or Gymnasium user expects.
+
+Error.status is the library's status code; str(error) names the culprit and the valid choices.
+"""
+
+from __future__ import annotations
+
+import gymnasium
+
+from mjenv._abi import Status
+from mjenv._library import LIBRARY
+
+
+class Error(gymnasium.error.Error):
+    """Any failure that the library reports."""
+
+    def __init__(self, message: str, status: int = Status.E_ARGUMENT) -> None:
+        Exception.__init__(self, message)  # some of Gymnasium's classes ask for more
+        self.message = message
+        self.status = Status(status)
+
+    def __str__(self) -> str:
+        return self.message
+
+    def __reduce__(self) -> tuple[type[Error], tuple[str, Status]]:
+        return type(self), (self.message, self.status)
+
+
+class UnknownIdError(Error, gymnasium.error.UnregisteredEnv):
+    """No environment has this id."""
+
+
+class OptionError(Error, TypeError):
+    """An option that the id does not have, or a value of another type than it takes."""
+
+
+class InvalidValueError(Error, ValueError):
+    """A value out of range, an action of another shape or with a number that is not finite."""
+
+
+class UnknownNameError(Error, KeyError, IndexError):
+    """No object or array of the model has this name or index."""
+
+
+class ResetNeeded(Error, gymnasium.error.ResetNeeded):  # noqa: N818 as Gymnasium's
+    """A step before the first reset, or after the end of the episode."""
+
+
+class AlreadyPendingCallError(Error, gymnasium.error.AlreadyPendingCallError):
+    """Rows are under way between send and recv."""
+
+    name = "send"
+
+
+class NoAsyncCallError(Error, gymnasium.error.NoAsyncCallError):
+    """A recv without a send."""
+
+    name = "recv"
+
+
+class ForkedError(Error, RuntimeError):
+    """The environment's threads did not follow into this process: it was made before a fork."""
+
+
+class BusyError(Error, RuntimeError):
+    """Another thread is inside this environment."""
+
+
+class ModelError(Error, ValueError):
+    """A model that is malformed or lacks what the task needs."""
+
+
+class ModelFileError(ModelError, FileNotFoundError):
+    """A model file that is missing or cannot be read."""
+
+
+class PhysicsError(Error, RuntimeError):
+    """MuJoCo reported an error."""
+
+
+class SnapshotError(Error, ValueError):
+    """An image that is damaged or belongs to another environment."""
+
+
+class OutOfMemoryError(Error, MemoryError):
+    """There is not enough memory."""
+
+
+class InternalError(Error, RuntimeError):
+    """A defect of the library; please report it."""
+
+
+class ClosedError(Error, gymnasium.error.ClosedEnvironmentError):
+    """The environment was closed."""
+
+
+_BY_STATUS: dict[int, type[Error]] = {
+    Status.E_ARGUMENT: InvalidValueError,
+    Status.E_NAME: UnknownNameError,
+    Status.E_TYPE: OptionError,
+    Status.E_VALUE: InvalidValueError,
+    Status.E_SIZE: InvalidValueError,
+    Status.E_STATE: ResetNeeded,
+    Status.E_BUSY: BusyError,
+    Status.E_MODEL: ModelError,
+    Status.E_PHYSICS: PhysicsError,
+    Status.E_SNAPSHOT: SnapshotError,
+    Status.E_MEMORY: OutOfMemoryError,
+    Status.E_INTERNAL: InternalError,
+}
+
+
+def last_error(status: int, unknown_name: type[Error] = UnknownNameError) -> Error:
+    """The exception for the call that has just failed; unknown_name is the class for MJENV_E_NAME."""
+    message = LIBRARY.mjenv_last_error().decode("utf-8", "replace")
+    kind = unknown_name if status == Status.E_NAME else _BY_STATUS[status]
+    # A missing file has no status of its own.
+    if kind is ModelError and message.startswith(("model file", "no built-in model")):
+        kind = ModelFileError
+    return kind(message, status)
+
+
+def check(status: int, unknown_name: type[Error] = UnknownNameError) -> None:
+    """Raises unless the status is MJENV_OK."""
+    if status:
+        raise last_error(status, unknown_name)

@@ -1,0 +1,71 @@
+"""make, and what an id promises before anything is built."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import math
+from collections.abc import Callable
+from typing import Any
+
+from gymnasium.envs.registration import EnvSpec
+
+from mjenv import _handle
+from mjenv._handle import Option
+from mjenv._library import LIBRARY
+from mjenv.env import MujocoEnv
+
+
+def version() -> str:
+    """The library's version and the MuJoCo version whose bits it reproduces."""
+    return str(LIBRARY.mjenv_version().decode())
+
+
+def ids() -> tuple[str, ...]:
+    """All environment ids, sorted."""
+    return _handle.ids()
+
+
+def options(id: str) -> dict[str, Option]:
+    """The constructor options of an id by name, in Gymnasium's order, then those of mjenv itself."""
+    return _handle.Options(id).schema()
+
+
+def spec(id: str) -> EnvSpec:
+    """What gymnasium.spec(id) says; the entry point is this package's."""
+    found = _handle.spec_of(id)
+    return EnvSpec(
+        id=id,
+        entry_point=f"mjenv.entry_points:{id}",
+        reward_threshold=None if math.isnan(found.reward_threshold) else found.reward_threshold,
+        max_episode_steps=found.max_episode_steps,
+    )
+
+
+def make(
+    id: str | EnvSpec,
+    max_episode_steps: int | None = None,
+    disable_env_checker: bool | None = None,
+    **options: Any,
+) -> MujocoEnv:
+    """Builds an environment as gymnasium.make does, with the same keywords.
+
+    id: one of ids(), or an EnvSpec. max_episode_steps: None for the id's own limit, -1 for none. disable_env_checker:
+    accepted; there is no checking wrapper. options: see options(id), and Gymnasium's keywords for rendering, which
+    have no effect.
+    """
+    asked = id if isinstance(id, EnvSpec) else spec(id)
+    own = spec(asked.id)
+    chosen = {**copy.deepcopy(asked.kwargs), **options}
+    limit = asked.max_episode_steps if max_episode_steps is None else max_episode_steps
+    env = MujocoEnv(asked.id, -1 if limit is None else limit, **chosen)
+    own.max_episode_steps = None if limit == -1 else limit
+    own.disable_env_checker = asked.disable_env_checker if disable_env_checker is None else disable_env_checker
+    own.kwargs = chosen
+    env.spec = own
+    return env
+
+
+def creator(id: str) -> Callable[..., MujocoEnv]:
+    """What gymnasium.make calls for a spec of this package; it adds the time limit itself."""
+    return functools.partial(MujocoEnv, id, -1)

@@ -1,0 +1,680 @@
+"""Many environments of one id as a gymnasium.vector.VectorEnv, stepped by the library's own threads."""
+
+from __future__ import annotations
+
+import copy as copying
+import operator
+import os
+import weakref
+from collections.abc import Sequence
+from ctypes import byref, c_int64, c_size_t, c_uint8
+from typing import Any, NoReturn
+
+import gymnasium
+import numpy as np
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.spaces import Box
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from mjenv._abi import ALL_ROWS, Role, Status
+from mjenv._handle import Batch, Float64Array, Rows, pointer_to
+from mjenv._library import LIBRARY
+from mjenv._mujoco import Data, Model
+from mjenv._outputs import FLOATS, BoolArray, Info, Outputs
+from mjenv.env import RENDER_MODES, _as_float, _check_render_keywords, _drop_camera_config, _time_limit
+from mjenv.errors import (
+    AlreadyPendingCallError,
+    BusyError,
+    ForkedError,
+    InvalidValueError,
+    NoAsyncCallError,
+    OptionError,
+    last_error,
+)
+from mjenv.registration import spec as spec_of
+
+try:
+    from gymnasium.vector import AutoresetMode
+except ImportError:  # gymnasium 1.0
+    from enum import Enum
+
+    class AutoresetMode(Enum):  # type: ignore[no-redef]
+        """When a finished environment is reset."""
+
+        NEXT_STEP = "NextStep"
+        SAME_STEP = "SameStep"
+        DISABLED = "Disabled"
+
+
+Array = NDArray[Any]
+Results = tuple[Array, Float64Array, BoolArray, BoolArray, Info]
+
+_RENDERING = {
+    "render_mode": None,
+    "width": 480,
+    "height": 480,
+    "camera_id": None,
+    "camera_name": None,
+    "max_geom": 1000,
+    "visual_options": None,
+}
+_UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
+
+
+def make_vec(
+    id: str | EnvSpec,
+    num_envs: int = 1,
+    *,
+    num_threads: int = 0,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    dtype: DTypeLike = np.float64,
+    copy: bool = True,
+    max_episode_steps: int | None = None,
+    disable_env_checker: bool | None = None,
+    **options: Any,
+) -> VectorEnv:
+    """Builds num_envs environments that equal gymnasium.make_vec(id, num_envs, vectorization_mode="sync").
+
+    id: one of ids(), or an EnvSpec, whose num_envs and vector_kwargs then hold as in gymnasium.make_vec.
+    num_threads: 0 for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to
+    nearest). copy=False: observations are views of an array that the next call overwrites. max_episode_steps,
+    disable_env_checker, options: as in make; arrays="xpos sensordata" exports these arrays of mjData with each step.
+    """
+    given = copying.deepcopy(id.kwargs) if isinstance(id, EnvSpec) else {}
+    asked = id if isinstance(id, EnvSpec) else spec_of(id)
+    vectorizer = {"autoreset_mode": autoreset_mode, "copy": copy, "dtype": dtype, **given.pop("vector_kwargs", {})}
+    given.pop("vectorization_mode", None)
+    num_envs = given.pop("num_envs", num_envs)
+    chosen = {**given, **options}
+    for name, value, default in (
+        ("num_threads", num_threads, 0),
+        ("max_episode_steps", max_episode_steps, None),
+        ("disable_env_checker", disable_env_checker, None),
+    ):
+        if value != default:
+            chosen[name] = value
+
+    made = VectorEnv(asked.id, num_envs, **{"max_episode_steps": _limit_of(asked), **chosen}, **vectorizer)
+    made.spec = spec_of(asked.id)
+    made.spec.max_episode_steps = asked.max_episode_steps
+    made.spec.kwargs = {**chosen, "vectorization_mode": "sync"}
+    if num_envs != 1:
+        made.spec.kwargs["num_envs"] = num_envs
+    defaults = {"autoreset_mode": AutoresetMode.NEXT_STEP, "copy": True, "dtype": np.float64}
+    changed = {name: value for name, value in vectorizer.items() if value != defaults[name]}
+    if changed:
+        made.spec.kwargs["vector_kwargs"] = changed
+    return made
+
+
+def _limit_of(spec: EnvSpec) -> int:
+    return -1 if spec.max_episode_steps is None else spec.max_episode_steps
+
+
+class _Input:
+    """Actions of one dtype: the buffer they are copied to."""
+
+    __slots__ = ("buffer", "code", "dtype", "pointer")
+
+    def __init__(self, dtype: np.dtype[Any], shape: tuple[int, int]) -> None:
+        self.dtype, self.code = dtype, int(FLOATS[dtype])
+        self.buffer: Array = np.zeros(shape, dtype)
+        self.pointer = self.buffer.ctypes.data
+
+
+class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
+    """Environments of one id, one a row; mjenv.make_vec builds it.
+
+    Equal to gymnasium.vector.SyncVectorEnv over the same id: spaces, observations, rewards, flags, infos with their
+    masks. Pickling and copy.deepcopy keep all episodes and random streams. One thread at a time may be inside; another
+    gets mjenv.BusyError.
+
+    arrays: the exported arrays of mjData by name, as (num_envs, *shape) views of what the last call wrote.
+    """
+
+    arrays: dict[str, Float64Array]
+
+    def __init__(
+        self,
+        id: str,
+        num_envs: int = 1,
+        max_episode_steps: int | None = None,
+        *,
+        num_threads: int = 0,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        dtype: DTypeLike = np.float64,
+        copy: bool = True,
+        disable_env_checker: bool | None = None,
+        **options: Any,
+    ) -> None:
+        """As make_vec; max_episode_steps=None takes the id's own limit, -1 none."""
+        rendering = {name: options.pop(name, default) for name, default in _RENDERING.items()}
+        _check_render_keywords(*(rendering[name] for name in list(_RENDERING)[:5]))
+        _drop_camera_config(id, options)
+        if max_episode_steps is not None:
+            options["max_episode_steps"] = _time_limit(max_episode_steps)
+        self.num_envs = _count(num_envs)
+        self.autoreset_mode = _autoreset_mode(autoreset_mode)
+        self.copy, self._dtype = bool(copy), _obs_dtype(dtype)
+        library_mode = self.autoreset_mode.name.lower()
+        self._rows = Rows(
+            id, {**options, "num_threads": num_threads, "autoreset_mode": library_mode}, count=self.num_envs
+        )
+        self._seeds = np.full(self.num_envs, None, dtype=object)  # None: never seeded
+        # Whether the array of observations may lag behind the rows.
+        self._stale = False
+        self._prepare()
+
+        low, high = (bound.astype(np.float32) for bound in self._rows.bounds(Role.ACTION))
+        self.single_action_space = Box(low, high, dtype=np.float32)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        low, high = (bound.astype(self._dtype) for bound in self._rows.bounds(Role.OBSERVATION))
+        self.single_observation_space = Box(low, high, dtype=self._dtype.type)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.frame_skip = self._rows.frame_skip()
+        self.metadata = {
+            "render_modes": list(RENDER_MODES),
+            "render_fps": int(np.round(1.0 / self.dt)),
+            "autoreset_mode": self.autoreset_mode,
+        }
+
+    def _prepare(self) -> None:
+        rows = self._rows
+        self._outputs = Outputs(rows, self._dtype, final=self.autoreset_mode == AutoresetMode.SAME_STEP)
+        self._out, self._reset_out = byref(self._outputs.struct), byref(self._outputs.reset_struct)
+        self.arrays = self._outputs.arrays
+        self._shape = (self.num_envs, self._outputs.nu)
+        self._inputs = {dtype: _Input(dtype, self._shape) for dtype in FLOATS}
+        self._size = self.num_envs * self._outputs.nu
+        self._step = LIBRARY.mjenv_step
+        self._acquire, self._release = rows.lock.acquire, rows.lock.release
+        # Rows between send and recv, and the dtype of their actions.
+        self._pending = 0
+        self._under_way: BoolArray = np.zeros(self.num_envs, np.bool_)
+        self._sent_float32: BoolArray = np.zeros(self.num_envs, np.bool_)
+        self._process = os.getpid()
+        # The handle goes before the arrays that its threads write, at the end of the process, too.
+        self._finalizer = weakref.finalize(self, _close, rows, self._outputs)
+
+    # ---- gymnasium.vector.VectorEnv ----
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, Info]:
+        """Begins episodes.
+
+        seed: an int gives row i seed + i; a list has one for each row, None to go on with the row's stream.
+        options["reset_mask"]: a bool array; the other rows go on with their episodes, and their observations stay.
+        """
+        mask = _reset_mask(options, self.num_envs)
+        self._check_settled()
+        self._reseed(self._seeds_for(seed, mask))
+        if mask is not None and self._stale:
+            self.observe()
+        pointer = None if mask is None else pointer_to(mask, c_uint8)
+        with self._rows.entered() as env:
+            self._check(LIBRARY.mjenv_reset(env, pointer, self._reset_out))
+            self._stale = False
+            return self._observations(), self._outputs.reset_infos(mask)
+
+    def step(self, actions: ArrayLike) -> Results:
+        """Takes a step in every row. float32 and float64 actions take part in the arithmetic as they are; lists and
+        integers count as float64."""
+        try:
+            source = self._inputs[actions.dtype]  # type: ignore[union-attr]
+        except (AttributeError, KeyError, TypeError):
+            actions = _as_float(actions)
+            source = self._inputs[actions.dtype]
+        if actions.shape != self._shape:  # type: ignore[union-attr]
+            raise self._bad_shape(actions, self._shape)
+        if not self._acquire(blocking=False):
+            raise self._rows.busy()
+        try:
+            source.buffer[...] = actions
+            status = self._step(self._rows.pointer, source.pointer, self._size, source.code, self._out)
+            if status:
+                self._check(status)
+            outputs = self._outputs
+            terminated, truncated = outputs.ended.copy()
+            return (
+                outputs.obs.copy() if self.copy else outputs.obs,
+                outputs.reward.copy(),
+                terminated,
+                truncated,
+                outputs.step_infos(source.dtype),
+            )
+        finally:
+            self._release()
+
+    def render(self) -> NoReturn:
+        raise NotImplementedError("mjenv does not offer rendering yet")
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Frees the environments; rows under way are given up."""
+        if hasattr(self, "_rows"):  # Gymnasium 1.0 closes what could not be built
+            self._rows.close()
+            self._pending = 0
+
+    # ---- stepping some rows at a time ----
+
+    def send(self, actions: ArrayLike, rows: ArrayLike | None = None) -> None:
+        """Begins a step of these rows, of all if there are none given, and returns; actions[i] is for rows[i]."""
+        numbers = None if rows is None else _row_numbers(rows)
+        count = self.num_envs if numbers is None else len(numbers)
+        action = self._actions(actions, (count, self._shape[1]))
+        code = FLOATS[action.dtype]
+        pointer = None if numbers is None else pointer_to(numbers, c_int64)
+        with self._rows.entered() as env:
+            status = LIBRARY.mjenv_send(env, pointer, count, action.ctypes.data, action.size, code, self._out)
+            self._check(status, numbers)
+            part = slice(None) if numbers is None else numbers
+            self._sent_float32[part] = action.dtype == np.float32
+            self._under_way[part] = True
+            self._pending += count
+
+    def recv(self, least: int | None = None) -> tuple[NDArray[np.int64], Array, Float64Array, BoolArray, BoolArray, Info]:
+        """Waits until `least` of the rows that were sent have been stepped, None for all, and returns all that have:
+        their numbers, ascending, then what step returns, as copies, for these rows alone."""
+        wanted = self._pending if least is None else operator.index(least)
+        if wanted < 0:
+            raise InvalidValueError(f"least is {wanted}, less than 0", Status.E_VALUE)
+        with self._rows.entered() as env:
+            if not self._pending:
+                raise NoAsyncCallError("no rows are under way: send some first", Status.E_STATE)
+            buffer = np.empty(self._pending, np.int64)
+            count = c_size_t()
+            status = LIBRARY.mjenv_recv(env, wanted, pointer_to(buffer, c_int64), buffer.size, byref(count))
+            rows: NDArray[np.int64] = np.sort(buffer[: count.value])
+            self._under_way[rows] = False
+            self._pending -= len(rows)
+            self._check(status)
+            return (rows, *self._results_of(rows))
+
+    def _results_of(self, rows: NDArray[np.int64]) -> Results:
+        outputs = self._outputs
+        float32 = len(rows) > 0 and self._sent_float32[rows[0]]
+        action_dtype = np.dtype(np.float32 if float32 else np.float64)
+        terminated, truncated = outputs.ended[:, rows]
+        infos = outputs.step_infos(action_dtype, None if len(rows) == self.num_envs else rows)
+        return outputs.obs[rows], outputs.reward[rows], terminated, truncated, infos
+
+    @property
+    def statuses(self) -> NDArray[np.int32]:
+        """For each row mjenv.Status.OK, or E_PHYSICS where MuJoCo found the state diverged in the last step and
+        restarted it. The option on_divergence="terminate" ends the episodes of such rows."""
+        return self._outputs.status.copy()
+
+    # ---- planning ----
+
+    def rollout(self, actions: ArrayLike, *, observations: bool = False) -> tuple[Array, ...]:
+        """Plays actions[num_envs, steps, nu] open-loop from the rows' states and leaves the rows at their ends.
+
+        Returns rewards (float64), terminations and truncations, each (num_envs, steps), and the observations
+        (num_envs, steps, n) if asked. A row that ends stays there: its flags repeat, its rewards are 0.
+        """
+        array = np.asarray(actions)
+        steps = array.shape[1] if array.ndim == 3 else 1
+        action = self._actions(array, (self.num_envs, steps, self._shape[1]))
+        out = Batch(self.num_envs * steps, self._outputs.obs.shape[1] if observations else 0, 0, FLOATS[self._dtype])
+        out.struct.info, out.struct.status = None, None
+        if not observations:
+            out.struct.obs = None
+        with self._rows.entered() as env:
+            self._stale = True
+            self._check(
+                LIBRARY.mjenv_rollout(
+                    env, action.ctypes.data, steps, action.size, FLOATS[action.dtype], byref(out.struct)
+                )
+            )
+        terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
+        results = out.reward.reshape(self.num_envs, steps), terminated, truncated
+        return (*results, out.obs.reshape(self.num_envs, steps, -1)) if observations else results
+
+    def observe(self) -> Array:
+        """The observations of the rows as they are, without a step: after restore, copy_row or rollout, say."""
+        with self._rows.entered() as env:
+            self._check(LIBRARY.mjenv_observe(env, self._out))
+            self._stale = False
+            return self._observations()
+
+    def copy_row(self, source: int, mask: BoolArray) -> None:
+        """Makes the rows where mask is True equal to the row `source`: state, random stream, step count."""
+        row, chosen = self._row(source), _mask(mask, self.num_envs, "mask")
+        self._check_settled()
+        self._rows.copy_row(row, chosen)
+        self._stale = True
+        self._seeds[chosen] = self._seeds[row]
+
+    def snapshot(self, row: int | None = None) -> bytes:
+        """An image of a row, or of all: state, random stream, step count."""
+        self._check_settled()
+        return self._rows.snapshot(ALL_ROWS if row is None else self._row(row))
+
+    def restore(self, image: bytes, row: int | None = None) -> None:
+        """Continues a row from an image of a row, or all from an image of all, bit for bit, also in another process
+        and with another number of threads. The image must come from the same id and options."""
+        if not isinstance(image, (bytes, bytearray, memoryview)):
+            raise OptionError(f"an image is bytes, not {type(image).__name__}", Status.E_TYPE)
+        number = ALL_ROWS if row is None else self._row(row)
+        self._check_settled()
+        self._rows.restore(number, bytes(image))
+        self._stale = True
+        self._seeds[slice(None) if row is None else number] = _UNKNOWN_SEED
+
+    # ---- seeds ----
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:
+        """Each row's last seed; -1 where its stream came from a snapshot."""
+        self._reseed(self._seeds_for(None, None))
+        return tuple(self._seeds)
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:
+        """A copy of each row's random stream."""
+        return tuple(row.np_random for row in self.envs)
+
+    @np_random.setter
+    def np_random(self, value: Any) -> NoReturn:
+        raise AttributeError("np_random is read-only; reset takes seeds")
+
+    def _seeds_for(self, seed: Any, mask: BoolArray | None) -> NDArray[np.object_]:
+        """A seed or None for each row; rows that were never seeded get one from the system."""
+        if seed is None:
+            seeds = [None] * self.num_envs
+        elif isinstance(seed, int):
+            seeds = list(range(seed, seed + self.num_envs))
+        else:
+            try:
+                seeds = list(seed)
+            except TypeError:
+                raise OptionError(f"a seed is an int or a list of ints, not {seed!r}", Status.E_TYPE) from None
+            if len(seeds) != self.num_envs:
+                raise InvalidValueError(f"{len(seeds)} seeds for {self.num_envs} rows", Status.E_SIZE)
+        found = np.empty(self.num_envs, dtype=object)
+        found[:] = seeds
+        if mask is not None:
+            found[~mask] = None
+        for value in found:
+            _check_seed(value)
+        new = np.equal(found, None) & np.equal(self._seeds, None)
+        if mask is not None:
+            new &= mask
+        if new.any():
+            found[new] = np.frombuffer(os.urandom(8 * np.count_nonzero(new)), np.uint64).tolist()
+        return found
+
+    def _reseed(self, seeds: NDArray[np.object_]) -> None:
+        """Gives the rows that have a new seed its stream."""
+        given: BoolArray = np.not_equal(seeds, None)
+        if not given.any():
+            return
+        small = given.copy()
+        small[given] = np.less(seeds[given], 2**64)
+        words = np.zeros(self.num_envs, np.uint64)
+        words[small] = seeds[small].astype(np.uint64)
+        self._rows.seed_rows(words, small)
+        for row in np.flatnonzero(given & ~small):
+            self._rows.seed(int(row), seeds[row])
+        self._seeds[given] = seeds[given]
+
+    # ---- single rows ----
+
+    @property
+    def envs(self) -> tuple[Row, ...]:
+        """The rows one by one, as far as a row is an environment: its data, set_state and the like."""
+        return tuple(Row(self, row) for row in range(self.num_envs))
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Calls a method of every row; the value where the name is no method."""
+        found = (getattr(row, name) for row in self.envs)
+        return tuple(value(*args, **kwargs) if callable(value) else value for value in found)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of every row."""
+        return self.call(name)
+
+    @property
+    def dt(self) -> float:
+        """Seconds in a step."""
+        return self._rows.timestep() * self.frame_skip
+
+    # ---- pickle, copy ----
+
+    def __getstate__(self) -> dict[str, Any]:
+        self._check_settled()
+        built = ("_acquire", "_finalizer", "_inputs", "_out", "_outputs", "_release", "_reset_out", "_step", "arrays")
+        state = {name: value for name, value in self.__dict__.items() if name not in built}
+        outputs = self._outputs
+        return {**state, "_written": (outputs.obs.copy(), outputs.status.copy(), outputs.exported.copy())}
+
+    def __copy__(self) -> VectorEnv:
+        """Two environments never share an episode."""
+        return copying.deepcopy(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        written = state.pop("_written")
+        self.__dict__.update(state)
+        self._prepare()
+        outputs = self._outputs
+        for array, values in zip((outputs.obs, outputs.status, outputs.exported), written, strict=True):
+            array[...] = values
+
+    # ---- what callers may pass, and what went wrong ----
+
+    def _observations(self) -> Array:
+        return self._outputs.obs.copy() if self.copy else self._outputs.obs
+
+    def _actions(self, actions: ArrayLike, shape: tuple[int, ...]) -> Array:
+        """Actions as a contiguous float32 or float64 array of that shape."""
+        array = np.asarray(actions)
+        if array.dtype not in FLOATS:
+            array = _as_float(array)
+        if array.shape != shape:
+            raise self._bad_shape(array, shape)
+        return np.ascontiguousarray(array)
+
+    def _bad_shape(self, actions: Any, shape: tuple[int, ...]) -> InvalidValueError:
+        return InvalidValueError(
+            f"the actions have the shape {np.shape(actions)}; {self.num_envs} x {self._rows.id} take {shape}",
+            Status.E_SIZE,
+        )
+
+    def _row(self, row: int) -> int:
+        number = operator.index(row)
+        if not 0 <= number < self.num_envs:
+            raise InvalidValueError(f"row {number} is outside 0..{self.num_envs - 1}", Status.E_VALUE)
+        return number
+
+    def _check_settled(self) -> None:
+        if self._pending:
+            raise self._under_way_error()
+
+    def _under_way_error(self) -> AlreadyPendingCallError:
+        return AlreadyPendingCallError(f"{self._pending} row(s) are under way: recv them first", Status.E_STATE)
+
+    def _check(self, status: int, sent: NDArray[np.int64] | None = None) -> None:
+        """Raises unless the status is MJENV_OK; sent are the rows of a send."""
+        if not status:
+            return
+        if self._rows.pointer is None:
+            raise self._rows.closed()
+        error = last_error(status)
+        if status == Status.E_STATE:
+            if os.getpid() != self._process:
+                raise ForkedError(error.message, status)
+            if self._repeats(sent):
+                raise AlreadyPendingCallError(error.message, status)
+        raise error
+
+    def _repeats(self, sent: NDArray[np.int64] | None) -> bool:
+        """Whether what was asked for meets rows that are under way, or one row twice."""
+        if sent is None:
+            return self._pending > 0
+        return bool(self._under_way[sent].any()) or len(np.unique(sent)) < len(sent)
+
+
+class Row:
+    """One row of a vector environment, with what env.unwrapped of a single environment offers."""
+
+    render_mode = None
+
+    def __init__(self, owner: VectorEnv, row: int) -> None:
+        self._owner, self._row, self._rows = owner, row, owner._rows
+        self.action_space, self.observation_space = owner.single_action_space, owner.single_observation_space
+        self.frame_skip, self.metadata = owner.frame_skip, owner.metadata
+
+    @property
+    def unwrapped(self) -> Row:
+        return self
+
+    @property
+    def data(self) -> Data:
+        """The row's mjData, as read-only copies."""
+        return Data(self._rows, self._row)
+
+    @property
+    def model(self) -> Model:
+        return Model(self._rows)
+
+    @property
+    def dt(self) -> float:
+        """Seconds in a step."""
+        return self._owner.dt
+
+    @property
+    def np_random_seed(self) -> int:
+        return self._owner.np_random_seed[self._row]
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """A copy of the row's random stream."""
+        if self._owner._seeds[self._row] is None:
+            _ = self.np_random_seed  # seeds the rows that never were
+        state, increment = self._rows.stream(self._row)
+        bits = np.random.PCG64(0)
+        bits.state = {**bits.state, "state": {"state": state, "inc": increment}}
+        return np.random.Generator(bits)
+
+    @property
+    def init_qpos(self) -> Float64Array:
+        """The model's positions, which a reset disturbs."""
+        qpos0: Float64Array = self.model.qpos0
+        return qpos0
+
+    @property
+    def init_qvel(self) -> Float64Array:
+        """The model's velocities: zero."""
+        return np.zeros(self.model.nv)
+
+    @property
+    def observation_structure(self) -> dict[str, int]:
+        """Where Gymnasium has it: the lengths of the terms of the observation."""
+        structure = {field.name: field.count for field in self._rows.fields(Role.STRUCTURE)}
+        if not structure:
+            raise AttributeError(f"{self._rows.id} has no observation_structure")
+        return structure
+
+    def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
+        """Sets qpos[nq] and qvel[nv] and computes what follows from them; a row that had ended goes on."""
+        self._owner._check_settled()
+        self._rows.set_state(self._row, qpos, qvel)
+        self._owner._stale = True
+
+    def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
+        """Simulates n_frames mj_steps under ctrl[nu]; no step is counted."""
+        self._owner._check_settled()
+        controls = np.ascontiguousarray(ctrl, np.float64)
+        if controls.shape != self.action_space.shape:
+            raise InvalidValueError(
+                f"ctrl has the shape {controls.shape}; {self._rows.id} takes {self.action_space.shape}", Status.E_SIZE
+            )
+        self._rows.simulate(self._row, controls, operator.index(n_frames))
+        self._owner._stale = True
+
+    def state_vector(self) -> Float64Array:
+        """qpos and qvel, one behind the other."""
+        data = self.data
+        return np.concatenate([data.qpos, data.qvel])
+
+    def get_body_com(self, body_name: str) -> Float64Array:
+        """The position of a body's frame, in m."""
+        position: Float64Array = self.data.body(body_name).xpos
+        return position
+
+
+def _close(rows: Rows, outputs: Outputs) -> None:
+    """Ends the threads that write to the outputs; a daemon thread that is inside at the end of the process stays."""
+    try:
+        rows.close()
+    except BusyError:
+        pass
+
+
+def _count(num_envs: Any) -> int:
+    try:
+        count = operator.index(num_envs)
+    except TypeError:
+        raise OptionError(f"num_envs is an int, not {num_envs!r}", Status.E_TYPE) from None
+    if not 1 <= count < 2**63:
+        raise InvalidValueError(f"num_envs is {count}, less than 1 or more than can be counted", Status.E_VALUE)
+    return count
+
+
+def _autoreset_mode(mode: Any) -> AutoresetMode:
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        valid = ", ".join(repr(mode.value) for mode in AutoresetMode)
+        raise InvalidValueError(f"autoreset_mode is one of {valid}, not {mode!r}", Status.E_VALUE) from None
+
+
+def _obs_dtype(dtype: Any) -> np.dtype[Any]:
+    try:
+        found = np.dtype(dtype)
+    except TypeError:
+        found = None
+    if dtype is None or found not in FLOATS:
+        raise OptionError(f"dtype is np.float64 or np.float32, not {dtype!r}", Status.E_TYPE)
+    return found
+
+
+def _check_seed(seed: Any) -> None:
+    if seed is None:
+        return
+    if not isinstance(seed, int):
+        raise OptionError(f"a seed is a Python int or None, not {seed!r} of {type(seed)}", Status.E_TYPE)
+    if seed < 0:
+        raise InvalidValueError(f"a seed is at least zero, not {seed}", Status.E_VALUE)
+
+
+def _row_numbers(rows: ArrayLike) -> NDArray[np.int64]:
+    numbers = np.asarray(rows)
+    if numbers.ndim != 1:
+        raise InvalidValueError(f"rows have the shape {numbers.shape}, not one dimension", Status.E_SIZE)
+    if len(numbers) and numbers.dtype.kind not in "iu":
+        raise OptionError(f"rows are ints, not {numbers.dtype}", Status.E_TYPE)
+    return np.ascontiguousarray(numbers, np.int64)
+
+
+def _mask(mask: Any, count: int, name: str) -> BoolArray:
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+        kind = mask.dtype if isinstance(mask, np.ndarray) else type(mask).__name__
+        raise OptionError(f"{name} is a NumPy array of bool, not {kind}", Status.E_TYPE)
+    if mask.shape != (count,):
+        raise InvalidValueError(f"{name} has the shape {mask.shape}, not {(count,)}", Status.E_SIZE)
+    return np.ascontiguousarray(mask)
+
+
+def _reset_mask(options: Any, count: int) -> BoolArray | None:
+    if options is None:
+        return None
+    if not isinstance(options, dict):
+        raise OptionError(f"options are a dict or None, not {options!r}", Status.E_TYPE)
+    if "reset_mask" not in options:
+        return None
+    mask = _mask(options["reset_mask"], count, "options['reset_mask']")
+    if not mask.any():
+        raise InvalidValueError("options['reset_mask'] names no row", Status.E_VALUE)
+    return mask

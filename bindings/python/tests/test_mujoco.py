@@ -1,0 +1,90 @@
+"""env.unwrapped: data, model and the methods of Gymnasium's MuJoCo environments."""
+
+import numpy as np
+import pytest
+
+import mjenv
+
+
+def test_data_and_model(env: mjenv.MujocoEnv) -> None:
+    model, data = env.unwrapped.model, env.unwrapped.data
+    assert (model.nq, model.nv, model.nu, model.nbody) == (15, 14, 8, 14)
+    assert type(model.nq) is int
+    assert (model.opt.timestep, type(model.opt.timestep)) == (0.01, float)
+    assert model.opt.gravity.tolist() == [0, 0, -9.81]
+    assert (data.time, type(data.time)) == (0.0, float)
+    assert (data.qpos.shape, data.qpos.dtype) == ((15,), np.float64)
+    assert (data.xpos.shape, data.cinert.shape) == ((14, 3), (14, 10))
+    assert (model.jnt_type.dtype, model.jnt_limited.dtype, model.geom_rgba.dtype) == (np.int32, np.uint8, np.float32)
+    assert {"qpos", "xpos", "cfrc_ext", "body"} <= set(dir(data))
+    assert {"nq", "body_mass", "opt", "stat"} <= set(dir(model))
+    assert {"timestep", "gravity"} <= set(dir(model.opt))
+    env.step(np.zeros(8))
+    assert data.time == pytest.approx(0.05)
+
+
+def test_objects_by_name_and_number(env: mjenv.MujocoEnv) -> None:
+    model, data = env.model, env.data
+    torso = data.body("torso")
+    assert (torso.id, torso.name) == (1, "torso")
+    assert model.body(1).name == "torso"
+    assert (
+        torso.xpos.tolist() == data.xpos[1].tolist() == data.body(1).xpos.tolist() == env.get_body_com("torso").tolist()
+    )
+    assert torso.cfrc_ext.shape == (6,)
+    assert model.body("torso").mass.tolist() == [model.body_mass[1]]
+    assert model.joint("root").qpos0.tolist() == model.qpos0[:7].tolist()
+    assert data.joint("root").qpos.tolist() == data.qpos[:7].tolist()
+    assert data.joint("root").qvel.tolist() == data.qvel[:6].tolist()
+    hip = model.joint("hip_4").id
+    assert data.joint("hip_4").qpos.tolist() == [data.qpos[model.jnt_qposadr[hip]]]
+    assert data.joint("hip_4").qvel.tolist() == [data.qvel[model.jnt_dofadr[hip]]]
+    assert model.joint("hip_4").damping.tolist() == [model.dof_damping[model.jnt_dofadr[hip]]]
+    assert data.geom("floor").xpos.tolist() == data.geom_xpos[0].tolist()
+    assert model.camera("track").id == model.cam("track").id == 0
+    env.step(np.arange(8) / 8)
+    assert data.actuator(3).ctrl.tolist() == [3 / 8]
+    assert "xpos" in dir(torso)
+    assert "mass" in dir(model.body(1))
+    assert repr(torso) == "<body 1 'torso'>"
+
+
+def test_arrays_are_read_only_copies(env: mjenv.MujocoEnv) -> None:
+    before = env.data.qpos
+    kept = before.copy()
+    env.step(np.ones(8))
+    assert before.tobytes() == kept.tobytes() != env.data.qpos.tobytes()
+    assert not before.flags.writeable
+
+
+def test_initial_state(env: mjenv.MujocoEnv) -> None:
+    assert env.init_qpos.tolist() == [0, 0, 0.75, 1] + [0] * 11
+    assert env.init_qvel.tolist() == [0] * 14
+
+
+def test_set_state_and_state_vector(env: mjenv.MujocoEnv) -> None:
+    qpos, qvel = env.init_qpos + 0.01, env.init_qvel - 0.02
+    qpos[3:7] = [0.6, 0.8, 0, 0]
+    assert env.set_state(qpos, qvel) is None
+    assert env.state_vector().tolist() == [*qpos, *qvel]
+    assert env.data.body("torso").xpos.tolist() == qpos[:3].tolist()
+    env.set_state(qpos.tolist(), qvel.tolist())
+    assert env.state_vector().tolist() == [*qpos, *qvel]
+
+
+def test_set_state_makes_an_environment_ready() -> None:
+    env = mjenv.make("Swimmer-v5")
+    env.set_state(np.zeros(5), np.zeros(5))
+    obs = env.step(np.zeros(2))[0]
+    assert obs.tolist() == [0.0] * 8
+
+
+def test_do_simulation_counts_no_step() -> None:
+    env, other = (mjenv.make("Hopper-v5", max_episode_steps=2) for _ in range(2))
+    for each in (env, other):
+        each.reset(seed=1)
+    action = np.array([0.1, 0.2, 0.3])
+    env.do_simulation(action, env.frame_skip)
+    other.step(action)
+    assert env.state_vector().tobytes() == other.state_vector().tobytes()
+    assert [env.step(action)[3] for _ in range(2)] == [False, True]
