@@ -1,0 +1,267 @@
+use std::os::raw::c_void;
+
+use mjenv_sys as sys;
+
+use crate::describe::{int64, size_of};
+use crate::env::Env;
+use crate::error::{Error, Result, Status};
+use crate::{Field, Role};
+
+mod sealed {
+    pub trait Sealed: Copy + Default {
+        const DTYPE: mjenv_sys::mjenv_dtype;
+    }
+
+    impl Sealed for f64 {
+        const DTYPE: mjenv_sys::mjenv_dtype = mjenv_sys::MJENV_FLOAT64;
+    }
+
+    impl Sealed for f32 {
+        const DTYPE: mjenv_sys::mjenv_dtype = mjenv_sys::MJENV_FLOAT32;
+    }
+}
+
+/// The types of actions and observations: `f32` and `f64`.
+pub trait Real: sealed::Sealed {}
+
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// Where [`Env::reset`], [`Env::step`] and [`Env::rollout`] write: the outputs of all rows, allocated once.
+///
+/// Observations are `f64` as Gymnasium's, or `f32`, rounded to nearest. Everything is zero until it is written. A batch
+/// serves every environment of the same layout.
+#[derive(Clone, Debug)]
+pub struct Batch<T: Real = f64> {
+    rows: usize,
+    obs_count: usize,
+    obs: Vec<T>,
+    reward: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    status: Vec<i32>,
+    info: Record,
+    was_reset: Vec<bool>,
+    reset_info: Record,
+    arrays: Record,
+    last: Option<Last<T>>,
+}
+
+/// What the autoreset_mode "same_step" keeps of the episodes that ended.
+#[derive(Clone, Debug)]
+struct Last<T> {
+    obs: Vec<T>,
+    info: Record,
+}
+
+impl<T: Real> Batch<T> {
+    pub(crate) fn new(env: &Env, rows: usize) -> Self {
+        let obs_count = env.observation_space().count();
+        let obs = vec![T::default(); product(rows, obs_count)];
+        let info = Record::new(env, Role::Info, rows);
+        let same_step = env.options().value("autoreset_mode") == Ok("same_step".into());
+        Self {
+            rows,
+            obs_count,
+            reward: vec![0.0; rows],
+            terminated: vec![false; rows],
+            truncated: vec![false; rows],
+            status: vec![sys::MJENV_OK; rows],
+            was_reset: vec![false; rows],
+            reset_info: Record::new(env, Role::ResetInfo, rows),
+            arrays: Record::new(env, Role::Arrays, rows),
+            last: same_step.then(|| Last { obs: obs.clone(), info: info.clone() }),
+            obs,
+            info,
+        }
+    }
+
+    /// Pointers to all arrays for a step or an observation, valid until the batch is used again.
+    pub(crate) fn step_raw(&mut self) -> sys::mjenv_batch {
+        let mut raw = self.common_raw();
+        raw.info_count = int64(self.info.count);
+        raw.info = self.info.values.as_mut_ptr();
+        raw.reset_info_count = int64(self.reset_info.count);
+        raw.reset_info = self.reset_info.values.as_mut_ptr();
+        if let Some(last) = &mut self.last {
+            raw.final_obs = last.obs.as_mut_ptr() as *mut c_void;
+            raw.final_info = last.info.values.as_mut_ptr();
+        }
+        raw
+    }
+
+    /// Pointers to all arrays for a reset, valid until the batch is used again.
+    pub(crate) fn reset_raw(&mut self) -> sys::mjenv_batch {
+        let mut raw = self.common_raw();
+        raw.info_count = int64(self.reset_info.count);
+        raw.info = self.reset_info.values.as_mut_ptr();
+        raw
+    }
+
+    /// `bool` stands for the library's 0 and 1.
+    fn common_raw(&mut self) -> sys::mjenv_batch {
+        sys::mjenv_batch {
+            struct_size: size_of::<sys::mjenv_batch>(),
+            obs_dtype: T::DTYPE as i32,
+            rows: int64(self.rows),
+            obs_count: int64(self.obs_count),
+            obs: self.obs.as_mut_ptr() as *mut c_void,
+            reward: self.reward.as_mut_ptr(),
+            terminated: self.terminated.as_mut_ptr() as *mut u8,
+            truncated: self.truncated.as_mut_ptr() as *mut u8,
+            status: self.status.as_mut_ptr(),
+            was_reset: self.was_reset.as_mut_ptr() as *mut u8,
+            arrays_count: int64(self.arrays.count),
+            arrays: self.arrays.values.as_mut_ptr(),
+            ..Default::default()
+        }
+    }
+
+    /// The number of rows; in a batch of a rollout rows * steps, of which `row * steps + t` is step `t` of a row.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The observation of a row.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn obs(&self, row: usize) -> &[T] {
+        slice(&self.obs, row, self.obs_count)
+    }
+
+    /// The observations of all rows, one behind the other.
+    pub fn observations(&self) -> &[T] {
+        &self.obs
+    }
+
+    /// The reward of each row; 0 after a reset.
+    pub fn reward(&self) -> &[f64] {
+        &self.reward
+    }
+
+    /// Whether each row has reached a terminal state; false after a reset.
+    pub fn terminated(&self) -> &[bool] {
+        &self.terminated
+    }
+
+    /// Whether each row has reached its step limit; false after a reset.
+    pub fn truncated(&self) -> &[bool] {
+        &self.truncated
+    }
+
+    /// Whether the episode of a row is over: terminated or truncated.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn ended(&self, row: usize) -> bool {
+        self.terminated[row] || self.truncated[row]
+    }
+
+    /// Whether the last step failed in a row: MuJoCo reported an error, or found the state diverged and restarted it.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn failed(&self, row: usize) -> bool {
+        self.status[row] != sys::MJENV_OK
+    }
+
+    /// An info of the last step: `[rows][count]`, where most have one number a row; 0 where the step reset the row.
+    /// Errors: [`Status::Name`].
+    pub fn info(&self, name: &str) -> Result<&[f64]> {
+        self.info.get("info", name)
+    }
+
+    /// All infos of the last step, in Gymnasium's order: names and values.
+    pub fn infos(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
+        self.info.iter()
+    }
+
+    /// Whether the last call began an episode in each row.
+    pub fn was_reset(&self) -> &[bool] {
+        &self.was_reset
+    }
+
+    /// An info of the last reset of each row: `[rows][count]`. Errors: [`Status::Name`].
+    pub fn reset_info(&self, name: &str) -> Result<&[f64]> {
+        self.reset_info.get("reset info", name)
+    }
+
+    /// All infos of the last reset of each row, in Gymnasium's order: names and values.
+    pub fn reset_infos(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
+        self.reset_info.iter()
+    }
+
+    /// The last observation of the episode of a row that the last step has ended and reset: with the option
+    /// `autoreset_mode` at `"same_step"`, and only where that happened.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn final_obs(&self, row: usize) -> Option<&[T]> {
+        let last = self.last.as_ref()?;
+        (self.was_reset[row] && self.ended(row)).then(|| slice(&last.obs, row, self.obs_count))
+    }
+
+    /// An info of the last step of the episode, `[rows][count]`, for the rows that have a [`Batch::final_obs`].
+    /// Errors: [`Status::Name`], [`Status::State`] (another autoreset_mode).
+    pub fn final_info(&self, name: &str) -> Result<&[f64]> {
+        let message = "final info needs the option \"autoreset_mode\" at \"same_step\"";
+        let last = self.last.as_ref().ok_or_else(|| Error::new(Status::State, message.to_string()))?;
+        last.info.get("final info", name)
+    }
+
+    /// An mjData array that the option `arrays` names: `[rows][count]`. Errors: [`Status::Name`].
+    pub fn array(&self, name: &str) -> Result<&[f64]> {
+        self.arrays.get("exported array", name)
+    }
+}
+
+/// The elements of a row.
+fn slice<T>(all: &[T], row: usize, count: usize) -> &[T] {
+    &all[row * count..][..count]
+}
+
+/// The size of an array, which a wrapped product would understate.
+fn product(rows: usize, count: usize) -> usize {
+    rows.checked_mul(count).expect("a batch fits the address space")
+}
+
+/// Named fields, each with its values of all rows.
+#[derive(Clone, Debug)]
+struct Record {
+    rows: usize,
+    count: usize,
+    fields: Vec<Named>,
+    values: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct Named {
+    name: String,
+    offset: usize,
+    count: usize,
+}
+
+impl Record {
+    fn new(env: &Env, role: Role, rows: usize) -> Self {
+        let named = |field: Field| Named { name: field.name.into_owned(), offset: field.offset, count: field.count };
+        let count = env.count(role);
+        Self { rows, count, fields: env.fields(role).map(named).collect(), values: vec![0.0; product(rows, count)] }
+    }
+
+    fn iter(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
+        self.fields.iter().map(|field| {
+            let values = &self.values[field.offset * self.rows..][..field.count * self.rows];
+            (field.name.as_str(), values)
+        })
+    }
+
+    fn get(&self, what: &str, name: &str) -> Result<&[f64]> {
+        let found = self.iter().find(|(candidate, _)| *candidate == name);
+        found.map(|(_, values)| values).ok_or_else(|| {
+            let names: Vec<_> = self.fields.iter().map(|field| field.name.as_str()).collect();
+            let names = if names.is_empty() { "none".to_string() } else { names.join(", ") };
+            Error::new(Status::Name, format!("no {what} {name:?}; there are {names}"))
+        })
+    }
+}

@@ -1,0 +1,115 @@
+use std::fmt;
+
+use mjenv_sys as sys;
+
+use crate::text;
+
+/// The result of everything that can fail.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What kind of failure it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Status {
+    /// A text with a NUL character inside.
+    Argument,
+    /// No such id, option, array, field or object; the message lists the valid ones.
+    Name,
+    /// The option holds another kind of value.
+    Type,
+    /// A value outside its bounds, or a NaN where a number is needed.
+    Value,
+    /// A slice of another length than needed.
+    Size,
+    /// Not now: a step before the first reset or after the end of the episode, for instance.
+    State,
+    /// Another thread is inside the environment. The borrow checker keeps this crate's users from it.
+    Busy,
+    /// A model file that is missing, malformed or lacks what the task needs.
+    Model,
+    /// MuJoCo reported an error.
+    Physics,
+    /// An image that is damaged or belongs to another environment.
+    Snapshot,
+    /// Out of memory.
+    Memory,
+    /// A defect of the library, or a library that does not fit this crate.
+    Internal,
+}
+
+impl Status {
+    fn from_raw(raw: sys::mjenv_status) -> Self {
+        match raw {
+            sys::MJENV_E_ARGUMENT => Self::Argument,
+            sys::MJENV_E_NAME => Self::Name,
+            sys::MJENV_E_TYPE => Self::Type,
+            sys::MJENV_E_VALUE => Self::Value,
+            sys::MJENV_E_SIZE => Self::Size,
+            sys::MJENV_E_STATE => Self::State,
+            sys::MJENV_E_BUSY => Self::Busy,
+            sys::MJENV_E_MODEL => Self::Model,
+            sys::MJENV_E_PHYSICS => Self::Physics,
+            sys::MJENV_E_SNAPSHOT => Self::Snapshot,
+            sys::MJENV_E_MEMORY => Self::Memory,
+            _ => Self::Internal,
+        }
+    }
+}
+
+/// Why a call failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    status: Status,
+    message: String,
+}
+
+impl Error {
+    pub(crate) fn new(status: Status, message: String) -> Self {
+        Self { status, message }
+    }
+
+    /// What kind of failure it was.
+    pub fn status(&self) -> Status {
+        self.status
+    }
+
+    /// The reason, naming the culprit and the valid choices.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Turns the status that a call on this thread has just returned into a result.
+pub(crate) fn check(status: sys::mjenv_status) -> Result<()> {
+    if status == sys::MJENV_OK {
+        return Ok(());
+    }
+    // SAFETY: the text is valid until this thread's next failing call; it is copied here. It may quote a model's names.
+    let message = unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned();
+    Err(Error::new(Status::from_raw(status), message))
+}
+
+pub(crate) fn check_abi() -> Result<()> {
+    // SAFETY: the function takes nothing.
+    let found = unsafe { sys::mjenv_abi_version() };
+    if found == sys::MJENV_ABI_VERSION {
+        return Ok(());
+    }
+    let needed = sys::MJENV_ABI_VERSION;
+    Err(Error::new(Status::Internal, format!("libmjenv has ABI version {found}, this program was built for {needed}")))
+}
+
+pub(crate) fn check_length(what: &str, given: usize, needed: usize) -> Result<()> {
+    if given == needed {
+        return Ok(());
+    }
+    Err(Error::new(Status::Size, format!("{what} has {given} element(s), not {needed}")))
+}

@@ -1,0 +1,353 @@
+use std::ffi::CStr;
+use std::fmt;
+use std::mem::ManuallyDrop;
+use std::ptr::{self, NonNull};
+
+use mjenv_sys as sys;
+
+use crate::describe::{int64, size, size_of};
+use crate::error::{check, Error, Result, Status};
+use crate::text::{borrowed, c_string};
+use crate::Spec;
+
+/// What an option holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Kind {
+    /// A `bool`.
+    Flag,
+    /// An `i64`.
+    Integer,
+    /// One or more `f64`.
+    Reals,
+    /// A text.
+    String,
+    /// A name or an index: a text or an `i64`.
+    StringOrInteger,
+    /// A kind that this version of the crate does not know.
+    Unknown,
+}
+
+impl Kind {
+    fn from_raw(raw: i32) -> Self {
+        match raw as sys::mjenv_kind {
+            sys::MJENV_FLAG => Self::Flag,
+            sys::MJENV_INTEGER => Self::Integer,
+            sys::MJENV_REALS => Self::Reals,
+            sys::MJENV_STRING => Self::String,
+            sys::MJENV_STRING_OR_INT => Self::StringOrInteger,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+/// Describes one constructor option.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct OptionInfo<'a> {
+    /// Gymnasium's name for it.
+    pub name: &'a str,
+    /// What it does.
+    pub doc: &'a str,
+    /// What it holds.
+    pub kind: Kind,
+    /// The least value of each number, infinite when unbounded; no meaning for a text.
+    pub low: f64,
+    /// The greatest value of each number, infinite when unbounded; no meaning for a text.
+    pub high: f64,
+    /// How many numbers it holds: 2 for a range.
+    pub count: usize,
+    choices: &'a str,
+}
+
+impl<'a> OptionInfo<'a> {
+    /// The valid texts; none when any text may be tried.
+    pub fn choices(&self) -> impl Iterator<Item = &'a str> {
+        self.choices.split_whitespace()
+    }
+}
+
+/// The value of an option.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// Of a [`Kind::Flag`].
+    Flag(bool),
+    /// Of a [`Kind::Integer`], or the index in a [`Kind::StringOrInteger`]. Given to a single real it is stored as
+    /// that real, and an info or a reward that Gymnasium would then return as an int is described so.
+    Integer(i64),
+    /// All numbers of a [`Kind::Reals`].
+    Reals(Vec<f64>),
+    /// Of a [`Kind::String`], or the name in a [`Kind::StringOrInteger`].
+    Text(String),
+}
+
+impl From<bool> for Value {
+    fn from(flag: bool) -> Self {
+        Self::Flag(flag)
+    }
+}
+
+impl From<i64> for Value {
+    fn from(integer: i64) -> Self {
+        Self::Integer(integer)
+    }
+}
+
+impl From<f64> for Value {
+    fn from(real: f64) -> Self {
+        Self::Reals(vec![real])
+    }
+}
+
+impl<const N: usize> From<[f64; N]> for Value {
+    fn from(reals: [f64; N]) -> Self {
+        Self::Reals(reals.to_vec())
+    }
+}
+
+impl From<&[f64]> for Value {
+    fn from(reals: &[f64]) -> Self {
+        Self::Reals(reals.to_vec())
+    }
+}
+
+impl From<Vec<f64>> for Value {
+    fn from(reals: Vec<f64>) -> Self {
+        Self::Reals(reals)
+    }
+}
+
+impl From<&str> for Value {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_string())
+    }
+}
+
+impl From<String> for Value {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl TryFrom<Value> for bool {
+    type Error = Value;
+
+    fn try_from(value: Value) -> std::result::Result<Self, Value> {
+        match value {
+            Value::Flag(flag) => Ok(flag),
+            other => Err(other),
+        }
+    }
+}
+
+impl TryFrom<Value> for i64 {
+    type Error = Value;
+
+    fn try_from(value: Value) -> std::result::Result<Self, Value> {
+        match value {
+            Value::Integer(integer) => Ok(integer),
+            other => Err(other),
+        }
+    }
+}
+
+impl TryFrom<Value> for f64 {
+    type Error = Value;
+
+    fn try_from(value: Value) -> std::result::Result<Self, Value> {
+        match value {
+            Value::Reals(reals) if reals.len() == 1 => Ok(reals[0]),
+            other => Err(other),
+        }
+    }
+}
+
+impl TryFrom<Value> for Vec<f64> {
+    type Error = Value;
+
+    fn try_from(value: Value) -> std::result::Result<Self, Value> {
+        match value {
+            Value::Reals(reals) => Ok(reals),
+            other => Err(other),
+        }
+    }
+}
+
+impl TryFrom<Value> for String {
+    type Error = Value;
+
+    fn try_from(value: Value) -> std::result::Result<Self, Value> {
+        match value {
+            Value::Text(text) => Ok(text),
+            other => Err(other),
+        }
+    }
+}
+
+/// The constructor options of one environment id.
+///
+/// ```
+/// # fn main() -> Result<(), mjenv::Error> {
+/// let mut options = mjenv::Options::new("Humanoid-v5")?;
+/// options.set("healthy_reward", 4.5)?.set("include_cvel_in_observation", false)?;
+/// assert_eq!(options.get::<f64>("healthy_reward")?, 4.5);
+/// for option in options.schema() {
+///     println!("{} in [{}, {}]: {}", option.name, option.low, option.high, option.doc);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+pub struct Options {
+    raw: NonNull<sys::mjenv_options>,
+    spec: Spec,
+}
+
+// SAFETY: the library ties options to no thread, and distinct handles are independent. They are not Sync, as the
+// library does not promise that two threads may use the same options at once.
+unsafe impl Send for Options {}
+
+impl Options {
+    /// The options of an id at their defaults. Errors: [`Status::Name`], [`Status::Memory`].
+    pub fn new(id: &str) -> Result<Self> {
+        let spec = crate::spec(id)?;
+        let id = c_string(format_args!("id {id:?}"), id)?;
+        let mut raw = ptr::null_mut();
+        // SAFETY: both pointers are valid for the call.
+        check(unsafe { sys::mjenv_options_create(id.as_ptr(), &mut raw) })?;
+        let raw = NonNull::new(raw).expect("libmjenv creates options or fails");
+        Ok(Self { raw, spec })
+    }
+
+    /// The options of an environment, which owns them: they must not be dropped.
+    ///
+    /// # Safety
+    /// `raw` lives as long as the result is used.
+    pub(crate) unsafe fn of_env(raw: *const sys::mjenv_options, spec: Spec) -> ManuallyDrop<Self> {
+        let raw = NonNull::new(raw as *mut _).expect("an environment has options");
+        ManuallyDrop::new(Self { raw, spec })
+    }
+
+    pub(crate) fn raw(&self) -> *const sys::mjenv_options {
+        self.raw.as_ptr()
+    }
+
+    /// What the id promises.
+    pub fn spec(&self) -> Spec {
+        self.spec
+    }
+
+    /// Describes the options, in Gymnasium's order.
+    pub fn schema(&self) -> impl ExactSizeIterator<Item = OptionInfo<'_>> + '_ {
+        // SAFETY: the handle is alive.
+        let count = size(unsafe { sys::mjenv_options_count(self.raw()) });
+        (0..count).map(move |index| self.info(index))
+    }
+
+    fn info(&self, index: usize) -> OptionInfo<'_> {
+        let mut raw = sys::mjenv_option { struct_size: size_of::<sys::mjenv_option>(), ..Default::default() };
+        // SAFETY: handle and struct are valid for the call.
+        check(unsafe { sys::mjenv_options_at(self.raw(), int64(index), &mut raw) })
+            .expect("an option has a description");
+        // SAFETY: the texts belong to the options; setting an option changes none of them.
+        unsafe {
+            OptionInfo {
+                name: borrowed(raw.name),
+                doc: borrowed(raw.doc),
+                kind: Kind::from_raw(raw.kind),
+                low: raw.low,
+                high: raw.high,
+                count: size(raw.count),
+                choices: if raw.choices.is_null() { "" } else { borrowed(raw.choices) },
+            }
+        }
+    }
+
+    /// Sets an option, to be chained with `?`. Errors: [`Status::Name`], [`Status::Type`], [`Status::Value`],
+    /// [`Status::Size`], [`Status::Argument`].
+    pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<&mut Self> {
+        let name_c = c_string(format_args!("option {name:?}"), name)?;
+        let (raw, key) = (self.raw.as_ptr(), name_c.as_ptr());
+        // SAFETY: all pointers are valid for the call, and the library keeps none of them.
+        check(unsafe {
+            match value.into() {
+                Value::Flag(flag) => sys::mjenv_options_set_integer(raw, key, flag.into()),
+                Value::Integer(integer) => sys::mjenv_options_set_integer(raw, key, integer),
+                Value::Reals(reals) => sys::mjenv_options_set_reals(raw, key, reals.as_ptr(), reals.len()),
+                Value::Text(text) => {
+                    let text = c_string(format_args!("the text for option {name:?}"), &text)?;
+                    sys::mjenv_options_set_string(raw, key, text.as_ptr())
+                }
+            }
+        })?;
+        Ok(self)
+    }
+
+    /// Reads an option as a `bool`, `i64`, `f64`, `Vec<f64>` or `String`. Errors: [`Status::Name`], [`Status::Type`],
+    /// [`Status::Argument`].
+    pub fn get<T: TryFrom<Value, Error = Value>>(&self, name: &str) -> Result<T> {
+        T::try_from(self.value(name)?).map_err(|held| {
+            let message = format!("option {name:?} holds {held:?}, not a {}", std::any::type_name::<T>());
+            Error::new(Status::Type, message)
+        })
+    }
+
+    /// Reads whatever an option holds. Errors: [`Status::Name`], [`Status::Argument`].
+    pub fn value(&self, name: &str) -> Result<Value> {
+        let kind = self.schema().find(|option| option.name == name).map(|option| option.kind);
+        let name = c_string(format_args!("option {name:?}"), name)?;
+        match kind {
+            Some(Kind::Flag) => Ok(Value::Flag(self.integer(&name)? != 0)),
+            Some(Kind::Reals) => self.reals(&name),
+            Some(Kind::String) => self.text(&name),
+            Some(Kind::StringOrInteger) => self.integer(&name).map(Value::Integer).or_else(|_| self.text(&name)),
+            // An unknown name, too: the library's message lists the valid ones.
+            _ => self.integer(&name).map(Value::Integer),
+        }
+    }
+
+    fn integer(&self, name: &CStr) -> Result<i64> {
+        let mut value = 0;
+        // SAFETY: all pointers are valid for the call.
+        check(unsafe { sys::mjenv_options_get_integer(self.raw(), name.as_ptr(), &mut value) })?;
+        Ok(value)
+    }
+
+    fn reals(&self, name: &CStr) -> Result<Value> {
+        let mut count = 0;
+        // SAFETY: all pointers are valid for the call; no values are asked for.
+        check(unsafe { sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), ptr::null_mut(), 0, &mut count) })?;
+        let mut values = vec![0.0; count];
+        // SAFETY: all pointers are valid for the call; there is room for `count` values.
+        check(unsafe {
+            sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), values.as_mut_ptr(), values.len(), &mut count)
+        })?;
+        Ok(Value::Reals(values))
+    }
+
+    fn text(&self, name: &CStr) -> Result<Value> {
+        let mut text = ptr::null();
+        // SAFETY: all pointers are valid for the call.
+        check(unsafe { sys::mjenv_options_get_string(self.raw(), name.as_ptr(), &mut text) })?;
+        // SAFETY: the text lives until the option is set again; it is copied here.
+        Ok(Value::Text(unsafe { borrowed(text) }.to_string()))
+    }
+}
+
+impl Drop for Options {
+    fn drop(&mut self) {
+        // SAFETY: the handle is alive and owned; nobody uses it after this.
+        unsafe { sys::mjenv_options_destroy(self.raw.as_ptr()) }
+    }
+}
+
+impl fmt::Debug for Options {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut values = formatter.debug_struct(self.spec.id);
+        for option in self.schema() {
+            if let Ok(value) = self.value(option.name) {
+                values.field(option.name, &value);
+            }
+        }
+        values.finish()
+    }
+}

@@ -1,0 +1,59 @@
+//! Steps and resets allocate nothing on the Rust side.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use mjenv::{Env, Options};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: all work is the system allocator's; the counter needs no memory of its own.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        System.alloc(layout)
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        System.dealloc(pointer, layout)
+    }
+}
+
+#[global_allocator]
+static GLOBAL: Counting = Counting;
+
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    let mut env = Env::new(&Options::new("Walker2d-v5").unwrap(), 2).unwrap();
+    let (mut batch, mut narrow) = (env.batch(), env.batch_f32());
+    let mut actions = vec![0.0f32; 2 * env.action_space().count()];
+    let wide = vec![0.1f64; actions.len()];
+    let mut total = 0.0;
+    let count = allocations(|| {
+        env.seed(&[1, 2]).unwrap();
+        env.seed_actions(3).unwrap();
+        env.reset(&mut batch).unwrap();
+        for _ in 0..5 {
+            env.sample_actions(&mut actions).unwrap();
+            env.step(&actions, &mut batch).unwrap();
+            env.step(&wide, &mut narrow).unwrap();
+            env.observe(&mut narrow).unwrap();
+            total += batch.reward()[0] + batch.info("x_velocity").unwrap()[1] + batch.obs(1)[0];
+        }
+        env.reset_where(&[false, true], &mut batch).unwrap();
+        total += batch.infos().chain(batch.reset_infos()).map(|(_, values)| values[0]).sum::<f64>();
+    });
+    assert!(total.is_finite());
+    assert_eq!(count, 0);
+    assert!(allocations(|| drop(vec![total])) > 0, "the counter counts");
+}

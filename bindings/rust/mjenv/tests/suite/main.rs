@@ -1,0 +1,10 @@
+//! Tests of the safe interface. Expected numbers are Gymnasium's, out of tests/golden.
+
+mod allocation;
+mod golden;
+mod refusals;
+mod replay;
+mod rows;
+mod schema;
+mod state;
+mod threads;

@@ -1,0 +1,181 @@
+//! Rows' states: read, set, copied, continued.
+
+use std::fs;
+
+use mjenv::{Env, Options};
+
+use crate::golden::{assert_bits, folder, Actions, Golden};
+use crate::replay::{check_infos, Replay};
+
+/// The C tests follow all arrays; these show that each call reaches its row with its numbers.
+const ARRAYS: [&str; 6] = ["time", "qpos", "qvel", "ctrl", "xpos", "qfrc_actuator"];
+
+#[test]
+fn a_row_goes_through_the_recorded_stages() {
+    for golden in Golden::all("state", "") {
+        let mut env = Env::new(&golden.options(), 2).unwrap();
+        let mut batch = env.batch();
+        let actions = match golden.actions() {
+            Actions::Float32(actions) => actions,
+            Actions::Float64(_) => panic!("{} has float64 actions", golden.file),
+        };
+        let nu = env.action_space().count();
+        env.seed(&[golden.seed; 2]).unwrap();
+        for (index, stage) in golden.bytes("stage").into_iter().enumerate() {
+            let place = format!("{} stage {index}", golden.file);
+            let action = &actions[index * nu..][..nu];
+            match stage {
+                0 => env.reset(&mut batch).unwrap(),
+                1 => env.step(&action.repeat(2), &mut batch).unwrap(),
+                2 => {
+                    let (qpos, qvel) = (golden.table("set_qpos"), golden.table("set_qvel"));
+                    (0..2).for_each(|row| env.set_state(row, qpos.row(index), qvel.row(index)).unwrap());
+                }
+                _ => {
+                    let ctrl: Vec<_> = action.iter().map(|number| f64::from(*number)).collect();
+                    (0..2).for_each(|row| env.simulate(row, &ctrl, 3).unwrap());
+                }
+            }
+            if stage == 1 {
+                assert_bits(&place, &batch.reward()[1..], golden.table("reward").row(index));
+                check_infos(&place, batch.infos(), &golden.info, golden.table("info").row(index), 1);
+            }
+            env.observe(&mut batch).unwrap();
+            assert_bits(&format!("{place} obs"), batch.obs(1), golden.table("obs").row(index));
+            for name in ARRAYS {
+                let (got, expected) = (env.read(1, name).unwrap(), golden.table(&format!("data.{name}")));
+                assert_bits(&format!("{place} {name}"), &got, expected.row(index));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_stream_is_numpys_and_can_be_replaced() {
+    let text = fs::read_to_string(folder().join("random.txt")).unwrap();
+    let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 2).unwrap();
+    let (mut words, mut seed, mut state) = (Vec::new(), None, None);
+    for (key, value) in text.lines().filter_map(|line| line.split_once(' ')) {
+        match key {
+            "seed" => seed = u64::from_str_radix(value, 16).ok(),
+            "state" => state = u128::from_str_radix(value, 16).ok(),
+            "inc" => words.extend(seed.zip(state).zip(u128::from_str_radix(value, 16).ok())),
+            _ => {}
+        }
+    }
+    assert!(words.len() > 3);
+    for ((seed, state), increment) in words {
+        env.seed(&[0, seed]).unwrap();
+        let expected = [state as u64, (state >> 64) as u64, increment as u64, (increment >> 64) as u64];
+        assert_eq!(env.stream(1).unwrap(), expected, "seed {seed}");
+    }
+
+    let golden = Golden::of("Reacher-v5");
+    env.seed(&[0, golden.seed]).unwrap();
+    let stream = env.stream(1).unwrap();
+    env.set_stream(0, &stream).unwrap();
+    let mut batch = env.batch();
+    env.reset(&mut batch).unwrap();
+    assert_bits("obs", batch.obs(0), golden.table("reset_obs").row(0));
+}
+
+#[test]
+fn a_restored_row_goes_on_as_gymnasium_did() {
+    for id in ["Humanoid-v5", "Pusher-v4"] {
+        let golden = Golden::of(id);
+        let mut replay = Replay::new(&golden, 1, 0);
+        (0..10).for_each(|step| replay.step(step));
+        let image = replay.env.snapshot(0).unwrap();
+        (10..15).for_each(|step| replay.step(step));
+        replay.env.restore(0, &image).unwrap();
+        (10..replay.steps()).for_each(|step| replay.step(step));
+
+        let mut other = Replay::new(&golden, 3, 2);
+        other.step(0);
+        let mut strict_off = golden.options();
+        strict_off.set("strict", false).unwrap();
+        let mut source = Env::new(&strict_off, 1).unwrap();
+        assert!(source.restore(0, &image).is_err(), "an image of other options");
+    }
+}
+
+#[test]
+fn an_image_moves_between_rows_and_environments() {
+    let golden = Golden::of("Ant-v5");
+    let mut replay = Replay::new(&golden, 1, 0);
+    (0..10).for_each(|step| replay.step(step));
+    let image = replay.env.snapshot(0).unwrap();
+    let expected = replay.env.read(0, "xpos").unwrap();
+
+    let mut env = Env::new(&golden.options(), 3).unwrap();
+    let mut batch = env.batch();
+    env.restore(1, &image).unwrap();
+    assert_bits("xpos", &env.read(1, "xpos").unwrap(), &expected);
+    env.observe(&mut batch).unwrap();
+    assert_bits("obs", batch.obs(1), golden.table("obs").row(9));
+}
+
+#[test]
+fn set_state_sets_what_is_observed() {
+    let mut env = Env::new(&Options::new("InvertedPendulum-v5").unwrap(), 2).unwrap();
+    let (mut batch, mut narrow) = (env.batch(), env.batch_f32());
+    env.set_state(1, &[0.1, -0.2], &[0.3, -0.4]).unwrap();
+    env.observe(&mut batch).unwrap();
+    assert_bits("obs", batch.obs(1), &[0.1, -0.2, 0.3, -0.4]);
+    assert_bits("the other row", batch.obs(0), &[0.0; 4]);
+    assert_bits("both", batch.observations(), &[0.0, 0.0, 0.0, 0.0, 0.1, -0.2, 0.3, -0.4]);
+    env.observe(&mut narrow).unwrap();
+    assert_eq!(narrow.obs(1), [0.1f32, -0.2, 0.3, -0.4]);
+    assert_bits("qvel", &env.read(1, "qvel").unwrap(), &[0.3, -0.4]);
+}
+
+#[test]
+fn a_seed_may_be_given_in_digits() {
+    let golden = Golden::of("Hopper-v4.options");
+    assert!(golden.seed > u32::MAX.into());
+    let mut env = Env::new(&golden.options(), 2).unwrap();
+    let mut batch = env.batch();
+    env.seed_digits(1, &[golden.seed as u32, (golden.seed >> 32) as u32, 0]).unwrap();
+    env.reset(&mut batch).unwrap();
+    assert_bits("obs", batch.obs(1), golden.table("reset_obs").row(0));
+}
+
+#[test]
+fn arrays_and_objects_have_mujocos_names() {
+    let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 1).unwrap();
+    assert_eq!(env.read(0, "nq").unwrap(), [4.0]);
+    assert_eq!(env.read(0, "opt.timestep").unwrap(), [0.01]);
+    let mut values = [-1.0; 5];
+    assert_eq!(env.read_into(0, "qpos0", &mut values).unwrap(), 4);
+    assert_eq!(values, [0.0, 0.0, 0.1, -0.1, -1.0]);
+    let target = env.object_index("body", "target").unwrap();
+    assert_eq!(env.object_name("body", target).unwrap(), "target");
+    assert_eq!(env.read(0, "xpos").unwrap().len(), 3 * env.read(0, "nbody").unwrap()[0] as usize);
+}
+
+#[test]
+fn sampled_actions_lie_in_the_space_and_follow_the_seed() {
+    let mut env = Env::new(&Options::new("Humanoid-v4").unwrap(), 4).unwrap();
+    let mut draw = |seed| {
+        let mut actions = vec![0.0f32; 4 * 17];
+        env.seed_actions(seed).unwrap();
+        env.sample_actions(&mut actions).unwrap();
+        actions
+    };
+    let (first, again, other) = (draw(1), draw(1), draw(2));
+    assert!(first.iter().all(|action| action.abs() <= 0.4));
+    assert_eq!(first, again);
+    assert_ne!(first, other);
+}
+
+#[test]
+fn a_diverged_row_is_told() {
+    let mut env = Env::new(&Options::new("InvertedPendulum-v4").unwrap(), 2).unwrap();
+    let mut batch = env.batch();
+    env.reset(&mut batch).unwrap();
+    env.set_state(1, &[0.0, 0.0], &[1e200, 0.0]).unwrap();
+    env.step(&[0.0, 0.0], &mut batch).unwrap();
+    assert_eq!([batch.failed(0), batch.failed(1)], [false, true]);
+    env.reset(&mut batch).unwrap();
+    assert!(!batch.failed(1));
+}

@@ -1,0 +1,87 @@
+//! A handle may move between threads; no two threads can share one, so that the library never has to answer BUSY.
+
+use std::thread;
+
+use mjenv::{Batch, Env, Error, Options, Status};
+
+use crate::golden::Golden;
+use crate::replay::Replay;
+
+fn is_send<T: Send>() {}
+fn is_sync<T: Sync>() {}
+
+#[test]
+fn handles_are_send_and_results_are_both() {
+    is_send::<Env>();
+    is_send::<Options>();
+    is_send::<Batch<f32>>();
+    is_sync::<Batch<f32>>();
+    is_send::<Error>();
+    is_sync::<Error>();
+}
+
+/// Compiles only as long as the type is not Sync: else two implementations would fit.
+macro_rules! assert_not_sync {
+    ($type:ty) => {
+        const _: fn() = || {
+            trait AmbiguousIfSync<Which> {
+                fn method() {}
+            }
+            struct Also;
+            impl<T> AmbiguousIfSync<()> for T {}
+            impl<T: Sync> AmbiguousIfSync<Also> for T {}
+            <$type as AmbiguousIfSync<_>>::method();
+        };
+    };
+}
+
+assert_not_sync!(Env);
+assert_not_sync!(Options);
+
+#[test]
+fn an_episode_goes_on_in_another_thread() {
+    let golden = &Golden::of("HalfCheetah-v5");
+    let mut replay = Replay::new(golden, 1, 0);
+    thread::scope(|scope| {
+        for step in 0..20 {
+            replay = scope
+                .spawn(move || {
+                    replay.step(step);
+                    let error = replay.env.step(&[0.0f32], &mut replay.batch).unwrap_err();
+                    assert_eq!(error.status(), Status::Size);
+                    replay
+                })
+                .join()
+                .unwrap();
+        }
+    });
+}
+
+#[test]
+fn environments_run_in_parallel() {
+    let goldens = ["Ant-v5", "Humanoid-v5", "Ant-v5"].map(Golden::of);
+    thread::scope(|scope| {
+        for golden in &goldens {
+            scope.spawn(move || {
+                let mut replay = Replay::new(golden, 1, 0);
+                for step in 0..replay.steps() {
+                    replay.step(step);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn every_thread_has_its_own_last_error() {
+    thread::scope(|scope| {
+        for name in 0..4 {
+            scope.spawn(move || {
+                for _ in 0..200 {
+                    let id = format!("Nobody{name}-v4");
+                    assert!(Options::new(&id).unwrap_err().message().contains(&id));
+                }
+            });
+        }
+    });
+}
