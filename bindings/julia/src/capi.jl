@@ -1,0 +1,571 @@
+# Written by tools/declarations_julia.py from capi/include/mjenv/mjenv.h: change those.
+
+const MJENV_ABI_VERSION = 1
+const MJENV_ALL_ROWS = -1
+
+struct mjenv_options end
+struct mjenv_env end
+
+@enum mjenv_status::Int32 begin
+    MJENV_OK = 0
+    MJENV_E_ARGUMENT = -1
+    MJENV_E_NAME = -2
+    MJENV_E_TYPE = -3
+    MJENV_E_VALUE = -4
+    MJENV_E_SIZE = -5
+    MJENV_E_STATE = -6
+    MJENV_E_BUSY = -7
+    MJENV_E_MODEL = -8
+    MJENV_E_PHYSICS = -9
+    MJENV_E_SNAPSHOT = -10
+    MJENV_E_MEMORY = -11
+    MJENV_E_INTERNAL = -12
+end
+
+@enum mjenv_dtype::Int32 begin
+    MJENV_FLOAT64 = 0
+    MJENV_FLOAT32 = 1
+end
+
+@enum mjenv_role::Int32 begin
+    MJENV_OBSERVATION = 1
+    MJENV_ACTION = 2
+    MJENV_INFO = 3
+    MJENV_RESET_INFO = 4
+    MJENV_REWARD = 5
+    MJENV_STRUCTURE = 6
+    MJENV_DATA = 7
+    MJENV_MODEL = 8
+    MJENV_ARRAYS = 9
+end
+
+@enum mjenv_kind::Int32 begin
+    MJENV_FLAG = 1
+    MJENV_INTEGER = 2
+    MJENV_REALS = 3
+    MJENV_STRING = 4
+    MJENV_STRING_OR_INT = 5
+end
+
+@enum mjenv_type::Int32 begin
+    MJENV_NUMPY_FLOAT64 = 1
+    MJENV_ACTION_DTYPE = 2
+    MJENV_PYTHON_FLOAT = 3
+    MJENV_PYTHON_INT = 4
+    MJENV_NUMPY_INT64 = 5
+    MJENV_NUMPY_FLOAT32 = 6
+    MJENV_NUMPY_INT32 = 7
+    MJENV_NUMPY_UINT8 = 8
+end
+
+Base.@kwdef struct mjenv_option
+    struct_size::UInt32 = sizeof(mjenv_option)
+    kind::Int32 = 0
+    name::Cstring = Cstring(C_NULL)
+    doc::Cstring = Cstring(C_NULL)
+    low::Float64 = 0
+    high::Float64 = 0
+    count::Int64 = 0
+    choices::Cstring = Cstring(C_NULL)
+end
+
+Base.@kwdef struct mjenv_field
+    struct_size::UInt32 = sizeof(mjenv_field)
+    ndim::Int32 = 0
+    name::Cstring = Cstring(C_NULL)
+    doc::Cstring = Cstring(C_NULL)
+    shape::NTuple{4, Int64} = (0, 0, 0, 0)
+    offset::Int64 = 0
+    count::Int64 = 0
+    type::Int32 = 0
+end
+
+Base.@kwdef struct mjenv_space
+    struct_size::UInt32 = sizeof(mjenv_space)
+    dtype::Int32 = 0
+    count::Int64 = 0
+    low::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    high::Ptr{Float64} = Ptr{Float64}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_spec
+    struct_size::UInt32 = sizeof(mjenv_spec)
+    version::Int32 = 0
+    id::Cstring = Cstring(C_NULL)
+    robot::Cstring = Cstring(C_NULL)
+    max_episode_steps::Int64 = 0
+    reward_threshold::Float64 = 0
+end
+
+Base.@kwdef struct mjenv_batch
+    struct_size::UInt32 = sizeof(mjenv_batch)
+    obs_dtype::Int32 = 0
+    rows::Int64 = 0
+    obs_count::Int64 = 0
+    info_count::Int64 = 0
+    obs::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    reward::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    terminated::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
+    truncated::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
+    info::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    status::Ptr{Int32} = Ptr{Int32}(C_NULL)
+    reset_info_count::Int64 = 0
+    arrays_count::Int64 = 0
+    was_reset::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
+    reset_info::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    final_obs::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    final_info::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    arrays::Ptr{Float64} = Ptr{Float64}(C_NULL)
+end
+
+# In the order of the indices given to address.
+const FUNCTIONS = (
+    :mjenv_abi_version,
+    :mjenv_version,
+    :mjenv_status_name,
+    :mjenv_last_error,
+    :mjenv_id_count,
+    :mjenv_id_at,
+    :mjenv_spec_of,
+    :mjenv_options_create,
+    :mjenv_options_destroy,
+    :mjenv_options_count,
+    :mjenv_options_at,
+    :mjenv_options_set_integer,
+    :mjenv_options_set_reals,
+    :mjenv_options_set_string,
+    :mjenv_options_get_integer,
+    :mjenv_options_get_reals,
+    :mjenv_options_get_string,
+    :mjenv_create,
+    :mjenv_destroy,
+    :mjenv_rows,
+    :mjenv_frame_skip,
+    :mjenv_options_of,
+    :mjenv_space_of,
+    :mjenv_field_count,
+    :mjenv_field_at,
+    :mjenv_seed,
+    :mjenv_seed_digits,
+    :mjenv_reset,
+    :mjenv_step,
+    :mjenv_send,
+    :mjenv_recv,
+    :mjenv_rollout,
+    :mjenv_get_stream,
+    :mjenv_set_stream,
+    :mjenv_seed_actions,
+    :mjenv_sample_actions,
+    :mjenv_read,
+    :mjenv_object_index,
+    :mjenv_object_name,
+    :mjenv_set_state,
+    :mjenv_simulate,
+    :mjenv_observe,
+    :mjenv_copy_row,
+    :mjenv_snapshot,
+    :mjenv_restore,
+)
+
+mjenv_abi_version() = ccall(
+    address(1),
+    UInt32,
+    (),
+)
+
+mjenv_version() = ccall(
+    address(2),
+    Cstring,
+    (),
+)
+
+mjenv_status_name(status) = ccall(
+    address(3),
+    Cstring,
+    (mjenv_status,),
+    status,
+)
+
+mjenv_last_error() = ccall(
+    address(4),
+    Cstring,
+    (),
+)
+
+mjenv_id_count() = ccall(
+    address(5),
+    Int64,
+    (),
+)
+
+mjenv_id_at(index) = ccall(
+    address(6),
+    Cstring,
+    (Int64,),
+    index,
+)
+
+mjenv_spec_of(id, spec) = ccall(
+    address(7),
+    mjenv_status,
+    (Cstring, Ptr{mjenv_spec}),
+    id,
+    spec,
+)
+
+mjenv_options_create(id, options) = ccall(
+    address(8),
+    mjenv_status,
+    (Cstring, Ptr{Ptr{mjenv_options}}),
+    id,
+    options,
+)
+
+mjenv_options_destroy(options) = ccall(
+    address(9),
+    Cvoid,
+    (Ptr{mjenv_options},),
+    options,
+)
+
+mjenv_options_count(options) = ccall(
+    address(10),
+    Int64,
+    (Ptr{mjenv_options},),
+    options,
+)
+
+mjenv_options_at(options, index, option) = ccall(
+    address(11),
+    mjenv_status,
+    (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}),
+    options,
+    index,
+    option,
+)
+
+mjenv_options_set_integer(options, name, value) = ccall(
+    address(12),
+    mjenv_status,
+    (Ptr{mjenv_options}, Cstring, Int64),
+    options,
+    name,
+    value,
+)
+
+mjenv_options_set_reals(options, name, values, count) = ccall(
+    address(13),
+    mjenv_status,
+    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t),
+    options,
+    name,
+    values,
+    count,
+)
+
+mjenv_options_set_string(options, name, value) = ccall(
+    address(14),
+    mjenv_status,
+    (Ptr{mjenv_options}, Cstring, Cstring),
+    options,
+    name,
+    value,
+)
+
+mjenv_options_get_integer(options, name, value) = ccall(
+    address(15),
+    mjenv_status,
+    (Ptr{mjenv_options}, Cstring, Ptr{Int64}),
+    options,
+    name,
+    value,
+)
+
+mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
+    address(16),
+    mjenv_status,
+    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
+    options,
+    name,
+    values,
+    capacity,
+    count,
+)
+
+mjenv_options_get_string(options, name, value) = ccall(
+    address(17),
+    mjenv_status,
+    (Ptr{mjenv_options}, Cstring, Ptr{Cstring}),
+    options,
+    name,
+    value,
+)
+
+mjenv_create(options, rows, env) = ccall(
+    address(18),
+    mjenv_status,
+    (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}),
+    options,
+    rows,
+    env,
+)
+
+mjenv_destroy(env) = ccall(
+    address(19),
+    Cvoid,
+    (Ptr{mjenv_env},),
+    env,
+)
+
+mjenv_rows(env) = ccall(
+    address(20),
+    Int64,
+    (Ptr{mjenv_env},),
+    env,
+)
+
+mjenv_frame_skip(env) = ccall(
+    address(21),
+    Int64,
+    (Ptr{mjenv_env},),
+    env,
+)
+
+mjenv_options_of(env) = ccall(
+    address(22),
+    Ptr{mjenv_options},
+    (Ptr{mjenv_env},),
+    env,
+)
+
+mjenv_space_of(env, role, space) = ccall(
+    address(23),
+    mjenv_status,
+    (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
+    env,
+    role,
+    space,
+)
+
+mjenv_field_count(env, role) = ccall(
+    address(24),
+    Int64,
+    (Ptr{mjenv_env}, mjenv_role),
+    env,
+    role,
+)
+
+mjenv_field_at(env, role, index, field) = ccall(
+    address(25),
+    mjenv_status,
+    (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
+    env,
+    role,
+    index,
+    field,
+)
+
+mjenv_seed(env, seeds, mask) = ccall(
+    address(26),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt64}, Ptr{UInt8}),
+    env,
+    seeds,
+    mask,
+)
+
+mjenv_seed_digits(env, row, digits, count) = ccall(
+    address(27),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt32}, Csize_t),
+    env,
+    row,
+    digits,
+    count,
+)
+
+mjenv_reset(env, mask, out) = ccall(
+    address(28),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
+    env,
+    mask,
+    out,
+)
+
+mjenv_step(env, action, count, dtype, out) = ccall(
+    address(29),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    env,
+    action,
+    count,
+    dtype,
+    out,
+)
+
+mjenv_send(env, rows, row_count, action, count, dtype, out) = ccall(
+    address(30),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    env,
+    rows,
+    row_count,
+    action,
+    count,
+    dtype,
+    out,
+)
+
+mjenv_recv(env, least, rows, capacity, count) = ccall(
+    address(31),
+    mjenv_status,
+    (Ptr{mjenv_env}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}),
+    env,
+    least,
+    rows,
+    capacity,
+    count,
+)
+
+mjenv_rollout(env, action, steps, count, dtype, out) = ccall(
+    address(32),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    env,
+    action,
+    steps,
+    count,
+    dtype,
+    out,
+)
+
+mjenv_get_stream(env, row, words, count) = ccall(
+    address(33),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_set_stream(env, row, words, count) = ccall(
+    address(34),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(35),
+    mjenv_status,
+    (Ptr{mjenv_env}, UInt64),
+    env,
+    seed,
+)
+
+mjenv_sample_actions(env, action, count) = ccall(
+    address(36),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
+    env,
+    action,
+    count,
+)
+
+mjenv_read(env, row, array, values, capacity, count) = ccall(
+    address(37),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
+    env,
+    row,
+    array,
+    values,
+    capacity,
+    count,
+)
+
+mjenv_object_index(env, type, name, index) = ccall(
+    address(38),
+    mjenv_status,
+    (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
+    env,
+    type,
+    name,
+    index,
+)
+
+mjenv_object_name(env, type, index, name) = ccall(
+    address(39),
+    mjenv_status,
+    (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
+    env,
+    type,
+    index,
+    name,
+)
+
+mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
+    address(40),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Ptr{Float64}, Csize_t),
+    env,
+    row,
+    qpos,
+    nq,
+    qvel,
+    nv,
+)
+
+mjenv_simulate(env, row, ctrl, count, frames) = ccall(
+    address(41),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
+    env,
+    row,
+    ctrl,
+    count,
+    frames,
+)
+
+mjenv_observe(env, out) = ccall(
+    address(42),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{mjenv_batch}),
+    env,
+    out,
+)
+
+mjenv_copy_row(env, from, to_mask) = ccall(
+    address(43),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
+    env,
+    from,
+    to_mask,
+)
+
+mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
+    address(44),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
+    env,
+    row,
+    image,
+    capacity_bytes,
+    size_bytes,
+)
+
+mjenv_restore(env, row, image, size_bytes) = ccall(
+    address(45),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
+    env,
+    row,
+    image,
+    size_bytes,
+)

@@ -1,0 +1,136 @@
+# The constructor options of an id.
+
+"""
+    MJEnv.Option
+
+An option that an id takes, as [`MJEnv.schema`](@ref) lists it: its `name`, `kind` (`MJEnv.MJENV_FLAG`,
+`MJENV_INTEGER`, `MJENV_REALS`, `MJENV_STRING` or `MJENV_STRING_OR_INT`), `doc`, closed bounds `low` and `high` of each
+number, `count` of numbers, valid texts `choices` (empty: any may be tried) and `default`.
+"""
+struct Option
+    name::Symbol
+    kind::mjenv_kind
+    doc::String
+    low::Float64
+    high::Float64
+    count::Int
+    choices::Vector{String}
+    default::Any
+end
+
+# Calls f with the options of an id at their defaults.
+function with_options(f, id::AbstractString)
+    created = Ref{Ptr{mjenv_options}}(C_NULL)
+    check(mjenv_options_create(text(id), created))
+    try
+        return f(created[])
+    finally
+        mjenv_options_destroy(created[])
+    end
+end
+
+function set_option!(handle, id, name::Symbol, value::Integer)
+    if !(typemin(Int64) <= value <= typemax(Int64))
+        throw(ArgumentError("option \"$name\" of $id is $value, which does not fit into 64 bits"))
+    end
+    check(mjenv_options_set_integer(handle, text(name), value))
+end
+
+set_option!(handle, id, name::Symbol, value::Real) = set_option!(handle, id, name, (value,))
+
+function set_option!(handle, id, name::Symbol, value::Union{Tuple{Vararg{Real}},AbstractVector{<:Real}})
+    numbers = collect(Float64, value)
+    check(mjenv_options_set_reals(handle, text(name), numbers, length(numbers)))
+end
+
+set_option!(handle, id, name::Symbol, value::Union{AbstractString,Symbol}) =
+    check(mjenv_options_set_string(handle, text(name), text(value)))
+
+set_option!(handle, id, name::Symbol, value) = throw(
+    ArgumentError(
+        "option \"$name\" of $id is a $(typeof(value)); give a Bool, a number, a tuple or vector of numbers, " *
+        "a string or a symbol",
+    ),
+)
+
+function option_at(handle, index)
+    option = Ref(mjenv_option())
+    check(mjenv_options_at(handle, index, option))
+    return option[]
+end
+
+all_options(handle) = [option_at(handle, i) for i in 0:(mjenv_options_count(handle) - 1)]
+
+function get_integer(handle, name)
+    value = Ref{Int64}()
+    check(mjenv_options_get_integer(handle, name, value))
+    return value[]
+end
+
+function get_reals(handle, name)
+    count = Ref{Csize_t}()
+    check(mjenv_options_get_reals(handle, name, C_NULL, 0, count))
+    values = Vector{Float64}(undef, count[])
+    check(mjenv_options_get_reals(handle, name, values, length(values), count))
+    return values
+end
+
+function get_string(handle, name)
+    value = Ref(Cstring(C_NULL))
+    check(mjenv_options_get_string(handle, name, value))
+    return unsafe_string(value[])
+end
+
+function get_value(handle, option::mjenv_option)
+    kind = mjenv_kind(option.kind)
+    kind == MJENV_FLAG && return get_integer(handle, option.name) != 0
+    kind == MJENV_INTEGER && return get_integer(handle, option.name)
+    kind == MJENV_STRING && return get_string(handle, option.name)
+    if kind == MJENV_REALS
+        values = get_reals(handle, option.name)
+        return length(values) == 1 ? values[1] : Tuple(values)
+    end
+    try
+        return get_integer(handle, option.name)
+    catch refusal
+        refusal isa MJEnvError && refusal.status == MJENV_E_TYPE || rethrow()
+        return get_string(handle, option.name)
+    end
+end
+
+function values_of(handle)
+    listed = all_options(handle)
+    names = Tuple(Symbol(unsafe_string(option.name)) for option in listed)
+    return NamedTuple{names}(Tuple(get_value(handle, option) for option in listed))
+end
+
+"""
+    MJEnv.options(id)
+    MJEnv.options(env)
+
+The options of an id at their defaults, or those that an environment was built with, as a NamedTuple: flags as `Bool`,
+integers as `Int`, numbers as `Float64`, ranges as tuples, texts as `String`. `Env(env.id; MJEnv.options(env)...)`
+builds the same environment again.
+"""
+options(id::AbstractString) = with_options(values_of, id)
+
+"""
+    MJEnv.schema(id)
+
+The options that an id takes, each a [`MJEnv.Option`](@ref).
+"""
+schema(id::AbstractString) =
+    with_options(id) do handle
+        map(all_options(handle)) do option
+            Option(
+                Symbol(unsafe_string(option.name)),
+                mjenv_kind(option.kind),
+                borrowed(option.doc),
+                option.low,
+                option.high,
+                option.count,
+                split(borrowed(option.choices)),
+                get_value(handle, option),
+            )
+        end
+    end

@@ -1,0 +1,26 @@
+# What a call throws.
+
+function thrown(f)
+    try
+        f()
+    catch exception
+        return exception
+    end
+    return nothing
+end
+
+# Whether f throws an MJEnvError of that status whose message holds the words.
+function refuses(f, status::MJEnv.Status, words...)
+    e = thrown(f)
+    e isa MJEnvError && e.status == status && all(word -> occursin(word, e.message), words) && return true
+    println(stderr, "wanted $status $words, got ", repr(e))
+    return false
+end
+
+# Whether f throws an exception of a type of Julia's own whose text holds the words.
+function refuses(f, type::Type, words...)
+    e = thrown(f)
+    e isa type && all(word -> occursin(word, sprint(showerror, e)), words) && return true
+    println(stderr, "wanted $type $words, got ", repr(e))
+    return false
+end

@@ -1,0 +1,95 @@
+# Trajectories of Gymnasium, recorded by tests/golden/record.py, and how to play them.
+
+struct Golden
+    name::String
+    id::String
+    seed::BigInt
+    options::Vector{Pair{Symbol,Any}}
+    info_fields::Vector{Vector{SubString{String}}}  # name, count, type
+    reset_info_fields::Vector{Vector{SubString{String}}}
+    arrays::Dict{String,Array}  # a matrix has a column for each step
+end
+
+Base.getindex(golden::Golden, array::Symbol) = golden.arrays[String(array)]
+
+const ELEMENT_TYPES = Dict("f4" => Float32, "f8" => Float64, "u1" => UInt8, "i8" => Int64)
+
+real_of(word) = parse(Float64, word)  # C99 hexadecimal, inf and nan included
+
+function option_value(kind, words)
+    kind == "integer" && return parse(Int, words[1])
+    kind == "reals" && return length(words) == 1 ? real_of(words[1]) : Tuple(map(real_of, words))
+    kind == "string" && return String(words[1])
+    error("unknown kind of option: $kind")
+end
+
+function read_golden(path)
+    open(path) do file
+        readline(file) == "mjenv-golden 1" || error("$path is no golden")
+        single = Dict{String,String}()
+        options, info, reset_info, listed = Pair{Symbol,Any}[], [], [], []
+        for line in eachline(file)
+            line == "data" && break
+            key, words = Iterators.peel(split(line))
+            words = collect(words)
+            if key == "option"
+                push!(options, Symbol(words[1]) => option_value(words[2], words[3:end]))
+            elseif key in ("info", "reset_info")
+                push!(key == "info" ? info : reset_info, words)
+            elseif key == "array"
+                push!(listed, words)
+            else
+                single[key] = join(words, ' ')
+            end
+        end
+        push!(options, :norm => single["norm"])
+        arrays = Dict(
+            String(words[1]) => read!(
+                file,
+                Array{ELEMENT_TYPES[words[2]]}(undef, reverse(parse.(Int, words[3:end]))...),
+            ) for words in listed
+        )
+        eof(file) || error("$path holds more than it lists")
+        Golden(basename(path), single["id"], parse(BigInt, single["seed"]), options, info, reset_info, arrays)
+    end
+end
+
+goldens_in(folder) = filter(endswith(".golden"), readdir(joinpath(GOLDEN, folder); join = true))
+golden(name) = read_golden(joinpath(GOLDEN, "trajectories", name * ".golden"))
+
+make(g::Golden; options...) = Env(g.id; g.options..., options...)
+
+bits(x::Float64) = reinterpret(UInt64, x)
+bits(x::Float32) = reinterpret(UInt32, x)
+bits(x::Integer) = x
+
+# Equal in every bit; says where it is not.
+function same(got::AbstractArray, wanted::AbstractArray)
+    if size(got) != size(wanted)
+        println(stderr, "sizes differ: ", size(got), " ", size(wanted))
+        return false
+    end
+    for index in eachindex(got, wanted)
+        bits(got[index]) == bits(wanted[index]) && continue
+        println(stderr, "first difference at ", index, ": ", got[index], " ", wanted[index])
+        return false
+    end
+    return true
+end
+
+flat(info::NamedTuple) = Float64[x for value in info for x in value]
+
+const INFO_TYPES = Dict(
+    "numpy_float64" => _ -> Float64,
+    "action_dtype" => identity,
+    "python_float" => _ -> Float64,
+    "python_int" => _ -> Int64,
+    "numpy_int64" => _ -> Int64,
+)
+
+# Whether an info has the keys, the order, the sizes and the types of Gymnasium's.
+function described(info::NamedTuple, listed, action_type)
+    return collect(String.(keys(info))) == [words[1] for words in listed] &&
+           [length(value) for value in info] == [parse(Int, words[2]) for words in listed] &&
+           [eltype(value) for value in info] == [INFO_TYPES[words[3]](action_type) for words in listed]
+end
