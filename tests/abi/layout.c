@@ -1,0 +1,119 @@
+// Prints sizes and offsets of the header's structs and the values of its enumerators.
+#include <stddef.h>
+#include <stdio.h>
+
+#include "mjenv/mjenv.h"
+
+#define STRUCT(type) printf("struct " #type " %zu bytes\n", sizeof(type))
+#define FIELD(type, name) \
+  printf("field " #type " " #name " at %zu, %zu bytes\n", offsetof(type, name), sizeof(((type*)0)->name))
+#define ENUM(type) printf("enum " #type " %zu bytes\n", sizeof(type))
+#define VALUE(name) printf("value " #name " %d\n", (int)(name))
+
+int main(void) {
+  printf("MJENV_ABI_VERSION %d\n", MJENV_ABI_VERSION);
+  printf("MJENV_ALL_ROWS %d\n", MJENV_ALL_ROWS);
+
+  ENUM(mjenv_status);
+  VALUE(MJENV_OK);
+  VALUE(MJENV_E_ARGUMENT);
+  VALUE(MJENV_E_NAME);
+  VALUE(MJENV_E_TYPE);
+  VALUE(MJENV_E_VALUE);
+  VALUE(MJENV_E_SIZE);
+  VALUE(MJENV_E_STATE);
+  VALUE(MJENV_E_BUSY);
+  VALUE(MJENV_E_MODEL);
+  VALUE(MJENV_E_PHYSICS);
+  VALUE(MJENV_E_SNAPSHOT);
+  VALUE(MJENV_E_MEMORY);
+  VALUE(MJENV_E_INTERNAL);
+
+  ENUM(mjenv_dtype);
+  VALUE(MJENV_FLOAT64);
+  VALUE(MJENV_FLOAT32);
+
+  ENUM(mjenv_role);
+  VALUE(MJENV_OBSERVATION);
+  VALUE(MJENV_ACTION);
+  VALUE(MJENV_INFO);
+  VALUE(MJENV_RESET_INFO);
+  VALUE(MJENV_REWARD);
+  VALUE(MJENV_STRUCTURE);
+  VALUE(MJENV_DATA);
+  VALUE(MJENV_MODEL);
+  VALUE(MJENV_ARRAYS);
+
+  ENUM(mjenv_kind);
+  VALUE(MJENV_FLAG);
+  VALUE(MJENV_INTEGER);
+  VALUE(MJENV_REALS);
+  VALUE(MJENV_STRING);
+  VALUE(MJENV_STRING_OR_INT);
+
+  ENUM(mjenv_type);
+  VALUE(MJENV_NUMPY_FLOAT64);
+  VALUE(MJENV_ACTION_DTYPE);
+  VALUE(MJENV_PYTHON_FLOAT);
+  VALUE(MJENV_PYTHON_INT);
+  VALUE(MJENV_NUMPY_INT64);
+  VALUE(MJENV_NUMPY_FLOAT32);
+  VALUE(MJENV_NUMPY_INT32);
+  VALUE(MJENV_NUMPY_UINT8);
+
+  STRUCT(mjenv_option);
+  FIELD(mjenv_option, struct_size);
+  FIELD(mjenv_option, kind);
+  FIELD(mjenv_option, name);
+  FIELD(mjenv_option, doc);
+  FIELD(mjenv_option, low);
+  FIELD(mjenv_option, high);
+  FIELD(mjenv_option, count);
+  FIELD(mjenv_option, choices);
+
+  STRUCT(mjenv_field);
+  FIELD(mjenv_field, struct_size);
+  FIELD(mjenv_field, ndim);
+  FIELD(mjenv_field, name);
+  FIELD(mjenv_field, doc);
+  FIELD(mjenv_field, shape);
+  FIELD(mjenv_field, offset);
+  FIELD(mjenv_field, count);
+  FIELD(mjenv_field, type);
+
+  STRUCT(mjenv_space);
+  FIELD(mjenv_space, struct_size);
+  FIELD(mjenv_space, dtype);
+  FIELD(mjenv_space, count);
+  FIELD(mjenv_space, low);
+  FIELD(mjenv_space, high);
+
+  STRUCT(mjenv_spec);
+  FIELD(mjenv_spec, struct_size);
+  FIELD(mjenv_spec, version);
+  FIELD(mjenv_spec, id);
+  FIELD(mjenv_spec, robot);
+  FIELD(mjenv_spec, max_episode_steps);
+  FIELD(mjenv_spec, reward_threshold);
+
+  STRUCT(mjenv_batch);
+  FIELD(mjenv_batch, struct_size);
+  FIELD(mjenv_batch, obs_dtype);
+  FIELD(mjenv_batch, rows);
+  FIELD(mjenv_batch, obs_count);
+  FIELD(mjenv_batch, info_count);
+  FIELD(mjenv_batch, obs);
+  FIELD(mjenv_batch, reward);
+  FIELD(mjenv_batch, terminated);
+  FIELD(mjenv_batch, truncated);
+  FIELD(mjenv_batch, info);
+  FIELD(mjenv_batch, status);
+  FIELD(mjenv_batch, reset_info_count);
+  FIELD(mjenv_batch, arrays_count);
+  FIELD(mjenv_batch, was_reset);
+  FIELD(mjenv_batch, reset_info);
+  FIELD(mjenv_batch, final_obs);
+  FIELD(mjenv_batch, final_info);
+  FIELD(mjenv_batch, arrays);
+  return 0;
+}

@@ -1,0 +1,160 @@
+// A step and a reset allocate nothing: malloc and its like are replaced by counting ones, for the library, too.
+#define _GNU_SOURCE
+#include <dlfcn.h>
+
+#include "golden.h"
+
+// ---- Counting ----
+
+// The C library's own, under the names by which they can be called when the usual ones are replaced.
+void* __libc_malloc(size_t size);
+void* __libc_calloc(size_t count, size_t size);
+void* __libc_realloc(void* memory, size_t size);
+void* __libc_memalign(size_t alignment, size_t size);
+
+// Calls from the C library are its qsort's, which MuJoCo sorts contacts with: nothing else of it that we call allocates
+// during a step. All others are ours (C++ allocates through libstdc++).
+static struct {
+  bool on;
+  size_t ours, qsort, bytes;
+} counted;
+
+static bool in_c_library(const void* address) {
+  static const void* base;
+  Dl_info info;
+  if (!base) base = dladdr(dlsym(RTLD_DEFAULT, "qsort"), &info) ? info.dli_fbase : NULL;
+  return dladdr(address, &info) && info.dli_fbase == base;
+}
+
+static void count(size_t bytes, const void* caller) {
+  if (!__atomic_load_n(&counted.on, __ATOMIC_ACQUIRE)) return;
+  __atomic_add_fetch(in_c_library(caller) ? &counted.qsort : &counted.ours, 1, __ATOMIC_RELAXED);
+  __atomic_add_fetch(&counted.bytes, bytes, __ATOMIC_RELAXED);
+}
+
+void* malloc(size_t size) {
+  count(size, __builtin_return_address(0));
+  return __libc_malloc(size);
+}
+
+void* calloc(size_t number, size_t size) {
+  count(number * size, __builtin_return_address(0));
+  return __libc_calloc(number, size);
+}
+
+void* realloc(void* memory, size_t size) {
+  count(size, __builtin_return_address(0));
+  return __libc_realloc(memory, size);
+}
+
+void* memalign(size_t alignment, size_t size) {
+  count(size, __builtin_return_address(0));
+  return __libc_memalign(alignment, size);
+}
+
+void* aligned_alloc(size_t alignment, size_t size) {
+  count(size, __builtin_return_address(0));
+  return __libc_memalign(alignment, size);
+}
+
+int posix_memalign(void** memory, size_t alignment, size_t size) {
+  count(size, __builtin_return_address(0));
+  *memory = __libc_memalign(alignment, size);
+  return *memory ? 0 : 12;
+}
+
+static void start_counting(void) {
+  in_c_library(NULL);
+  counted.ours = counted.qsort = counted.bytes = 0;
+  __atomic_store_n(&counted.on, true, __ATOMIC_RELEASE);
+}
+
+static void stop_counting(void) { __atomic_store_n(&counted.on, false, __ATOMIC_RELEASE); }
+
+// ---- Tests ----
+
+// Robots whose geoms cannot touch: MuJoCo has nothing to sort.
+static bool has_contacts(const char* id) {
+  static const char* const without[] = {"Inverted", "Reacher", "Swimmer"};
+  for (size_t i = 0; i < COUNT(without); ++i)
+    if (strncmp(id, without[i], strlen(without[i])) == 0) return false;
+  return true;
+}
+
+static void test_step_and_reset(void** state) {
+  const char* id = *state;
+  enum { ROWS = 2, STEPS = 300 };
+  mjenv_env* env = env_of_id(id, ROWS);
+  struct outputs* out = outputs_of(env);
+  const size_t nu = (size_t)action_count(env);
+  float* action = allocate(ROWS * nu * sizeof *action);
+  uint8_t ended[ROWS];
+  mjenv_status status = MJENV_OK;
+  seed_rows(env, 5);
+  start_counting();
+  for (int step = 0; status == MJENV_OK && step < STEPS; ++step) {
+    for (int row = 0; row < ROWS; ++row) ended[row] = step == 0 || out->terminated[row] || out->truncated[row];
+    status = mjenv_reset(env, ended, &out->reset);
+    if (status == MJENV_OK) status = mjenv_sample_actions(env, action, ROWS * nu);
+    if (status == MJENV_OK) status = mjenv_step(env, action, ROWS * nu, MJENV_FLOAT32, &out->step);
+  }
+  stop_counting();
+  assert_ok(status);
+  assert_int_equal(counted.ours, 0);
+  if (!has_contacts(id)) assert_int_equal(counted.qsort, 0);
+  if (counted.qsort > 0) print_message("%s: %zu allocations by the C library's qsort\n", id, counted.qsort);
+  free(action);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+// The counters see our allocations and those of the library, so that none means none.
+static void test_counter_counts(void** state) {
+  (void)state;
+  start_counting();
+  void* memory = malloc(100);
+  mjenv_options* options = NULL;
+  const mjenv_status status = mjenv_options_create("Ant-v5", &options);
+  stop_counting();
+  assert_ok(status);
+  assert_true(counted.ours > 10);
+  assert_true(counted.bytes > 1000);
+  mjenv_options_destroy(options);
+  free(memory);
+}
+
+static size_t bytes_of_create(const mjenv_options* options, int64_t rows) {
+  mjenv_env* env = NULL;
+  start_counting();
+  const mjenv_status status = mjenv_create(options, rows, &env);
+  stop_counting();
+  assert_ok(status);
+  mjenv_destroy(env);
+  return counted.bytes;
+}
+
+// A row costs less than 2 KB and its generator.
+static void test_memory_of_rows(void** state) {
+  enum { GENERATOR = 32, LIMIT = 2048 + GENERATOR };
+  mjenv_options* options = options_of_id(*state);
+  const size_t one = bytes_of_create(options, 1), many = bytes_of_create(options, 1001);
+  assert_true(many > one);
+  const size_t each = (many - one) / 1000;
+  if (each >= LIMIT) fail_msg("a row of %s costs %zu bytes", (const char*)*state, each);
+  mjenv_options_destroy(options);
+}
+
+int main(void) {
+  const int64_t ids = mjenv_id_count();
+  struct CMUnitTest tests[1 + 2 * ids];
+  char names[2 * ids][96];
+  tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
+  for (int64_t i = 0; i < ids; ++i) {
+    const char* id = mjenv_id_at(i);
+    snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);
+    snprintf(names[2 * i + 1], sizeof names[0], "memory of rows of %s", id);
+    tests[1 + 2 * i] = (struct CMUnitTest){names[2 * i], test_step_and_reset, NULL, NULL, (void*)(uintptr_t)id};
+    tests[2 + 2 * i] = (struct CMUnitTest){names[2 * i + 1], test_memory_of_rows, NULL, NULL, (void*)(uintptr_t)id};
+  }
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

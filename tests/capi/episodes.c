@@ -1,0 +1,75 @@
+// The episodes of the examples, against what Gymnasium gave: examples/expected.txt, which says what is summed.
+#include "support.h"
+
+enum { EPISODES = 3, SEED = 42 };
+
+struct expected {
+  char id[64], norm[8], checksum[17];
+  int64_t length;
+  double total;
+};
+
+static void add_word(uint64_t* checksum, uint64_t word) { *checksum = (*checksum ^ word) * 0x100000001b3u; }
+
+static void add_numbers(uint64_t* checksum, const double* values, int64_t count) {
+  for (int64_t i = 0; i < count; ++i) {
+    uint64_t word;
+    memcpy(&word, values + i, sizeof word);
+    add_word(checksum, word);
+  }
+}
+
+static void test_episodes(void** state) {
+  const struct expected* want = *state;
+  mjenv_options* options = options_of_id(want->id);
+  assert_ok(mjenv_options_set_string(options, "norm", want->norm));
+  mjenv_env* env = env_of_options(options, 1);
+  struct outputs* out = outputs_of(env);
+  const size_t nu = (size_t)action_count(env);
+  float action[32];
+  uint64_t checksum = 0xcbf29ce484222325u;
+  int64_t length = 0;
+  double total = 0;
+  seed_rows(env, SEED);
+  assert_ok(mjenv_seed_actions(env, SEED));
+  for (int episode = 0; episode < EPISODES; ++episode) {
+    assert_ok(mjenv_reset(env, NULL, &out->reset));
+    add_numbers(&checksum, out->obs, out->obs_count);
+    add_numbers(&checksum, out->info, out->reset_info_count);
+    do {
+      assert_ok(mjenv_sample_actions(env, action, nu));
+      assert_ok(mjenv_step(env, action, nu, MJENV_FLOAT32, &out->step));
+      add_numbers(&checksum, out->obs, out->obs_count);
+      add_numbers(&checksum, out->reward, 1);
+      add_word(&checksum, *out->terminated);
+      add_word(&checksum, *out->truncated);
+      add_numbers(&checksum, out->info, out->info_count);
+      total += *out->reward;
+      ++length;
+    } while (!*out->terminated && !*out->truncated);
+  }
+  char text[17];
+  snprintf(text, sizeof text, "%016" PRIx64, checksum);
+  assert_true(length == want->length);
+  assert_same_bits("return", &total, &want->total, 1);
+  assert_string_equal(text, want->checksum);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+int main(void) {
+  char* text = read_file(PROJECT_FOLDER "/examples/expected.txt", NULL);
+  struct expected expected[64];
+  struct CMUnitTest tests[64];
+  size_t count = 0;
+  for (char* line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
+    struct expected* e = &expected[count];
+    char total[40];
+    if (line[0] == '#') continue;
+    if (sscanf(line, "%63s %7s %" SCNd64 " %39s %16s", e->id, e->norm, &e->length, total, e->checksum) != 5) return 1;
+    e->total = strtod(total, NULL);
+    tests[count++] = (struct CMUnitTest){e->id, test_episodes, NULL, NULL, e};
+  }
+  free(text);
+  return (int)count != (int)mjenv_id_count() || _cmocka_run_group_tests("episodes", tests, count, NULL, NULL);
+}

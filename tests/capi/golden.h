@@ -1,0 +1,69 @@
+// Recordings of Gymnasium: the files that tests/golden/record.py describes.
+#ifndef MJENV_TESTS_GOLDEN_H
+#define MJENV_TESTS_GOLDEN_H
+
+#include "support.h"
+
+struct golden_option {
+  char name[64];
+  char kind[16];  // integer, reals or string
+  int64_t integer;
+  double reals[4];
+  size_t count;
+  char text[64];
+};
+
+struct golden_field {
+  char name[64];
+  int64_t count;
+  char type[24];
+};
+
+struct golden_array {
+  char name[32];
+  char dtype[3];
+  size_t rows, columns;  // columns is 1 for a vector
+  const void* data;
+};
+
+struct golden {
+  char id[64], norm[8], libm[8];
+  uint64_t seed;
+  struct golden_option options[32];
+  size_t option_count;
+  struct golden_field info[32], reset_info[32];
+  size_t info_count, reset_info_count;
+  struct golden_array arrays[96];
+  size_t array_count;
+  char* bytes;
+};
+
+// Fails the test when the file is not as described, or was recorded with another variant of the C library's functions
+// than this CPU's.
+struct golden* golden_read(const char* path);
+void golden_free(struct golden* golden);
+
+// Fails the test when there is no such array of that dtype.
+const struct golden_array* golden_array(const struct golden* golden, const char* name, const char* dtype);
+
+// The environment as recorded, not yet seeded.
+mjenv_env* golden_create(const struct golden* golden, int64_t rows);
+
+// Steps the one row of env through steps [first, end) of a recording and compares each output. Resets where the
+// recording did; step 0 seeds. False at the first difference, which why then tells. Asserts nothing, so that threads
+// can use it.
+bool golden_replay(const struct golden* golden, mjenv_env* env, size_t first, size_t end, char* why, size_t size);
+// The same with float32 observations, which are the recorded ones rounded to nearest.
+bool golden_replay_narrow(const struct golden* golden, mjenv_env* env, char* why, size_t size);
+size_t golden_steps(const struct golden* golden);
+
+// Row `row` of a float64 array, copied into buffer: the arrays of a file are not aligned.
+const double* golden_row(const struct golden* golden, const char* name, size_t row, double* buffer);
+// Row `row` of the actions, copied into buffer, and its dtype and count.
+const void* golden_action(const struct golden* golden, size_t row, void* buffer, mjenv_dtype* dtype, size_t* count);
+
+// Paths of all *.golden in a folder of tests/golden/, sorted; ends with NULL. To be freed by golden_free_list.
+char** golden_list(const char* folder);
+void golden_free_list(char** paths);
+
+#endif

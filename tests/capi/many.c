@@ -1,0 +1,334 @@
+// What acts on many rows at once: rollouts, send and receive, copies, images of all rows, exported arrays. Rows alone,
+// whose steps the recordings prove, are the measure.
+#include "support.h"
+
+enum { ROWS = 4 };
+
+static mjenv_env* env_with(const char* id, int64_t rows, int64_t threads, const char* arrays) {
+  mjenv_options* options = options_of_id(id);
+  assert_ok(mjenv_options_set_integer(options, "num_threads", threads));
+  assert_ok(mjenv_options_set_string(options, "arrays", arrays));
+  return env_of_options(options, rows);
+}
+
+// rows environments of one row, seeded and reset like the rows of env.
+static void twins_of(mjenv_env* env, const char* id, mjenv_env** twins, uint64_t seed) {
+  seed_rows(env, seed);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int row = 0; row < ROWS; ++row) {
+    twins[row] = env_of_id(id, 1);
+    seed_rows(twins[row], seed + (uint64_t)row);
+    assert_ok(mjenv_reset(twins[row], NULL, NULL));
+  }
+}
+
+static unsigned char* image_of(mjenv_env* env, int64_t row, size_t* size) {
+  assert_ok(mjenv_snapshot(env, row, NULL, 0, size));
+  unsigned char* image = allocate(*size);
+  assert_ok(mjenv_snapshot(env, row, image, *size, size));
+  return image;
+}
+
+static void assert_same_image(mjenv_env* a, int64_t row_a, mjenv_env* b, int64_t row_b) {
+  size_t size_a, size_b;
+  unsigned char *image_a = image_of(a, row_a, &size_a), *image_b = image_of(b, row_b, &size_b);
+  assert_int_equal(size_a, size_b);
+  assert_memory_equal(image_a, image_b, size_a);
+  free(image_a);
+  free(image_b);
+}
+
+static void fill_actions(float* action, size_t count, int salt) {
+  for (size_t i = 0; i < count; ++i) action[i] = (float)((i * 37 + (size_t)salt * 101) % 201) / 100 - 1;
+}
+
+// The info of row `row` of `rows` in field order.
+static void gather_info(const mjenv_env* env, const double* info, int64_t rows, int64_t row, double* to) {
+  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_INFO); ++i) {
+    mjenv_field field = {.struct_size = sizeof field};
+    assert_ok(mjenv_field_at(env, MJENV_INFO, i, &field));
+    memcpy(to + field.offset, info + field.offset * rows + row * field.count, (size_t)field.count * sizeof *to);
+  }
+}
+
+// ---- Rollout ----
+
+struct rollout_case {
+  const char* id;
+  int64_t threads;
+};
+
+static void test_rollout(void** state) {
+  const struct rollout_case* c = *state;
+  enum { STEPS = 60 };
+  mjenv_env *env = env_with(c->id, ROWS, c->threads, ""), *twins[ROWS];
+  twins_of(env, c->id, twins, 3);
+  struct outputs* one = outputs_of(twins[0]);
+  const size_t nu = (size_t)action_count(env), n = (size_t)one->obs_count, k = (size_t)one->info_count;
+  float* action = allocate(ROWS * STEPS * nu * sizeof *action);
+  double *obs = allocate(ROWS * STEPS * n * sizeof *obs), *info = allocate(ROWS * STEPS * k * sizeof *info);
+  double reward[ROWS * STEPS], *gathered = allocate(k * sizeof *gathered);
+  uint8_t terminated[ROWS * STEPS], truncated[ROWS * STEPS];
+  const mjenv_batch batch = {.struct_size = sizeof batch,
+                             .rows = ROWS * STEPS,
+                             .obs_count = one->obs_count,
+                             .info_count = one->info_count,
+                             .obs = obs,
+                             .reward = reward,
+                             .terminated = terminated,
+                             .truncated = truncated,
+                             .info = info};
+  fill_actions(action, ROWS * STEPS * nu, 1);
+  assert_ok(mjenv_rollout(env, action, STEPS, ROWS * STEPS * nu, MJENV_FLOAT32, &batch));
+  for (int row = 0; row < ROWS; ++row) {
+    bool ended = false;
+    for (int t = 0; t < STEPS; ++t) {
+      const int at = row * STEPS + t;
+      gather_info(env, info, ROWS * STEPS, at, gathered);
+      if (ended) {
+        assert_true(reward[at] == 0);
+        for (size_t i = 0; i < k; ++i) assert_true(gathered[i] == 0);
+      } else {
+        assert_ok(mjenv_step(twins[row], action + (size_t)at * nu, nu, MJENV_FLOAT32, &one->step));
+        assert_same_bits("reward", reward + at, one->reward, 1);
+        assert_same_bits("info", gathered, one->info, k);
+      }
+      assert_same_bits("obs", obs + (size_t)at * n, one->obs, n);
+      assert_int_equal(terminated[at], *one->terminated);
+      assert_int_equal(truncated[at], *one->truncated);
+      ended = terminated[at] || truncated[at];
+    }
+    assert_same_image(env, row, twins[row], 0);
+    mjenv_destroy(twins[row]);
+  }
+  const mjenv_batch rows_of_a_step = {.struct_size = sizeof batch, .rows = ROWS};
+  assert_refused(MJENV_E_SIZE, mjenv_rollout(env, action, STEPS, ROWS * nu, MJENV_FLOAT32, NULL), "count");
+  assert_refused(MJENV_E_SIZE, mjenv_rollout(env, action, STEPS, ROWS * STEPS * nu, MJENV_FLOAT32, &rows_of_a_step),
+                 "rows");
+  assert_int_not_equal(mjenv_rollout(env, action, -1, 0, MJENV_FLOAT32, NULL), MJENV_OK);
+  free(action);
+  free(obs);
+  free(info);
+  free(gathered);
+  outputs_free(one);
+  mjenv_destroy(env);
+}
+
+// ---- Send and receive ----
+
+static void test_send_and_receive(void** state) {
+  const struct rollout_case* c = *state;
+  enum { STEPS = 50 };
+  mjenv_env *env = env_with(c->id, ROWS, c->threads, ""), *twins[ROWS];
+  twins_of(env, c->id, twins, 9);
+  struct outputs *out = outputs_of(env), *one = outputs_of(twins[0]);
+  const size_t nu = (size_t)action_count(env), k = (size_t)out->info_count;
+  double* gathered = allocate(k * sizeof *gathered);
+  float action[ROWS * 32];
+  for (int step = 0; step < STEPS; ++step) {
+    // In two parts, and in another order than the rows have.
+    const int64_t order[ROWS] = {2, 0, 3, 1};
+    fill_actions(action, ROWS * nu, step);
+    assert_ok(mjenv_send(env, order, 3, action, 3 * nu, MJENV_FLOAT32, &out->step));
+    assert_ok(mjenv_send(env, order + 3, 1, action + 3 * nu, nu, MJENV_FLOAT32, &out->step));
+    bool reported[ROWS] = {false};
+    for (size_t done = 0; done < ROWS;) {
+      int64_t rows[ROWS];
+      size_t count = 0;
+      assert_ok(mjenv_recv(env, 1, rows, ROWS, &count));
+      assert_true(count >= 1 && done + count <= ROWS);
+      for (size_t i = 0; i < count; ++i) {
+        assert_false(reported[rows[i]]);
+        reported[rows[i]] = true;
+      }
+      done += count;
+    }
+    uint8_t ended[ROWS];
+    for (int i = 0; i < ROWS; ++i) {
+      const int64_t row = order[i];
+      assert_ok(mjenv_step(twins[row], action + (size_t)i * nu, nu, MJENV_FLOAT32, &one->step));
+      gather_info(env, out->info, ROWS, row, gathered);
+      assert_same_bits("obs", out->obs + row * out->obs_count, one->obs, (size_t)out->obs_count);
+      assert_same_bits("reward", out->reward + row, one->reward, 1);
+      assert_same_bits("info", gathered, one->info, k);
+      ended[row] = *one->terminated || *one->truncated;
+      assert_int_equal(ended[row], out->terminated[row] || out->truncated[row]);
+      if (ended[row]) assert_ok(mjenv_reset(twins[row], NULL, NULL));
+    }
+    assert_ok(mjenv_reset(env, ended, NULL));
+  }
+  for (int row = 0; row < ROWS; ++row) {
+    assert_same_image(env, row, twins[row], 0);
+    mjenv_destroy(twins[row]);
+  }
+  free(gathered);
+  outputs_free(out);
+  outputs_free(one);
+  mjenv_destroy(env);
+}
+
+static void test_under_way(void** state) {
+  (void)state;
+  mjenv_env* env = env_with("HalfCheetah-v5", ROWS, 2, "");
+  struct outputs *out = outputs_of(env), *other = outputs_of(env);
+  const float action[ROWS * 6] = {0};
+  int64_t rows[ROWS] = {0, 1, 2, 3};
+  const int64_t wrong[2] = {0, ROWS}, twice[2] = {1, 1};
+  static unsigned char image[10000];
+  const uint8_t mask[ROWS] = {1, 1, 1, 1};
+  const uint64_t seeds[ROWS] = {0};
+  double values[64] = {0};
+  size_t count = 77, size = 0;
+  assert_refused(MJENV_E_STATE, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_FLOAT32, &out->step), "reset");
+  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_FLOAT32, &out->step), "row 4", "0..3");
+  assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_FLOAT32, &out->step), "row 1");
+  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_FLOAT32, &out->step), "count", "11", "12");
+  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
+
+  assert_ok(mjenv_send(env, rows, 2, action, 12, MJENV_FLOAT32, &out->step));
+  assert_refused(MJENV_E_STATE, mjenv_send(env, rows, 1, action, 6, MJENV_FLOAT32, &out->step), "row 0", "under way");
+  assert_refused(MJENV_E_STATE, mjenv_send(env, rows + 2, 1, action, 6, MJENV_FLOAT32, &other->step), "out");
+  assert_refused(MJENV_E_SIZE, mjenv_recv(env, 3, rows, ROWS, &count), "3", "2");
+  assert_refused(MJENV_E_SIZE, mjenv_recv(env, 2, rows, 1, &count), "1", "2");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, ROWS * 6, MJENV_FLOAT32, &other->step), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_reset(env, NULL, &other->reset), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_observe(env, &other->step), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_snapshot(env, 0, image, sizeof image, &size), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_restore(env, 0, image, sizeof image), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_copy_row(env, 0, mask), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_read(env, 0, "qpos", values, COUNT(values), &size), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_set_state(env, 0, values, 9, values, 9), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_simulate(env, 0, values, 6, 1), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_seed(env, seeds, NULL), "under way");
+  assert_true(count == 77 && size == 0);
+  assert_true(outputs_untouched(other));
+  assert_ok(mjenv_recv(env, 2, rows, ROWS, &count));
+  assert_true(count == 2);
+  // Destroyed with rows under way.
+  const int64_t all[ROWS] = {0, 1, 2, 3};
+  assert_ok(mjenv_send(env, all, ROWS, action, ROWS * 6, MJENV_FLOAT32, &out->step));
+  mjenv_destroy(env);
+  outputs_free(out);
+  outputs_free(other);
+}
+
+// ---- Copies and images ----
+
+static void test_copy_row(void** state) {
+  (void)state;
+  mjenv_env* env = env_with("Humanoid-v5", ROWS, 1, "");
+  seed_rows(env, 5);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  float action[ROWS * 17];
+  fill_actions(action, ROWS * 17, 0);
+  for (int step = 0; step < 5; ++step) assert_ok(mjenv_step(env, action, ROWS * 17, MJENV_FLOAT32, NULL));
+  size_t size;
+  unsigned char *kept = image_of(env, 1, &size), *then;
+  const uint8_t mask[ROWS] = {1, 0, 1, 1};
+  assert_refused(MJENV_E_VALUE, mjenv_copy_row(env, ROWS, mask), "row 4", "0..3");
+  assert_refused(MJENV_E_VALUE, mjenv_copy_row(env, -1, mask), "row -1");
+  assert_ok(mjenv_copy_row(env, 2, mask));
+  for (int row = 0; row < ROWS; ++row)
+    if (mask[row]) assert_same_image(env, row, env, 2);
+  then = image_of(env, 1, &size);
+  assert_memory_equal(then, kept, size);
+  free(then);
+  free(kept);
+  mjenv_destroy(env);
+}
+
+static void test_image_of_all_rows(void** state) {
+  (void)state;
+  mjenv_env *first = env_with("HalfCheetah-v5", ROWS, 1, ""), *second = env_with("HalfCheetah-v5", ROWS, 3, "");
+  mjenv_env* shorter = env_with("HalfCheetah-v5", ROWS - 1, 1, "");
+  struct outputs *out = outputs_of(first), *again = outputs_of(second);
+  float action[ROWS * 6];
+  seed_rows(first, 5);
+  assert_ok(mjenv_reset(first, NULL, NULL));
+  for (int step = 0; step < 5; ++step) {
+    fill_actions(action, COUNT(action), step);
+    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_FLOAT32, NULL));
+  }
+  size_t size;
+  unsigned char* image = image_of(first, MJENV_ALL_ROWS, &size);
+  assert_ok(mjenv_restore(second, MJENV_ALL_ROWS, image, size));
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(shorter, MJENV_ALL_ROWS, image, size), "image");
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(second, 0, image, size), "image");
+  for (int step = 0; step < 5; ++step) {
+    fill_actions(action, COUNT(action), 50 + step);
+    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_FLOAT32, &out->step));
+    assert_ok(mjenv_step(second, action, COUNT(action), MJENV_FLOAT32, &again->step));
+    assert_same_bits("obs", again->obs, out->obs, (size_t)(ROWS * out->obs_count));
+    assert_same_bits("reward", again->reward, out->reward, ROWS);
+  }
+  for (size_t i = 0; i < size; i += 7) {
+    image[i] ^= 1;
+    assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(second, MJENV_ALL_ROWS, image, size), "image");
+    image[i] ^= 1;
+  }
+  free(image);
+  outputs_free(out);
+  outputs_free(again);
+  mjenv_destroy(first);
+  mjenv_destroy(second);
+  mjenv_destroy(shorter);
+}
+
+// ---- Arrays with each step ----
+
+static void test_arrays(void** state) {
+  (void)state;
+  mjenv_env* env = env_with("Ant-v5", ROWS, 2, "xpos cfrc_ext time");
+  assert_int_equal(mjenv_field_count(env, MJENV_ARRAYS), 3);
+  const int64_t count = role_count(env, MJENV_ARRAYS);
+  assert_true(count == 42 + 84 + 1);
+  double* arrays = allocate((size_t)(ROWS * count) * sizeof *arrays);
+  mjenv_batch batch = {.struct_size = sizeof batch, .rows = ROWS, .arrays_count = count, .arrays = arrays};
+  float action[ROWS * 8];
+  seed_rows(env, 5);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int step = 0; step < 20; ++step) {
+    fill_actions(action, COUNT(action), step);
+    assert_ok(mjenv_step(env, action, COUNT(action), MJENV_FLOAT32, &batch));
+    for (int64_t i = 0; i < 3; ++i) {
+      mjenv_field field = {.struct_size = sizeof field};
+      assert_ok(mjenv_field_at(env, MJENV_ARRAYS, i, &field));
+      for (int row = 0; row < ROWS; ++row) {
+        double* want = read_array(env, row, field.name, NULL);
+        assert_same_bits(field.name, arrays + field.offset * ROWS + row * field.count, want, (size_t)field.count);
+        free(want);
+      }
+    }
+  }
+  free(arrays);
+  mjenv_destroy(env);
+
+  mjenv_options* options = options_of_id("Ant-v5");
+  mjenv_env* none = NULL;
+  assert_ok(mjenv_options_set_string(options, "arrays", "xpos x_pos"));
+  assert_int_not_equal(mjenv_create(options, 1, &none), MJENV_OK);
+  assert_non_null(strstr(mjenv_last_error(), "x_pos"));
+  assert_null(none);
+  mjenv_options_destroy(options);
+}
+
+int main(void) {
+  static struct rollout_case cases[] = {{"Hopper-v5", 1}, {"Ant-v4", 1}, {"Reacher-v5", 3}, {"Humanoid-v5", 2}};
+  const struct CMUnitTest tests[] = {
+      {"rollout of Hopper-v5", test_rollout, NULL, NULL, &cases[0]},
+      {"rollout of Ant-v4", test_rollout, NULL, NULL, &cases[1]},
+      {"rollout of Reacher-v5, 3 threads", test_rollout, NULL, NULL, &cases[2]},
+      {"rollout of Humanoid-v5, 2 threads", test_rollout, NULL, NULL, &cases[3]},
+      {"send and receive of Hopper-v5", test_send_and_receive, NULL, NULL, &cases[0]},
+      {"send and receive of Reacher-v5, 3 threads", test_send_and_receive, NULL, NULL, &cases[2]},
+      {"send and receive of Humanoid-v5, 2 threads", test_send_and_receive, NULL, NULL, &cases[3]},
+      cmocka_unit_test(test_under_way),
+      cmocka_unit_test(test_copy_row),
+      cmocka_unit_test(test_image_of_all_rows),
+      cmocka_unit_test(test_arrays),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

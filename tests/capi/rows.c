@@ -1,0 +1,297 @@
+// Many rows in one environment are as many environments of one row, whatever is read in between.
+#include "golden.h"
+
+enum { ROWS = 5, STEPS = 60 };
+
+// A fixed sequence of small numbers, to mix rows, masks and arrays.
+static uint32_t mixed(uint32_t below) {
+  static uint64_t state = 1;
+  state = state * 6364136223846793005u + 1442695040888963407u;
+  return (uint32_t)(state >> 33) % below;
+}
+
+struct pair {
+  mjenv_env *many, *single[ROWS];
+  struct outputs *out, *single_out[ROWS];
+  size_t nu;
+};
+
+// The id, then the threads that step many rows.
+static struct pair* pair_of(const char* text) {
+  struct pair* p = allocate(sizeof *p);
+  char id[64];
+  int threads = 0;
+  assert_int_equal(sscanf(text, "%63s with %d", id, &threads), 2);
+  mjenv_options* options = options_of_id(id);
+  assert_ok(mjenv_options_set_integer(options, "num_threads", threads));
+  p->many = env_of_options(options, ROWS);
+  p->out = outputs_of(p->many);
+  p->nu = (size_t)action_count(p->many);
+  assert_true(mjenv_rows(p->many) == ROWS);
+  for (int row = 0; row < ROWS; ++row) {
+    p->single[row] = env_of_id(id, 1);
+    p->single_out[row] = outputs_of(p->single[row]);
+  }
+  return p;
+}
+
+static void pair_free(struct pair* p) {
+  for (int row = 0; row < ROWS; ++row) {
+    outputs_free(p->single_out[row]);
+    mjenv_destroy(p->single[row]);
+  }
+  outputs_free(p->out);
+  mjenv_destroy(p->many);
+  free(p);
+}
+
+static void assert_same_row(const struct pair* p, mjenv_role role, int row) {
+  const size_t count = outputs_row_count(p->out);
+  double *got = allocate(count * sizeof *got), *want = allocate(count * sizeof *want);
+  outputs_row(p->many, p->out, role, row, got);
+  outputs_row(p->single[row], p->single_out[row], role, 0, want);
+  char what[32];
+  snprintf(what, sizeof what, "row %d, output", row);
+  assert_same_bits(what, got, want, count);
+  free(got);
+  free(want);
+}
+
+// How many elements mean something. MuJoCo's own scratch has leftovers; so have arrays with a row per constraint behind
+// the first nefc rows.
+static size_t written(const struct pair* p, const mjenv_field* field, int row) {
+  static const char* const scratch[] = {"efc_AR", "efc_JT", "efc_J_", "qH", "qDeriv", "qLU"};
+  for (size_t i = 0; i < COUNT(scratch); ++i)
+    if (strncmp(field->name, scratch[i], strlen(scratch[i])) == 0) return 0;
+  if (strncmp(field->name, "efc_", 4) != 0) return (size_t)field->count;
+  double* nefc = read_array(p->single[row], 0, "nefc", NULL);
+  const size_t count = (size_t)(*nefc) * (size_t)(field->count / field->shape[0]);
+  free(nefc);
+  return count;
+}
+
+static void assert_same_array(const struct pair* p, const mjenv_field* field, int row) {
+  const char* name = field->name;
+  size_t got_count, want_count;
+  double *got = read_array(p->many, row, name, &got_count), *want = read_array(p->single[row], 0, name, &want_count);
+  assert_int_equal(got_count, want_count);
+  const size_t count = written(p, field, row);
+  char what[64];
+  snprintf(what, sizeof what, "row %d, %s", row, name);
+  assert_same_bits(what, got, want, count);
+  free(got);
+  free(want);
+}
+
+static void seed_some(struct pair* p, const uint8_t* mask) {
+  uint64_t seeds[ROWS];
+  for (int row = 0; row < ROWS; ++row) {
+    seeds[row] = ((uint64_t)mixed(1000) << 40) + mixed(1000);
+    if (!mask || mask[row]) assert_ok(mjenv_seed(p->single[row], &seeds[row], NULL));
+  }
+  assert_ok(mjenv_seed(p->many, seeds, mask));
+}
+
+// Rows outside the mask keep the pattern.
+static void reset_some(struct pair* p, const uint8_t* mask) {
+  outputs_soil(p->out);
+  struct outputs* soiled = outputs_of(p->many);
+  assert_ok(mjenv_reset(p->many, mask, &p->out->reset));
+  for (int row = 0; row < ROWS; ++row) {
+    if (!mask || mask[row]) {
+      assert_ok(mjenv_reset(p->single[row], NULL, &p->single_out[row]->reset));
+      assert_same_row(p, MJENV_RESET_INFO, row);
+      continue;
+    }
+    assert_memory_equal(p->out->obs + row * p->out->obs_count, soiled->obs, (size_t)p->out->obs_count * sizeof(double));
+    assert_memory_equal(p->out->reward + row, soiled->reward, sizeof(double));
+    assert_int_equal(p->out->terminated[row], soiled->terminated[row]);
+    assert_int_equal(p->out->truncated[row], soiled->truncated[row]);
+    assert_int_equal(p->out->status[row], soiled->status[row]);
+  }
+  outputs_free(soiled);
+}
+
+static void step_all(struct pair* p, bool narrow) {
+  double wide[ROWS * 32];
+  float samples[ROWS * 32];
+  for (size_t i = 0; i < ROWS * p->nu; ++i) wide[i] = samples[i] = (float)mixed(2001) / 1000 - 1;
+  const mjenv_dtype dtype = narrow ? MJENV_FLOAT32 : MJENV_FLOAT64;
+  assert_ok(mjenv_step(p->many, narrow ? (const void*)samples : wide, ROWS * p->nu, dtype, &p->out->step));
+  for (int row = 0; row < ROWS; ++row) {
+    const void* action = narrow ? (const void*)(samples + row * p->nu) : wide + row * p->nu;
+    assert_ok(mjenv_step(p->single[row], action, p->nu, dtype, &p->single_out[row]->step));
+    assert_same_row(p, MJENV_INFO, row);
+  }
+}
+
+static mjenv_field data_field(const struct pair* p, int64_t index) {
+  mjenv_field field = {.struct_size = sizeof field};
+  assert_ok(mjenv_field_at(p->many, MJENV_DATA, index, &field));
+  return field;
+}
+
+static int64_t data_index(const struct pair* p, const char* name) {
+  int64_t index = 0;
+  while (strcmp(data_field(p, index).name, name) != 0) ++index;
+  return index;
+}
+
+static void test_rows(void** state) {
+  struct pair* p = pair_of(*state);
+  seed_some(p, NULL);
+  reset_some(p, NULL);
+  const int64_t arrays = mjenv_field_count(p->many, MJENV_DATA);
+  const mjenv_field xpos = data_field(p, data_index(p, "xpos")), cfrc_ext = data_field(p, data_index(p, "cfrc_ext"));
+  for (int step = 0; step < STEPS; ++step) {
+    step_all(p, step % 2);
+    uint8_t ended[ROWS], any = 0;
+    for (int row = 0; row < ROWS; ++row)
+      any |= ended[row] = p->out->terminated[row] || p->out->truncated[row] || mixed(20) == 0;
+    for (int read = 0; read < 3; ++read) {
+      const mjenv_field any_field = data_field(p, mixed((uint32_t)arrays));
+      assert_same_array(p, &any_field, (int)mixed(ROWS));
+      assert_same_array(p, &xpos, (int)mixed(ROWS));
+      assert_same_array(p, &cfrc_ext, (int)mixed(ROWS));
+    }
+    if (step % 16 == 7) seed_some(p, ended);
+    if (any) reset_some(p, ended);
+  }
+  pair_free(p);
+}
+
+// After a step and after a reset, each array of each row, in an order that leaves no row in the work space for long.
+static void test_every_array(void** state) {
+  struct pair* p = pair_of(*state);
+  seed_some(p, NULL);
+  reset_some(p, NULL);
+  for (int step = 0; step < 3; ++step) step_all(p, true);
+  const uint8_t mask[ROWS] = {0, 0, 1, 0, 0};
+  reset_some(p, mask);
+  for (int64_t i = 0; i < mjenv_field_count(p->many, MJENV_DATA); ++i) {
+    const mjenv_field field = data_field(p, i);
+    for (int row = 0; row < ROWS; ++row) assert_same_array(p, &field, row * 2 % ROWS);
+  }
+  pair_free(p);
+}
+
+static void test_observe(void** state) {
+  struct pair* p = pair_of(*state);
+  seed_some(p, NULL);
+  reset_some(p, NULL);
+  for (int step = 0; step < 5; ++step) step_all(p, false);
+  const size_t count = (size_t)(ROWS * p->out->obs_count);
+  double* seen = allocate(count * sizeof *seen);
+  float* narrow = allocate(count * sizeof *narrow);
+  mjenv_batch batch = {.struct_size = sizeof batch, .rows = ROWS, .obs_count = p->out->obs_count, .obs = seen};
+  assert_ok(mjenv_observe(p->many, &batch));
+  assert_same_bits("observation", seen, p->out->obs, count);
+  batch.obs = narrow;
+  batch.obs_dtype = MJENV_FLOAT32;
+  assert_ok(mjenv_observe(p->many, &batch));
+  for (size_t i = 0; i < count; ++i) assert_true(narrow[i] == (float)seen[i]);
+  free(seen);
+  free(narrow);
+  pair_free(p);
+}
+
+// Each output alone is the same as all together.
+static void test_single_outputs(void** state) {
+  struct pair* p = pair_of(*state);
+  struct outputs* alone = outputs_of(p->many);
+  for (int kept = 0; kept < 6; ++kept) {
+    seed_some(p, NULL);
+    reset_some(p, NULL);
+    step_all(p, true);
+    size_t size = 0;
+    double* image = NULL;
+    for (int row = 0; row < ROWS; ++row) {
+      assert_ok(mjenv_snapshot(p->single[row], 0, NULL, 0, &size));
+      image = allocate(size);
+      assert_ok(mjenv_snapshot(p->single[row], 0, image, size, &size));
+      assert_ok(mjenv_restore(p->many, row, image, size));
+      free(image);
+    }
+    const double action[ROWS * 32] = {0.25, -0.5};
+    mjenv_batch batch = alone->step;
+    if (kept != 0) batch.obs = NULL;
+    if (kept != 1) batch.reward = NULL;
+    if (kept != 2) batch.terminated = NULL;
+    if (kept != 3) batch.truncated = NULL;
+    if (kept != 4) batch.info = NULL;
+    if (kept != 5) batch.status = NULL;
+    outputs_soil(alone);
+    assert_ok(mjenv_step(p->many, action, ROWS * p->nu, MJENV_FLOAT64, &batch));
+    for (int row = 0; row < ROWS; ++row) {
+      const struct outputs* want = p->single_out[row];
+      assert_ok(mjenv_step(p->single[row], action + row * p->nu, p->nu, MJENV_FLOAT64, &want->step));
+      if (kept == 0) assert_same_bits("obs", alone->obs + row * want->obs_count, want->obs, (size_t)want->obs_count);
+      if (kept == 1) assert_same_bits("reward", alone->reward + row, want->reward, 1);
+      if (kept == 2) assert_int_equal(alone->terminated[row], *want->terminated);
+      if (kept == 3) assert_int_equal(alone->truncated[row], *want->truncated);
+      if (kept == 5) assert_int_equal(alone->status[row], *want->status);
+    }
+    for (int64_t i = 0; kept == 4 && i < mjenv_field_count(p->many, MJENV_INFO); ++i) {
+      mjenv_field field = {.struct_size = sizeof field};
+      assert_ok(mjenv_field_at(p->many, MJENV_INFO, i, &field));
+      for (int row = 0; row < ROWS; ++row)
+        assert_same_bits(field.name, alone->info + field.offset * ROWS + row * field.count,
+                         p->single_out[row]->info + field.offset, (size_t)field.count);
+    }
+  }
+  outputs_free(alone);
+  pair_free(p);
+}
+
+// Samples of many rows are one stream, row by row: as Gymnasium's action space of a vector environment draws them.
+static void test_samples(void** state) {
+  (void)state;
+  mjenv_env *many = env_of_id("Ant-v5", 3), *single = env_of_id("Ant-v5", 1);
+  float got[24], want[24];
+  assert_ok(mjenv_seed_actions(many, 7));
+  assert_ok(mjenv_seed_actions(single, 7));
+  assert_ok(mjenv_sample_actions(many, got, 24));
+  for (int row = 0; row < 3; ++row) assert_ok(mjenv_sample_actions(single, want + 8 * row, 8));
+  assert_memory_equal(got, want, sizeof got);
+  mjenv_destroy(many);
+  mjenv_destroy(single);
+}
+
+static void test_unseeded_rows_differ(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("HalfCheetah-v5", 2);
+  struct outputs* out = outputs_of(env);
+  assert_ok(mjenv_reset(env, NULL, &out->reset));
+  assert_memory_not_equal(out->obs, out->obs + out->obs_count, (size_t)out->obs_count * sizeof(double));
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+#define OF(test, id, threads) \
+  { #test " of " id " with " #threads, test, NULL, NULL, (void*)(uintptr_t)(id " with " #threads) }
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      OF(test_rows, "Ant-v5", 1),
+      OF(test_rows, "Ant-v5", 3),
+      OF(test_rows, "HalfCheetah-v4", 1),
+      OF(test_rows, "Humanoid-v5", 2),
+      OF(test_rows, "HumanoidStandup-v4", 1),
+      OF(test_rows, "InvertedDoublePendulum-v5", 1),
+      OF(test_rows, "Pusher-v4", 1),
+      OF(test_rows, "Reacher-v4", 1),
+      OF(test_rows, "Walker2d-v5", 8),
+      OF(test_every_array, "Ant-v4", 1),
+      OF(test_every_array, "HalfCheetah-v5", 1),
+      OF(test_every_array, "HumanoidStandup-v5", 2),
+      OF(test_every_array, "Pusher-v5", 1),
+      OF(test_every_array, "Swimmer-v5", 1),
+      OF(test_observe, "Humanoid-v4", 1),
+      OF(test_observe, "Reacher-v5", 1),
+      OF(test_single_outputs, "Humanoid-v5", 2),
+      OF(test_single_outputs, "HalfCheetah-v5", 1),
+      cmocka_unit_test(test_samples),
+      cmocka_unit_test(test_unseeded_rows_differ),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,161 @@
+// Ids, specs, spaces, fields and named objects, as Gymnasium declares them.
+#include <math.h>
+
+#include "schema.h"
+
+static mjenv_field field_at(const mjenv_env* env, mjenv_role role, int64_t index) {
+  mjenv_field field = {.struct_size = sizeof field};
+  assert_ok(mjenv_field_at(env, role, index, &field));
+  return field;
+}
+
+static void assert_spec(const struct schema_id* id) {
+  mjenv_spec spec = {.struct_size = sizeof spec};
+  assert_ok(mjenv_spec_of(id->id, &spec));
+  assert_string_equal(spec.id, id->id);
+  assert_int_equal(spec.version, id->id[strlen(id->id) - 1] - '0');
+  assert_true(strncmp(spec.robot, id->id, strlen(spec.robot)) == 0);
+  assert_int_equal(strlen(spec.robot), strlen(id->id) - strlen("-v5"));
+  assert_true(spec.max_episode_steps == id->max_episode_steps);
+  assert_int_equal(isnan(spec.reward_threshold), isnan(id->reward_threshold));
+  if (!isnan(id->reward_threshold)) assert_same_bits("threshold", &spec.reward_threshold, &id->reward_threshold, 1);
+}
+
+static void assert_space(const mjenv_env* env, mjenv_role role, const struct schema_space* want) {
+  mjenv_space space = {.struct_size = sizeof space};
+  assert_ok(mjenv_space_of(env, role, &space));
+  assert_int_equal(space.dtype, want->dtype);
+  assert_true(space.count == want->count);
+  for (int64_t i = 0; i < space.count; ++i) {
+    assert_same_bits("low", space.low + i, &want->low[want->low_count == 1 ? 0 : i], 1);
+    assert_same_bits("high", space.high + i, &want->high[want->high_count == 1 ? 0 : i], 1);
+  }
+}
+
+static void assert_fields(const mjenv_env* env, mjenv_role role, const struct schema_field* want, size_t count) {
+  assert_int_equal(mjenv_field_count(env, role), count);
+  int64_t offset = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const mjenv_field field = field_at(env, role, (int64_t)i);
+    assert_string_equal(field.name, want[i].name);
+    assert_true(field.count == want[i].count);
+    if (want[i].type) {
+      assert_int_equal(field.type, want[i].type);
+      assert_int_equal(field.ndim, field.count == 1 ? 0 : 1);
+      assert_true(field.ndim == 0 || field.shape[0] == field.count);
+      assert_true(field.offset == offset);
+    }
+    offset += field.count;
+  }
+}
+
+// The terms fill the observation, and are those of observation_structure that are not empty.
+static void assert_observation_terms(const mjenv_env* env, const struct schema_id* id) {
+  int64_t offset = 0, next = 0;
+  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_OBSERVATION); ++i) {
+    const mjenv_field field = field_at(env, MJENV_OBSERVATION, i);
+    assert_true(field.offset == offset);
+    assert_int_equal(field.type, MJENV_NUMPY_FLOAT64);
+    offset += field.count;
+    if (id->structure_count == 0) continue;
+    while (id->structure[next].count == 0 || strcmp(id->structure[next].name, "skipped_qpos") == 0) ++next;
+    assert_string_equal(field.name, id->structure[next].name);
+    assert_true(field.count == id->structure[next].count);
+    ++next;
+  }
+  assert_true(offset == id->observation.count);
+}
+
+static void assert_actions(const mjenv_env* env, const struct schema_id* id) {
+  assert_true(mjenv_field_count(env, MJENV_ACTION) == id->action.count);
+  for (int64_t i = 0; i < id->action.count; ++i) {
+    const mjenv_field field = field_at(env, MJENV_ACTION, i);
+    assert_true(field.offset == i && field.count == 1 && field.ndim == 0);
+    assert_int_equal(field.type, MJENV_ACTION_DTYPE);
+    assert_true(field.name[0] != '\0');
+  }
+}
+
+static void assert_time(mjenv_env* env, const struct schema_id* id) {
+  double* timestep = read_array(env, 0, "opt.timestep", NULL);
+  const double dt = *timestep * (double)mjenv_frame_skip(env);
+  assert_true(mjenv_frame_skip(env) == id->frame_skip);
+  assert_same_bits("dt", &dt, &id->dt, 1);
+  assert_true((int64_t)nearbyint(1 / dt) == id->render_fps);
+  free(timestep);
+}
+
+static void assert_arrays(mjenv_env* env, mjenv_role role) {
+  assert_true(mjenv_field_count(env, role) > 50);
+  for (int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
+    const mjenv_field field = field_at(env, role, i);
+    size_t count = 0;
+    free(read_array(env, 0, field.name, &count));
+    assert_int_equal(count, field.count);
+    int64_t product = 1;
+    for (int32_t k = 0; k < field.ndim; ++k) product *= field.shape[k];
+    assert_true(product == field.count);
+  }
+}
+
+static void test_id(void** state) {
+  const struct schema_id* id = *state;
+  assert_spec(id);
+  mjenv_env* env = env_of_id(id->id, 1);
+  assert_space(env, MJENV_OBSERVATION, &id->observation);
+  assert_space(env, MJENV_ACTION, &id->action);
+  assert_fields(env, MJENV_INFO, id->info, id->info_count);
+  assert_fields(env, MJENV_RESET_INFO, id->reset_info, id->reset_info_count);
+  assert_fields(env, MJENV_STRUCTURE, id->structure, id->structure_count);
+  assert_observation_terms(env, id);
+  assert_actions(env, id);
+  assert_int_equal(mjenv_field_count(env, MJENV_REWARD), 1);
+  assert_int_equal(field_at(env, MJENV_REWARD, 0).type, id->reward);
+  assert_time(env, id);
+  assert_arrays(env, MJENV_DATA);
+  assert_arrays(env, MJENV_MODEL);
+  mjenv_destroy(env);
+}
+
+static void test_list_of_ids(void** state) {
+  const struct schema* schema = *state;
+  assert_int_equal(mjenv_id_count(), schema->count);
+  for (size_t i = 0; i < schema->count; ++i) assert_string_equal(mjenv_id_at((int64_t)i), schema->ids[i].id);
+  assert_null(mjenv_id_at(-1));
+  assert_null(mjenv_id_at((int64_t)schema->count));
+}
+
+static void test_objects(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Pusher-v5", 1);
+  const char* const types[] = {"body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor", "light"};
+  const char* const counts[] = {"nbody", "njnt", "ngeom", "nsite", "ncam", "nu", "ntendon", "nsensor", "nlight"};
+  for (size_t i = 0; i < COUNT(types); ++i) {
+    double* count = read_array(env, 0, counts[i], NULL);
+    for (int64_t k = 0; k < (int64_t)*count; ++k) {
+      const char* name = NULL;
+      int64_t index = -1;
+      assert_ok(mjenv_object_name(env, types[i], k, &name));
+      if (name[0] == '\0') continue;
+      assert_ok(mjenv_object_index(env, types[i], name, &index));
+      assert_true(index == k);
+    }
+    free(count);
+  }
+  int64_t index = -1;
+  assert_ok(mjenv_object_index(env, "body", "world", &index));
+  assert_true(index == 0);
+  mjenv_destroy(env);
+}
+
+int main(void) {
+  struct schema* schema = schema_read();
+  struct CMUnitTest tests[schema->count + 2];
+  tests[0] = (struct CMUnitTest){"list_of_ids", test_list_of_ids, NULL, NULL, schema};
+  tests[1] = (struct CMUnitTest)cmocka_unit_test(test_objects);
+  for (size_t i = 0; i < schema->count; ++i)
+    tests[i + 2] = (struct CMUnitTest){schema->ids[i].id, test_id, NULL, NULL, &schema->ids[i]};
+  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+  free(schema);
+  return failed;
+}

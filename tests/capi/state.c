@@ -1,0 +1,316 @@
+// One row's state: arrays by name, set_state, simulate, snapshots, streams.
+#include "golden.h"
+
+enum { RESET, STEP, SET_STATE, SIMULATE, FRAMES = 3 };
+
+// ---- Against Gymnasium ----
+
+static void follow_stage(const struct golden* golden, mjenv_env* env, struct outputs* out, size_t stage) {
+  double action[64], qpos[64], qvel[64], ctrl[64];
+  mjenv_dtype dtype;
+  size_t nu;
+  golden_action(golden, stage, action, &dtype, &nu);
+  switch (((const uint8_t*)golden_array(golden, "stage", "u1")->data)[stage]) {
+    case RESET: assert_ok(mjenv_reset(env, NULL, &out->reset)); break;
+    case STEP: assert_ok(mjenv_step(env, action, nu, dtype, &out->step)); break;
+    case SET_STATE:
+      golden_row(golden, "set_qpos", stage, qpos);
+      golden_row(golden, "set_qvel", stage, qvel);
+      assert_ok(mjenv_set_state(env, 0, qpos, golden_array(golden, "set_qpos", "f8")->columns, qvel,
+                                golden_array(golden, "set_qvel", "f8")->columns));
+      break;
+    case SIMULATE:
+      assert_int_equal(dtype, MJENV_FLOAT32);
+      for (size_t i = 0; i < nu; ++i) ctrl[i] = ((const float*)(const void*)action)[i];
+      assert_ok(mjenv_simulate(env, 0, ctrl, nu, FRAMES));
+      break;
+  }
+}
+
+// Gymnasium leaves these as the last step left them when set_state follows; here they are 0 then.
+static bool stale_after_set_state(const char* recorded) {
+  return strcmp(recorded, "data.cacc") == 0 || strcmp(recorded, "data.cfrc_int") == 0 ||
+         strcmp(recorded, "data.cfrc_ext") == 0;
+}
+
+static void assert_array(const struct golden* golden, mjenv_env* env, const char* recorded, size_t row) {
+  double* want = allocate(1000 * sizeof *want);
+  size_t count = 0;
+  double* got = read_array(env, 0, strchr(recorded, '.') + 1, &count);
+  char what[96];
+  snprintf(what, sizeof what, "stage %zu, %s", row, recorded);
+  assert_int_equal(count, golden_array(golden, recorded, "f8")->columns);
+  assert_same_bits(what, got, golden_row(golden, recorded, row, want), count);
+  free(got);
+  free(want);
+}
+
+static void test_recorded(void** state) {
+  struct golden* golden = golden_read(*state);
+  mjenv_env* env = golden_create(golden, 1);
+  struct outputs* out = outputs_of(env);
+  double want[512];
+  assert_ok(mjenv_seed(env, &golden->seed, NULL));
+  const struct golden_array* stages = golden_array(golden, "stage", "u1");
+  for (size_t stage = 0; stage < stages->rows; ++stage) {
+    follow_stage(golden, env, out, stage);
+    const int kind = ((const uint8_t*)stages->data)[stage];
+    if (kind == STEP) {
+      assert_same_bits("reward", out->reward, golden_row(golden, "reward", stage, want), 1);
+      assert_same_bits("info", out->info, golden_row(golden, "info", stage, want), (size_t)out->info_count);
+    }
+    assert_ok(mjenv_observe(env, &out->step));
+    char what[32];
+    snprintf(what, sizeof what, "stage %zu, obs", stage);
+    assert_same_bits(what, out->obs, golden_row(golden, "obs", stage, want), (size_t)out->obs_count);
+    for (size_t i = 0; i < golden->array_count; ++i) {
+      const char* name = golden->arrays[i].name;
+      if (strncmp(name, "data.", 5) != 0 || (kind == SET_STATE && stale_after_set_state(name))) continue;
+      assert_array(golden, env, name, stage);
+    }
+  }
+  for (size_t i = 0; i < golden->array_count; ++i)
+    if (strncmp(golden->arrays[i].name, "model.", 6) == 0) assert_array(golden, env, golden->arrays[i].name, 0);
+  outputs_free(out);
+  mjenv_destroy(env);
+  golden_free(golden);
+}
+
+// ---- Images of rows ----
+
+struct image {
+  size_t size;
+  unsigned char* bytes;
+};
+
+static struct image image_of(mjenv_env* env, int64_t row) {
+  struct image image = {0, NULL};
+  assert_ok(mjenv_snapshot(env, row, NULL, 0, &image.size));
+  image.bytes = allocate(image.size);
+  size_t size = 0;
+  assert_ok(mjenv_snapshot(env, row, image.bytes, image.size, &size));
+  assert_int_equal(size, image.size);
+  return image;
+}
+
+static const char* const recordings[] = {"Ant-v5",    "HalfCheetah-v5", "Humanoid-v4", "InvertedPendulum-v5",
+                                         "Pusher-v4", "Reacher-v4",     "Walker2d-v5"};
+
+static struct golden* recording_of(const char* id) {
+  char path[512];
+  snprintf(path, sizeof path, PROJECT_FOLDER "/tests/golden/trajectories/%s.golden", id);
+  return golden_read(path);
+}
+
+// From the middle of an episode in another environment, over the resets that follow.
+static void test_continue(void** state) {
+  (void)state;
+  char why[512];
+  for (size_t i = 0; i < COUNT(recordings); ++i) {
+    struct golden* golden = recording_of(recordings[i]);
+    const size_t steps = golden_steps(golden), middle = steps / 4;
+    mjenv_env *first = golden_create(golden, 1), *second = golden_create(golden, 1);
+    if (!golden_replay(golden, first, 0, middle, why, sizeof why)) fail_msg("%s", why);
+    struct image image = image_of(first, 0);
+    mjenv_destroy(first);
+    seed_rows(second, 999);
+    assert_ok(mjenv_reset(second, NULL, NULL));
+    assert_ok(mjenv_restore(second, 0, image.bytes, image.size));
+    if (!golden_replay(golden, second, middle, steps, why, sizeof why)) fail_msg("%s", why);
+    // And once more.
+    assert_ok(mjenv_restore(second, 0, image.bytes, image.size));
+    if (!golden_replay(golden, second, middle, steps, why, sizeof why)) fail_msg("%s", why);
+    mjenv_destroy(second);
+    free(image.bytes);
+    golden_free(golden);
+  }
+}
+
+// The arrays that MuJoCo derived in the last step follow a row into another environment.
+static void test_derived_arrays(void** state) {
+  (void)state;
+  static const char* const arrays[] = {"time", "qpos",     "qvel",          "xpos", "cinert",
+                                       "cvel", "cfrc_ext", "qfrc_actuator", "ctrl"};
+  char why[512];
+  for (size_t i = 0; i < COUNT(recordings); ++i) {
+    struct golden* golden = recording_of(recordings[i]);
+    mjenv_env *first = golden_create(golden, 1), *second = golden_create(golden, 3);
+    if (!golden_replay(golden, first, 0, 10, why, sizeof why)) fail_msg("%s", why);
+    struct image image = image_of(first, 0);
+    assert_ok(mjenv_restore(second, 1, image.bytes, image.size));
+    struct image copy = image_of(second, 1);
+    assert_int_equal(copy.size, image.size);
+    assert_memory_equal(copy.bytes, image.bytes, image.size);
+    for (size_t k = 0; k < COUNT(arrays); ++k) {
+      size_t count = 0;
+      double *want = read_array(first, 0, arrays[k], &count), *got = read_array(second, 1, arrays[k], NULL);
+      assert_same_bits(arrays[k], got, want, count);
+      free(want);
+      free(got);
+    }
+    free(image.bytes);
+    free(copy.bytes);
+    mjenv_destroy(first);
+    mjenv_destroy(second);
+    golden_free(golden);
+  }
+}
+
+// A row that was never reset, and one whose episode has ended, are so after their return, too.
+static void test_condition_is_kept(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("InvertedPendulum-v5", 2);
+  const double action[2] = {3, 3}, fallen[2] = {0, 1.5}, qvel[2] = {0, 0};
+  struct image fresh = image_of(env, 0);
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_set_state(env, 1, fallen, 2, qvel, 2));
+  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, NULL));
+  struct image ended = image_of(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_restore(env, 0, fresh.bytes, fresh.size));
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_FLOAT64, NULL), "row 0", "reset");
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_restore(env, 1, ended.bytes, ended.size));
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_FLOAT64, NULL), "row 1", "ended");
+  free(fresh.bytes);
+  free(ended.bytes);
+  mjenv_destroy(env);
+}
+
+// The step count travels too: truncation comes when it was due.
+static void test_step_count_is_kept(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Reacher-v5", 1);
+  struct outputs* out = outputs_of(env);
+  const float action[2] = {0.1f, 0};
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int step = 0; step < 48; ++step) assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT32, NULL));
+  struct image image = image_of(env, 0);
+  for (int time = 0; time < 2; ++time) {
+    assert_ok(mjenv_restore(env, 0, image.bytes, image.size));
+    assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT32, &out->step));
+    assert_false(*out->truncated);
+    assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT32, &out->step));
+    assert_true(*out->truncated);
+  }
+  free(image.bytes);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+// A change of any byte is found, and the row goes on as if nothing had been tried.
+static void test_damaged(void** state) {
+  (void)state;
+  struct golden* golden = recording_of("Hopper-v5");
+  mjenv_env* env = golden_create(golden, 1);
+  char why[512];
+  if (!golden_replay(golden, env, 0, 10, why, sizeof why)) fail_msg("%s", why);
+  struct image image = image_of(env, 0);
+  for (size_t i = 0; i < image.size; ++i) {
+    for (int bit = 0; bit < 8; bit += 7) {
+      image.bytes[i] ^= (unsigned char)(1 << bit);
+      assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image.bytes, image.size), "image");
+      image.bytes[i] ^= (unsigned char)(1 << bit);
+    }
+    assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image.bytes, i), "image");
+  }
+  unsigned char* longer = allocate(image.size + 8);
+  memset(longer, 0, image.size + 8);
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, longer, image.size), "image");
+  memcpy(longer, image.bytes, image.size);
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, longer, image.size + 8), "image");
+  if (!golden_replay(golden, env, 10, golden_steps(golden), why, sizeof why)) fail_msg("%s", why);
+  free(longer);
+  free(image.bytes);
+  mjenv_destroy(env);
+  golden_free(golden);
+}
+
+static void test_of_another(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Hopper-v5", 1);
+  struct image image = image_of(env, 0);
+  mjenv_options *weight = options_of_id("Hopper-v5"), *model = options_of_id("Hopper-v5"),
+                *same = options_of_id("Hopper-v5");
+  const double heavy = 1.25;
+  assert_ok(mjenv_options_set_reals(weight, "forward_reward_weight", &heavy, 1));
+  assert_ok(mjenv_options_set_string(model, "xml_file", "walker2d.xml"));
+  mjenv_env* others[] = {env_of_id("Hopper-v4", 1), env_of_id("Walker2d-v5", 1), env_of_options(weight, 1),
+                         env_of_options(model, 1)};
+  for (size_t i = 0; i < COUNT(others); ++i) {
+    assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(others[i], 0, image.bytes, image.size), "image");
+    mjenv_destroy(others[i]);
+  }
+  // The same model by another way is the same model.
+  char* xml = read_file(PROJECT_FOLDER "/assets/hopper.xml", NULL);
+  assert_ok(mjenv_options_set_string(same, "xml_string", xml));
+  mjenv_env* twin = env_of_options(same, 1);
+  assert_ok(mjenv_restore(twin, 0, image.bytes, image.size));
+  free(xml);
+  free(image.bytes);
+  mjenv_destroy(twin);
+  mjenv_destroy(env);
+}
+
+static void test_size_of_image(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Ant-v5", 1);
+  size_t size = 0, again = 77;
+  assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
+  unsigned char* bytes = allocate(size);
+  memset(bytes, 0x33, size);
+  assert_refused(MJENV_E_SIZE, mjenv_snapshot(env, 0, bytes, size - 1, &again), "needed");
+  assert_true(again == 77);
+  for (size_t i = 0; i < size; ++i) assert_int_equal(bytes[i], 0x33);
+  free(bytes);
+  mjenv_destroy(env);
+}
+
+// ---- Random streams ----
+
+static void test_streams(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("HalfCheetah-v5", 2);
+  struct outputs* out = outputs_of(env);
+  uint64_t words[4];
+  // PCG64(42) as tests/golden/random.txt has it: state low, high, increment low, high.
+  const uint64_t want[4] = {0xacbc7c9d68860ac8, 0xcea44f6798798f2a, 0x66caf2e28d25abff, 0xfa505436c9a8416e};
+  seed_rows(env, 42);
+  assert_ok(mjenv_get_stream(env, 0, words, 4));
+  assert_memory_equal(words, want, sizeof words);
+  // The second row follows the first one's stream.
+  assert_ok(mjenv_set_stream(env, 1, words, 4));
+  for (int reset = 0; reset < 3; ++reset) {
+    assert_ok(mjenv_reset(env, NULL, &out->reset));
+    assert_same_bits("obs", out->obs + out->obs_count, out->obs, (size_t)out->obs_count);
+  }
+  // Digits make the same stream as the number they stand for, leading zeros or not.
+  const uint32_t digits[3] = {42, 0, 0};
+  for (size_t count = 1; count <= 3; ++count) {
+    assert_ok(mjenv_seed_digits(env, 1, digits, count));
+    assert_ok(mjenv_get_stream(env, 1, words, 4));
+    assert_memory_equal(words, want, sizeof words);
+  }
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+int main(void) {
+  const struct CMUnitTest others[] = {
+      cmocka_unit_test(test_continue),          cmocka_unit_test(test_derived_arrays),
+      cmocka_unit_test(test_condition_is_kept), cmocka_unit_test(test_step_count_is_kept),
+      cmocka_unit_test(test_damaged),           cmocka_unit_test(test_of_another),
+      cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
+  };
+  char** paths = golden_list("state");
+  size_t count = 0;
+  while (paths[count]) ++count;
+  struct CMUnitTest tests[COUNT(others) + count];
+  memcpy(tests, others, sizeof others);
+  for (size_t i = 0; i < count; ++i)
+    tests[COUNT(others) + i] = (struct CMUnitTest){strrchr(paths[i], '/') + 1, test_recorded, NULL, NULL, paths[i]};
+  const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+  golden_free_list(paths);
+  return failed;
+}

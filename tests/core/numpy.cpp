@@ -1,0 +1,264 @@
+// NumPy's generator, sums, norms and powers, against what NumPy gave: tests/golden/random.txt.
+#include <algorithm>
+#include <cmath>
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "numpy/math.hpp"
+#include "numpy/random.hpp"
+
+namespace {
+
+using mjenv::np::Generator;
+using mjenv::np::Norm;
+
+// cmocka leaves a failing test by longjmp: everything with a destructor lives in here.
+using Words = std::vector<std::string>;
+std::vector<Words> lines;
+
+void read_lines() {
+  std::ifstream file(PROJECT_FOLDER "/tests/golden/random.txt");
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream stream(line);
+    Words words;
+    for (std::string word; stream >> word;) words.push_back(word);
+    if (!words.empty() && words[0][0] != '#') lines.push_back(words);
+  }
+}
+
+double real(const std::string& word) { return std::strtod(word.c_str(), nullptr); }
+
+std::uint64_t hex(const std::string& word) { return std::strtoull(word.c_str(), nullptr, 16); }
+
+template <typename T>
+bool same(T a, T b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+template <typename T>
+void assert_same(const Words& line, T got, T want) {
+  if (!same(got, want))
+    fail_msg("%s %s: is %a, wanted %a", line[0].c_str(), line[1].c_str(), static_cast<double>(got),
+             static_cast<double>(want));
+}
+
+// A seed's 32-bit digits, least significant first, from its hexadecimal ones.
+struct Digits {
+  std::uint32_t values[16];
+  std::size_t count;
+};
+
+Digits digits_of(const std::string& seed) {
+  Digits digits{};
+  for (std::size_t end = seed.size(); end > 0; end -= std::min<std::size_t>(end, 8)) {
+    const std::size_t begin = end > 8 ? end - 8 : 0;
+    digits.values[digits.count++] = static_cast<std::uint32_t>(hex(seed.substr(begin, end - begin)));
+  }
+  return digits;
+}
+
+std::uint64_t low_half(const std::string& word) { return hex(word.substr(word.size() - 16)); }
+std::uint64_t high_half(const std::string& word) { return hex(word.substr(0, word.size() - 16)); }
+
+// Calls visit with the generator of the last "seed" line and each line that follows.
+int seeds_seen;
+template <typename Visit>
+void each_seed(const char* key, const Visit& visit) {
+  Generator generator{};
+  seeds_seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] == "seed") {
+      const Digits digits = digits_of(line[1]);
+      generator = Generator::from_digits(digits.values, digits.count);
+    } else if (line[0] == key) {
+      ++seeds_seen;
+      visit(generator, line);
+    }
+  }
+  assert_int_equal(seeds_seen, 9);
+}
+
+void test_state(void**) {
+  each_seed("state", [](const Generator& generator, const Words& line) {
+    assert_true(generator.words()[0] == low_half(line[1]));
+    assert_true(generator.words()[1] == high_half(line[1]));
+  });
+  each_seed("inc", [](const Generator& generator, const Words& line) {
+    assert_true(generator.words()[2] == low_half(line[1]));
+    assert_true(generator.words()[3] == high_half(line[1]));
+  });
+}
+
+void test_raw(void**) {
+  each_seed("raw", [](Generator generator, const Words& line) {
+    assert_int_equal(line.size(), 21);
+    for (std::size_t i = 1; i < line.size(); ++i) assert_true(generator.next() == hex(line[i]));
+  });
+}
+
+void test_uniform(void**) {
+  each_seed("uniform", [](Generator generator, const Words& line) {
+    for (std::size_t i = 1; i < line.size(); ++i) assert_same(line, generator.uniform(-0.1, 0.1), real(line[i]));
+  });
+}
+
+void test_normal(void**) {
+  each_seed("normal", [](Generator generator, const Words& line) {
+    for (std::size_t i = 1; i < line.size(); ++i) assert_same(line, generator.normal(), real(line[i]));
+  });
+}
+
+void test_seed_of_64_bits(void**) {
+  int seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "seed" || line[1].size() > 16) continue;
+    const Digits digits = digits_of(line[1]);
+    assert_true(Generator::from_seed(hex(line[1])).words() ==
+                Generator::from_digits(digits.values, digits.count).words());
+    ++seen;
+  }
+  assert_int_equal(seen, 7);
+}
+
+void test_words_make_the_generator(void**) {
+  Generator generator = Generator::from_seed(42);
+  generator.next();
+  Generator twin = Generator::from_words(generator.words());
+  for (int i = 0; i < 100; ++i) assert_true(generator.next() == twin.next());
+}
+
+// branch PATH SEED INDEX DRAWS VALUE: each way through the ziggurat, with the raw numbers that it takes.
+void test_branches(void**) {
+  int seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "branch") continue;
+    Generator generator = Generator::from_seed(std::strtoull(line[2].c_str(), nullptr, 10));
+    for (long i = std::atol(line[3].c_str()); i > 0; --i) generator.normal();
+    Generator counted = generator;
+    assert_same(line, generator.normal(), real(line[5]));
+    for (int i = std::atoi(line[4].c_str()); i > 0; --i) counted.next();
+    if (counted.words() != generator.words()) fail_msg("%s: not %s draws", line[1].c_str(), line[4].c_str());
+    ++seen;
+  }
+  assert_int_equal(seen, 14);
+}
+
+void test_entropy(void**) { assert_true(Generator::from_entropy().words() != Generator::from_entropy().words()); }
+
+// sum N F8 F4, of numbers that mix size and sign.
+void test_sums(void**) {
+  const auto term = [](Eigen::Index i) { return static_cast<double>((7919 * i + 13) % 1009) / 17.0 - 30.0; };
+  int seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "sum") continue;
+    const long n = std::atol(line[1].c_str());
+    assert_same(line, mjenv::np::sum(n, term), real(line[2]));
+    const float narrow = mjenv::np::sum(n, [&](Eigen::Index i) { return static_cast<float>(term(i)); });
+    assert_same(line, narrow, static_cast<float>(real(line[3])));
+    ++seen;
+  }
+  assert_int_equal(seen, 301);
+}
+
+void test_power2(void**) {
+  int seen = 0, unlike_product = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "power2") continue;
+    const double x = real(line[1]);
+    assert_same(line, mjenv::np::power2(x), real(line[2]));
+    unlike_product += !same(x * x, real(line[2]));
+    ++seen;
+  }
+  assert_true(seen > 40 && unlike_product > 10);
+}
+
+void test_norms(void**) {
+  int seen = 0, unlike = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "norm") continue;
+    const bool three = line.size() == 6;
+    const double x = real(line[2]), y = real(line[3]), z = three ? real(line[4]) : 0, want = real(line.back());
+    const Norm norm(line[1] == "fused"), other(line[1] != "fused");
+    assert_same(line, three ? norm(x, y, z) : norm(x, y), want);
+    const Eigen::Vector3d v3(x, y, z);
+    const Eigen::Vector2d v2(x, y);
+    assert_same(line, three ? norm(v3) : norm(v2), want);
+    unlike += !same(three ? other(x, y, z) : other(x, y), want);
+    ++seen;
+  }
+  assert_int_equal(seen, 400);
+  assert_true(unlike > 10);
+}
+
+// As NumPy under the same environment variable.
+void test_norm_follows_openblas(void**) {
+  int seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "coretype") continue;
+    setenv("OPENBLAS_CORETYPE", line[1].c_str(), 1);
+    if (Norm::as_numpy_here().fused() != (line[2] == "fused"))
+      fail_msg("not %s under %s", line[2].c_str(), line[1].c_str());
+    ++seen;
+  }
+  unsetenv("OPENBLAS_CORETYPE");
+  assert_int_equal(seen, 7);
+}
+
+// numpy.clip: NaN passes, the upper bound wins, -0.0 stays.
+void test_clip(void**) {
+  using mjenv::np::clip;
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  assert_true(std::isnan(clip(nan, -1, 1)));
+  assert_true(clip(5, -1, 1) == 1 && clip(-5, -1, 1) == -1 && clip(0.5, -1, 1) == 0.5);
+  assert_true(clip(0, 2, 1) == 1 && clip(3, 2, 1) == 1);
+  assert_true(clip(inf, -inf, 10) == 10 && clip(-inf, -inf, 10) == -inf);
+  assert_true(same(clip(-0.0, 0, 1), -0.0) && same(clip(-0.0, -1, 0), -0.0));
+}
+
+// A weight is rounded to float32 before it multiplies a float32.
+void test_scalar(void**) {
+  using mjenv::np::Scalar;
+  const double weight = 0.1;
+  const float narrow = 3.3f;
+  assert_true(same(static_cast<double>(weight * Scalar(narrow)), static_cast<double>(0.1f * 3.3f)));
+  assert_true(same(static_cast<double>(Scalar(narrow) * weight), static_cast<double>(0.1f * 3.3f)));
+  assert_true(same(static_cast<double>(weight * Scalar(3.3)), 0.1 * 3.3));
+  assert_true(same(static_cast<double>(-Scalar(0.0f)), -0.0));
+}
+
+}  // namespace
+
+int main() {
+  read_lines();
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_state),
+      cmocka_unit_test(test_raw),
+      cmocka_unit_test(test_uniform),
+      cmocka_unit_test(test_normal),
+      cmocka_unit_test(test_seed_of_64_bits),
+      cmocka_unit_test(test_words_make_the_generator),
+      cmocka_unit_test(test_branches),
+      cmocka_unit_test(test_entropy),
+      cmocka_unit_test(test_sums),
+      cmocka_unit_test(test_power2),
+      cmocka_unit_test(test_norms),
+      cmocka_unit_test(test_norm_follows_openblas),
+      cmocka_unit_test(test_clip),
+      cmocka_unit_test(test_scalar),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}

@@ -1,0 +1,99 @@
+"""What NumPy gives: random.txt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from machine import KERNELS, hexed, lines_of, run_under
+
+CORETYPES = ("Haswell", "Zen", "Sandybridge", "Nehalem", "SkylakeX", "Cooperlake", "SapphireRapids")
+
+# Where a fresh generator's normals take each path through the ziggurat: seed, index.
+ZIGGURAT_PATHS = {
+    "fast": ((0, 0), (0, 1)),
+    "tail": ((1, 860), (0, 303)),
+    "wedge": ((0, 701), (0, 126)),
+    "tail_reject_tail": ((11, 2712), (41, 992)),
+    "wedge_reject_fast": ((0, 74), (0, 205)),
+    "wedge_reject_wedge": ((8, 2153), (0, 2590)),
+    "wedge_reject_twice_fast": ((14, 3577), (13, 41)),
+}
+RANDOM_SEEDS = (0, 1, 42, 2**32, 2**40 + 7, 2**63, 2**64 - 1, 2**128 + 5, 2**160 - 1)
+
+
+def draws_between(before: Mapping[str, Any], after: Mapping[str, Any]) -> int:
+    """How many numbers a PCG64 gave between two of its states."""
+    generator = np.random.PCG64()
+    generator.state = before  # type: ignore[assignment]  # NumPy's stub knows its own TypedDict alone
+    for count in range(100):
+        if generator.state["state"] == after["state"]:
+            return count
+        generator.random_raw()
+    raise SystemExit("record.py: more than 100 draws for one normal")
+
+
+def random_lines() -> Iterator[str]:
+    for seed in RANDOM_SEEDS:
+        sequence = np.random.SeedSequence(seed)
+        state = np.random.PCG64(seed).state["state"]
+        yield f"seed {seed:x}"
+        yield "pool " + " ".join(f"{word:x}" for word in sequence.pool.tolist())
+        yield "words " + " ".join(f"{word:x}" for word in sequence.generate_state(4, np.uint64).tolist())
+        yield f"state {state['state']:032x}"
+        yield f"inc {state['inc']:032x}"
+        yield "raw " + " ".join(f"{word:x}" for word in np.random.PCG64(seed).random_raw(20).tolist())
+        yield "uniform " + hexed(np.random.default_rng(seed).uniform(-0.1, 0.1, 20))
+        yield "normal " + hexed(np.random.default_rng(seed).standard_normal(20))
+    for path, places in ZIGGURAT_PATHS.items():
+        for seed, index in places:
+            generator = np.random.default_rng(seed)
+            generator.standard_normal(index)
+            before = generator.bit_generator.state
+            value = generator.standard_normal()
+            draws = draws_between(before, generator.bit_generator.state)
+            yield f"branch {path} {seed} {index} {draws} {value.hex()}"
+
+
+def sum_terms(count: int) -> np.ndarray:
+    """Numbers of mixed size and sign that any language can compute."""
+    return np.array([((7919 * i + 13) % 1009) / 17.0 - 30.0 for i in range(count)])
+
+
+def math_lines() -> Iterator[str]:
+    terms = sum_terms(300)
+    narrow = terms.astype(np.float32)
+    for count in range(len(terms) + 1):
+        yield f"sum {count} {hexed([float(np.sum(terms[:count])), float(np.sum(narrow[:count]))])}"
+    numbers = np.random.default_rng(1).normal(scale=3.0, size=20000).tolist()
+    special = [x for x in numbers if x**2 != x * x]
+    for x in special + numbers[:20] + [0.0, -0.0, math.inf, -math.inf, 1e200, 1e-200]:
+        yield f"power2 {hexed([x, np.float64(x) ** 2 if math.isinf(x) or abs(x) > 1e150 else x**2])}"
+
+
+def norm_lines(kernel: str) -> Iterator[str]:
+    generator = np.random.default_rng(2)
+    for size in (2, 3):
+        for vector in generator.normal(size=(100, size)):
+            yield f"norm {KERNELS[kernel]} {hexed([*vector, float(np.linalg.norm(vector))])}"
+
+
+def coretype_lines() -> Iterator[str]:
+    for name in CORETYPES:
+        yield f"coretype {name} {run_under(name, '--norm').stdout.strip()}"
+
+
+def random_text(facts: dict[str, str], fused_norms: list[str]) -> bytes:
+    head = [
+        "# Seeds, pools, words, states and raw numbers are hexadecimal integers. uniform: 20 of uniform(-0.1, 0.1).",
+        "# branch PATH SEED INDEX DRAWS VALUE: normal number INDEX of default_rng(SEED), made of DRAWS raw numbers.",
+        "# sum N F8 F4: np.sum of the first N of ((7919*i + 13) % 1009) / 17 - 30 as float64 and as float32.",
+        "# coretype NAME plain|fused: how norms are rounded with NAME in OPENBLAS_CORETYPE.",
+        "# power2 X Y: Python's X ** 2. norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX.",
+    ]
+    lines = ["mjenv-random 1", *head, *lines_of({key: facts[key] for key in ("numpy", "python", "cpu", "libm")})]
+    lines += [*random_lines(), *math_lines(), *coretype_lines(), *norm_lines("Haswell"), *fused_norms]
+    return "\n".join(lines).encode() + b"\n"
