@@ -43,7 +43,9 @@ def main(expected_path: str, results_path: str, *ids: str) -> int:
         differing += len(played) != 4
     if differing:
         print(f"\n{differing} result(s) differ from Gymnasium's, recorded with {machine}.")
-        print("The last bits of sin, cos and exp depend on whether the C library uses the CPU's FMA: compare the CPUs first.")
+        print(
+            "The last bits of sin, cos and exp depend on whether the C library uses the CPU's FMA: compare the CPUs first."
+        )
         return 1
     print(f"\nC, Python, Rust and Julia agree with Gymnasium in every bit of {len(ids)} environments.")
     return 0

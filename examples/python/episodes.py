@@ -10,8 +10,9 @@ import sys
 import time
 from collections.abc import Iterable
 
-import mjenv
 import numpy as np
+
+import mjenv
 
 EPISODES, SEED = 3, 42
 MASK = 2**64 - 1

@@ -11,6 +11,7 @@ from pathlib import Path
 import gymnasium
 import mujoco
 import numpy as np
+
 from compiled_model import GOLDEN, MODELS, differences, fields, read, write
 
 WANTED = {"python": "3.10", "gymnasium": "1.3.0", "mujoco": "2.2.2", "numpy": "2.2.6"}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import mujoco
 import pytest
+
 from compiled_model import ASSETS, GOLDEN, MODELS, differences, fields, read
 
 
