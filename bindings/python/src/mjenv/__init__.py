@@ -1,9 +1,11 @@
 """Gymnasium's MuJoCo environments, bit for bit, from a native library.
 
-make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id) and options(id) tell what there is.
+make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id) and
+options(id) tell what there is.
 """
 
 from mjenv._abi import Kind, Status
+from mjenv._arguments import AutoresetMode
 from mjenv._handle import Option
 from mjenv.env import MujocoEnv
 from mjenv.errors import (
@@ -26,7 +28,7 @@ from mjenv.errors import (
     UnknownNameError,
 )
 from mjenv.registration import ids, make, options, spec, version
-from mjenv.vector import AutoresetMode, VectorEnv, make_vec
+from mjenv.vector import VectorEnv, make_vec
 
 __all__ = [
     "AlreadyPendingCallError",

@@ -51,11 +51,12 @@ class _Layout:
             for names, field, dtype in zip(self.names, fields, self.dtypes, strict=True)
         )
 
+        self._masks: BoolArray = np.ones((len(fields), rows), np.bool_)
+
     def whole(self, values: Float64Array) -> Info:
         """Infos that every row has, as views of the values."""
         infos: Info = {}
-        masks = iter(np.ones((len(self._parts), self.rows), np.bool_))
-        for (name, mask_name, part, shape, dtype), mask in zip(self._parts, masks, strict=True):
+        for (name, mask_name, part, shape, dtype), mask in zip(self._parts, self._masks.copy(), strict=True):
             value: NDArray[Any] = values[part]
             if shape:
                 value = value.reshape(shape)
@@ -83,6 +84,7 @@ class Outputs(Batch):
         count = rows.count
         super().__init__(count, counts[Role.OBSERVATION], counts[Role.INFO], FLOATS[dtype])
         self.nu = counts[Role.ACTION]
+        self.terminated, self.truncated = self.ended
 
         # A bytearray, as searching it is the quickest way to learn that no row was reset.
         self._resets = bytearray(count)
@@ -146,4 +148,3 @@ class Outputs(Batch):
         layout.add(final_info, self.final_info, mask, part)
         infos["final_obs"], infos["_final_obs"] = final_obs, mask.copy()
         infos["final_info"], infos["_final_info"] = final_info, mask.copy()
-

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy as copying
 import operator
 import os
@@ -18,10 +19,20 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from mjenv._abi import ALL_ROWS, Role, Status
+from mjenv._arguments import (
+    AutoresetMode,
+    autoreset_mode_of,
+    bool_mask,
+    check_seed,
+    count_of,
+    obs_dtype_of,
+    reset_mask_of,
+    row_numbers,
+)
 from mjenv._handle import Batch, Float64Array, Rows, pointer_to
 from mjenv._library import LIBRARY
-from mjenv._mujoco import Data, Model
 from mjenv._outputs import FLOATS, BoolArray, Info, Outputs
+from mjenv._row import Row
 from mjenv.env import RENDER_MODES, _as_float, _check_render_keywords, _drop_camera_config, _time_limit
 from mjenv.errors import (
     AlreadyPendingCallError,
@@ -34,31 +45,10 @@ from mjenv.errors import (
 )
 from mjenv.registration import spec as spec_of
 
-try:
-    from gymnasium.vector import AutoresetMode
-except ImportError:  # gymnasium 1.0
-    from enum import Enum
-
-    class AutoresetMode(Enum):  # type: ignore[no-redef]
-        """When a finished environment is reset."""
-
-        NEXT_STEP = "NextStep"
-        SAME_STEP = "SameStep"
-        DISABLED = "Disabled"
-
-
 Array = NDArray[Any]
 Results = tuple[Array, Float64Array, BoolArray, BoolArray, Info]
 
-_RENDERING = {
-    "render_mode": None,
-    "width": 480,
-    "height": 480,
-    "camera_id": None,
-    "camera_name": None,
-    "max_geom": 1000,
-    "visual_options": None,
-}
+_RENDERING = {"render_mode": None, "width": 480, "height": 480, "camera_id": None, "camera_name": None}
 _UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
 
 
@@ -149,14 +139,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         **options: Any,
     ) -> None:
         """As make_vec; max_episode_steps=None takes the id's own limit, -1 none."""
-        rendering = {name: options.pop(name, default) for name, default in _RENDERING.items()}
-        _check_render_keywords(*(rendering[name] for name in list(_RENDERING)[:5]))
+        _check_render_keywords(**{name: options.pop(name, default) for name, default in _RENDERING.items()})
+        for name in ("max_geom", "visual_options"):
+            options.pop(name, None)
         _drop_camera_config(id, options)
         if max_episode_steps is not None:
             options["max_episode_steps"] = _time_limit(max_episode_steps)
-        self.num_envs = _count(num_envs)
-        self.autoreset_mode = _autoreset_mode(autoreset_mode)
-        self.copy, self._dtype = bool(copy), _obs_dtype(dtype)
+        self.num_envs = count_of(num_envs)
+        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
+        self.copy, self._dtype = bool(copy), obs_dtype_of(dtype)
         library_mode = self.autoreset_mode.name.lower()
         self._rows = Rows(
             id, {**options, "num_threads": num_threads, "autoreset_mode": library_mode}, count=self.num_envs
@@ -207,7 +198,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         seed: an int gives row i seed + i; a list has one for each row, None to go on with the row's stream.
         options["reset_mask"]: a bool array; the other rows go on with their episodes, and their observations stay.
         """
-        mask = _reset_mask(options, self.num_envs)
+        mask = reset_mask_of(options, self.num_envs)
         self._check_settled()
         self._reseed(self._seeds_for(seed, mask))
         if mask is not None and self._stale:
@@ -236,12 +227,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             if status:
                 self._check(status)
             outputs = self._outputs
-            terminated, truncated = outputs.ended.copy()
             return (
                 outputs.obs.copy() if self.copy else outputs.obs,
                 outputs.reward.copy(),
-                terminated,
-                truncated,
+                outputs.terminated.copy(),
+                outputs.truncated.copy(),
                 outputs.step_infos(source.dtype),
             )
         finally:
@@ -260,7 +250,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def send(self, actions: ArrayLike, rows: ArrayLike | None = None) -> None:
         """Begins a step of these rows, of all if there are none given, and returns; actions[i] is for rows[i]."""
-        numbers = None if rows is None else _row_numbers(rows)
+        numbers = None if rows is None else row_numbers(rows)
         count = self.num_envs if numbers is None else len(numbers)
         action = self._actions(actions, (count, self._shape[1]))
         code = FLOATS[action.dtype]
@@ -273,7 +263,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             self._under_way[part] = True
             self._pending += count
 
-    def recv(self, least: int | None = None) -> tuple[NDArray[np.int64], Array, Float64Array, BoolArray, BoolArray, Info]:
+    def recv(
+        self, least: int | None = None
+    ) -> tuple[NDArray[np.int64], Array, Float64Array, BoolArray, BoolArray, Info]:
         """Waits until `least` of the rows that were sent have been stepped, None for all, and returns all that have:
         their numbers, ascending, then what step returns, as copies, for these rows alone."""
         wanted = self._pending if least is None else operator.index(least)
@@ -295,9 +287,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         outputs = self._outputs
         float32 = len(rows) > 0 and self._sent_float32[rows[0]]
         action_dtype = np.dtype(np.float32 if float32 else np.float64)
-        terminated, truncated = outputs.ended[:, rows]
         infos = outputs.step_infos(action_dtype, None if len(rows) == self.num_envs else rows)
-        return outputs.obs[rows], outputs.reward[rows], terminated, truncated, infos
+        return outputs.obs[rows], outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
 
     @property
     def statuses(self) -> NDArray[np.int32]:
@@ -340,7 +331,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         """Makes the rows where mask is True equal to the row `source`: state, random stream, step count."""
-        row, chosen = self._row(source), _mask(mask, self.num_envs, "mask")
+        row, chosen = self._row(source), bool_mask(mask, self.num_envs, "mask")
         self._check_settled()
         self._rows.copy_row(row, chosen)
         self._stale = True
@@ -365,12 +356,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     # ---- seeds ----
 
     @property
-    def np_random_seed(self) -> tuple[int, ...]:
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
         """Each row's last seed; -1 where its stream came from a snapshot."""
         self._reseed(self._seeds_for(None, None))
         return tuple(self._seeds)
 
-    @property
+    @property  # type: ignore[override, unused-ignore]
     def np_random(self) -> tuple[np.random.Generator, ...]:
         """A copy of each row's random stream."""
         return tuple(row.np_random for row in self.envs)
@@ -381,6 +372,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def _seeds_for(self, seed: Any, mask: BoolArray | None) -> NDArray[np.object_]:
         """A seed or None for each row; rows that were never seeded get one from the system."""
+        seeds: list[Any]
         if seed is None:
             seeds = [None] * self.num_envs
         elif isinstance(seed, int):
@@ -397,17 +389,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         if mask is not None:
             found[~mask] = None
         for value in found:
-            _check_seed(value)
-        new = np.equal(found, None) & np.equal(self._seeds, None)
+            check_seed(value)
+        new = _missing(found) & _missing(self._seeds)
         if mask is not None:
             new &= mask
-        if new.any():
-            found[new] = np.frombuffer(os.urandom(8 * np.count_nonzero(new)), np.uint64).tolist()
+        found[new] = np.frombuffer(os.urandom(8 * int(new.sum())), np.uint64).tolist()
         return found
 
     def _reseed(self, seeds: NDArray[np.object_]) -> None:
         """Gives the rows that have a new seed its stream."""
-        given: BoolArray = np.not_equal(seeds, None)
+        given = ~_missing(seeds)
         if not given.any():
             return
         small = given.copy()
@@ -515,166 +506,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         return bool(self._under_way[sent].any()) or len(np.unique(sent)) < len(sent)
 
 
-class Row:
-    """One row of a vector environment, with what env.unwrapped of a single environment offers."""
-
-    render_mode = None
-
-    def __init__(self, owner: VectorEnv, row: int) -> None:
-        self._owner, self._row, self._rows = owner, row, owner._rows
-        self.action_space, self.observation_space = owner.single_action_space, owner.single_observation_space
-        self.frame_skip, self.metadata = owner.frame_skip, owner.metadata
-
-    @property
-    def unwrapped(self) -> Row:
-        return self
-
-    @property
-    def data(self) -> Data:
-        """The row's mjData, as read-only copies."""
-        return Data(self._rows, self._row)
-
-    @property
-    def model(self) -> Model:
-        return Model(self._rows)
-
-    @property
-    def dt(self) -> float:
-        """Seconds in a step."""
-        return self._owner.dt
-
-    @property
-    def np_random_seed(self) -> int:
-        return self._owner.np_random_seed[self._row]
-
-    @property
-    def np_random(self) -> np.random.Generator:
-        """A copy of the row's random stream."""
-        if self._owner._seeds[self._row] is None:
-            _ = self.np_random_seed  # seeds the rows that never were
-        state, increment = self._rows.stream(self._row)
-        bits = np.random.PCG64(0)
-        bits.state = {**bits.state, "state": {"state": state, "inc": increment}}
-        return np.random.Generator(bits)
-
-    @property
-    def init_qpos(self) -> Float64Array:
-        """The model's positions, which a reset disturbs."""
-        qpos0: Float64Array = self.model.qpos0
-        return qpos0
-
-    @property
-    def init_qvel(self) -> Float64Array:
-        """The model's velocities: zero."""
-        return np.zeros(self.model.nv)
-
-    @property
-    def observation_structure(self) -> dict[str, int]:
-        """Where Gymnasium has it: the lengths of the terms of the observation."""
-        structure = {field.name: field.count for field in self._rows.fields(Role.STRUCTURE)}
-        if not structure:
-            raise AttributeError(f"{self._rows.id} has no observation_structure")
-        return structure
-
-    def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
-        """Sets qpos[nq] and qvel[nv] and computes what follows from them; a row that had ended goes on."""
-        self._owner._check_settled()
-        self._rows.set_state(self._row, qpos, qvel)
-        self._owner._stale = True
-
-    def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
-        """Simulates n_frames mj_steps under ctrl[nu]; no step is counted."""
-        self._owner._check_settled()
-        controls = np.ascontiguousarray(ctrl, np.float64)
-        if controls.shape != self.action_space.shape:
-            raise InvalidValueError(
-                f"ctrl has the shape {controls.shape}; {self._rows.id} takes {self.action_space.shape}", Status.E_SIZE
-            )
-        self._rows.simulate(self._row, controls, operator.index(n_frames))
-        self._owner._stale = True
-
-    def state_vector(self) -> Float64Array:
-        """qpos and qvel, one behind the other."""
-        data = self.data
-        return np.concatenate([data.qpos, data.qvel])
-
-    def get_body_com(self, body_name: str) -> Float64Array:
-        """The position of a body's frame, in m."""
-        position: Float64Array = self.data.body(body_name).xpos
-        return position
+def _missing(seeds: NDArray[np.object_]) -> BoolArray:
+    return np.fromiter((seed is None for seed in seeds), np.bool_, len(seeds))
 
 
 def _close(rows: Rows, outputs: Outputs) -> None:
     """Ends the threads that write to the outputs; a daemon thread that is inside at the end of the process stays."""
-    try:
+    with contextlib.suppress(BusyError):
         rows.close()
-    except BusyError:
-        pass
-
-
-def _count(num_envs: Any) -> int:
-    try:
-        count = operator.index(num_envs)
-    except TypeError:
-        raise OptionError(f"num_envs is an int, not {num_envs!r}", Status.E_TYPE) from None
-    if not 1 <= count < 2**63:
-        raise InvalidValueError(f"num_envs is {count}, less than 1 or more than can be counted", Status.E_VALUE)
-    return count
-
-
-def _autoreset_mode(mode: Any) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        valid = ", ".join(repr(mode.value) for mode in AutoresetMode)
-        raise InvalidValueError(f"autoreset_mode is one of {valid}, not {mode!r}", Status.E_VALUE) from None
-
-
-def _obs_dtype(dtype: Any) -> np.dtype[Any]:
-    try:
-        found = np.dtype(dtype)
-    except TypeError:
-        found = None
-    if dtype is None or found not in FLOATS:
-        raise OptionError(f"dtype is np.float64 or np.float32, not {dtype!r}", Status.E_TYPE)
-    return found
-
-
-def _check_seed(seed: Any) -> None:
-    if seed is None:
-        return
-    if not isinstance(seed, int):
-        raise OptionError(f"a seed is a Python int or None, not {seed!r} of {type(seed)}", Status.E_TYPE)
-    if seed < 0:
-        raise InvalidValueError(f"a seed is at least zero, not {seed}", Status.E_VALUE)
-
-
-def _row_numbers(rows: ArrayLike) -> NDArray[np.int64]:
-    numbers = np.asarray(rows)
-    if numbers.ndim != 1:
-        raise InvalidValueError(f"rows have the shape {numbers.shape}, not one dimension", Status.E_SIZE)
-    if len(numbers) and numbers.dtype.kind not in "iu":
-        raise OptionError(f"rows are ints, not {numbers.dtype}", Status.E_TYPE)
-    return np.ascontiguousarray(numbers, np.int64)
-
-
-def _mask(mask: Any, count: int, name: str) -> BoolArray:
-    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
-        kind = mask.dtype if isinstance(mask, np.ndarray) else type(mask).__name__
-        raise OptionError(f"{name} is a NumPy array of bool, not {kind}", Status.E_TYPE)
-    if mask.shape != (count,):
-        raise InvalidValueError(f"{name} has the shape {mask.shape}, not {(count,)}", Status.E_SIZE)
-    return np.ascontiguousarray(mask)
-
-
-def _reset_mask(options: Any, count: int) -> BoolArray | None:
-    if options is None:
-        return None
-    if not isinstance(options, dict):
-        raise OptionError(f"options are a dict or None, not {options!r}", Status.E_TYPE)
-    if "reset_mask" not in options:
-        return None
-    mask = _mask(options["reset_mask"], count, "options['reset_mask']")
-    if not mask.any():
-        raise InvalidValueError("options['reset_mask'] names no row", Status.E_VALUE)
-    return mask
