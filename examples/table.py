@@ -1,11 +1,14 @@
-"""Prints a table an environment from the examples' results and fails unless all agree with Gymnasium's recorded values.
+"""Prints the examples' results, the first FULL ids in a table each, and fails unless all equal what Gymnasium gave.
 
-Usage: table.py EXPECTED RESULTS ID...
+Usage: table.py EXPECTED RESULTS FULL ID...
 """
 
 import sys
 from pathlib import Path
 from typing import NamedTuple
+
+
+LANGUAGES = ("C", "Python", "Rust", "Julia")
 
 
 class Result(NamedTuple):
@@ -25,22 +28,31 @@ def real(text: str) -> float:
     return float.fromhex(text) if "0x" in text else float(text)
 
 
-def main(expected_path: str, results_path: str, *ids: str) -> int:
+def print_table(want: Result, played: list[tuple[str, Result, str]]) -> None:
+    print(f"  {'':9} {'return':>24} {'length':>7} {'steps/s':>9}  checksum")
+    print(f"  {'Gymnasium':9} {want.total:24.17g} {want.steps:7} {'':9}  {want.checksum}")
+    for language, got, rate in played:
+        verdict = "" if got == want else "  differs"
+        print(f"  {language:9} {got.total:24.17g} {got.steps:7} {float(rate):9.0f}  {got.checksum}{verdict}")
+
+
+def main(expected_path: str, results_path: str, full: str, *ids: str) -> int:
     expected, machine = read_expected(Path(expected_path))
     rows = [line.split("\t") for line in Path(results_path).read_text().splitlines()]
     differing = 0
-    for env_id in ids:
+    for index, env_id in enumerate(ids):
         want = expected[env_id]
-        print(f"\n{env_id}, 3 episodes from seed 42")
-        print(f"  {'':9} {'return':>24} {'length':>7} {'steps/s':>9}  checksum")
-        print(f"  {'Gymnasium':9} {want.total:24.17g} {want.steps:7} {'':9}  {want.checksum}")
-        played = [(language, Result(int(n), real(total), checksum), rate)
-                  for language, i, n, total, rate, checksum in rows if i == env_id]  # fmt: skip
-        for language, got, rate in played:
-            verdict = "" if got == want else "  differs"
-            differing += got != want
-            print(f"  {language:9} {got.total:24.17g} {got.steps:7} {float(rate):9.0f}  {got.checksum}{verdict}")
-        differing += len(played) != 4
+        played = [(row[0], Result(int(row[2]), real(row[3]), row[5]), row[4]) for row in rows if row[1] == env_id]
+        wrong = [language for language, got, _ in played if got != want]
+        differing += len(wrong) + (len(played) != len(LANGUAGES))
+        if index < int(full):
+            print(f"\n{env_id}, 3 episodes from seed 42")
+            print_table(want, played)
+            continue
+        if index == int(full):
+            print(f"\n{'in short':25} {'return':>24} {'length':>7}  checksum, {len(LANGUAGES)} languages and Gymnasium")
+        verdict = f"differs in {', '.join(wrong)}" if wrong else "equal"
+        print(f"{env_id:25} {want.total:24.17g} {want.steps:7}  {want.checksum} {verdict}")
     if differing:
         print(f"\n{differing} result(s) differ from Gymnasium's, recorded with {machine}.")
         print(
