@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-import golden
 import numpy as np
 import pytest
 
+import golden
 import mjenv
 
 TRAJECTORIES = golden.files("trajectories") + golden.files("custom")

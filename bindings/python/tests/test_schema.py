@@ -2,11 +2,11 @@
 
 from typing import Any
 
-import golden
 import gymnasium
 import numpy as np
 import pytest
 
+import golden
 import mjenv
 
 Schema = dict[str, list[list[str]]]
