@@ -105,12 +105,12 @@ inline std::uint32_t checked_size(std::uint32_t given, std::size_t least, const 
   return given;
 }
 
-// Copies what both sides know of a struct to the caller.
+// Copies what both sides know of a struct to the caller; least is what its first version had.
 template <typename T>
-void hand_out(T* to, const char* name, T value) {
+void hand_out(T* to, const char* name, T value, std::size_t least = sizeof(T)) {
   need(to, name);
-  value.struct_size = checked_size(to->struct_size, sizeof(T), name);
-  std::memcpy(to, &value, sizeof(T));
+  value.struct_size = checked_size(to->struct_size, least, name);
+  std::memcpy(to, &value, std::min<std::size_t>(value.struct_size, sizeof(T)));
 }
 
 // A batch from the caller, who may know less or more of it than this library.

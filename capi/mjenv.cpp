@@ -99,7 +99,11 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
     out.robot = found.robot.c_str();
     out.max_episode_steps = task.time_limit;
     out.reward_threshold = task.reward_threshold;
-    hand_out(spec, "spec", out);
+    out.camera_distance = task.camera.distance;
+    out.camera_elevation = task.camera.elevation;
+    std::copy(task.camera.lookat.begin(), task.camera.lookat.end(), out.camera_lookat);
+    out.camera_trackbodyid = task.camera.trackbodyid;
+    hand_out(spec, "spec", out, offsetof(mjenv_spec, camera_distance));
   });
 }
 

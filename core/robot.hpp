@@ -106,12 +106,22 @@ struct Term {
   std::function<Eigen::Index(const Sim&, double*)> write;
 };
 
+// Gymnasium's default_camera_config; NaN where it leaves a value to MuJoCo.
+struct Camera {
+  double trackbodyid = kUnset, distance = kUnset;
+  std::array<double, 3> lookat{kUnset, kUnset, kUnset};
+  double elevation = kUnset;
+
+  static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
+};
+
 // What a definition amounts to.
 struct Task {
   std::shared_ptr<const Model> model;
   int frame_skip = 1;
   std::int64_t time_limit = 0;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
+  Camera camera;
   mjenv_type reward_type = MJENV_NUMPY_FLOAT64;
 
   std::vector<Term> terms;
@@ -141,6 +151,7 @@ class Robot {
   Robot& frame_skip(int count);
   Robot& time_limit(std::int64_t steps) { return task_.time_limit = steps, *this; }
   Robot& reward_threshold(double value) { return task_.reward_threshold = value, *this; }
+  Robot& camera(Camera value) { return task_.camera = value, *this; }
   Robot& reward_type(mjenv_type type) { return task_.reward_type = type, *this; }
   // The least lengths of qpos and qvel that the formulas index.
   Robot& needs(int nq, int nv);

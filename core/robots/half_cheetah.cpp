@@ -5,6 +5,7 @@ namespace mjenv {
 // A planar two-legged runner, rewarded for its velocity along +x (Wawrzynski, 2009).
 void half_cheetah(Robot& r) {
   r.model("half_cheetah.xml").frame_skip(5).time_limit(1000).reward_threshold(4800).needs(1, 0);
+  r.camera({Camera::kUnset, 4.0});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.1, "weight of the squared action");

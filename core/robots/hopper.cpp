@@ -5,6 +5,7 @@ namespace mjenv {
 // A planar one-legged jumper, rewarded for its velocity along +x (Erez, Tassa and Todorov, 2011).
 void hopper(Robot& r) {
   r.model("hopper.xml").frame_skip(4).time_limit(1000).reward_threshold(3800).needs(3, 0);
+  r.camera({2, 3.0, {0, 0, 1.15}, -20});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 1e-3, "weight of the squared action");

@@ -5,6 +5,7 @@ namespace mjenv {
 // A humanoid in space, rewarded for walking along +x without falling (Tassa, Erez and Todorov, 2012).
 void humanoid(Robot& r) {
   r.model("humanoid.xml").frame_skip(5).time_limit(1000).needs(3, 6);
+  r.camera({1, 4.0, {0, 0, 2.0}, -20});
 
   const double w_forward = r.real("forward_reward_weight", 1.25, "weight of the velocity along x");
   const double w_ctrl = r.real("ctrl_cost_weight", 0.1, "weight of the squared controls");

@@ -5,6 +5,7 @@ namespace mjenv {
 // The humanoid on its back, rewarded for the height of its torso.
 void humanoid_standup(Robot& r) {
   r.model("humanoidstandup.xml").frame_skip(5).time_limit(1000).needs(3, 6);
+  r.camera({1, 4.0, {0, 0, 0.8925}, -20});
 
   if (r.v5) r.real("uph_cost_weight", 1, "Gymnasium has this option, but it has no effect");
   const double w_ctrl = r.v5 ? r.real("ctrl_cost_weight", 0.1, "weight of the squared controls") : Real{0.1, false};

@@ -7,6 +7,7 @@ namespace mjenv {
 // Two poles on a cart, rewarded for keeping their tip up and still.
 void inverted_double_pendulum(Robot& r) {
   r.model("inverted_double_pendulum.xml").frame_skip(5).time_limit(1000).reward_threshold(9100).needs_exactly(3, 3);
+  if (!r.v5) r.camera({0, 4.1225, {0, 0, 0.12250000000000005}});
 
   const auto bonus = r.v5 ? r.real("healthy_reward", 10, "paid for each step while the tip is up") : Real{10, false};
   const auto noise = r.v5 ? r.noise(0.1) : 0.1;

@@ -7,6 +7,7 @@ namespace mjenv {
 // A pole on a cart, rewarded for each step it stands (Barto, Sutton and Anderson, 1983).
 void inverted_pendulum(Robot& r) {
   r.model("inverted_pendulum.xml").frame_skip(2).time_limit(1000).reward_threshold(950).needs_exactly(2, 2);
+  r.camera({0, 2.04});
   r.reward_type(r.v5 ? MJENV_PYTHON_INT : MJENV_PYTHON_FLOAT);
 
   const auto noise = r.v5 ? r.noise(0.01) : 0.01;

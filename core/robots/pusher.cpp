@@ -6,6 +6,7 @@ namespace mjenv {
 void pusher(Robot& r) {
   // v4's object weighs next to nothing
   r.model(r.v5 ? "pusher_v5.xml" : "pusher.xml").frame_skip(5).time_limit(100).reward_threshold(0).needs(7, 7);
+  r.camera({-1, 4.0});
 
   const double w_near =
       r.v5 ? r.real("reward_near_weight", 0.5, "weight of the arm's distance to the object") : Real{0.5, false};

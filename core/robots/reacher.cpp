@@ -7,6 +7,7 @@ namespace mjenv {
 // A two-joint arm whose fingertip reaches for a target in the plane.
 void reacher(Robot& r) {
   r.model("reacher.xml").frame_skip(2).time_limit(50).reward_threshold(-3.75).needs_exactly(4, 4);
+  r.camera({0});
 
   const double w_dist = r.v5 ? r.real("reward_dist_weight", 1, "weight of the distance to the target") : Real{1, false};
   const double w_ctrl = r.v5 ? r.real("reward_control_weight", 1, "weight of the squared action") : Real{1, false};

@@ -6,6 +6,7 @@ namespace mjenv {
 void walker2d(Robot& r) {
   // v4's model has a slippery right foot
   r.model(r.v5 ? "walker2d_v5.xml" : "walker2d.xml").frame_skip(4).time_limit(1000).needs(3, 0);
+  r.camera({2, 4.0, {0, 0, 1.15}, -20});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 1e-3, "weight of the squared action");

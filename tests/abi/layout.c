@@ -95,6 +95,10 @@ int main(void) {
   FIELD(mjenv_spec, robot);
   FIELD(mjenv_spec, max_episode_steps);
   FIELD(mjenv_spec, reward_threshold);
+  FIELD(mjenv_spec, camera_distance);
+  FIELD(mjenv_spec, camera_elevation);
+  FIELD(mjenv_spec, camera_lookat);
+  FIELD(mjenv_spec, camera_trackbodyid);
 
   STRUCT(mjenv_batch);
   FIELD(mjenv_batch, struct_size);

@@ -157,6 +157,25 @@ void test_branches(void**) {
   assert_int_equal(seen, 14);
 }
 
+// bulk SEED N CHECKSUM: so many normals that the ziggurat's acceptance tests are met from both sides.
+void test_bulk(void**) {
+  int seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "bulk") continue;
+    Generator generator = Generator::from_seed(hex(line[1]));
+    std::uint64_t checksum = 0xcbf29ce484222325;
+    for (long i = std::atol(line[2].c_str()); i > 0; --i) {
+      const double value = generator.normal();
+      std::uint64_t word;
+      std::memcpy(&word, &value, sizeof word);
+      checksum = (checksum ^ word) * 0x100000001b3;
+    }
+    assert_true(checksum == hex(line[3]));
+    ++seen;
+  }
+  assert_int_equal(seen, 1);
+}
+
 void test_entropy(void**) { assert_true(Generator::from_entropy().words() != Generator::from_entropy().words()); }
 
 // sum N F8 F4, of numbers that mix size and sign.
@@ -252,6 +271,7 @@ int main() {
       cmocka_unit_test(test_seed_of_64_bits),
       cmocka_unit_test(test_words_make_the_generator),
       cmocka_unit_test(test_branches),
+      cmocka_unit_test(test_bulk),
       cmocka_unit_test(test_entropy),
       cmocka_unit_test(test_sums),
       cmocka_unit_test(test_power2),

@@ -22,6 +22,7 @@ ZIGGURAT_PATHS = {
     "wedge_reject_wedge": ((8, 2153), (0, 2590)),
     "wedge_reject_twice_fast": ((14, 3577), (13, 41)),
 }
+BULK = 1_000_000
 RANDOM_SEEDS = (0, 1, 42, 2**32, 2**40 + 7, 2**63, 2**64 - 1, 2**128 + 5, 2**160 - 1)
 
 
@@ -56,6 +57,10 @@ def random_lines() -> Iterator[str]:
             value = generator.standard_normal()
             draws = draws_between(before, generator.bit_generator.state)
             yield f"branch {path} {seed} {index} {draws} {value.hex()}"
+    checksum = 0xCBF29CE484222325
+    for word in np.random.default_rng(0).standard_normal(BULK).view(np.uint64).tolist():
+        checksum = (checksum ^ word) * 0x100000001B3 % 2**64
+    yield f"bulk 0 {BULK} {checksum:016x}"
 
 
 def sum_terms(count: int) -> np.ndarray:
@@ -90,6 +95,7 @@ def random_text(facts: dict[str, str], fused_norms: list[str]) -> bytes:
     head = [
         "# Seeds, pools, words, states and raw numbers are hexadecimal integers. uniform: 20 of uniform(-0.1, 0.1).",
         "# branch PATH SEED INDEX DRAWS VALUE: normal number INDEX of default_rng(SEED), made of DRAWS raw numbers.",
+        "# bulk SEED N CHECKSUM: of the bits of N normals, as in examples/expected.txt.",
         "# sum N F8 F4: np.sum of the first N of ((7919*i + 13) % 1009) / 17 - 30 as float64 and as float32.",
         "# coretype NAME plain|fused: how norms are rounded with NAME in OPENBLAS_CORETYPE.",
         "# power2 X Y: Python's X ** 2. norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX.",

@@ -347,3 +347,13 @@ def test_both_refuse_a_use(use: Callable[[Any], Any]) -> None:
         use(theirs)
     with pytest.raises(refusal.type):
         use(ours)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_default_camera_is_gymnasiums(env_id: str) -> None:
+    theirs = gymnasium.make(env_id).unwrapped.mujoco_renderer.default_cam_config
+    ours = mjenv.make(env_id).default_camera_config
+    assert (ours is None) == (theirs is None)
+    for key, value in (theirs or {}).items():
+        assert np.array_equal(ours[key], value), key
+    assert set(ours or {}) == set(theirs or {})

@@ -95,6 +95,10 @@ Base.@kwdef struct mjenv_spec
     robot::Cstring = Cstring(C_NULL)
     max_episode_steps::Int64 = 0
     reward_threshold::Float64 = 0
+    camera_distance::Float64 = 0
+    camera_elevation::Float64 = 0
+    camera_lookat::NTuple{3, Float64} = (0, 0, 0)
+    camera_trackbodyid::Float64 = 0
 end
 
 Base.@kwdef struct mjenv_batch

@@ -121,6 +121,11 @@ typedef struct mjenv_spec {
   const char *robot;         /* the id without its version */
   int64_t max_episode_steps; /* the default */
   double reward_threshold;   /* NaN where Gymnasium has none */
+  /* Gymnasium's default_camera_config; NaN where it leaves a value to MuJoCo */
+  double camera_distance;    /* m */
+  double camera_elevation;   /* degrees */
+  double camera_lookat[3];   /* m */
+  double camera_trackbodyid; /* a whole number */
 } mjenv_spec;
 
 /* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */

@@ -119,6 +119,10 @@ class mjenv_spec(Structure):
         ("robot", c_char_p),
         ("max_episode_steps", c_int64),
         ("reward_threshold", c_double),
+        ("camera_distance", c_double),
+        ("camera_elevation", c_double),
+        ("camera_lookat", c_double * 3),
+        ("camera_trackbodyid", c_double),
     )
 
 

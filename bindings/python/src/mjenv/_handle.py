@@ -102,6 +102,22 @@ def spec_of(id: str) -> Any:
     return spec
 
 
+def camera_config(id: str) -> dict[str, Any] | None:
+    """Gymnasium's default_camera_config of an id; None where it has none."""
+    spec = spec_of(id)
+    lookat = np.array(spec.camera_lookat)
+    values = {
+        "trackbodyid": spec.camera_trackbodyid,
+        "distance": spec.camera_distance,
+        "lookat": lookat,
+        "elevation": spec.camera_elevation,
+    }
+    config = {name: value for name, value in values.items() if not np.isnan(value).any()}
+    if "trackbodyid" in config:
+        config["trackbodyid"] = int(spec.camera_trackbodyid)
+    return config or None
+
+
 class Options:
     """The options of one id, at their defaults until set."""
 

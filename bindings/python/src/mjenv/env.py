@@ -14,7 +14,7 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Dtype, Role, Status, Type
-from mjenv._handle import Batch, Field, Float64Array, Rows
+from mjenv._handle import Batch, Field, Float64Array, Rows, camera_config
 from mjenv._library import LIBRARY
 from mjenv._mujoco import Data, Model
 from mjenv.errors import InvalidValueError, OptionError, last_error
@@ -116,7 +116,7 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
     ) -> None:
         """Builds the environment; max_episode_steps=None takes the id's own limit, -1 none."""
         _check_render_keywords(render_mode, width, height, camera_id, camera_name)
-        _drop_camera_config(id, options)
+        self.default_camera_config = _camera_config(id, options)
         if options.get("autoreset_mode", "disabled") != "disabled":
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
         if max_episode_steps is not None:
@@ -336,10 +336,11 @@ def _time_limit(max_episode_steps: int) -> int:
     return int(max_episode_steps)
 
 
-def _drop_camera_config(id: str, options: dict[str, Any]) -> None:
+def _camera_config(id: str, options: dict[str, Any]) -> dict[str, Any] | None:
     """Takes default_camera_config out where Gymnasium's class accepts it; elsewhere it is an unknown option."""
     if id.endswith("-v5") or id == "Swimmer-v4":
-        options.pop("default_camera_config", None)
+        return options.pop("default_camera_config", camera_config(id))  # type: ignore[no-any-return]
+    return camera_config(id)
 
 
 def _check_render_keywords(render_mode: Any, width: Any, height: Any, camera_id: Any, camera_name: Any) -> None:

@@ -33,7 +33,7 @@ from mjenv._handle import Batch, Float64Array, Rows, pointer_to
 from mjenv._library import LIBRARY
 from mjenv._outputs import FLOATS, BoolArray, Info, Outputs
 from mjenv._row import Row
-from mjenv.env import RENDER_MODES, _as_float, _check_render_keywords, _drop_camera_config, _time_limit
+from mjenv.env import RENDER_MODES, _as_float, _check_render_keywords, _camera_config, _time_limit
 from mjenv.errors import (
     AlreadyPendingCallError,
     BusyError,
@@ -142,7 +142,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         _check_render_keywords(**{name: options.pop(name, default) for name, default in _RENDERING.items()})
         for name in ("max_geom", "visual_options"):
             options.pop(name, None)
-        _drop_camera_config(id, options)
+        _camera_config(id, options)
         if max_episode_steps is not None:
             options["max_episode_steps"] = _time_limit(max_episode_steps)
         self.num_envs = count_of(num_envs)

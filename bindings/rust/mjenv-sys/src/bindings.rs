@@ -571,12 +571,20 @@ pub struct mjenv_spec {
     pub max_episode_steps: i64,
     #[doc = " NaN where Gymnasium has none"]
     pub reward_threshold: f64,
+    #[doc = " m"]
+    pub camera_distance: f64,
+    #[doc = " degrees"]
+    pub camera_elevation: f64,
+    #[doc = " m"]
+    pub camera_lookat: [f64; 3usize],
+    #[doc = " a whole number"]
+    pub camera_trackbodyid: f64,
 }
 #[test]
 fn bindgen_test_layout_mjenv_spec() {
     assert_eq!(
         ::std::mem::size_of::<mjenv_spec>(),
-        40usize,
+        88usize,
         concat!("Size of: ", stringify!(mjenv_spec))
     );
     assert_eq!(
@@ -686,6 +694,74 @@ fn bindgen_test_layout_mjenv_spec() {
         );
     }
     test_field_reward_threshold();
+    fn test_field_camera_distance() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_spec>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).camera_distance) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_spec),
+                "::",
+                stringify!(camera_distance)
+            )
+        );
+    }
+    test_field_camera_distance();
+    fn test_field_camera_elevation() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_spec>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).camera_elevation) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_spec),
+                "::",
+                stringify!(camera_elevation)
+            )
+        );
+    }
+    test_field_camera_elevation();
+    fn test_field_camera_lookat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_spec>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).camera_lookat) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_spec),
+                "::",
+                stringify!(camera_lookat)
+            )
+        );
+    }
+    test_field_camera_lookat();
+    fn test_field_camera_trackbodyid() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_spec>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).camera_trackbodyid) as usize - ptr as usize
+            },
+            80usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_spec),
+                "::",
+                stringify!(camera_trackbodyid)
+            )
+        );
+    }
+    test_field_camera_trackbodyid();
 }
 impl Default for mjenv_spec {
     fn default() -> Self {
