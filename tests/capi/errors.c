@@ -229,6 +229,28 @@ static void test_longer_struct(void** state) {
   for (size_t i = 0; i < sizeof later.more; ++i) assert_int_equal(later.more[i], 0x5a);
 }
 
+// A client compiled with the first header has shorter structs.
+static void test_first_structs(void** state) {
+  struct bench* b = *state;
+  const double action[3] = {0};
+  mjenv_spec spec;
+  memset(&spec, 0x5a, sizeof spec);
+  const size_t spec_size = offsetof(mjenv_spec, camera_distance);
+  spec.struct_size = (uint32_t)spec_size;
+  assert_ok(mjenv_spec_of("Ant-v5", &spec));
+  assert_string_equal(spec.id, "Ant-v5");
+  for (size_t i = spec_size; i < sizeof spec; ++i) assert_int_equal(((unsigned char*)&spec)[i], 0x5a);
+
+  start(b);
+  mjenv_batch batch = b->out->step;
+  memset((char*)&batch + offsetof(mjenv_batch, reset_info_count), 0x5a,
+         sizeof batch - offsetof(mjenv_batch, reset_info_count));
+  batch.struct_size = offsetof(mjenv_batch, reset_info_count);
+  assert_ok(mjenv_step(b->env, action, 3, MJENV_FLOAT64, &batch));
+  outputs_soil(b->out);
+  assert_unharmed(b);
+}
+
 static void test_batch_sizes(void** state) {
   struct bench* b = *state;
   start(b);
@@ -599,6 +621,7 @@ int main(void) {
       WITH(test_null_means_absent),
       WITH(test_struct_size),
       cmocka_unit_test(test_longer_struct),
+      WITH(test_first_structs),
       WITH(test_batch_sizes),
       WITH_ROWS(test_batch_sizes),
       WITH(test_action_sizes),

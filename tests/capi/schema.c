@@ -63,6 +63,17 @@ static bool read_space_line(struct schema_id* id, const char* line) {
   return sscanf(rest, "%*s %" SCNd64, &space->count) == 1;
 }
 
+static bool read_camera(struct schema_camera* camera, const char* line) {
+  char name[32], values[256];
+  if (sscanf(line, "camera %31s %255[^\n]", name, values) != 2) return false;
+  if (strcmp(name, "lookat") == 0) return reals_of(values, camera->lookat, 3) == 3;
+  double* value = strcmp(name, "distance") == 0      ? &camera->distance
+                  : strcmp(name, "elevation") == 0   ? &camera->elevation
+                  : strcmp(name, "trackbodyid") == 0 ? &camera->trackbodyid
+                                                     : NULL;
+  return value && reals_of(values, value, 1) == 1;
+}
+
 static bool read_line(struct schema_id* id, const char* word, const char* line) {
   char text[64] = "";
   sscanf(line, "%*s %63s", text);
@@ -79,6 +90,7 @@ static bool read_line(struct schema_id* id, const char* word, const char* line) 
   if (strcmp(word, "info") == 0) return read_field(&id->info[id->info_count++], line);
   if (strcmp(word, "reset_info") == 0) return read_field(&id->reset_info[id->reset_info_count++], line);
   if (strcmp(word, "structure") == 0) return read_field(&id->structure[id->structure_count++], line);
+  if (strcmp(word, "camera") == 0) return read_camera(&id->camera, line);
   return (strcmp(word, "space") == 0 || strcmp(word, "low") == 0 || strcmp(word, "high") == 0) &&
          read_space_line(id, line);
 }
@@ -95,6 +107,7 @@ struct schema* schema_read(void) {
       assert_true(schema->count < COUNT(schema->ids));
       id = &schema->ids[schema->count++];
       strcpy(id->id, name);
+      id->camera = (struct schema_camera){NAN, NAN, {NAN, NAN, NAN}, NAN};
     } else if (id && !read_line(id, word, line)) {
       fail_msg("schema.txt: a line that makes no sense: %s", line);
     }

@@ -26,6 +26,11 @@ struct schema_space {
   size_t low_count, high_count;  // 1 when one number stands for all
 };
 
+// NaN where Gymnasium sets nothing.
+struct schema_camera {
+  double distance, elevation, lookat[3], trackbodyid;
+};
+
 struct schema_id {
   char id[64];
   int64_t max_episode_steps, render_fps, frame_skip;
@@ -35,6 +40,7 @@ struct schema_id {
   struct schema_field info[32], reset_info[32], structure[16];
   size_t option_count, info_count, reset_info_count, structure_count;
   struct schema_space observation, action;
+  struct schema_camera camera;
 };
 
 struct schema {

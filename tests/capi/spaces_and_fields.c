@@ -9,6 +9,14 @@ static mjenv_field field_at(const mjenv_env* env, mjenv_role role, int64_t index
   return field;
 }
 
+// NaN is no number here, but the word for none.
+static void assert_same_or_none(const double* got, const double* want, size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    assert_int_equal(isnan(got[i]), isnan(want[i]));
+    if (!isnan(want[i])) assert_same_bits("spec", got + i, want + i, 1);
+  }
+}
+
 static void assert_spec(const struct schema_id* id) {
   mjenv_spec spec = {.struct_size = sizeof spec};
   assert_ok(mjenv_spec_of(id->id, &spec));
@@ -17,8 +25,11 @@ static void assert_spec(const struct schema_id* id) {
   assert_true(strncmp(spec.robot, id->id, strlen(spec.robot)) == 0);
   assert_int_equal(strlen(spec.robot), strlen(id->id) - strlen("-v5"));
   assert_true(spec.max_episode_steps == id->max_episode_steps);
-  assert_int_equal(isnan(spec.reward_threshold), isnan(id->reward_threshold));
-  if (!isnan(id->reward_threshold)) assert_same_bits("threshold", &spec.reward_threshold, &id->reward_threshold, 1);
+  assert_same_or_none(&spec.reward_threshold, &id->reward_threshold, 1);
+  assert_same_or_none(&spec.camera_distance, &id->camera.distance, 1);
+  assert_same_or_none(&spec.camera_elevation, &id->camera.elevation, 1);
+  assert_same_or_none(spec.camera_lookat, id->camera.lookat, 3);
+  assert_same_or_none(&spec.camera_trackbodyid, &id->camera.trackbodyid, 1);
 }
 
 static void assert_space(const mjenv_env* env, mjenv_role role, const struct schema_space* want) {

@@ -36,6 +36,7 @@ def schema(facts: dict[str, str]) -> bytes:
         "mjenv-schema 1",
         "# What Gymnasium declares for each id, without rendering. option NAME KIND DEFAULT..., in order.",
         "# space ROLE DTYPE COUNT, low ROLE X..., high ROLE X... (one X: all alike). structure: observation_structure",
+        "# camera NAME X...: default_camera_config",
         "# info, reset_info NAME COUNT TYPE, in order: action_dtype is np.float32 if the action is, else np.float64.",
         *lines_of({key: facts[key] for key in ("gymnasium", "mujoco", "numpy", "python")}),
     ]
@@ -62,6 +63,8 @@ def schema(facts: dict[str, str]) -> bytes:
             lines += [f"low {role} {bounds(space.low)}", f"high {role} {bounds(space.high)}"]
         lines += ["info {} {} {}".format(*field) for field in info_fields]
         lines += ["reset_info {} {} {}".format(*field) for field in reset_fields]
+        for key, value in (bare.mujoco_renderer.default_cam_config or {}).items():
+            lines.append(f"camera {key} {hexed(np.atleast_1d(value))}")
         lines += [f"structure {term} {count}" for term, count in getattr(bare, "observation_structure", {}).items()]
         env.close()
     return "\n".join(lines).encode() + b"\n"

@@ -874,7 +874,8 @@ actions = np.zeros((16, 17))
         "envs.send(actions); rows = envs.recv(1)[0]; envs.send(actions[: len(rows)], rows)",
         "envs.send(actions); sys.exit(0)",
         "envs.send(actions); other = envs; envs.loop = envs",
-        "work = lambda: [envs.step(actions) for _ in range(999)]\nthreading.Thread(target=work, daemon=True).start()\ntime.sleep(0.05)",
+        "work = lambda: [envs.step(actions) for _ in range(999)]; "
+        "threading.Thread(target=work, daemon=True).start(); time.sleep(0.05)",
         "threading.Thread(target=lambda: (envs.send(actions), envs.recv()), daemon=True).start()",
     ],
 )

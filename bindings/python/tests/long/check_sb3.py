@@ -1,0 +1,68 @@
+"""mjenv.sb3.VecEnv with Stable-Baselines3 itself. Needs stable-baselines3 (and so torch); not part of the plain run:
+
+python -m pytest bindings/python/tests/long/check_sb3.py
+"""
+
+import functools
+from typing import Any
+
+import numpy as np
+import pytest
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
+
+import mjenv
+from mjenv.sb3 import VecEnv
+
+pytestmark = pytest.mark.filterwarnings("default")
+
+
+def same(a: Any, b: Any) -> bool:
+    if isinstance(a, (list, tuple)):
+        return type(a) is type(b) and len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, np.ndarray):
+        return type(b) is np.ndarray and (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
+    return type(a) is type(b) and bool(a == b)
+
+
+@pytest.mark.parametrize("id", mjenv.ids())
+def test_dummy_vec_env(id: str) -> None:
+    """Every output equals Stable-Baselines3's own vector environment over single environments."""
+    ours = VecEnv(id, 3, num_threads=2, max_episode_steps=12)
+    theirs = DummyVecEnv([functools.partial(mjenv.make, id, max_episode_steps=12)] * 3)
+    for envs in (ours, theirs):
+        envs.seed(7)
+    assert same(ours.reset(), theirs.reset())
+    assert same(ours.reset_infos, theirs.reset_infos)
+    assert (ours.observation_space, ours.action_space) == (theirs.observation_space, theirs.action_space)
+    rng = np.random.default_rng(0)
+    for step in range(40):
+        actions = rng.uniform(-1, 1, (3, *ours.action_space.shape)).astype((np.float32, np.float64)[step % 2])
+        assert same(ours.step(actions), theirs.step(actions))
+        assert same(ours.reset_infos, theirs.reset_infos)
+    assert same(ours.reset(), theirs.reset())
+
+
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_training_is_the_same(algorithm: Any) -> None:
+    """The same weights come out as with Stable-Baselines3's own vector environment."""
+    settings = {"n_steps": 64, "batch_size": 64} if algorithm is PPO else {"learning_starts": 200}
+    weights = []
+    for envs in (VecEnv("Hopper-v5", 4), DummyVecEnv([functools.partial(mjenv.make, "Hopper-v5")] * 4)):
+        wrapped = VecNormalize(VecMonitor(envs))
+        model = algorithm("MlpPolicy", wrapped, seed=3, device="cpu", **settings)
+        model.learn(1024)
+        weights.append([value.numpy().copy() for value in model.policy.state_dict().values()])
+        wrapped.close()
+    assert same(*weights)
+
+
+def test_evaluation() -> None:
+    train = VecEnv("InvertedPendulum-v5", 8)
+    model = PPO("MlpPolicy", VecMonitor(train), n_steps=128, batch_size=256, seed=1, device="cpu")
+    model.learn(20_000)
+    mean, _ = evaluate_policy(model, VecMonitor(VecEnv("InvertedPendulum-v5", 4)), n_eval_episodes=8)
+    assert mean > 100  # random actions last some ten steps
