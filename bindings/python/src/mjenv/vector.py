@@ -33,7 +33,7 @@ from mjenv._handle import Batch, Float64Array, Rows, pointer_to
 from mjenv._library import LIBRARY
 from mjenv._outputs import FLOATS, BoolArray, Info, Outputs
 from mjenv._row import Row
-from mjenv.env import RENDER_MODES, _as_float, _check_render_keywords, _camera_config, _time_limit
+from mjenv.env import RENDER_MODES, _as_float, _camera_config, _check_render_keywords, _time_limit
 from mjenv.errors import (
     AlreadyPendingCallError,
     BusyError,
