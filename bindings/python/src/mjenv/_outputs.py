@@ -40,7 +40,7 @@ class _Layout:
         self.fields, self.rows = fields, rows
         self.dtypes = tuple(_dtype(field.type, action_dtype) for field in fields)
         self.names = tuple((field.name, f"_{field.name}") for field in fields)
-        # (name, name of the mask, part, shape unless flat, dtype unless float64), for the case that all rows have it
+        # (name, name of the mask, part, shape unless flat, dtype unless float64)
         self._parts = tuple(
             (
                 *names,
@@ -53,15 +53,16 @@ class _Layout:
 
         self._masks: BoolArray = np.ones((len(fields), rows), np.bool_)
 
-    def whole(self, values: Float64Array) -> Info:
-        """Infos that every row has, as views of the values."""
+    def whole(self, values: Float64Array, mask: BoolArray | None = None) -> Info:
+        """Infos of all rows as views of the values, which are 0 where the mask is False."""
         infos: Info = {}
-        for (name, mask_name, part, shape, dtype), mask in zip(self._parts, self._masks.copy(), strict=True):
+        masks: BoolArray = self._masks.copy() if mask is None else self._masks & mask
+        for (name, mask_name, part, shape, dtype), own_mask in zip(self._parts, masks, strict=True):
             value: NDArray[Any] = values[part]
             if shape:
                 value = value.reshape(shape)
             infos[name] = value.astype(dtype) if dtype else value
-            infos[mask_name] = mask
+            infos[mask_name] = own_mask
         return infos
 
     def add(self, infos: Info, values: Float64Array, mask: BoolArray, rows: NDArray[np.int64] | slice) -> None:
@@ -129,13 +130,16 @@ class Outputs(Batch):
         stepped = ~was_reset
         infos: Info = {}
         # Gymnasium goes through the rows in order, so the first row decides whose keys come first.
-        if len(stepped) and stepped[0]:
+        steps_first = len(stepped) > 0 and bool(stepped[0])
+        if steps_first and rows is None:
+            infos = layout.whole(self.info.copy(), stepped)
+        elif steps_first:
             layout.add(infos, self.info, stepped, part)
         if was_reset.any():
             if self.final:
                 self._add_final(infos, layout, was_reset, part)
             self._reset_layout.add(infos, self.reset_info, was_reset, part)
-        if len(stepped) and not stepped[0] and stepped.any():
+        if not steps_first and stepped.any():
             layout.add(infos, self.info, stepped, part)
         return infos
 
