@@ -33,24 +33,32 @@ def _dtype(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
     return np.dtype(np.int64 if kind in (Type.PYTHON_INT, Type.NUMPY_INT64) else np.float64)
 
 
+class _Places:
+    """The rows that a mask over the reported rows chooses: where they stand in the infos, and in the library's arrays."""
+
+    __slots__ = ("mask", "source", "target")
+
+    def __init__(self, mask: BoolArray, rows: NDArray[np.int64] | None) -> None:
+        self.mask = mask
+        self.target: NDArray[np.intp] = np.flatnonzero(mask)
+        self.source: NDArray[Any] = self.target if rows is None else rows[self.target]
+
+
 class _Layout:
     """How one role's block of values becomes infos."""
 
     def __init__(self, fields: tuple[Field, ...], rows: int, action_dtype: np.dtype[Any]) -> None:
-        self.fields, self.rows = fields, rows
-        self.dtypes = tuple(_dtype(field.type, action_dtype) for field in fields)
-        self.names = tuple((field.name, f"_{field.name}") for field in fields)
-        # (name, name of the mask, part, shape unless flat, dtype unless float64)
+        # name, name of the mask, part of the block, its shape, dtype
         self._parts = tuple(
             (
-                *names,
+                field.name,
+                f"_{field.name}",
                 slice(field.offset * rows, (field.offset + field.count) * rows),
-                (rows, *field.shape) if field.shape else None,
-                None if dtype == np.float64 else dtype,
+                (rows, *field.shape),
+                _dtype(field.type, action_dtype),
             )
-            for names, field, dtype in zip(self.names, fields, self.dtypes, strict=True)
+            for field in fields
         )
-
         self._masks: BoolArray = np.ones((len(fields), rows), np.bool_)
 
     def whole(self, values: Float64Array, mask: BoolArray | None = None) -> Info:
@@ -59,21 +67,25 @@ class _Layout:
         masks: BoolArray = self._masks.copy() if mask is None else self._masks & mask
         for (name, mask_name, part, shape, dtype), own_mask in zip(self._parts, masks, strict=True):
             value: NDArray[Any] = values[part]
-            if shape:
+            if len(shape) > 1:
                 value = value.reshape(shape)
-            infos[name] = value.astype(dtype) if dtype else value
+            infos[name] = value if dtype == np.float64 else value.astype(dtype)
             infos[mask_name] = own_mask
         return infos
 
-    def add(self, infos: Info, values: Float64Array, mask: BoolArray, rows: NDArray[np.int64] | slice) -> None:
-        """Adds what the masked ones of these rows have. As in Gymnasium, the first to bring a key sets its dtype."""
-        found = views(values, self.fields, self.rows)
-        for (name, mask_name), value, dtype in zip(self.names, found, self.dtypes, strict=True):
-            if name not in infos:
-                infos[name] = np.zeros((len(mask), *value.shape[1:]), dtype)
-                infos[mask_name] = np.zeros(len(mask), np.bool_)
-            infos[name][mask] = value[rows][mask]
-            infos[mask_name] |= mask
+    def add(self, infos: Info, values: Float64Array, places: _Places) -> None:
+        """Adds what these rows have. As in Gymnasium, the first to bring a key sets its dtype."""
+        mask, target, source = places.mask, places.target, places.source
+        for name, mask_name, part, shape, dtype in self._parts:
+            value: NDArray[Any] = values[part]
+            if len(shape) > 1:
+                value = value.reshape(shape)
+            if name in infos:
+                infos[mask_name] |= mask
+            else:
+                infos[name] = np.zeros((len(mask), *shape[1:]), dtype)
+                infos[mask_name] = mask.copy()
+            infos[name][target] = value[source]
 
 
 class Outputs(Batch):
@@ -117,7 +129,7 @@ class Outputs(Batch):
         if mask is None:
             return self._reset_layout.whole(self.reset_info.copy())
         infos: Info = {}
-        self._reset_layout.add(infos, self.reset_info, mask, slice(None))
+        self._reset_layout.add(infos, self.reset_info, _Places(mask, None))
         return infos
 
     def step_infos(self, action_dtype: np.dtype[Any], rows: NDArray[np.int64] | None = None) -> Info:
@@ -125,8 +137,7 @@ class Outputs(Batch):
         layout = self._layouts[action_dtype]
         if rows is None and 1 not in self._resets:
             return layout.whole(self.info.copy())
-        part = slice(None) if rows is None else rows
-        was_reset = self.was_reset[part]
+        was_reset = self.was_reset if rows is None else self.was_reset[rows]
         stepped = ~was_reset
         infos: Info = {}
         # Gymnasium goes through the rows in order, so the first row decides whose keys come first.
@@ -134,21 +145,21 @@ class Outputs(Batch):
         if steps_first and rows is None:
             infos = layout.whole(self.info.copy(), stepped)
         elif steps_first:
-            layout.add(infos, self.info, stepped, part)
+            layout.add(infos, self.info, _Places(stepped, rows))
         if was_reset.any():
+            places = _Places(was_reset, rows)
             if self.final:
-                self._add_final(infos, layout, was_reset, part)
-            self._reset_layout.add(infos, self.reset_info, was_reset, part)
+                self._add_final(infos, layout, places)
+            self._reset_layout.add(infos, self.reset_info, places)
         if not steps_first and stepped.any():
-            layout.add(infos, self.info, stepped, part)
+            layout.add(infos, self.info, _Places(stepped, rows))
         return infos
 
-    def _add_final(self, infos: Info, layout: _Layout, mask: BoolArray, part: NDArray[np.int64] | slice) -> None:
-        final_obs = np.full(len(mask), None, dtype=object)
-        last = self.final_obs[part]
-        for row in np.flatnonzero(mask):
-            final_obs[row] = last[row].copy()
+    def _add_final(self, infos: Info, layout: _Layout, places: _Places) -> None:
+        final_obs = np.full(len(places.mask), None, dtype=object)
+        for row, obs in zip(places.target.tolist(), self.final_obs[places.source], strict=True):
+            final_obs[row] = obs.copy()
         final_info: Info = {}
-        layout.add(final_info, self.final_info, mask, part)
-        infos["final_obs"], infos["_final_obs"] = final_obs, mask.copy()
-        infos["final_info"], infos["_final_info"] = final_info, mask.copy()
+        layout.add(final_info, self.final_info, places)
+        infos["final_obs"], infos["_final_obs"] = final_obs, places.mask.copy()
+        infos["final_info"], infos["_final_info"] = final_info, places.mask.copy()
