@@ -34,7 +34,7 @@ def _dtype(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
 
 
 class _Places:
-    """The rows that a mask over the reported rows chooses: where they stand in the infos, and in the library's arrays."""
+    """The rows that a mask over the reported rows chooses: their places in the infos and in the library's arrays."""
 
     __slots__ = ("mask", "source", "target")
 
