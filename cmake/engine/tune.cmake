@@ -1,0 +1,90 @@
+# How the core and the engine are compiled: as fast as the same bits allow.
+include(CheckIPOSupported)
+include(CheckLinkerFlag)
+include(CMakeDependentOption)
+
+option(MJENV_SYMBOLS "Strip the library, and keep its symbols and line numbers in a file of their own" OFF)
+option(MJENV_LTO "Optimise across the core and the engine at link time" ON)
+set(MJENV_ARCH "" CACHE STRING "Instruction set, x86-64-v3 for instance; empty: runs on every machine of this architecture")
+cmake_dependent_option(MJENV_DISPATCH "Compile the engine a second time, for machines with AVX2, and choose when loaded" ON
+  "CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64;NOT MJENV_ARCH" OFF)
+set(MJENV_SANITIZE "" CACHE STRING "Sanitizers: address,undefined or thread")
+set(MJENV_PGO OFF CACHE STRING "Optimise by profile (clang): OFF, use, or generate, which builds the library to be profiled")
+set(MJENV_PROFILE "" CACHE FILEPATH "Profile to use; empty: tools/engine-pgo makes it")
+set_property(CACHE MJENV_PGO PROPERTY STRINGS OFF use generate)
+
+# Exact bits: no fused multiply-add, no reordering. MuJoCo neither reads errno nor traps.
+set(MJENV_TUNE -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-plt -fno-semantic-interposition)
+set(MJENV_TUNE_LINK "")
+if(MJENV_ARCH)
+  # gcc 12 fuses in its vectorizer whatever -ffp-contract says.
+  list(APPEND MJENV_TUNE -march=${MJENV_ARCH} $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},x86_64>:-mno-fma>)
+endif()
+if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  check_linker_flag(CXX -fuse-ld=lld MJENV_HAVE_LLD)
+  if(MJENV_HAVE_LLD)
+    list(APPEND MJENV_TUNE_LINK -fuse-ld=lld)
+  endif()
+  # Whole-program, not CMake's choice of ThinLTO.
+  set(CMAKE_C_COMPILE_OPTIONS_IPO -flto)
+  set(CMAKE_CXX_COMPILE_OPTIONS_IPO -flto)
+endif()
+
+if(MJENV_SANITIZE)
+  list(APPEND MJENV_TUNE -fsanitize=${MJENV_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  list(APPEND MJENV_TUNE_LINK -fsanitize=${MJENV_SANITIZE})
+endif()
+
+if(MJENV_PGO AND NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  message(FATAL_ERROR "MJENV_PGO needs clang; this is ${CMAKE_CXX_COMPILER_ID}")
+endif()
+if(MJENV_PGO STREQUAL generate)
+  list(APPEND MJENV_TUNE -fprofile-generate)
+  list(APPEND MJENV_TUNE_LINK -fprofile-generate)
+elseif(MJENV_PGO)
+  if(NOT MJENV_PROFILE)
+    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/engine-pgo -DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}
+                            -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER} -DMJENV_ARCH=${MJENV_ARCH}
+                            -DMJENV_ENGINE_SOURCES=${MJENV_ENGINE_SOURCES}
+                    OUTPUT_VARIABLE profile OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)
+    if(failed)
+      message(FATAL_ERROR "tools/engine-pgo could not make a profile; see above, or set -DMJENV_PGO=OFF")
+    endif()
+    set_property(CACHE MJENV_PROFILE PROPERTY VALUE ${profile})
+  endif()
+  list(APPEND MJENV_TUNE -fprofile-use=${MJENV_PROFILE} -Wno-profile-instr-unprofiled -Wno-profile-instr-out-of-date)
+endif()
+
+# Neither an instrumented nor a sanitized library gains from it.
+if(MJENV_LTO AND NOT MJENV_SANITIZE AND NOT MJENV_PGO STREQUAL generate)
+  check_ipo_supported(RESULT MJENV_USE_LTO OUTPUT reason LANGUAGES C CXX)
+  if(NOT MJENV_USE_LTO)
+    message(WARNING "Building without link-time optimisation, which makes the library slower: ${reason}")
+  endif()
+else()
+  set(MJENV_USE_LTO OFF)
+endif()
+
+if(MJENV_SYMBOLS)
+  list(APPEND MJENV_TUNE -g1)
+endif()
+
+function(mjenv_tune target)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden
+                        CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+                        INTERPROCEDURAL_OPTIMIZATION ${MJENV_USE_LTO})
+  target_compile_options(${target} PRIVATE ${MJENV_TUNE})
+  target_link_options(${target} PUBLIC "$<BUILD_INTERFACE:${MJENV_TUNE_LINK}>")
+endfunction()
+
+# Moves the symbols of a shared library to LIBRARY.debug, where debuggers look for them.
+function(mjenv_split_symbols target)
+  if(NOT MJENV_SYMBOLS)
+    return()
+  endif()
+  set(file $<TARGET_FILE:${target}>)
+  add_custom_command(TARGET ${target} POST_BUILD VERBATIM
+    COMMAND ${CMAKE_OBJCOPY} --only-keep-debug ${file} ${file}.debug
+    COMMAND ${CMAKE_OBJCOPY} --strip-unneeded --add-gnu-debuglink=${file}.debug ${file})
+  install(FILES ${file}.debug DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endfunction()
