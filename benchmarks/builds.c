@@ -1,7 +1,7 @@
 /* Compares builds of the library: steps per second of CPU time of the first, and how many times as fast the others are.
  * Usage: builds [-s SECONDS] [-r ROUNDS] [-i ID]... LIBRARY LIBRARY...
- * Every build does the same work (the same seeds, the same sampled actions, resets included) in a process of its own; the
- * builds take turns, and a figure is the median over the rounds. */
+ * Every build does the same work (the same seeds, the same sampled actions, resets included) in a process of its own;
+ * the builds take turns, and a figure is the median over the rounds. */
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -81,7 +81,8 @@ static struct build start(const char* path) {
 
 static double measure(struct build build, struct work work) {
   double seconds;
-  if (write(build.work, &work, sizeof work) != sizeof work || read(build.seconds, &seconds, sizeof seconds) <= 0) exit(1);
+  if (write(build.work, &work, sizeof work) != sizeof work || read(build.seconds, &seconds, sizeof seconds) <= 0)
+    exit(1);
   return seconds;
 }
 

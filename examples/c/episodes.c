@@ -31,17 +31,17 @@ enum { EPISODES = 3, SEED = 42 };
   X(mjenv_reset)              \
   X(mjenv_step)
 
-#define X(name) static __typeof__(name) *p_##name;
+#define X(name) static __typeof__(name)* p_##name;
 FUNCTIONS(X)
 #undef X
 
-static void load(const char *path) {
-  void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+static void load(const char* path) {
+  void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     fprintf(stderr, "%s\n", dlerror());
     exit(1);
   }
-#define X(name) *(void **)&p_##name = dlsym(library, #name);
+#define X(name) *(void**)&p_##name = dlsym(library, #name);
   FUNCTIONS(X)
 #undef X
 }
@@ -52,13 +52,13 @@ static void check(mjenv_status status) {
   exit(1);
 }
 
-static void *allocate(size_t count, size_t size) {
-  void *memory = calloc(count ? count : 1, size);
+static void* allocate(size_t count, size_t size) {
+  void* memory = calloc(count ? count : 1, size);
   if (!memory) exit(1);
   return memory;
 }
 
-static int64_t count_of(const mjenv_env *env, mjenv_role role) {
+static int64_t count_of(const mjenv_env* env, mjenv_role role) {
   int64_t total = 0;
   for (int64_t i = 0; i < p_mjenv_field_count(env, role); ++i) {
     mjenv_field field = {.struct_size = sizeof field};
@@ -68,7 +68,7 @@ static int64_t count_of(const mjenv_env *env, mjenv_role role) {
   return total;
 }
 
-static uint64_t mix(uint64_t hash, const double *values, int64_t count) {
+static uint64_t mix(uint64_t hash, const double* values, int64_t count) {
   for (int64_t i = 0; i < count; ++i) {
     uint64_t word;
     memcpy(&word, &values[i], sizeof word);
@@ -85,9 +85,9 @@ static double now(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void play(const char *id, const char *norm) {
-  mjenv_options *options;
-  mjenv_env *env;
+static void play(const char* id, const char* norm) {
+  mjenv_options* options;
+  mjenv_env* env;
   check(p_mjenv_options_create(id, &options));
   check(p_mjenv_options_set_string(options, "norm", norm));
   check(p_mjenv_create(options, 1, &env));
@@ -97,10 +97,10 @@ static void play(const char *id, const char *norm) {
   check(p_mjenv_space_of(env, MJENV_OBSERVATION, &observations));
   check(p_mjenv_space_of(env, MJENV_ACTION, &actions));
   const int64_t info_count = count_of(env, MJENV_INFO), reset_info_count = count_of(env, MJENV_RESET_INFO);
-  double *obs = allocate((size_t)observations.count, sizeof *obs);
-  double *info = allocate((size_t)info_count, sizeof *info);
-  double *reset_info = allocate((size_t)reset_info_count, sizeof *reset_info);
-  float *action = allocate((size_t)actions.count, sizeof *action);
+  double* obs = allocate((size_t)observations.count, sizeof *obs);
+  double* info = allocate((size_t)info_count, sizeof *info);
+  double* reset_info = allocate((size_t)reset_info_count, sizeof *reset_info);
+  float* action = allocate((size_t)actions.count, sizeof *action);
   double reward, total = 0;
   uint8_t terminated, truncated;
   const mjenv_batch started = {.struct_size = sizeof started,
@@ -146,7 +146,7 @@ static void play(const char *id, const char *norm) {
   free(action);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
   if (argc < 4) {
     fprintf(stderr, "usage: %s LIBRARY plain|fused ID...\n", argv[0]);
     return 2;

@@ -6,23 +6,23 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define MJENV_FUNCTIONS(X)    \
-  X(mjenv_version)            \
-  X(mjenv_last_error)         \
-  X(mjenv_id_count)           \
-  X(mjenv_id_at)              \
-  X(mjenv_options_create)     \
-  X(mjenv_options_destroy)    \
-  X(mjenv_create)             \
-  X(mjenv_destroy)            \
-  X(mjenv_space_of)           \
-  X(mjenv_field_count)        \
-  X(mjenv_field_at)           \
-  X(mjenv_seed)               \
-  X(mjenv_reset)              \
-  X(mjenv_step)               \
-  X(mjenv_seed_actions)       \
-  X(mjenv_sample_actions)     \
+#define MJENV_FUNCTIONS(X) \
+  X(mjenv_version)         \
+  X(mjenv_last_error)      \
+  X(mjenv_id_count)        \
+  X(mjenv_id_at)           \
+  X(mjenv_options_create)  \
+  X(mjenv_options_destroy) \
+  X(mjenv_create)          \
+  X(mjenv_destroy)         \
+  X(mjenv_space_of)        \
+  X(mjenv_field_count)     \
+  X(mjenv_field_at)        \
+  X(mjenv_seed)            \
+  X(mjenv_reset)           \
+  X(mjenv_step)            \
+  X(mjenv_seed_actions)    \
+  X(mjenv_sample_actions)  \
   X(mjenv_read)
 
 struct library {

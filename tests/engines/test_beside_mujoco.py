@@ -1,4 +1,4 @@
-"""The library and another MuJoCo, the one of PyPI's newest mujoco, in one process: neither changes what the other does."""
+"""The library and another MuJoCo, the one of PyPI's newest mujoco, in one process: neither changes the other."""
 
 import subprocess
 import sys
@@ -40,7 +40,7 @@ def lines(*programs: str) -> set[str]:
 
 @pytest.mark.parametrize("flags", ["", GLOBAL], ids=["local", "global"])
 @pytest.mark.parametrize("load", LOAD_BOTH, ids=["mujoco_first", "mjenv_first"])
-@pytest.mark.parametrize("programs", [(MJENV, MUJOCO), (MUJOCO, MJENV)], ids=["mjenv_steps_first", "mujoco_steps_first"])
+@pytest.mark.parametrize("programs", [(MJENV, MUJOCO), (MUJOCO, MJENV)], ids=["mjenv_first", "mujoco_first"])
 def test_each_gives_what_it_gives_alone(flags: str, load: str, programs: tuple[str, str]) -> None:
     assert not mujoco.__version__.startswith("2.")
     alone = lines(MJENV) | lines(MUJOCO)
