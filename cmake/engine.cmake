@@ -1,7 +1,7 @@
 # mjenv_engine: MuJoCo 2.2.2, however it is provided.
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 
-set(MJENV_ENGINE system CACHE STRING "MuJoCo 2.2.2: source (compiled into the library), system (an installed one), auto \
+set(MJENV_ENGINE auto CACHE STRING "MuJoCo 2.2.2: source (compiled into the library), system (an installed one), auto \
 (source where the sources can be had, else system), or the folder of an unpacked official release or wheel")
 set(MJENV_ENGINE_SOURCES "" CACHE PATH "Folder with mujoco, libccd, lodepng, qhull, tinyxml2 and tinyobjloader; empty: \
 tools/engine-sources fetches them")

@@ -1,13 +1,10 @@
 # How the core and the engine are compiled: as fast as the same bits allow.
 include(CheckIPOSupported)
 include(CheckLinkerFlag)
-include(CMakeDependentOption)
 
 option(MJENV_SYMBOLS "Strip the library, and keep its symbols and line numbers in a file of their own" OFF)
 option(MJENV_LTO "Optimise across the core and the engine at link time" ON)
 set(MJENV_ARCH "" CACHE STRING "Instruction set, x86-64-v3 for instance; empty: runs on every machine of this architecture")
-cmake_dependent_option(MJENV_DISPATCH "Compile the engine a second time, for machines with AVX2, and choose when loaded" ON
-  "CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64;NOT MJENV_ARCH" OFF)
 set(MJENV_SANITIZE "" CACHE STRING "Sanitizers: address,undefined or thread")
 set(MJENV_PGO OFF CACHE STRING "Optimise by profile (clang): OFF, use, or generate, which builds the library to be profiled")
 set(MJENV_PROFILE "" CACHE FILEPATH "Profile to use; empty: tools/engine-pgo makes it")
