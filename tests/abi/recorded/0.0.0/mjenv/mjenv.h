@@ -1,0 +1,304 @@
+/* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
+ *
+ * Rows       An environment holds one or many independent rows. A row is one episode: a few hundred bytes of state.
+ *            The environment owns the MuJoCo work space in which rows are stepped, so rows are cheap.
+ * Numbers    For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
+ * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
+ *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
+ * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
+ *            A const char * or const double * result is borrowed from the handle it came from.
+ *            The library keeps no pointer that a caller passed in.
+ * Threads    Distinct handles are independent. Two threads in one environment at once: the later gets MJENV_E_BUSY.
+ * Arrays     Row-major, dense, owned by the caller. Sizes count elements unless the name says bytes.
+ * ABI        Structs start with struct_size, which the caller sets to sizeof; they only ever grow at their end. */
+#ifndef MJENV_MJENV_H
+#define MJENV_MJENV_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define MJENV_API __attribute__((visibility("default")))
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Changes when a compiled client would have to be rebuilt. */
+#define MJENV_ABI_VERSION 1
+
+typedef struct mjenv_options mjenv_options; /* the constructor options of one environment id */
+typedef struct mjenv_env mjenv_env;         /* an environment of one or many rows */
+
+typedef enum mjenv_status {
+  MJENV_OK = 0,
+  MJENV_E_ARGUMENT = -1,  /* a null pointer, an unknown enum value, a struct_size that is too small */
+  MJENV_E_NAME = -2,      /* no such id, option, array or object; the message lists the valid ones */
+  MJENV_E_TYPE = -3,      /* the option holds another kind of value */
+  MJENV_E_VALUE = -4,     /* a value outside its bounds, or a NaN where a number is needed */
+  MJENV_E_SIZE = -5,      /* an array of another length than needed */
+  MJENV_E_STATE = -6,     /* not now: a step before the first reset or after the end of the episode */
+  MJENV_E_BUSY = -7,      /* another thread is inside this environment */
+  MJENV_E_MODEL = -8,     /* a model file that is missing, malformed or lacks what the task needs */
+  MJENV_E_PHYSICS = -9,   /* MuJoCo reported an error, or a row diverged */
+  MJENV_E_SNAPSHOT = -10, /* an image that is damaged or belongs to another environment */
+  MJENV_E_MEMORY = -11,   /* out of memory */
+  MJENV_E_INTERNAL = -12  /* a defect of this library; please report it */
+} mjenv_status;
+
+typedef enum mjenv_dtype { MJENV_FLOAT64 = 0, MJENV_FLOAT32 = 1 } mjenv_dtype;
+
+/* What a list of fields describes. */
+typedef enum mjenv_role {
+  MJENV_OBSERVATION = 1, /* the terms of an observation, in order */
+  MJENV_ACTION = 2,      /* the actuators */
+  MJENV_INFO = 3,        /* the info of a step */
+  MJENV_RESET_INFO = 4,  /* the info of a reset */
+  MJENV_REWARD = 5,      /* the reward: one field */
+  MJENV_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
+  MJENV_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
+  MJENV_MODEL = 8        /* sizes, options and arrays of the mjModel, for mjenv_read */
+} mjenv_role;
+
+typedef enum mjenv_kind {
+  MJENV_FLAG = 1,         /* integer 0 or 1 */
+  MJENV_INTEGER = 2,      /* integer */
+  MJENV_REALS = 3,        /* one or more doubles */
+  MJENV_STRING = 4,       /* UTF-8 text */
+  MJENV_STRING_OR_INT = 5 /* a name or an index: text or integer */
+} mjenv_kind;
+
+/* The type that Gymnasium gives a value. All values are passed as doubles; each fits exactly. */
+typedef enum mjenv_type {
+  MJENV_NUMPY_FLOAT64 = 1, /* np.float64 */
+  MJENV_ACTION_DTYPE = 2,  /* np.float32 when the action is float32, else np.float64 */
+  MJENV_PYTHON_FLOAT = 3,  /* float */
+  MJENV_PYTHON_INT = 4,    /* int */
+  MJENV_NUMPY_INT64 = 5,   /* np.int64 */
+  MJENV_NUMPY_FLOAT32 = 6, /* np.float32: some mjModel arrays */
+  MJENV_NUMPY_INT32 = 7,   /* np.int32: mjModel and mjData arrays */
+  MJENV_NUMPY_UINT8 = 8    /* np.uint8: flags and pixels in mjModel */
+} mjenv_type;
+
+/* One constructor option: its name is Gymnasium's, its bounds are closed. */
+typedef struct mjenv_option {
+  uint32_t struct_size;
+  int32_t kind; /* mjenv_kind */
+  const char *name;
+  const char *doc;
+  double low, high;    /* of each number; infinite when unbounded; no meaning for text */
+  int64_t count;       /* numbers held: 2 for a range */
+  const char *choices; /* the valid texts separated by blanks, or NULL when any text may be tried */
+} mjenv_option;
+
+/* One named term of an observation, an action or an info; one readable array. */
+typedef struct mjenv_field {
+  uint32_t struct_size;
+  int32_t ndim; /* 0 for a scalar */
+  const char *name;
+  const char *doc;  /* with the unit where there is one; "" when the name says it all */
+  int64_t shape[4]; /* the first ndim are used */
+  int64_t offset;   /* of the first element within one row's record */
+  int64_t count;    /* elements: the product of the shape */
+  int32_t type;     /* mjenv_type */
+} mjenv_field;
+
+/* A Box space. The bounds are borrowed from the environment: low[count], high[count]. */
+typedef struct mjenv_space {
+  uint32_t struct_size;
+  int32_t dtype; /* mjenv_dtype, as Gymnasium declares it: float64 observations, float32 actions */
+  int64_t count;
+  const double *low;
+  const double *high;
+} mjenv_space;
+
+/* What an id promises before anything is built. */
+typedef struct mjenv_spec {
+  uint32_t struct_size;
+  int32_t version; /* 4 or 5 */
+  const char *id;
+  const char *robot;         /* the id without its version */
+  int64_t max_episode_steps; /* the default */
+  double reward_threshold;   /* NaN where Gymnasium has none */
+} mjenv_spec;
+
+/* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */
+typedef struct mjenv_batch {
+  uint32_t struct_size;
+  int32_t obs_dtype;   /* mjenv_dtype of obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  int64_t rows;        /* must equal mjenv_rows */
+  int64_t obs_count;   /* elements of one row of obs: the observation space's count */
+  int64_t info_count;  /* elements of one row of info: the sum of the counts of the role's fields */
+  void *obs;           /* [rows][obs_count] */
+  double *reward;      /* [rows]; a reset writes 0 */
+  uint8_t *terminated; /* [rows]; a reset writes 0 */
+  uint8_t *truncated;  /* [rows]; a reset writes 0 */
+  double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset */
+  int32_t *status;     /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
+} mjenv_batch;
+
+/* ---- Library ---- */
+
+/* MJENV_ABI_VERSION of the library that was loaded. */
+MJENV_API uint32_t mjenv_abi_version(void);
+
+/* "major.minor.patch (MuJoCo x.y.z)"; static. */
+MJENV_API const char *mjenv_version(void);
+
+/* The enumerator's name, "MJENV_E_VALUE" for instance; static; "unknown status" for any other number. */
+MJENV_API const char *mjenv_status_name(mjenv_status status);
+
+/* Why the last failing call on this thread failed; "" if none has. Valid until the next failing call on this thread. */
+MJENV_API const char *mjenv_last_error(void);
+
+/* ---- Ids ---- */
+
+/* How many environment ids there are. */
+MJENV_API int64_t mjenv_id_count(void);
+
+/* The id at 0 <= index < mjenv_id_count(), sorted; static; NULL outside. */
+MJENV_API const char *mjenv_id_at(int64_t index);
+
+/* Fills spec for an id. Errors: ARGUMENT, NAME. */
+MJENV_API mjenv_status mjenv_spec_of(const char *id, mjenv_spec *spec);
+
+/* ---- Options ---- */
+
+/* The options of an id at their defaults. The caller destroys them; mjenv_create copies them.
+ * Errors: ARGUMENT, NAME, MEMORY. */
+MJENV_API mjenv_status mjenv_options_create(const char *id, mjenv_options **options);
+
+MJENV_API void mjenv_options_destroy(mjenv_options *options);
+
+/* How many options the id has; 0 for NULL. */
+MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
+
+/* Describes the option at an index; strings are borrowed from the options. Errors: ARGUMENT, VALUE (index). */
+MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
+
+/* Sets a flag or an integer. An integer given to a single real is stored as that real; an info or a reward that
+ * Gymnasium would then return as an int is described so. Errors: ARGUMENT, NAME, TYPE, VALUE. */
+MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
+
+/* Sets all numbers of an option. Errors: ARGUMENT, NAME, TYPE, VALUE, SIZE. */
+MJENV_API mjenv_status mjenv_options_set_reals(mjenv_options *options, const char *name, const double *values,
+                                               size_t count);
+
+/* Sets a text. Errors: ARGUMENT, NAME, TYPE, VALUE. */
+MJENV_API mjenv_status mjenv_options_set_string(mjenv_options *options, const char *name, const char *value);
+
+/* Reads a flag, an integer, or the index in a STRING_OR_INT. Errors: ARGUMENT, NAME, TYPE. */
+MJENV_API mjenv_status mjenv_options_get_integer(const mjenv_options *options, const char *name, int64_t *value);
+
+/* Reads the numbers of an option. count receives how many there are; values may be NULL when capacity is 0, to ask
+ * for the count alone. Errors: ARGUMENT, NAME, TYPE, SIZE (0 < capacity < count). */
+MJENV_API mjenv_status mjenv_options_get_reals(const mjenv_options *options, const char *name, double *values,
+                                               size_t capacity, size_t *count);
+
+/* Reads a text; borrowed until the option is set again. Errors: ARGUMENT, NAME, TYPE. */
+MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, const char *name, const char **value);
+
+/* ---- Environment ---- */
+
+/* Builds an environment of rows >= 1 rows. Errors: ARGUMENT, VALUE, MODEL, MEMORY. */
+MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
+
+MJENV_API void mjenv_destroy(mjenv_env *env);
+
+/* The number of rows; 0 for NULL. */
+MJENV_API int64_t mjenv_rows(const mjenv_env *env);
+
+/* How many mj_steps make a step; 0 for NULL. */
+MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
+
+/* The options the environment was built with, borrowed from it; NULL for NULL. */
+MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
+
+/* The space of MJENV_OBSERVATION or MJENV_ACTION, of one row. Errors: ARGUMENT. */
+MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
+
+/* How many fields a role has; 0 for NULL or an unknown role. */
+MJENV_API int64_t mjenv_field_count(const mjenv_env *env, mjenv_role role);
+
+/* Describes a field; strings are borrowed from the environment. Errors: ARGUMENT, VALUE (index). */
+MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int64_t index, mjenv_field *field);
+
+/* Gives rows new random streams, each from its own seed: seeds[rows], read where mask[rows] is not 0 (a null mask: all
+ * rows). A stream is NumPy's default_rng(seed). A row that is never seeded takes entropy from the system.
+ * Errors: ARGUMENT, BUSY. */
+MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint64_t *seeds, const uint8_t *mask);
+
+/* Seeds one row from an integer of any size: its 32-bit digits, least significant first, count >= 1.
+ * Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
+MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint32_t *digits, size_t count);
+
+/* Begins a new episode where mask[rows] is not 0 (a null mask: all rows), going on with the row's random stream.
+ * Writes those rows of out; a null out writes nothing. Errors: ARGUMENT, SIZE, PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
+
+/* Steps every row. action[rows][action count] is count elements of dtype; the dtype takes part in the arithmetic as it
+ * does in NumPy. Without the option "strict" non-finite actions and finished rows are stepped as Gymnasium steps them.
+ * When MuJoCo fails in a row, that row keeps its state and the others are stepped.
+ * Errors: ARGUMENT, SIZE, STATE, VALUE (non-finite action), PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_step(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype,
+                                  const mjenv_batch *out);
+
+/* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4.
+ * Errors: ARGUMENT, VALUE (row), SIZE, STATE (never seeded), BUSY. */
+MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
+
+/* Replaces a row's random stream; the increment is odd. Errors: ARGUMENT, VALUE (row, an even increment), SIZE, BUSY.
+ */
+MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
+
+/* Seeds the stream of mjenv_sample_actions. Errors: ARGUMENT, BUSY. */
+MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
+
+/* Draws one action a row, as Gymnasium's action_space.sample() does after action_space.seed(): float32, row by row
+ * from one stream, into action[count], count = rows * action count. Errors: ARGUMENT, SIZE, STATE (an unbounded
+ * actuator), BUSY. */
+MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_t count);
+
+/* ---- State of one row ---- */
+
+/* Reads an array of the row's mjData or of the mjModel, by its MuJoCo name ("xpos", "body_mass", "nq", "opt.timestep"),
+ * as Gymnasium's env.unwrapped.data holds it after the last step. count receives the length; values may be NULL when
+ * capacity is 0, to ask for the length alone. Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
+                                  size_t *count);
+
+/* The index of a named object: type is "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
+ * "light". Errors: ARGUMENT, NAME. */
+MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type, const char *name, int64_t *index);
+
+/* The name of an object, "" if it has none; borrowed. Errors: ARGUMENT, NAME (type), VALUE (index). */
+MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type, int64_t index, const char **name);
+
+/* Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The step
+ * count goes on; a row that was never reset, or had ended, may be stepped again.
+ * Errors: ARGUMENT, VALUE (row, a non-finite number), SIZE, PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, size_t nq, const double *qvel,
+                                       size_t nv);
+
+/* frames times mj_step of a row under ctrl[count], count = the number of actuators, as Gymnasium's do_simulation does:
+ * no step is counted and the task sees only the new state.
+ * Errors: ARGUMENT, VALUE (row, frames < 1), SIZE, PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
+
+/* Writes the observations of all rows as they are, without stepping: out's obs alone. Errors: ARGUMENT, SIZE, PHYSICS,
+ * BUSY. */
+MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
+
+/* Copies a row into an image: simulation, random stream, counters. size_bytes receives its size; image may be NULL when
+ * capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
+MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, size_t capacity_bytes,
+                                      size_t *size_bytes);
+
+/* Continues a row from an image, bit for bit, also in another process. The environment must have the id, the options
+ * and the model of the one the image was taken from. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
+MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
