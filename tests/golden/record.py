@@ -2,7 +2,8 @@
 
 Needs Python 3.10 with gymnasium==1.3.0, mujoco==2.2.2 and numpy==2.2.6, on a CPU with AVX-512 for half of the files.
 
-    record.py           writes trajectories/, custom/ and state/*.golden, random.txt, schema.txt, examples/expected.txt
+    record.py           writes trajectories/, custom/, state/ and vector/*.golden, random.txt, schema.txt and
+                        examples/expected.txt
     record.py --check   records again and compares with the files that are there
 
 Last bits depend on the machine in two places: OpenBLAS picks a kernel for the norms (pinned here: Haswell or SkylakeX,
@@ -18,6 +19,10 @@ custom/ holds the same for models of our own; "xml_file" there is relative to th
 state/ follows one row through stages: stage[s] is 0 for a reset (the first one seeded), 1 for a step with action[s],
 2 for set_state with set_qpos[s] and set_qvel[s], 3 for do_simulation with action[s] over 3 frames. obs, reward and info
 are as of then (reward and info of steps alone), and data.NAME[s] and model.NAME are MuJoCo's arrays.
+vector/ follows the rows of a SyncVectorEnv in one mode of automatic resets; each array is [T][rows * ...]. A reset
+before step reset_at[i], of the rows in reset_mask[i], seeds those whose reset_seed[i] is not -1. Infos are those of the
+dictionary of infos, 0 where the field's mask, NAME_mask [T][rows * fields], is unset: info and reset_info of a step,
+final_info of the episodes that ended in it; reset_reset_info of a reset.
 """
 
 from __future__ import annotations
@@ -31,6 +36,7 @@ from episodes import expected, goldens
 from machine import WANTED, machine, norm_rounding, openblas_kernel, run_under
 from numpy_values import norm_lines, random_text
 from schema import schema
+from vectors import vectors
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 GOLDEN = "tests/golden"
@@ -48,7 +54,7 @@ def record_kernel(folder: Path) -> None:
         files = [(f"{GOLDEN}/{name}", content) for name, content in goldens(facts)]
     else:
         fused = norms.read_text().splitlines() if norms.exists() else []
-        files = [(f"{GOLDEN}/{name}", content) for name, content in goldens(facts)]
+        files = [(f"{GOLDEN}/{name}", content) for name, content in (*goldens(facts), *vectors(facts))]
         files += [(RANDOM, random_text(facts, fused)), (SCHEMA, schema(facts)), (EXPECTED, expected(facts))]
     for name, content in files:
         path = folder / "files" / name
