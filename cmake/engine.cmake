@@ -1,6 +1,4 @@
 # mjenv_engine: MuJoCo 2.2.2, however it is provided.
-find_package(Eigen3 3.3 REQUIRED NO_MODULE)
-
 set(MJENV_ENGINE auto CACHE STRING "MuJoCo 2.2.2: source (compiled into the library), system (an installed one), auto \
 (source where the sources can be had, else system), or the folder of an unpacked official release or wheel")
 set(MJENV_ENGINE_SOURCES "" CACHE PATH "Folder with mujoco, libccd, lodepng, qhull, tinyxml2 and tinyobjloader; empty: \
@@ -14,9 +12,12 @@ function(mjenv_check_version include_folder)
   endif()
 endfunction()
 
-# Sets output to the folder of the sources, or to "".
+# Sets output to the folder of the sources, or to "". Release archives carry them.
 function(mjenv_find_sources output)
   set(folder ${MJENV_ENGINE_SOURCES})
+  if(NOT folder AND IS_DIRECTORY ${PROJECT_SOURCE_DIR}/engine-sources)
+    set(folder ${PROJECT_SOURCE_DIR}/engine-sources)
+  endif()
   if(NOT folder)
     execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/engine-sources OUTPUT_VARIABLE folder
                     OUTPUT_STRIP_TRAILING_WHITESPACE)
@@ -60,4 +61,11 @@ elseif(IS_DIRECTORY ${MJENV_ENGINE})
   mjenv_link_engine(${MJENV_ENGINE})
 else()
   message(FATAL_ERROR "MJENV_ENGINE is ${MJENV_ENGINE}: neither source, system nor auto, nor a folder")
+endif()
+
+if(IS_DIRECTORY "${sources}/eigen3")
+  add_library(Eigen3::Eigen INTERFACE IMPORTED)
+  target_include_directories(Eigen3::Eigen INTERFACE ${sources}/eigen3)
+else()
+  find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 endif()

@@ -5,6 +5,7 @@
 
 #include "env.hpp"
 #include "error.hpp"
+#include "wait.hpp"
 
 namespace mjenv {
 
@@ -67,7 +68,7 @@ void Env::serve(Worker& worker, const std::function<bool()>& enough) {
   while (!enough()) {
     if (async_->waiting.empty()) {
       if (!async_->open) return;
-      (caller ? async_->done : async_->sent).wait(lock);
+      wait(caller ? async_->done : async_->sent, lock);
       continue;
     }
     const std::int64_t row = async_->waiting.front();

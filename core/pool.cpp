@@ -6,6 +6,7 @@
 
 #include "cpus.hpp"
 #include "error.hpp"
+#include "wait.hpp"
 
 namespace mjenv {
 namespace {
@@ -88,7 +89,7 @@ void Pool::finish() {
   const auto done = [&] { return running_.load() == 0; };
   if (spin_until(done)) return;
   std::unique_lock lock(mutex_);
-  done_.wait(lock, done);
+  wait(done_, lock, done);
 }
 
 void Pool::run(const std::function<void(int)>& job) {
@@ -104,7 +105,7 @@ void Pool::work(int worker) {
   for (;;) {
     if (!spin_until(called)) {
       std::unique_lock lock(mutex_);
-      wake_.wait(lock, called);
+      wait(wake_, lock, called);
     }
     if (stop_) return;
     seen = generation_;

@@ -38,8 +38,10 @@ target_compile_options(mjenv_engine PRIVATE -w)
 set_target_properties(mjenv_engine PROPERTIES C_STANDARD 11 EXPORT_COMPILE_COMMANDS OFF)
 target_link_libraries(mjenv_engine PUBLIC m ${CMAKE_DL_LIBS})
 
-set(licenses mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.txt tinyxml2/LICENSE.txt tinyobjloader/LICENSE)
-foreach(license IN LISTS licenses)
+# Whoever distributes the library distributes these with it.
+set(licenses ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses)
+foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.txt tinyxml2/LICENSE.txt tinyobjloader/LICENSE)
   get_filename_component(library ${license} DIRECTORY)
-  install(FILES ${sources}/${license} DESTINATION ${CMAKE_INSTALL_DOCDIR}/licenses RENAME ${library}.txt)
+  configure_file(${sources}/${license} ${licenses}/${library}.txt COPYONLY)
 endforeach()
+install(DIRECTORY ${licenses} DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -56,6 +56,7 @@ def test_spec(id: str) -> None:
     assert spec.max_episode_steps == int(one(schema, "max_episode_steps"))
     gymnasiums = gymnasium.spec(id)
     gymnasiums.entry_point = spec.entry_point
+    gymnasiums.vector_entry_point = spec.vector_entry_point
     assert spec == gymnasiums
 
 

@@ -1,12 +1,22 @@
-"""One attribute an id, for EnvSpec.entry_point: gymnasium.make(mjenv.spec("Ant-v5")) looks "Ant-v5" up here."""
+"""Two attributes an id, for EnvSpec: gymnasium.make looks "Ant-v5" up here, gymnasium.make_vec "Ant-v5/vector"."""
 
+import functools
 from collections.abc import Callable
+from typing import Any
 
 from mjenv.env import MujocoEnv
-from mjenv.registration import creator, ids
+from mjenv.registration import ids
+from mjenv.vector import VectorEnv
 
 
-def __getattr__(name: str) -> Callable[..., MujocoEnv]:
-    if name not in ids():
+def __getattr__(name: str) -> Callable[..., Any]:
+    id = name.removesuffix("/vector")
+    if id not in ids():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return creator(name)
+    if name != id:
+        return functools.partial(VectorEnv, id)
+    # Without a limit: gymnasium.make adds its own.
+    creator = functools.partial(MujocoEnv, id, -1)
+    # By these, gymnasium.make adds wrappers for other render modes.
+    creator.metadata = MujocoEnv.metadata  # type: ignore[attr-defined]
+    return creator

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import copy
-import functools
 import math
-from collections.abc import Callable
 from typing import Any
 
+import gymnasium
 from gymnasium.envs.registration import EnvSpec
 
 from mjenv import _handle
 from mjenv._handle import Option
 from mjenv._library import LIBRARY
 from mjenv.env import MujocoEnv
+
+NAMESPACE = "mjenv"
 
 
 def version() -> str:
@@ -32,14 +33,29 @@ def options(id: str) -> dict[str, Option]:
 
 
 def spec(id: str) -> EnvSpec:
-    """What gymnasium.spec(id) says; the entry point is this package's."""
+    """What gymnasium.spec(id) says; the entry points are this package's."""
+    id = id.removeprefix(f"{NAMESPACE}/")
     found = _handle.spec_of(id)
     return EnvSpec(
         id=id,
         entry_point=f"mjenv.entry_points:{id}",
         reward_threshold=None if math.isnan(found.reward_threshold) else found.reward_threshold,
         max_episode_steps=found.max_episode_steps,
+        vector_entry_point=f"mjenv.entry_points:{id}/vector",
     )
+
+
+def register() -> None:
+    """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids."""
+    for id in ids():
+        found = spec(id)
+        gymnasium.register(
+            f"{NAMESPACE}/{id}",
+            found.entry_point,
+            found.reward_threshold,
+            max_episode_steps=found.max_episode_steps,
+            vector_entry_point=found.vector_entry_point,
+        )
 
 
 def make(
@@ -58,14 +74,9 @@ def make(
     own = spec(asked.id)
     chosen = {**copy.deepcopy(asked.kwargs), **options}
     limit = asked.max_episode_steps if max_episode_steps is None else max_episode_steps
-    env = MujocoEnv(asked.id, -1 if limit is None else limit, **chosen)
+    env = MujocoEnv(own.id, -1 if limit is None else limit, **chosen)
     own.max_episode_steps = None if limit == -1 else limit
     own.disable_env_checker = asked.disable_env_checker if disable_env_checker is None else disable_env_checker
     own.kwargs = chosen
     env.spec = own
     return env
-
-
-def creator(id: str) -> Callable[..., MujocoEnv]:
-    """What gymnasium.make calls for a spec of this package; it adds the time limit itself."""
-    return functools.partial(MujocoEnv, id, -1)

@@ -85,8 +85,9 @@ def make_vec(
         if value != default:
             chosen[name] = value
 
-    made = VectorEnv(asked.id, num_envs, **{"max_episode_steps": _limit_of(asked), **chosen}, **vectorizer)
-    made.spec = spec_of(asked.id)
+    own = spec_of(asked.id)
+    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": _limit_of(asked), **chosen}, **vectorizer)
+    made.spec = own
     made.spec.max_episode_steps = asked.max_episode_steps
     made.spec.kwargs = {**chosen, "vectorization_mode": "sync"}
     if num_envs != 1:

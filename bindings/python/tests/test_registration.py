@@ -1,0 +1,159 @@
+"""The ids as Gymnasium knows them, with and without an import of mjenv."""
+
+import dataclasses
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
+
+import mjenv
+
+STARTUP = Path(__file__).parents[1] / "startup"
+# Gymnasium calls every v4 outdated.
+pytestmark = pytest.mark.filterwarnings("ignore:.*is out of date")
+
+
+def bits(values: Any) -> Any:
+    """Everything in what reset and step return as something that compares bit for bit."""
+    if isinstance(values, (tuple, list)):
+        return [bits(value) for value in values]
+    if isinstance(values, dict):
+        return {name: bits(value) for name, value in values.items()}
+    if isinstance(values, np.ndarray) and values.dtype == object:
+        return [bits(value) for value in values]
+    return type(values), np.asarray(values).tobytes()
+
+
+def play(env: Any, steps: int) -> list[Any]:
+    env.action_space.seed(3)
+    seen = [bits(env.reset(seed=7))]
+    for _ in range(steps):
+        result = env.step(env.action_space.sample())
+        seen.append(bits(result))
+        if result[2] is True or result[3] is True:
+            seen.append(bits(env.reset()))
+    return seen
+
+
+@pytest.mark.parametrize("id", mjenv.ids())
+def test_every_id(id: str) -> None:
+    found = gymnasium.spec(f"mjenv/{id}")
+    gymnasiums = gymnasium.spec(id)
+    assert (found.reward_threshold, found.max_episode_steps) == (
+        gymnasiums.reward_threshold,
+        gymnasiums.max_episode_steps,
+    )
+    env = gymnasium.make(f"mjenv/{id}")
+    assert isinstance(env.unwrapped, mjenv.MujocoEnv)
+    assert play(env, 20) == play(mjenv.make(id), 20)
+    envs = gymnasium.make_vec(f"mjenv/{id}", num_envs=3)
+    assert isinstance(envs, mjenv.VectorEnv)
+    assert play(envs, 20) == play(mjenv.make_vec(id, 3), 20)
+
+
+def test_keywords() -> None:
+    env = gymnasium.make("mjenv/Reacher-v5", max_episode_steps=4, reward_control_weight=0.5, frame_skip=3)
+    assert play(env, 4) == play(mjenv.make("Reacher-v5", 4, reward_control_weight=0.5, frame_skip=3), 4)
+    with pytest.raises(mjenv.OptionError, match="no_such"):
+        gymnasium.make("mjenv/Reacher-v5", no_such=1)
+    with pytest.raises(mjenv.OptionError, match="no_such"):
+        gymnasium.make_vec("mjenv/Reacher-v5", no_such=1)
+
+
+def test_keywords_of_vectors() -> None:
+    keywords = {"max_episode_steps": 5, "autoreset_mode": AutoresetMode.SAME_STEP, "frame_skip": 3}
+    envs = gymnasium.make_vec("mjenv/Reacher-v5", num_envs=2, num_threads=2, dtype=np.float32, **keywords)
+    assert play(envs, 8) == play(mjenv.make_vec("Reacher-v5", 2, dtype=np.float32, **keywords), 8)
+    assert envs.spec.id == "mjenv/Reacher-v5"
+    again = gymnasium.make_vec(envs.spec)
+    assert play(again, 8) == play(envs, 8)
+
+
+@pytest.mark.parametrize(("mode", "kind"), [("sync", SyncVectorEnv), ("async", AsyncVectorEnv)])
+def test_gymnasiums_own_vectors_and_wrappers(mode: str, kind: type) -> None:
+    def short(env: gymnasium.Env) -> gymnasium.Env:
+        return TimeLimit(env, 6)
+
+    envs = gymnasium.make_vec("mjenv/Ant-v5", 2, vectorization_mode=mode, wrappers=[short], frame_skip=2)
+    assert type(envs) is kind
+    assert play(envs, 9) == play(mjenv.make_vec("Ant-v5", 2, max_episode_steps=6, frame_skip=2), 9)
+    envs.close()
+
+
+def test_wrappers() -> None:
+    env = RecordEpisodeStatistics(gymnasium.make("mjenv/Reacher-v5"))
+    env.reset(seed=1)
+    *_, info = [env.step(np.zeros(2)) for _ in range(50)][-1]
+    assert info["episode"]["l"] == 50
+    wrapped = gymnasium.make(env.spec)
+    assert isinstance(wrapped, RecordEpisodeStatistics)
+    assert isinstance(wrapped.unwrapped, mjenv.MujocoEnv)
+
+
+def test_our_make_takes_the_registered_spec() -> None:
+    spec = gymnasium.spec("mjenv/Hopper-v5")
+    assert mjenv.make(spec).spec == mjenv.make("Hopper-v5").spec
+    assert mjenv.make_vec(spec, 2).spec == mjenv.make_vec("Hopper-v5", 2).spec
+    spec = dataclasses.replace(spec, max_episode_steps=3)
+    assert play(mjenv.make(spec), 3) == play(mjenv.make("Hopper-v5", 3), 3)
+
+
+# ---- other processes ----
+
+
+def python(text: str, **environment: str) -> "subprocess.CompletedProcess[str]":
+    """Runs Python without its installed startup files, but for ours."""
+    setup = f"import site; site.addsitedir({str(STARTUP)!r})\n"
+    return subprocess.run(
+        [sys.executable, "-c", setup + text],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+        timeout=120,
+    )
+
+
+def test_module_in_the_id() -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", "import gymnasium; print(gymnasium.make('mjenv:mjenv/Ant-v5').unwrapped)"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert "MujocoEnv" in run.stdout, run.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import gymnasium; print(gymnasium.make('mjenv/Ant-v5'))",
+        "import gymnasium; print(gymnasium.make_vec('mjenv/Ant-v5', num_envs=64))",
+        "import gymnasium.envs.registration; print(gymnasium.spec('mjenv/Ant-v5'))",
+        "from gymnasium.vector import VectorEnv; import gymnasium; print(gymnasium.spec('mjenv/Ant-v5'))",
+        "import mjenv, gymnasium; print(gymnasium.make('mjenv/Ant-v5'))",
+        "import importlib.util; importlib.util.find_spec('gymnasium')\n"
+        "import gymnasium; print(gymnasium.make('mjenv/Ant-v5'))",
+    ],
+)
+def test_no_import_of_mjenv(text: str) -> None:
+    run = python(text)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "Ant-v5" in run.stdout
+
+
+def test_startup_loads_nothing() -> None:
+    run = python("import sys; print([name for name in ('mjenv', 'gymnasium', 'numpy') if name in sys.modules])")
+    assert (run.stdout, run.stderr) == ("[]\n", "")
+
+
+def test_gymnasium_lives_without_the_library() -> None:
+    run = python("import gymnasium; print(gymnasium.spec('CartPole-v1').id)", MJENV_LIBRARY="/no/such/libmjenv.so")
+    assert (run.returncode, run.stdout) == (0, "CartPole-v1\n")
+    assert run.stderr.startswith("gymnasium knows no mjenv/ ids: mjenv: cannot load /no/such/libmjenv.so")
