@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv import __main__, verify
+from mjenv import _cli, verify
 from mjenv.verify import DifferenceError, Run, check_same, play
 
 HERE = Path(__file__).resolve().parent
@@ -121,7 +121,7 @@ def test_verify_for_users() -> None:
 def test_verify_tells_of_a_difference(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     make = mjenv.make
     monkeypatch.setattr(mjenv, "make", lambda id, **options: make(id, **{**options, "ctrl_cost_weight": 0.7}))
-    assert __main__.verify(["Hopper-v5"], 2, 1, 5, 0) == 1
+    assert _cli.main(["verify", "Hopper-v5", "--option-sets", "2", "--seeds", "1", "--steps", "5"]) == 1
     out = capsys.readouterr().out
     assert "Hopper-v5: DIFFERS after 0 equal runs: Hopper-v5 {} seed" in out
     assert "1 of 1 ids differ" in out

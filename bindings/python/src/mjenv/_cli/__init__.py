@@ -1,0 +1,52 @@
+"""The command line: python -m mjenv, or mjenv where the package is installed.
+
+Each command is a module with add(commands), which declares its arguments, and a run(arguments) that returns the exit
+status: 0 for success, 1 where a comparison found a difference, 2 for a request that cannot be met.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+import mjenv
+from mjenv._cli import bench, catalogue, completion, snapshots, verify
+
+EPILOG = """\
+Tables and bars are coloured where the package rich is installed (pip install "mjenv[cli]"). With --json a command
+prints one JSON document instead, in which numbers that are not finite are the strings "inf", "-inf" and "nan".
+Exit status: 0 success, 1 a comparison found a difference, 2 the request cannot be met."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and their arguments."""
+    made = argparse.ArgumentParser(
+        prog="mjenv",
+        description="Gymnasium's MuJoCo environments, bit for bit, from a native library.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    made.add_argument("--version", action="version", version=f"mjenv {mjenv.version()}")
+    commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for module in (catalogue, bench, verify, snapshots):
+        module.add(commands)
+    completion.add(commands, made)
+    return made
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs a command line, sys.argv's by default, and returns the exit status."""
+    given = parser().parse_args(arguments)
+    try:
+        return int(given.run(given))
+    except (mjenv.Error, OSError) as error:
+        if isinstance(error, BrokenPipeError):
+            # The reader of a pipe has left, `| head` for instance; Python's own flush at exit must not fail either.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 0
+        print(f"mjenv: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130

@@ -1,0 +1,109 @@
+"""Arguments that several commands take."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import mjenv
+from mjenv import Kind
+
+Commands = Any  # what add_subparsers returns, which argparse does not name
+
+
+def known_id(text: str) -> str:
+    if text not in mjenv.ids():
+        raise argparse.ArgumentTypeError(f"no id {text!r}; there are {', '.join(mjenv.ids())}")
+    return text
+
+
+def positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number} is less than 1")
+    return number
+
+
+def not_negative(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise argparse.ArgumentTypeError(f"{number} is less than 0")
+    return number
+
+
+def seconds(text: str) -> float:
+    number = float(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is no positive number of seconds")
+    return number
+
+
+def add_json(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--json", action="store_true", help="print JSON, for machines")
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--option",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a constructor option, as mjenv info lists them; numbers of a range separated by commas; repeatable",
+    )
+
+
+def options_of(id: str, assignments: Sequence[str]) -> dict[str, Any]:
+    """NAME=VALUE texts as keyword arguments of make."""
+    schema = mjenv.options(id)
+    found: dict[str, Any] = {}
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        if not equals:
+            raise mjenv.OptionError(f"{assignment!r} is not NAME=VALUE")
+        if name not in schema:
+            raise mjenv.OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}")
+        found[name] = _value(schema[name], text)
+    return found
+
+
+def _value(option: mjenv.Option, text: str) -> Any:
+    try:
+        if option.kind == Kind.FLAG:
+            return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
+        if option.kind == Kind.INTEGER:
+            return int(text)
+        if option.kind == Kind.REALS:
+            numbers = [_number(part) for part in text.split(",")]
+            return numbers[0] if not isinstance(option.default, tuple) and len(numbers) == 1 else numbers
+    except (KeyError, ValueError):
+        kind = option.kind.name.lower()
+        raise mjenv.OptionError(f"option {option.name!r} is of the kind {kind}, not {text!r}") from None
+    if option.kind == Kind.STRING_OR_INT and text.isdigit():
+        return int(text)
+    return text
+
+
+def _number(text: str) -> int | float:
+    """An int stays one, as Gymnasium's infos show the difference."""
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)
+
+
+def print_json(value: Any) -> None:
+    print(json.dumps(_plain(value), indent=2, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    """The value without floats that JSON lacks."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(part) for part in value]
+    return value

@@ -1,0 +1,242 @@
+"""mjenv list, mjenv info: what there is."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+import gymnasium
+
+import mjenv
+from mjenv import Kind
+from mjenv._abi import Role, Type
+from mjenv._cli import terminal
+from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
+from mjenv._handle import Field, Rows
+
+SIZES = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ncam")
+ROLES = {
+    "observation": Role.OBSERVATION,
+    "action": Role.ACTION,
+    "info": Role.INFO,
+    "reset_info": Role.RESET_INFO,
+}
+TYPES = {
+    Type.NUMPY_FLOAT64: "float64",
+    Type.ACTION_DTYPE: "float of the action's dtype",
+    Type.PYTHON_FLOAT: "Python float",
+    Type.PYTHON_INT: "Python int",
+    Type.NUMPY_INT64: "int64",
+}
+
+
+def add(commands: Commands) -> None:
+    command = commands.add_parser(
+        "list", help="list the environments", description="Lists the environments with their sizes and limits."
+    )
+    add_json(command)
+    command.set_defaults(run=run_list)
+
+    command = commands.add_parser(
+        "info",
+        help="describe an environment",
+        description="Describes an environment: spaces, the parts of observation, action and info, constructor options "
+        "with defaults and bounds, and figures of its model.",
+    )
+    command.add_argument("id", type=known_id, help="an id, Ant-v5 for instance")
+    add_options(command)
+    add_json(command)
+    command.set_defaults(run=run_info)
+
+
+def run_list(arguments: argparse.Namespace) -> int:
+    found = [_summary(id) for id in mjenv.ids()]
+    if arguments.json:
+        print_json(found)
+        return 0
+    names = {
+        "id": "id",
+        "observation": "observation",
+        "action": "action",
+        "dt": "dt/s",
+        "max_episode_steps": "step limit",
+        "reward_threshold": "solved at",
+    }
+    rows = [[_short(entry[key]) for key in names] for entry in found]
+    terminal.table([*names.values()], rows, right="observation action dt/s")
+    return 0
+
+
+def _summary(id: str) -> dict[str, Any]:
+    spec = mjenv.spec(id)
+    env = mjenv.make(id)
+    summary = {
+        "id": id,
+        "observation": len(env._rows.bounds(Role.OBSERVATION)[0]),
+        "action": len(env._rows.bounds(Role.ACTION)[0]),
+        "dt": float(f"{env.dt:.12g}"),
+        "max_episode_steps": spec.max_episode_steps,
+        "reward_threshold": spec.reward_threshold,
+    }
+    env.close()
+    return summary
+
+
+def _short(value: Any) -> str:
+    if value is None:
+        return ""
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def describe(id: str, options: dict[str, Any]) -> dict[str, Any]:
+    """All that info prints."""
+    spec = mjenv.spec(id)
+    env = mjenv.make(id, **options)
+    rows, model = env._rows, env.model
+    described: dict[str, Any] = {
+        "id": id,
+        "max_episode_steps": spec.max_episode_steps,
+        "reward_threshold": spec.reward_threshold,
+        "spaces": {
+            "observation": _space(rows, Role.OBSERVATION, env.observation_space),
+            "action": _space(rows, Role.ACTION, env.action_space),
+        },
+        **{name: [_field(field) for field in rows.fields(role)] for name, role in ROLES.items()},
+        "options": [_option(option, options) for option in mjenv.options(id).values()],
+        "model": {
+            **{name: int(getattr(model, name)) for name in SIZES},
+            "timestep": rows.timestep(),
+            "frame_skip": env.frame_skip,
+            "dt": env.dt,
+            "mass": float(model.body_mass.sum()),
+            "bodies": [model.body(index).name for index in range(model.nbody)],
+            "snapshot_bytes": len(rows.snapshot(0)),
+        },
+    }
+    env.close()
+    return described
+
+
+def _space(rows: Rows, role: Role, space: gymnasium.Space[Any]) -> dict[str, Any]:
+    low, high = (bound.tolist() for bound in rows.bounds(role))
+    return {"shape": [len(low)], "dtype": str(space.dtype), "low": low, "high": high}
+
+
+def _field(field: Field) -> dict[str, Any]:
+    return {
+        "name": field.name,
+        "shape": list(field.shape),
+        "offset": field.offset,
+        "type": TYPES[field.type],
+        "doc": field.doc,
+    }
+
+
+def _option(option: mjenv.Option, given: dict[str, Any]) -> dict[str, Any]:
+    found = {
+        "name": option.name,
+        "kind": option.kind.name.lower(),
+        "default": option.default,
+        "low": option.low,
+        "high": option.high,
+        "choices": list(option.choices),
+        "doc": option.doc,
+    }
+    if option.name in given:
+        found["value"] = given[option.name]
+    return found
+
+
+def run_info(arguments: argparse.Namespace) -> int:
+    described = describe(arguments.id, options_of(arguments.id, arguments.option))
+    if arguments.json:
+        print_json(described)
+    else:
+        _show(described)
+    return 0
+
+
+def _show(described: dict[str, Any]) -> None:
+    threshold = described["reward_threshold"]
+    solved = f", solved at a mean return of {_short(threshold)}" if threshold is not None else ""
+    print(f"{described['id']}: at most {described['max_episode_steps']} steps an episode{solved}")
+
+    terminal.heading("Spaces")
+    spaces = described["spaces"].items()
+    rows = [
+        [name, f"Box({space['shape'][0]})", space["dtype"], _bounds(space["low"], space["high"])]
+        for name, space in spaces
+    ]
+    terminal.table(["space", "shape", "dtype", "bounds"], rows)
+
+    for role in ROLES:
+        terminal.heading(role.replace("_", " ").capitalize())
+        fields = described[role]
+        if fields:
+            rows = [[field["name"], _places(field), _shape(field), field["type"], field["doc"]] for field in fields]
+            terminal.table(["name", "index", "shape", "type", "meaning"], rows)
+        else:
+            print("nothing")
+
+    terminal.heading("Options")
+    rows = [
+        [option["name"], _text(option["default"]), _range(option), option["doc"] + _given(option)]
+        for option in described["options"]
+    ]
+    terminal.table(["option", "default", "allowed", "meaning"], rows)
+
+    terminal.heading("Model")
+    model = described["model"]
+    print(", ".join(f"{name} {model[name]}" for name in SIZES))
+    print(
+        f"{model['frame_skip']} mj_steps of {_short(model['timestep'])} s make a step of {model['dt']:.12g} s; "
+        f"mass {model['mass']:.6g} kg"
+    )
+    print(f"bodies: {', '.join(name or '(unnamed)' for name in model['bodies'])}")
+    print(f"a snapshot of a row takes {model['snapshot_bytes']} bytes")
+
+
+def _bounds(low: list[float], high: list[float]) -> str:
+    if len(set(low)) == len(set(high)) == 1:
+        return f"{_short(low[0])} to {_short(high[0])}"
+    return ", ".join(f"{_short(a)} to {_short(b)}" for a, b in zip(low, high, strict=True))
+
+
+def _places(field: dict[str, Any]) -> str:
+    first, count = field["offset"], math.prod(field["shape"])
+    return str(first) if count == 1 else f"{first}-{first + count - 1}"
+
+
+def _shape(field: dict[str, Any]) -> str:
+    return "x".join(map(str, field["shape"])) or "scalar"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, tuple):
+        return ", ".join(map(_short, value))
+    return repr(value) if isinstance(value, str) else _short(value)
+
+
+def _given(option: dict[str, Any]) -> str:
+    return f" [given: {_text(option['value'])}]" if "value" in option else ""
+
+
+def _range(option: dict[str, Any]) -> str:
+    if option["choices"]:
+        return ", ".join(option["choices"])
+    kind = Kind[option["kind"].upper()]
+    if kind == Kind.FLAG:
+        return "True, False"
+    if kind == Kind.STRING:
+        return "a text"
+    what = {Kind.INTEGER: "int", Kind.STRING_OR_INT: "name or int", Kind.REALS: "float"}[kind]
+    if isinstance(option["default"], tuple):
+        what = f"{len(option['default'])} floats"
+    low, high = option["low"], option["high"]
+    if kind == Kind.STRING_OR_INT:
+        return what
+    # The library's greatest bounds stand for any number.
+    low_text = f" >= {_short(low)}" if math.isfinite(low) else ""
+    high_text = f" <= {_short(high)}" if abs(high) < 1e15 and math.isfinite(high) else ""
+    return what + low_text + ("," if low_text and high_text else "") + high_text

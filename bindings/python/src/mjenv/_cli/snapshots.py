@@ -1,0 +1,218 @@
+"""mjenv snapshot: what images of rows hold, and where two differ."""
+
+from __future__ import annotations
+
+import argparse
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mjenv
+from mjenv._abi import ALL_ROWS, Role
+from mjenv._cli import terminal
+from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
+from mjenv._handle import Rows
+from mjenv.errors import SnapshotError
+
+# The image of version 1: the stamp, then for each row its head and its record of doubles.
+STAMP = struct.Struct("<8sQQQQ")  # magic, version, owner, rows, checksum
+HEAD = struct.Struct("<4Qq8B")  # PCG64 state and increment, high word first; steps; flags
+VERSION = 1
+FLAGS = ("derived_from", "seeded", "ready", "ended")
+
+Row = dict[str, Any]  # an int, or an array of float64, by name
+
+
+@dataclass(frozen=True)
+class Image:
+    """A snapshot that the library accepted."""
+
+    id: str
+    rows: list[Row]
+
+
+def add(commands: Commands) -> None:
+    command = commands.add_parser(
+        "snapshot",
+        help="look into snapshots, or compare two",
+        description="A snapshot is a file that holds what env.snapshot() (Python) or mjenv_snapshot (C) gave.",
+    )
+    actions = command.add_subparsers(dest="action", required=True, metavar="ACTION")
+    show = actions.add_parser("show", help="print what a snapshot holds", description="Prints what a snapshot holds.")
+    show.add_argument("file", type=Path, help="a snapshot")
+    show.set_defaults(run=run_show)
+    diff = actions.add_parser(
+        "diff",
+        help="compare two snapshots field by field",
+        description="Compares two snapshots of one environment field by field and bit for bit; exit status 1 when they "
+        'differ. Fields that begin with "before." are the state before the last step or reset, from which derived '
+        "arrays follow.",
+    )
+    diff.add_argument("file", type=Path, help="a snapshot")
+    diff.add_argument("other", type=Path, help="another")
+    diff.set_defaults(run=run_diff)
+    for action in (show, diff):
+        action.add_argument(
+            "--id", type=known_id, help="the id it is of; else it is sought among all ids with default options"
+        )
+        add_options(action)
+        add_json(action)
+
+
+def read(path: Path, id: str | None, assignments: list[str]) -> Image:
+    """Reads a snapshot. The library checks that it is whole and fits the id."""
+    data = path.read_bytes()
+    if len(data) < STAMP.size:
+        raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
+    magic, version, _, count, _ = STAMP.unpack_from(data)
+    if magic != b"mjenvrow":
+        raise SnapshotError(f"{path} is no snapshot of rows")
+    if version != VERSION:
+        raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
+    if count < 1 or (len(data) - STAMP.size) % count or (len(data) - STAMP.size) // count < HEAD.size:
+        raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
+    rows = _owner(path, data, count, id, assignments)
+    try:
+        return Image(rows.id, [_row(data, index, count, _parts(rows)) for index in range(count)])
+    finally:
+        rows.close()
+
+
+def _owner(path: Path, data: bytes, count: int, id: str | None, assignments: list[str]) -> Rows:
+    """Rows that the image was restored to."""
+    last: SnapshotError | None = None
+    for candidate in mjenv.ids() if id is None else (id,):
+        given = options_of(candidate, assignments) if id is not None else {}
+        modes = [given["autoreset_mode"]] if "autoreset_mode" in given else ["disabled", "next_step", "same_step"]
+        for mode in modes:
+            rows = Rows(candidate, {**given, "autoreset_mode": mode}, count)
+            size = STAMP.size + count * (len(rows.snapshot(0)) - STAMP.size)
+            try:
+                rows.restore(ALL_ROWS, data)
+                return rows
+            except SnapshotError as error:
+                last = error
+                rows.close()
+            if size != len(data):
+                break
+    if id is not None:
+        raise SnapshotError(f"{path}: {last}")
+    raise SnapshotError(
+        f"{path} is damaged, or of no id with default options: name its id and options with --id and --option"
+    )
+
+
+def _parts(rows: Rows) -> list[tuple[str, int]]:
+    """The names and lengths of what a record of doubles holds."""
+    nq, nv, na, nu = (int(_size(rows, name)) for name in ("nq", "nv", "na", "nu"))
+    lengths = {"time": 1, "qpos": nq, "qvel": nv, "act": na, "qacc_warmstart": nv, "ctrl": nu}
+    return [*lengths.items(), *((f"before.{name}", length) for name, length in lengths.items())]
+
+
+def _size(rows: Rows, name: str) -> Any:
+    field = rows.array(Role.MODEL, name)
+    assert field is not None
+    return rows.read(0, field)
+
+
+def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> Row:
+    size = (len(data) - STAMP.size) // count
+    start = STAMP.size + index * size
+    state_high, state_low, increment_high, increment_low, steps, *flags = HEAD.unpack_from(data, start)
+    row: Row = {
+        "stream.state": state_low | state_high << 64,
+        "stream.increment": increment_low | increment_high << 64,
+        "steps": steps,
+        **dict(zip(FLAGS, flags, strict=False)),
+    }
+    record = np.frombuffer(data, "<f8", (size - HEAD.size) // 8, start + HEAD.size)
+    at = 0
+    for name, length in parts:
+        row[name] = record[at : at + length]
+        at += length
+    row["carried"] = record[at:]  # what the task keeps from the state before the step
+    return row
+
+
+def run_show(arguments: argparse.Namespace) -> int:
+    image = read(arguments.file, arguments.id, arguments.option)
+    if arguments.json:
+        rows = [{name: _jsonable(value) for name, value in row.items()} for row in image.rows]
+        print_json({"id": image.id, "rows": rows})
+        return 0
+    print(f"{image.id}: {len(image.rows)} row(s)")
+    for index, row in enumerate(image.rows):
+        terminal.heading(f"Row {index}")
+        terminal.table(["field", "value"], [[name, _shown(value)] for name, value in row.items()])
+    return 0
+
+
+def run_diff(arguments: argparse.Namespace) -> int:
+    first = read(arguments.file, arguments.id, arguments.option)
+    second = read(arguments.other, arguments.id, arguments.option)
+    if first.id != second.id or len(first.rows) != len(second.rows):
+        raise SnapshotError(
+            f"{arguments.file} is of {len(first.rows)} row(s) of {first.id}, {arguments.other} of "
+            f"{len(second.rows)} of {second.id}: they have no fields in common"
+        )
+    differences = list(compare(first, second))
+    if arguments.json:
+        print_json({"id": first.id, "rows": len(first.rows), "equal": not differences, "differences": differences})
+    elif differences:
+        columns = ["row", "field", "index", "first", "second", "differing", "greatest"]
+        rows = [[_cell(difference[column]) for column in columns] for difference in differences]
+        terminal.table(columns, rows, right="row index")
+    else:
+        print(f"{first.id}: {len(first.rows)} row(s), equal in every bit")
+    return int(bool(differences))
+
+
+def compare(first: Image, second: Image) -> list[dict[str, Any]]:
+    """The fields that differ: the first element that does, how many do, and the greatest absolute difference."""
+    return [
+        {"row": index, "field": name, **difference}
+        for index, (a, b) in enumerate(zip(first.rows, second.rows, strict=True))
+        for name in a
+        if (difference := _difference(a[name], b[name]))
+    ]
+
+
+def _difference(a: Any, b: Any) -> dict[str, Any] | None:
+    if isinstance(a, int):
+        if a == b:
+            return None
+        return {"index": None, "first": _jsonable(a), "second": _jsonable(b), "differing": 1, "greatest": None}
+    unequal: NDArray[np.bool_] = a.view(np.uint64) != b.view(np.uint64)
+    if not unequal.any():
+        return None
+    at = int(np.argmax(unequal))
+    with np.errstate(invalid="ignore"):
+        greatest = float(np.max(np.abs(a - b)))
+    return {
+        "index": at,
+        "first": float(a[at]),
+        "second": float(b[at]),
+        "differing": int(unequal.sum()),
+        "greatest": greatest,
+    }
+
+
+def _jsonable(value: Any) -> Any:
+    """Arrays as lists; integers that many readers of JSON would round as texts."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return str(value) if isinstance(value, int) and value >= 2**53 else value
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(repr, value.tolist())) if isinstance(value, np.ndarray) else str(value)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return repr(value) if isinstance(value, float) else str(value)
