@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -21,12 +23,31 @@ struct mjenv_options {
   mjenv::Options options;
 };
 
+namespace mjenv {
+
+// What renderers hold of an environment that may be destroyed before them.
+struct Link {
+  std::mutex mutex;  // one of them at a time reads a row
+  mjenv_env* env;
+};
+
+}  // namespace mjenv
+
 struct mjenv_env {
   mjenv::Env env;
   mjenv_options options;  // as the environment was built with
   std::atomic_flag busy = ATOMIC_FLAG_INIT;
+  std::shared_ptr<mjenv::Link> link = std::make_shared<mjenv::Link>();
 
-  mjenv_env(const mjenv::Options& chosen, std::int64_t rows) : env(chosen, rows), options{env.options()} {}
+  mjenv_env(const mjenv::Options& chosen, std::int64_t rows) : env(chosen, rows), options{env.options()} {
+    link->env = this;
+  }
+  ~mjenv_env() {
+    const std::lock_guard lock(link->mutex);
+    link->env = nullptr;
+  }
+  mjenv_env(const mjenv_env&) = delete;
+  mjenv_env& operator=(const mjenv_env&) = delete;
 };
 
 namespace mjenv::firewall {
@@ -83,16 +104,27 @@ inline const void* need_memory(const void* memory, std::size_t count, const char
   return need_array(static_cast<const unsigned char*>(memory), count, name);
 }
 
+// Holds a handle for one thread while it lives.
+class Hold {
+ public:
+  Hold(std::atomic_flag& busy, const char* what) : busy_(busy) {
+    if (busy_.test_and_set(std::memory_order_acquire))
+      fail(MJENV_E_BUSY, std::string("another thread is inside this ") + what);
+  }
+  ~Hold() { busy_.clear(std::memory_order_release); }
+  Hold(const Hold&) = delete;
+  Hold& operator=(const Hold&) = delete;
+
+ private:
+  std::atomic_flag& busy_;
+};
+
 // Holds an environment for one thread, with MuJoCo's errors trapped.
 template <typename F>
 mjenv_status enter(mjenv_env* handle, const F& body) noexcept {
   return guard([&] {
     mjenv_env& e = need(handle, "env");
-    if (e.busy.test_and_set(std::memory_order_acquire)) fail(MJENV_E_BUSY, "another thread is inside this environment");
-    struct Leave {
-      std::atomic_flag& flag;
-      ~Leave() { flag.clear(std::memory_order_release); }
-    } const leave{e.busy};
+    const Hold hold(e.busy, "environment");
     const ErrorTrap trap;
     body(e.env);
   });

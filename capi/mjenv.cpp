@@ -73,6 +73,7 @@ const char* mjenv_status_name(mjenv_status status) {
     case MJENV_E_SNAPSHOT: return "MJENV_E_SNAPSHOT";
     case MJENV_E_MEMORY: return "MJENV_E_MEMORY";
     case MJENV_E_INTERNAL: return "MJENV_E_INTERNAL";
+    case MJENV_E_RENDER: return "MJENV_E_RENDER";
   }
   return "unknown status";
 }

@@ -33,6 +33,8 @@ class Env {
   std::int64_t frame_skip() const { return task_.frame_skip; }
   const Options& options() const { return options_; }
   const Model& model() const { return *task_.model; }
+  const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
+  const Camera& camera() const { return task_.camera; }
   const std::vector<Field>& fields(mjenv_role role) const;
   const std::vector<double>& low(mjenv_role role) const { return space(role).low; }
   const std::vector<double>& high(mjenv_role role) const { return space(role).high; }
@@ -57,6 +59,8 @@ class Env {
 
   // The array under MuJoCo's name, ready to be read for that row.
   const Array& array(std::int64_t row, const std::string& name);
+  // Calls look(mjData) with the row's mjData as Gymnasium has it after the last step; look changes nothing in it.
+  void show(std::int64_t row, const std::function<void(mjData_*)>& look);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
   void simulate(std::int64_t row, const double* ctrl, std::size_t count, std::int64_t frames);
 

@@ -59,6 +59,16 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   fail(MJENV_E_NAME, "no array " + quoted(name) + "; there are " + listed(names));
 }
 
+void Env::show(std::int64_t row, const std::function<void(mjData_*)>& look) {
+  check_settled();
+  check_row(row);
+  if (!heads_[row].ready) fail(MJENV_E_STATE, in_row(row, "reset it before it is drawn"));
+  Worker& worker = resident_worker(row);
+  worker.resident = -1;  // should look fail
+  look(worker.work.data());
+  worker.resident = row;
+}
+
 void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv) {
   check_settled();
   check_row(row);

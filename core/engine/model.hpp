@@ -1,4 +1,5 @@
-// A compiled model. All knowledge of MuJoCo's version, layout and error handling lives in this folder.
+// A compiled model. All knowledge of MuJoCo's version, layout and error handling lives in this folder; of its drawing,
+// in render/.
 #pragma once
 
 #include <cstdint>

@@ -27,6 +27,7 @@ class Work {
 
   const Sim& sim() const { return sim_; }
   const StateLayout& layout() const { return layout_; }
+  mjData_* data() { return data_.get(); }
   // The arrays of mjData, under MuJoCo's names.
   std::vector<Array> arrays() const;
 

@@ -13,6 +13,8 @@
 int main(void) {
   printf("MJENV_ABI_VERSION %d\n", MJENV_ABI_VERSION);
   printf("MJENV_ALL_ROWS %d\n", MJENV_ALL_ROWS);
+  printf("MJENV_CAMERA_FREE %d\n", MJENV_CAMERA_FREE);
+  printf("MJENV_CAMERA_DEFAULT %d\n", MJENV_CAMERA_DEFAULT);
 
   ENUM(mjenv_status);
   VALUE(MJENV_OK);
@@ -28,6 +30,7 @@ int main(void) {
   VALUE(MJENV_E_SNAPSHOT);
   VALUE(MJENV_E_MEMORY);
   VALUE(MJENV_E_INTERNAL);
+  VALUE(MJENV_E_RENDER);
 
   ENUM(mjenv_dtype);
   VALUE(MJENV_FLOAT64);
@@ -119,5 +122,52 @@ int main(void) {
   FIELD(mjenv_batch, final_obs);
   FIELD(mjenv_batch, final_info);
   FIELD(mjenv_batch, arrays);
+
+  ENUM(mjenv_gl);
+  VALUE(MJENV_GL_AUTO);
+  VALUE(MJENV_GL_EGL);
+  VALUE(MJENV_GL_GLFW);
+
+  ENUM(mjenv_visual);
+  VALUE(MJENV_VISUAL_CONVEXHULL);
+  VALUE(MJENV_VISUAL_TEXTURE);
+  VALUE(MJENV_VISUAL_JOINT);
+  VALUE(MJENV_VISUAL_CAMERA);
+  VALUE(MJENV_VISUAL_ACTUATOR);
+  VALUE(MJENV_VISUAL_ACTIVATION);
+  VALUE(MJENV_VISUAL_LIGHT);
+  VALUE(MJENV_VISUAL_TENDON);
+  VALUE(MJENV_VISUAL_RANGEFINDER);
+  VALUE(MJENV_VISUAL_CONSTRAINT);
+  VALUE(MJENV_VISUAL_INERTIA);
+  VALUE(MJENV_VISUAL_SCLINERTIA);
+  VALUE(MJENV_VISUAL_PERTFORCE);
+  VALUE(MJENV_VISUAL_PERTOBJ);
+  VALUE(MJENV_VISUAL_CONTACTPOINT);
+  VALUE(MJENV_VISUAL_CONTACTFORCE);
+  VALUE(MJENV_VISUAL_CONTACTSPLIT);
+  VALUE(MJENV_VISUAL_TRANSPARENT);
+  VALUE(MJENV_VISUAL_AUTOCONNECT);
+  VALUE(MJENV_VISUAL_COM);
+  VALUE(MJENV_VISUAL_SELECT);
+  VALUE(MJENV_VISUAL_STATIC);
+  VALUE(MJENV_VISUAL_SKIN);
+
+  STRUCT(mjenv_render_settings);
+  FIELD(mjenv_render_settings, struct_size);
+  FIELD(mjenv_render_settings, gl);
+  FIELD(mjenv_render_settings, width);
+  FIELD(mjenv_render_settings, height);
+  FIELD(mjenv_render_settings, camera);
+  FIELD(mjenv_render_settings, max_geom);
+  FIELD(mjenv_render_settings, samples);
+  FIELD(mjenv_render_settings, shadows);
+  FIELD(mjenv_render_settings, reflections);
+  FIELD(mjenv_render_settings, camera_name);
+  FIELD(mjenv_render_settings, lookat);
+  FIELD(mjenv_render_settings, distance);
+  FIELD(mjenv_render_settings, azimuth);
+  FIELD(mjenv_render_settings, elevation);
+  FIELD(mjenv_render_settings, visual);
   return 0;
 }

@@ -1,10 +1,13 @@
 # Written by tools/declarations_julia.py from capi/include/mjenv/mjenv.h: change those.
 
 const MJENV_ABI_VERSION = 1
+const MJENV_CAMERA_FREE = -1
+const MJENV_CAMERA_DEFAULT = -2
 const MJENV_ALL_ROWS = -1
 
 struct mjenv_options end
 struct mjenv_env end
+struct mjenv_renderer end
 
 @enum mjenv_status::Int32 begin
     MJENV_OK = 0
@@ -20,6 +23,7 @@ struct mjenv_env end
     MJENV_E_SNAPSHOT = -10
     MJENV_E_MEMORY = -11
     MJENV_E_INTERNAL = -12
+    MJENV_E_RENDER = -13
 end
 
 @enum mjenv_dtype::Int32 begin
@@ -56,6 +60,39 @@ end
     MJENV_NUMPY_FLOAT32 = 6
     MJENV_NUMPY_INT32 = 7
     MJENV_NUMPY_UINT8 = 8
+end
+
+@enum mjenv_gl::Int32 begin
+    MJENV_GL_AUTO = 0
+    MJENV_GL_EGL = 1
+    MJENV_GL_OSMESA = 2
+    MJENV_GL_GLFW = 3
+end
+
+@enum mjenv_visual::Int32 begin
+    MJENV_VISUAL_CONVEXHULL = 0
+    MJENV_VISUAL_TEXTURE = 1
+    MJENV_VISUAL_JOINT = 2
+    MJENV_VISUAL_CAMERA = 3
+    MJENV_VISUAL_ACTUATOR = 4
+    MJENV_VISUAL_ACTIVATION = 5
+    MJENV_VISUAL_LIGHT = 6
+    MJENV_VISUAL_TENDON = 7
+    MJENV_VISUAL_RANGEFINDER = 8
+    MJENV_VISUAL_CONSTRAINT = 9
+    MJENV_VISUAL_INERTIA = 10
+    MJENV_VISUAL_SCLINERTIA = 11
+    MJENV_VISUAL_PERTFORCE = 12
+    MJENV_VISUAL_PERTOBJ = 13
+    MJENV_VISUAL_CONTACTPOINT = 14
+    MJENV_VISUAL_CONTACTFORCE = 15
+    MJENV_VISUAL_CONTACTSPLIT = 16
+    MJENV_VISUAL_TRANSPARENT = 17
+    MJENV_VISUAL_AUTOCONNECT = 18
+    MJENV_VISUAL_COM = 19
+    MJENV_VISUAL_SELECT = 20
+    MJENV_VISUAL_STATIC = 21
+    MJENV_VISUAL_SKIN = 22
 end
 
 Base.@kwdef struct mjenv_option
@@ -122,6 +159,24 @@ Base.@kwdef struct mjenv_batch
     arrays::Ptr{Float64} = Ptr{Float64}(C_NULL)
 end
 
+Base.@kwdef struct mjenv_render_settings
+    struct_size::UInt32 = sizeof(mjenv_render_settings)
+    gl::Int32 = 0
+    width::Int32 = 0
+    height::Int32 = 0
+    camera::Int32 = 0
+    max_geom::Int32 = 0
+    samples::Int32 = 0
+    shadows::Int32 = 0
+    reflections::Int32 = 0
+    camera_name::Cstring = Cstring(C_NULL)
+    lookat::NTuple{3, Float64} = (0, 0, 0)
+    distance::Float64 = 0
+    azimuth::Float64 = 0
+    elevation::Float64 = 0
+    visual::NTuple{32, UInt8} = (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+end
+
 # In the order of the indices given to address.
 const FUNCTIONS = (
     :mjenv_abi_version,
@@ -169,6 +224,11 @@ const FUNCTIONS = (
     :mjenv_copy_row,
     :mjenv_snapshot,
     :mjenv_restore,
+    :mjenv_render_defaults,
+    :mjenv_renderer_create,
+    :mjenv_renderer_destroy,
+    :mjenv_renderer_gl,
+    :mjenv_render,
 )
 
 mjenv_abi_version() = ccall(
@@ -572,4 +632,47 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
     row,
     image,
     size_bytes,
+)
+
+mjenv_render_defaults(env, settings) = ccall(
+    address(46),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
+    env,
+    settings,
+)
+
+mjenv_renderer_create(env, settings, renderer) = ccall(
+    address(47),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
+    env,
+    settings,
+    renderer,
+)
+
+mjenv_renderer_destroy(renderer) = ccall(
+    address(48),
+    Cvoid,
+    (Ptr{mjenv_renderer},),
+    renderer,
+)
+
+mjenv_renderer_gl(renderer) = ccall(
+    address(49),
+    Cstring,
+    (Ptr{mjenv_renderer},),
+    renderer,
+)
+
+mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
+    address(50),
+    mjenv_status,
+    (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
+    renderer,
+    row,
+    rgb,
+    rgb_count,
+    depth,
+    depth_count,
 )

@@ -20,6 +20,8 @@ from ctypes import (
 from enum import IntEnum
 
 ABI_VERSION = 1
+CAMERA_FREE = -1
+CAMERA_DEFAULT = -2
 ALL_ROWS = -1
 
 
@@ -37,6 +39,7 @@ class Status(IntEnum):
     E_SNAPSHOT = -10
     E_MEMORY = -11
     E_INTERNAL = -12
+    E_RENDER = -13
 
 
 class Dtype(IntEnum):
@@ -73,6 +76,39 @@ class Type(IntEnum):
     NUMPY_FLOAT32 = 6
     NUMPY_INT32 = 7
     NUMPY_UINT8 = 8
+
+
+class Gl(IntEnum):
+    GL_AUTO = 0
+    GL_EGL = 1
+    GL_OSMESA = 2
+    GL_GLFW = 3
+
+
+class Visual(IntEnum):
+    VISUAL_CONVEXHULL = 0
+    VISUAL_TEXTURE = 1
+    VISUAL_JOINT = 2
+    VISUAL_CAMERA = 3
+    VISUAL_ACTUATOR = 4
+    VISUAL_ACTIVATION = 5
+    VISUAL_LIGHT = 6
+    VISUAL_TENDON = 7
+    VISUAL_RANGEFINDER = 8
+    VISUAL_CONSTRAINT = 9
+    VISUAL_INERTIA = 10
+    VISUAL_SCLINERTIA = 11
+    VISUAL_PERTFORCE = 12
+    VISUAL_PERTOBJ = 13
+    VISUAL_CONTACTPOINT = 14
+    VISUAL_CONTACTFORCE = 15
+    VISUAL_CONTACTSPLIT = 16
+    VISUAL_TRANSPARENT = 17
+    VISUAL_AUTOCONNECT = 18
+    VISUAL_COM = 19
+    VISUAL_SELECT = 20
+    VISUAL_STATIC = 21
+    VISUAL_SKIN = 22
 
 
 class mjenv_option(Structure):
@@ -146,6 +182,26 @@ class mjenv_batch(Structure):
         ("final_obs", c_void_p),
         ("final_info", POINTER(c_double)),
         ("arrays", POINTER(c_double)),
+    )
+
+
+class mjenv_render_settings(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("gl", c_int32),
+        ("width", c_int32),
+        ("height", c_int32),
+        ("camera", c_int32),
+        ("max_geom", c_int32),
+        ("samples", c_int32),
+        ("shadows", c_int32),
+        ("reflections", c_int32),
+        ("camera_name", c_char_p),
+        ("lookat", c_double * 3),
+        ("distance", c_double),
+        ("azimuth", c_double),
+        ("elevation", c_double),
+        ("visual", c_uint8 * 32),
     )
 
 
@@ -250,3 +306,13 @@ class Library(CDLL):
         self.mjenv_snapshot.restype = c_int
         self.mjenv_restore.argtypes = (c_void_p, c_int64, c_void_p, c_size_t)
         self.mjenv_restore.restype = c_int
+        self.mjenv_render_defaults.argtypes = (c_void_p, POINTER(mjenv_render_settings))
+        self.mjenv_render_defaults.restype = c_int
+        self.mjenv_renderer_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))
+        self.mjenv_renderer_create.restype = c_int
+        self.mjenv_renderer_destroy.argtypes = (c_void_p,)
+        self.mjenv_renderer_destroy.restype = None
+        self.mjenv_renderer_gl.argtypes = (c_void_p,)
+        self.mjenv_renderer_gl.restype = c_char_p
+        self.mjenv_render.argtypes = (c_void_p, c_int64, POINTER(c_uint8), c_size_t, POINTER(c_float), c_size_t)
+        self.mjenv_render.restype = c_int

@@ -90,6 +90,10 @@ class InternalError(Error, RuntimeError):
     """A defect of the library; please report it."""
 
 
+class RenderError(Error, RuntimeError):
+    """There is no OpenGL to draw with, or it failed; the message names what to install."""
+
+
 class ClosedError(Error, gymnasium.error.ClosedEnvironmentError):
     """The environment was closed."""
 
@@ -107,6 +111,7 @@ _BY_STATUS: dict[int, type[Error]] = {
     Status.E_SNAPSHOT: SnapshotError,
     Status.E_MEMORY: OutOfMemoryError,
     Status.E_INTERNAL: InternalError,
+    Status.E_RENDER: RenderError,
 }
 
 

@@ -33,6 +33,8 @@ pub enum Status {
     Snapshot,
     /// Out of memory.
     Memory,
+    /// No OpenGL, or it failed; the message names what to install.
+    Render,
     /// A defect of the library, or a library that does not fit this crate.
     Internal,
 }
@@ -51,6 +53,7 @@ impl Status {
             sys::MJENV_E_PHYSICS => Self::Physics,
             sys::MJENV_E_SNAPSHOT => Self::Snapshot,
             sys::MJENV_E_MEMORY => Self::Memory,
+            sys::MJENV_E_RENDER => Self::Render,
             _ => Self::Internal,
         }
     }

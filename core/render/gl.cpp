@@ -1,0 +1,136 @@
+#include "render/gl.hpp"
+
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <mutex>
+
+#include "error.hpp"
+
+namespace mjenv::gl {
+namespace {
+
+constexpr unsigned kVendor = 0x1F00, kRenderer = 0x1F01, kVersion = 0x1F02;
+constexpr unsigned kMaxViewportDims = 0x0D3A, kMaxRenderbufferSize = 0x84E8;
+
+struct BackEnd {
+  mjenv_gl number;
+  const char* name;
+};
+// In the order in which they are tried.
+constexpr std::array<BackEnd, 3> back_ends{
+    {{MJENV_GL_EGL, "egl"}, {MJENV_GL_GLFW, "glfw"}, {MJENV_GL_OSMESA, "osmesa"}}};
+
+// MuJoCo looks up the functions of OpenGL once in a process. EGL's and GLFW's serve each other, OSMesa's are others.
+struct Binding {
+  std::mutex mutex;
+  std::atomic<pid_t> process{0};
+  mjenv_gl back_end = MJENV_GL_AUTO;
+};
+
+Binding& binding() {
+  static auto* const once = new Binding;  // a thread may draw while the process exits
+  return *once;
+}
+
+const char* name_of(mjenv_gl back_end) {
+  for (const auto& known : back_ends)
+    if (known.number == back_end) return known.name;
+  fail(MJENV_E_VALUE, "no OpenGL back end " + std::to_string(back_end));
+}
+
+mjenv_gl chosen(mjenv_gl asked) {
+  if (asked != MJENV_GL_AUTO) return asked;
+  const char* variable = std::getenv("MUJOCO_GL");
+  if (!variable || !*variable) return MJENV_GL_AUTO;
+  for (const auto& known : back_ends)
+    if (std::string(variable) == known.name) return known.number;
+  fail(MJENV_E_VALUE, "the environment variable MUJOCO_GL is " + quoted(variable) + ", not egl, osmesa or glfw");
+}
+
+// MuJoCo takes the functions from eglGetProcAddress where the process shows that, then from OSMesaGetProcAddress.
+void check_binding(const Binding& bound, mjenv_gl back_end) {
+  const bool osmesa = back_end == MJENV_GL_OSMESA;
+  if (bound.back_end != MJENV_GL_AUTO) {
+    if (osmesa != (bound.back_end == MJENV_GL_OSMESA))
+      fail(MJENV_E_RENDER, std::string("this process draws with ") + name_of(bound.back_end) +
+                               " already, which excludes " + name_of(back_end) + " until it ends");
+    return;
+  }
+  const bool shows_egl = dlsym(RTLD_DEFAULT, "eglGetProcAddress");
+  const bool shows_osmesa = dlsym(RTLD_DEFAULT, "OSMesaGetProcAddress");
+  if (osmesa ? shows_egl : (!shows_egl && shows_osmesa))
+    fail(MJENV_E_RENDER, std::string("this process has loaded ") + (osmesa ? "EGL" : "OSMesa") + ", which excludes " +
+                             name_of(back_end));
+}
+
+std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end, int width, int height) {
+  if (bound.back_end != MJENV_GL_AUTO) check_binding(bound, back_end);
+  auto context = back_end == MJENV_GL_EGL      ? open_egl()
+                 : back_end == MJENV_GL_OSMESA ? open_osmesa(width, height)
+                                               : open_glfw(width, height);
+  check_binding(bound, back_end);
+  bound.back_end = back_end;
+  bound.process = getpid();
+  return context;
+}
+
+}  // namespace
+
+std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height) {
+  Binding& bound = binding();
+  const std::lock_guard lock(bound.mutex);
+  if (bound.process != 0 && bound.process != getpid())
+    fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
+  const mjenv_gl choice = chosen(back_end);
+  if (choice != MJENV_GL_AUTO) return static_cast<void>(name_of(choice)), open_one(bound, choice, width, height);
+  std::string reasons;
+  for (const auto& candidate : back_ends) {
+    try {
+      return open_one(bound, candidate.number, width, height);
+    } catch (const Error& error) {
+      reasons += std::string("; ") + error.what();
+    }
+  }
+  fail(MJENV_E_RENDER, "no OpenGL" + reasons);
+}
+
+bool here() { return binding().process == getpid(); }
+
+Traits traits_of(const Context& current) {
+  const auto get_string = reinterpret_cast<const unsigned char* (*)(unsigned)>(current.function("glGetString"));
+  const auto get_integers = reinterpret_cast<void (*)(unsigned, int*)>(current.function("glGetIntegerv"));
+  if (!get_string || !get_integers || !get_string(kVersion))
+    fail(MJENV_E_RENDER, std::string(current.name()) + ": no OpenGL context is current");
+  Traits traits;
+  traits.text = current.name();
+  for (const unsigned part : {kVendor, kRenderer, kVersion}) {
+    const unsigned char* text = get_string(part);
+    traits.text += std::string(", ") + (text ? reinterpret_cast<const char*>(text) : "");
+  }
+  std::array<int, 2> viewport{};
+  int buffer = 0;
+  get_integers(kMaxViewportDims, viewport.data());
+  get_integers(kMaxRenderbufferSize, &buffer);
+  traits.width = std::min(viewport[0], buffer);
+  traits.height = std::min(viewport[1], buffer);
+  return traits;
+}
+
+Library::Library(const char* file, const char* packages)
+    : file_(file), handle_(dlopen(file, RTLD_NOW | RTLD_GLOBAL)) {  // global: MuJoCo asks the process for functions
+  if (handle_) return;
+  const char* reason = dlerror();
+  fail(MJENV_E_RENDER, std::string(reason ? reason : file) + " (Debian: apt-get install " + packages + ")");
+}
+
+void* Library::symbol(const char* name) const {
+  if (void* found = dlsym(handle_, name)) return found;
+  fail(MJENV_E_RENDER, std::string(file_) + " has no " + name);
+}
+
+}  // namespace mjenv::gl

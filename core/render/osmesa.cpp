@@ -1,0 +1,90 @@
+#include <cstddef>
+#include <vector>
+
+#include "error.hpp"
+#include "render/gl.hpp"
+
+namespace mjenv::gl {
+namespace {
+
+using Handle = void*;
+constexpr unsigned kRgba = 0x1908, kFloat = 0x1406;
+constexpr int kType = 0x23;
+
+struct OsMesa {
+  Handle (*create)(unsigned, int, int, int, Handle);
+  void (*destroy)(Handle);
+  unsigned char (*make_current)(Handle, void*, unsigned, int, int);
+  Handle (*get_current)();
+  void (*get_integer)(int, int*);
+  unsigned char (*get_color_buffer)(Handle, int*, int*, int*, void**);
+  void* (*get_proc_address)(const char*);
+
+  OsMesa() {
+    const Library library("libOSMesa.so.8", "libosmesa6");
+    library.find(create, "OSMesaCreateContextExt");
+    library.find(destroy, "OSMesaDestroyContext");
+    library.find(make_current, "OSMesaMakeCurrent");
+    library.find(get_current, "OSMesaGetCurrentContext");
+    library.find(get_integer, "OSMesaGetIntegerv");
+    library.find(get_color_buffer, "OSMesaGetColorBuffer");
+    library.find(get_proc_address, "OSMesaGetProcAddress");
+  }
+};
+
+class OsMesaContext : public Context {
+ public:
+  // With the window that MuJoCo's Python package gives it: four floats a pixel.
+  OsMesaContext(const OsMesa& osmesa, int width, int height)
+      : osmesa_(osmesa),
+        width_(width),
+        height_(height),
+        window_(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+        context_(osmesa.create(kRgba, 24, 8, 0, nullptr)) {
+    if (!context_) fail(MJENV_E_RENDER, "osmesa: no context could be made");
+  }
+
+  ~OsMesaContext() override {
+    if (here()) osmesa_.destroy(context_);
+  }
+
+  void enter() override {
+    previous_ = osmesa_.get_current();
+    if (previous_) {
+      int format = 0;
+      osmesa_.get_integer(kType, &previous_type_);
+      osmesa_.get_color_buffer(previous_, &previous_width_, &previous_height_, &format, &previous_window_);
+    }
+    if (!osmesa_.make_current(context_, window_.data(), kFloat, width_, height_))
+      fail(MJENV_E_RENDER, "osmesa: the context cannot be made current");
+  }
+
+  void leave() noexcept override {
+    if (previous_)
+      osmesa_.make_current(previous_, previous_window_, static_cast<unsigned>(previous_type_), previous_width_,
+                           previous_height_);
+    else
+      osmesa_.make_current(nullptr, nullptr, kFloat, 0, 0);
+  }
+
+  void* function(const char* name) const override { return osmesa_.get_proc_address(name); }
+  const char* name() const override { return "osmesa"; }
+
+ private:
+  const OsMesa& osmesa_;
+  int width_, height_;
+  std::vector<float> window_;
+  Handle context_;
+  Handle previous_ = nullptr;  // what the thread that entered had current
+  int previous_type_ = 0, previous_width_ = 0, previous_height_ = 0;
+  void* previous_window_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<Context> open_osmesa(int width, int height) {
+  static const OsMesa* const osmesa = new OsMesa;
+  return std::make_unique<OsMesaContext>(*osmesa, width, height);
+}
+
+}  // namespace mjenv::gl

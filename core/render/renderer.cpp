@@ -1,0 +1,215 @@
+#include "render/renderer.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "error.hpp"
+
+namespace mjenv {
+namespace {
+
+constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20, kMostSamples = 64;
+static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
+static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
+
+// MuJoCo's errors while drawing are the renderer's, not the simulation's.
+template <typename F>
+void drawing(const F& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    if (error.status() != MJENV_E_PHYSICS) throw;
+    fail(MJENV_E_RENDER, error.what());
+  }
+}
+
+void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
+  if (value < low || value > high)
+    fail(MJENV_E_VALUE, std::string(name) + " is " + std::to_string(value) + ", outside " + std::to_string(low) + ".." +
+                            std::to_string(high));
+}
+
+// The number of the camera, MJENV_CAMERA_FREE for the free one.
+int camera_of(const Model& model, const mjenv_render_settings& settings) {
+  const int count = model.count("camera");
+  if (settings.camera_name) {
+    if (settings.camera != MJENV_CAMERA_DEFAULT)
+      fail(MJENV_E_VALUE, "camera and camera_name exclude each other: leave camera MJENV_CAMERA_DEFAULT");
+    return model.index("camera", settings.camera_name);
+  }
+  if (settings.camera != MJENV_CAMERA_DEFAULT) {
+    check_range("camera", settings.camera, MJENV_CAMERA_FREE, count - 1);
+    return settings.camera;
+  }
+  for (int i = 0; i < count; ++i)
+    if (model.name("camera", i) == std::string("track")) return i;
+  return MJENV_CAMERA_FREE;
+}
+
+double or_default(double value, double otherwise) { return std::isnan(value) ? otherwise : value; }
+
+// numpy.median
+double median(std::vector<double> values) {
+  const std::size_t n = values.size();
+  if (n == 0 || std::any_of(values.begin(), values.end(), [](double x) { return std::isnan(x); }))
+    return std::numeric_limits<double>::quiet_NaN();
+  std::sort(values.begin(), values.end());
+  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+// Bytes that can be had without the system killing somebody for them.
+double available_memory() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string key; file >> key;) {
+    double kilobytes = 0;
+    if (key == "MemAvailable:" && file >> kilobytes) return 1024 * kilobytes;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+template <typename T>
+void copy_top_first(const std::vector<T>& from, T* to, std::size_t rows) {
+  const std::size_t length = from.size() / rows;
+  for (std::size_t row = 0; row < rows; ++row)
+    std::copy_n(from.data() + (rows - 1 - row) * length, length, to + row * length);
+}
+
+}  // namespace
+
+mjenv_render_settings render_defaults(const Model& model, const Camera& camera) {
+  mjenv_render_settings settings{};
+  settings.gl = MJENV_GL_AUTO;
+  settings.width = settings.height = 480;
+  settings.camera = MJENV_CAMERA_DEFAULT;
+  settings.max_geom = 1000;
+  settings.samples = model.get()->vis.quality.offsamples;
+  settings.shadows = settings.reflections = 1;
+  std::copy(camera.lookat.begin(), camera.lookat.end(), settings.lookat);
+  settings.distance = camera.distance;
+  settings.azimuth = Camera::kUnset;
+  settings.elevation = camera.elevation;
+  mjvOption options;
+  mjv_defaultOption(&options);
+  std::copy_n(options.flags, mjNVISFLAG, settings.visual);
+  return settings;
+}
+
+// MuJoCo's structures, which have to be freed while the context is current.
+struct Renderer::Drawing {
+  mjModel model;  // shares the arrays
+  mjvCamera camera{};
+  mjvOption options{};
+  mjvPerturb perturbation{};
+  mjvScene scene{};
+  mjrContext context{};
+
+  explicit Drawing(const mjModel& shared) : model(shared) {
+    mjv_defaultCamera(&camera);
+    mjv_defaultOption(&options);
+    mjv_defaultPerturb(&perturbation);
+    mjv_defaultScene(&scene);
+    mjr_defaultContext(&context);
+  }
+  ~Drawing() { mjv_freeScene(&scene); }
+};
+
+Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
+    : model_(std::move(model)),
+      width_(settings.width),
+      height_(settings.height),
+      lookat_{settings.lookat[0], settings.lookat[1], settings.lookat[2]},
+      distance_(settings.distance),
+      drawing_(std::make_unique<Drawing>(*model_->get())) {
+  check_range("width", width_, 1, kMostPixelsASide);
+  check_range("height", height_, 1, kMostPixelsASide);
+  check_range("max_geom", settings.max_geom, 0, kMostGeoms);
+  check_range("samples", settings.samples, 0, kMostSamples);
+
+  Drawing& d = *drawing_;
+  d.camera.fixedcamid = camera_of(*model_, settings);
+  d.camera.type = d.camera.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
+  d.camera.azimuth = or_default(settings.azimuth, d.camera.azimuth);
+  d.camera.elevation = or_default(settings.elevation, d.camera.elevation);
+  for (int i = 0; i < mjNVISFLAG; ++i) d.options.flags[i] = settings.visual[i] != 0;
+  d.model.vis.global.offwidth = width_;
+  d.model.vis.global.offheight = height_;
+  d.model.vis.quality.offsamples = settings.samples;
+  if (!settings.shadows) d.model.vis.quality.shadowsize = 0;
+
+  context_ = gl::open(static_cast<mjenv_gl>(settings.gl), width_, height_);
+  const gl::Current current(*context_);
+  traits_ = gl::traits_of(*context_);
+  check_size();
+  drawing([&] {
+    mjv_makeScene(&d.model, &d.scene, settings.max_geom);
+    d.scene.flags[mjRND_SHADOW] = settings.shadows != 0;
+    d.scene.flags[mjRND_REFLECTION] = settings.reflections != 0;
+    mjr_makeContext(&d.model, &d.context, mjFONTSCALE_150);
+    mjr_setBuffer(mjFB_OFFSCREEN, &d.context);
+  });
+}
+
+Renderer::~Renderer() {
+  if (!gl::here()) return;
+  try {
+    const gl::Current current(*context_);
+    mjr_freeContext(&drawing_->context);
+  } catch (const Error&) {  // the context is lost, and all that it held with it
+  }
+}
+
+void Renderer::check_size() const {
+  if (width_ > traits_.width || height_ > traits_.height)
+    fail(MJENV_E_VALUE, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) +
+                            " is more than the " + std::to_string(traits_.width) + " x " +
+                            std::to_string(traits_.height) + " that this OpenGL draws (" + traits_.text + ")");
+  const double bytes_a_pixel = 8.0 * (2 + drawing_->model.vis.quality.offsamples) + 7;
+  const double needed = static_cast<double>(pixels()) * bytes_a_pixel;
+  if (needed > available_memory())
+    fail(MJENV_E_MEMORY, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " needs " +
+                             number(std::ceil(needed / 1e9)) + " GB, more than is free");
+}
+
+// Gymnasium places the free camera when it first draws, from the state at that time.
+void Renderer::place_camera(const mjData_& data) {
+  if (camera_placed_) return;
+  mjvCamera& camera = drawing_->camera;
+  camera.distance = or_default(distance_, model_->get()->stat.extent);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> positions;
+    for (int geom = 0; geom < model_->get()->ngeom; ++geom) positions.push_back(data.geom_xpos[3 * geom + axis]);
+    camera.lookat[axis] = or_default(lookat_[static_cast<std::size_t>(axis)], median(positions));
+  }
+  camera_placed_ = true;
+}
+
+void Renderer::look_at(mjData_* data) {
+  Drawing& d = *drawing_;
+  drawing([&] {
+    place_camera(*data);
+    mjv_updateScene(&d.model, data, &d.options, &d.perturbation, &d.camera, mjCAT_ALL, &d.scene);
+  });
+}
+
+void Renderer::draw(std::uint8_t* rgb, float* depth) {
+  if (!gl::here()) fail(MJENV_E_RENDER, "the renderer was made before this process was forked");
+  Drawing& d = *drawing_;
+  const mjrRect viewport{0, 0, width_, height_};
+  if (rgb) rgb_.resize(3 * pixels());
+  if (depth) depth_.resize(pixels());
+  {
+    const gl::Current current(*context_);
+    drawing([&] {
+      mjr_render(viewport, &d.scene, &d.context);
+      mjr_readPixels(rgb ? rgb_.data() : nullptr, depth ? depth_.data() : nullptr, viewport, &d.context);
+    });
+  }
+  if (rgb) copy_top_first(rgb_, rgb, static_cast<std::size_t>(height_));
+  if (depth) copy_top_first(depth_, depth, static_cast<std::size_t>(height_));
+}
+
+}  // namespace mjenv

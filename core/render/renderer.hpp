@@ -1,0 +1,57 @@
+// Pictures of rows, equal to Gymnasium's: what MuJoCo draws of an mjData, from a camera that Gymnasium would choose.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/model.hpp"
+#include "render/gl.hpp"
+#include "robot.hpp"
+
+// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
+struct mjvScene_;
+struct mjvCamera_;
+struct mjvOption_;
+struct mjrContext_;
+// NOLINTEND(bugprone-reserved-identifier)
+
+namespace mjenv {
+
+// Gymnasium's defaults for a robot.
+mjenv_render_settings render_defaults(const Model& model, const Camera& camera);
+
+class Renderer {
+ public:
+  Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings);
+  ~Renderer();
+
+  const std::string& gl() const { return traits_.text; }
+  std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+
+  // What to draw next; data is left as it is.
+  void look_at(mjData_* data);
+  // Draws it: rgb[height][width][3] and depth[height][width], either of them null.
+  void draw(std::uint8_t* rgb, float* depth);
+
+ private:
+  struct Drawing;
+  std::shared_ptr<const Model> model_;
+  const int width_, height_;
+  std::array<double, 3> lookat_;
+  double distance_;
+  bool camera_placed_ = false;
+  std::unique_ptr<gl::Context> context_;
+  gl::Traits traits_;
+  std::unique_ptr<Drawing> drawing_;
+  std::vector<std::uint8_t> rgb_;  // as OpenGL has them: the bottom row first
+  std::vector<float> depth_;
+
+  void check_size() const;
+  void place_camera(const mjData_& data);
+};
+
+}  // namespace mjenv
