@@ -27,8 +27,9 @@ extern "C" {
 /* Changes when a compiled client would have to be rebuilt. */
 #define MJENV_ABI_VERSION 1
 
-typedef struct mjenv_options mjenv_options; /* the constructor options of one environment id */
-typedef struct mjenv_env mjenv_env;         /* an environment of one or many rows */
+typedef struct mjenv_options mjenv_options;   /* the constructor options of one environment id */
+typedef struct mjenv_env mjenv_env;           /* an environment of one or many rows */
+typedef struct mjenv_renderer mjenv_renderer; /* draws pictures of an environment's rows */
 
 typedef enum mjenv_status {
   MJENV_OK = 0,
@@ -43,7 +44,8 @@ typedef enum mjenv_status {
   MJENV_E_PHYSICS = -9,   /* MuJoCo reported an error, or a row diverged */
   MJENV_E_SNAPSHOT = -10, /* an image that is damaged or belongs to another environment */
   MJENV_E_MEMORY = -11,   /* out of memory */
-  MJENV_E_INTERNAL = -12  /* a defect of this library; please report it */
+  MJENV_E_INTERNAL = -12, /* a defect of this library; please report it */
+  MJENV_E_RENDER = -13    /* no OpenGL, or it failed; the message names what to install */
 } mjenv_status;
 
 typedef enum mjenv_dtype { MJENV_FLOAT64 = 0, MJENV_FLOAT32 = 1 } mjenv_dtype;
@@ -151,6 +153,67 @@ typedef struct mjenv_batch {
   double *final_info;       /* as info, same_step: the info of that last step */
   double *arrays;           /* MJENV_ARRAYS's fields, as info */
 } mjenv_batch;
+
+/* What provides OpenGL. */
+typedef enum mjenv_gl {
+  MJENV_GL_AUTO = 0, /* the one that the environment variable MUJOCO_GL names (egl, osmesa or glfw); unset: the first
+                        of egl, glfw and osmesa that works */
+  MJENV_GL_EGL = 1,  /* without a display; Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device */
+  MJENV_GL_OSMESA =
+      2,            /* without a display or a graphics driver; Debian: libosmesa6. Excludes the others in a process */
+  MJENV_GL_GLFW = 3 /* an invisible window on a display; Debian: libglfw3. Created on the main thread only */
+} mjenv_gl;
+
+/* What to make visible beside the geoms: MuJoCo's mjtVisFlag. */
+typedef enum mjenv_visual {
+  MJENV_VISUAL_CONVEXHULL = 0,
+  MJENV_VISUAL_TEXTURE = 1,
+  MJENV_VISUAL_JOINT = 2,
+  MJENV_VISUAL_CAMERA = 3,
+  MJENV_VISUAL_ACTUATOR = 4,
+  MJENV_VISUAL_ACTIVATION = 5,
+  MJENV_VISUAL_LIGHT = 6,
+  MJENV_VISUAL_TENDON = 7,
+  MJENV_VISUAL_RANGEFINDER = 8,
+  MJENV_VISUAL_CONSTRAINT = 9,
+  MJENV_VISUAL_INERTIA = 10,
+  MJENV_VISUAL_SCLINERTIA = 11,
+  MJENV_VISUAL_PERTFORCE = 12,
+  MJENV_VISUAL_PERTOBJ = 13,
+  MJENV_VISUAL_CONTACTPOINT = 14,
+  MJENV_VISUAL_CONTACTFORCE = 15,
+  MJENV_VISUAL_CONTACTSPLIT = 16,
+  MJENV_VISUAL_TRANSPARENT = 17,
+  MJENV_VISUAL_AUTOCONNECT = 18,
+  MJENV_VISUAL_COM = 19,
+  MJENV_VISUAL_SELECT = 20,
+  MJENV_VISUAL_STATIC = 21,
+  MJENV_VISUAL_SKIN = 22
+} mjenv_visual;
+
+#define MJENV_CAMERA_FREE (-1)
+#define MJENV_CAMERA_DEFAULT (-2)
+
+/* How a renderer draws: Gymnasium's arguments of the same names. mjenv_render_defaults fills it. */
+typedef struct mjenv_render_settings {
+  uint32_t struct_size;
+  int32_t gl;              /* mjenv_gl */
+  int32_t width;           /* pixels, 480 */
+  int32_t height;          /* pixels, 480 */
+  int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE, or MJENV_CAMERA_DEFAULT: the one
+                              called "track" if the model has it, else the free one */
+  int32_t max_geom;        /* geoms drawn at most, 1000 */
+  int32_t samples;         /* a pixel, the model's offsamples (4); 0: no multisampling */
+  int32_t shadows;         /* 0 or 1; with samples 0 and shadows 0 drawing is fastest */
+  int32_t reflections;     /* 0 or 1 */
+  const char *camera_name; /* a camera of the model, instead of its index; NULL: none */
+  /* The free camera: Gymnasium's default_camera_config. It does not move. */
+  double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn */
+  double distance;    /* m; NaN: the model's extent */
+  double azimuth;     /* degrees; NaN: 90 */
+  double elevation;   /* degrees; NaN: -45 */
+  uint8_t visual[32]; /* visual_options: 0 or 1 for each mjenv_visual, the others unused */
+} mjenv_render_settings;
 
 /* ---- Library ---- */
 
@@ -341,6 +404,35 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
  * environment must have the id, the options and the model of the one the image was taken from, and as many rows if the
  * image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
+
+/* ---- Pictures ----
+ * A picture shows a row as Gymnasium's render() shows it after the last reset, step or set_state: pixel for pixel, with
+ * the same OpenGL on the same machine. Drawing changes nothing in the simulation. OpenGL is loaded when the first
+ * renderer is made. */
+
+/* Fills settings with Gymnasium's defaults for the environment. Errors: ARGUMENT. */
+MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_settings *settings);
+
+/* Builds a renderer with an OpenGL context of its own; null settings: the defaults. The caller destroys it, before or
+ * after the environment. Renderers of one environment draw at the same time on different threads; a renderer draws on
+ * any thread, on one at a time. What the calling thread has current in OpenGL stays so. A process that was forked after
+ * OpenGL was used cannot use it. Errors: ARGUMENT, NAME (camera_name), VALUE, RENDER, MEMORY. */
+MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
+                                             mjenv_renderer **renderer);
+
+MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
+
+/* The OpenGL in use: "egl, VENDOR, RENDERER, VERSION"; borrowed; NULL for NULL. */
+MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
+
+/* Draws a row: colours into rgb[height][width][3], and the depth buffer, 0 (near) to 1 (far), into
+ * depth[height][width], the top row first. Either may be NULL; the counts say how many elements there is room for. A
+ * depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, near and far being the model's
+ * vis.map.znear and vis.map.zfar times stat.extent. Errors: ARGUMENT, VALUE (row), SIZE, STATE (never reset, under
+ * way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is inside the renderer or steps the
+ * environment). */
+MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
+                                    size_t depth_count);
 
 #ifdef __cplusplus
 }
