@@ -18,8 +18,8 @@ Prints a completion script. To use it in this shell:
 # For bash, and for zsh by bashcompinit: `typed` is the longest path of commands that the words begin with.
 BASH = """\
 _mjenv() {{
-  local typed= word choices current=${{COMP_WORDS[COMP_CWORD]}}
-  for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
+  local typed= word choices current=${{COMP_WORDS[COMP_CWORD]}} count=$((COMP_CWORD-1))
+  for word in "${{COMP_WORDS[@]:1:$count}}"; do
     case "$typed $word" in
 {paths}
     esac
