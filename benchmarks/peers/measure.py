@@ -1,0 +1,163 @@
+"""Steps per second of mjenv and its peers, interleaved on one machine, as a CSV; benchmarks/peers/run calls it.
+
+For each robot, number of environments and number of threads all peers are opened, each in a process of its own, and
+then take turns in short blocks, round after round, so that whatever else the machine does meets all of them alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+import report
+from results import PEERS, ROBOTS, Row, read, write
+
+HERE = Path(__file__).resolve().parent
+
+
+def applies(peer: str, envs: int, threads: int) -> bool:
+    """Whether a peer can be measured so."""
+    if peer in ("mjenv-c", "mjenv-single", "gymnasium-single"):
+        return (envs, threads) == (1, 1)
+    if peer in ("mjenv-async", "envpool-async"):
+        return envs > 1
+    if peer == "gymnasium-async":  # a process for each environment
+        return threads > 1 and envs <= 64
+    return True
+
+
+class Worker:
+    """A process that steps one peer."""
+
+    def __init__(self, peer: str, command: list[str], environment: dict[str, str]) -> None:
+        self.peer = peer
+        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 as long as the process
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+            env={**os.environ, **environment},
+            cwd=tempfile.gettempdir(),  # MuJoCo writes a log of warnings where it runs
+        )
+        self.about = self.ask("about")
+
+    def ask(self, command: str) -> str:
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+        answer = self._process.stdout.readline()
+        if not answer:
+            self._errors.seek(0)
+            sys.exit(f"{self._errors.read()}{self.peer} failed at '{command}', see above")
+        return answer.strip()
+
+    def rate(self, seconds: float) -> float:
+        steps, taken = self.ask(f"run {seconds}").split()
+        return int(steps) / float(taken)
+
+    def end(self) -> None:
+        assert self._process.stdin
+        self._process.stdin.close()
+        self._process.wait()
+
+
+def start(peer: str, arguments: argparse.Namespace) -> Worker:
+    environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
+    if peer == "mjenv-c":
+        return Worker(peer, [arguments.single, arguments.library], environment)
+    if peer.startswith("mjenv"):
+        environment |= {"MJENV_LIBRARY": arguments.library, "PYTHONPATH": arguments.package}
+    python = arguments.peers_python if peer.startswith(("envpool", "mujoco")) else arguments.reference_python
+    return Worker(peer, [python, str(HERE / "worker.py"), peer], environment)
+
+
+def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds: float, rounds: int) -> list[Row]:
+    for worker in workers:
+        worker.ask(f"open {robot}-v5 {envs} {threads} 1")
+    rates: dict[str, list[float]] = {worker.peer: [] for worker in workers}
+    for turn in range(rounds):
+        for worker in workers if turn % 2 == 0 else reversed(workers):
+            rates[worker.peer].append(worker.rate(seconds))
+    for worker in workers:
+        worker.ask("close")
+    date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    return [
+        {
+            "robot": robot,
+            "envs": str(envs),
+            "threads": str(threads),
+            "peer": worker.peer,
+            "steps_per_second": f"{median(rates[worker.peer]):.0f}",
+            "block_seconds": str(seconds),
+            "blocks": " ".join(f"{rate:.0f}" for rate in rates[worker.peer]),
+            "about": worker.about,
+            "cpu": cpu_model(),
+            "cpus": str(len(os.sched_getaffinity(0))),
+            "date": date,
+        }
+        for worker in workers
+    ]
+
+
+def cpu_model() -> str:
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.partition(":")[2].strip()
+    return "unknown"
+
+
+def parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="benchmarks/peers/run", description=__doc__)
+    add = parser.add_argument
+    add("--robots", nargs="+", choices=ROBOTS, default=ROBOTS, metavar="ROBOT", help=" ".join(ROBOTS))
+    add("--envs", nargs="+", type=int, default=[1, 8, 64, 1024], help="numbers of environments (1 8 64 1024)")
+    add("--threads", nargs="+", type=int, default=[1, 2], help="numbers of threads (1 2); one environment takes one")
+    add("--peers", nargs="+", choices=PEERS, default=PEERS, metavar="PEER", help=" ".join(PEERS))
+    add("--seconds", type=float, default=0.2, help="of a block (0.2)")
+    add("--rounds", type=int, default=9, help="blocks of each peer (9)")
+    add("--output", type=Path, default=Path("build/peers"), help="folder of the CSV, the tables and the chart")
+    add("--add", action="store_true", help="keep what the folder's CSV holds of other configurations")
+    for name in ("library", "package", "single", "reference-python", "peers-python"):
+        add(f"--{name}", required=True, type=os.path.abspath, help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def main() -> None:
+    arguments = parse()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    path = arguments.output / "peers.csv"
+    rows = read(path) if arguments.add else []
+    workers = [start(peer, arguments) for peer in arguments.peers]
+    cases = [
+        (robot, envs, threads)
+        for robot in arguments.robots
+        for envs in arguments.envs
+        for threads in arguments.threads
+        if envs > 1 or threads == 1
+    ]
+    began = time.monotonic()
+    for done, (robot, envs, threads) in enumerate(cases):
+        chosen = [worker for worker in workers if applies(worker.peer, envs, threads)]
+        measured = measure(chosen, robot, envs, threads, arguments.seconds, arguments.rounds)
+        write(path, rows := rows + measured)
+        elapsed = time.monotonic() - began
+        left = elapsed / (done + 1) * (len(cases) - done - 1)
+        rates = ", ".join(f"{row['peer']} {row['steps_per_second']}" for row in measured)
+        print(f"[{done + 1}/{len(cases)}, {left / 60:.0f} min left] {robot} {envs} x {threads}: {rates}", flush=True)
+    for worker in workers:
+        worker.end()
+    report.write(path)
+
+
+if __name__ == "__main__":
+    main()

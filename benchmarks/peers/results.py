@@ -1,0 +1,38 @@
+"""What is measured, of whom, and the CSV that holds it."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from pathlib import Path
+
+ROBOTS = (
+    "Ant HalfCheetah Hopper Humanoid HumanoidStandup InvertedDoublePendulum InvertedPendulum Pusher Reacher Swimmer"
+    " Walker2d"
+).split()
+PEERS = (
+    "mjenv-c mjenv-single mjenv mjenv-async gymnasium-single gymnasium-sync gymnasium-async envpool-sync envpool-async"
+    " mujoco-batch"
+).split()
+FIELDS = "robot envs threads peer steps_per_second block_seconds blocks about cpu cpus date".split()
+Row = dict[str, str]
+
+
+def read(path: Path) -> list[Row]:
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def key(row: Row) -> tuple[int, int, int, int]:
+    return ROBOTS.index(row["robot"]), int(row["envs"]), int(row["threads"]), PEERS.index(row["peer"])
+
+
+def write(path: Path, rows: Iterable[Row]) -> None:
+    """Sorted; of rows that measure the same the last holds."""
+    by_key = {key(row): row for row in rows}
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(by_key[k] for k in sorted(by_key))
