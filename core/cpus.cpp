@@ -11,30 +11,32 @@
 namespace mjenv {
 namespace {
 
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+
+double ratio(double quota, double period) { return quota > 0 && period > 0 ? quota / period : kUnlimited; }
+
 // CPUs that a cgroup folder grants, infinite if it sets no quota.
 double quota_of(const std::string& folder) {
-  constexpr double unlimited = std::numeric_limits<double>::infinity();
   double quota = 0, period = 0;
-  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period) return quota / period;  // "max" is no number
+  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period) return ratio(quota, period);  // "max" is no number
   std::ifstream v1_quota(folder + "/cpu.cfs_quota_us"), v1_period(folder + "/cpu.cfs_period_us");
-  if (v1_quota >> quota && v1_period >> period && quota > 0) return quota / period;
-  return unlimited;
-}
-
-// The tightest quota from this process's cgroup up to the root.
-double cgroup_quota() {
-  double least = std::min(quota_of("/sys/fs/cgroup"), quota_of("/sys/fs/cgroup/cpu"));
-  std::ifstream groups("/proc/self/cgroup");
-  for (std::string line; std::getline(groups, line);) {
-    std::string path = line.substr(line.rfind(':') + 1);
-    const bool unified = line.rfind("0::", 0) == 0;
-    for (; path.size() > 1; path.erase(path.rfind('/')))
-      least = std::min(least, quota_of((unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + path));
-  }
-  return least;
+  return v1_quota >> quota && v1_period >> period ? ratio(quota, period) : kUnlimited;
 }
 
 }  // namespace
+
+double cpu_quota(const std::string& root) {
+  const std::string unified = root + "/sys/fs/cgroup", cpu = unified + "/cpu";
+  double least = std::min(quota_of(unified), quota_of(cpu));
+  std::ifstream groups(root + "/proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {
+    std::string path = line.substr(line.rfind(':') + 1);
+    const std::string& hierarchy = line.rfind("0::", 0) == 0 ? unified : cpu;
+    for (; path.size() > 1 && path[0] == '/'; path.erase(path.rfind('/')))
+      least = std::min(least, quota_of(hierarchy + path));
+  }
+  return least;
+}
 
 std::vector<int> allowed_cpus() {
   std::vector<int> cpus;
@@ -49,7 +51,7 @@ std::vector<int> allowed_cpus() {
 
 int usable_cpus() {
   const auto allowed = static_cast<double>(allowed_cpus().size());
-  return static_cast<int>(std::max(1.0, std::min(allowed, std::ceil(cgroup_quota()))));
+  return static_cast<int>(std::max(1.0, std::min(allowed, std::ceil(cpu_quota()))));
 }
 
 }  // namespace mjenv

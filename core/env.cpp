@@ -180,7 +180,9 @@ void Env::check_row(std::int64_t row) const {
 }
 
 void Env::check_settled() const {
-  if (async_->open) fail(MJENV_E_STATE, std::to_string(async_->count) + " row(s) are under way: mjenv_recv them first");
+  if (!async_->open) return;
+  pool_->check_here();
+  fail(MJENV_E_STATE, std::to_string(async_->count) + " row(s) are under way: mjenv_recv them first");
 }
 
 void Env::check_out(const mjenv_batch* out, std::int64_t rows, const std::vector<Field>& info) const {

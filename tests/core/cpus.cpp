@@ -1,0 +1,103 @@
+// How many CPUs a process may use: its affinity, and the quotas of the control groups that it is in.
+#include <cmath>
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "cpus.hpp"
+
+namespace {
+
+// A root folder with what a kernel would show; removed at the end.
+class Root {
+ public:
+  Root() {
+    std::string name = (std::filesystem::temp_directory_path() / "mjenv-XXXXXX").string();
+    if (!mkdtemp(name.data())) std::abort();
+    path_ = name;
+  }
+  ~Root() { std::filesystem::remove_all(path_); }
+  Root(const Root&) = delete;
+  Root& operator=(const Root&) = delete;
+
+  void write(const std::string& file, const std::string& text) const {
+    const auto path = path_ / file;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+  }
+  double quota() const { return mjenv::cpu_quota(path_.string()); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+bool quotas_are_found() {
+  bool fine = true;
+  const auto expect = [&](const Root& root, double wanted) {
+    if (root.quota() == wanted) return;
+    print_error("a quota of %g, wanted %g\n", root.quota(), wanted);
+    fine = false;
+  };
+  const Root none;
+  expect(none, HUGE_VAL);
+
+  const Root unlimited;
+  unlimited.write("proc/self/cgroup", "0::/user/job\n");
+  unlimited.write("sys/fs/cgroup/user/job/cpu.max", "max 100000\n");
+  expect(unlimited, HUGE_VAL);
+
+  const Root own;  // of version 2
+  own.write("proc/self/cgroup", "0::/user/job\n");
+  own.write("sys/fs/cgroup/user/job/cpu.max", "150000 100000\n");
+  expect(own, 1.5);
+  own.write("sys/fs/cgroup/user/cpu.max", "50000 100000\n");
+  expect(own, 0.5);
+  own.write("sys/fs/cgroup/cpu.max", "10000 100000\n");
+  expect(own, 0.1);
+
+  const Root inside;  // a container that sees its own group as the root
+  inside.write("proc/self/cgroup", "0::/\n");
+  inside.write("sys/fs/cgroup/cpu.max", "300000 100000\n");
+  expect(inside, 3);
+
+  const Root old;  // of version 1
+  old.write("proc/self/cgroup", "5:memory:/elsewhere\n4:cpu,cpuacct:/docker/a\n0::/\n");
+  old.write("sys/fs/cgroup/cpu/docker/a/cpu.cfs_period_us", "50000\n");
+  old.write("sys/fs/cgroup/cpu/docker/a/cpu.cfs_quota_us", "-1\n");
+  expect(old, HUGE_VAL);
+  old.write("sys/fs/cgroup/cpu/docker/a/cpu.cfs_quota_us", "100000\n");
+  expect(old, 2);
+
+  const Root broken;
+  broken.write("proc/self/cgroup", "nonsense\n\n0::\n");
+  broken.write("sys/fs/cgroup/cpu.max", "what\n");
+  expect(broken, HUGE_VAL);
+  broken.write("sys/fs/cgroup/cpu.max", "100000 0\n");
+  expect(broken, HUGE_VAL);
+  broken.write("sys/fs/cgroup/cpu.max", "-5 100000\n");
+  expect(broken, HUGE_VAL);
+  return fine;
+}
+
+void test_quotas(void**) { assert_true(quotas_are_found()); }
+
+void test_usable(void**) {
+  assert_true(mjenv::usable_cpus() >= 1);
+  assert_true(mjenv::usable_cpus() <= static_cast<int>(mjenv::allowed_cpus().size()));
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {cmocka_unit_test(test_quotas), cmocka_unit_test(test_usable)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
