@@ -1,12 +1,26 @@
+# What `cmake --install` copies.
 include(CMakePackageConfigHelpers)
-install(TARGETS mjenv EXPORT mjenv-targets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY capi/include/mjenv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT mjenv-targets NAMESPACE mjenv:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
+set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
+install(TARGETS mjenv EXPORT mjenv-targets
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development)
+install(DIRECTORY capi/include/mjenv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(EXPORT mjenv-targets NAMESPACE mjenv:: DESTINATION ${cmake_folder} COMPONENT development)
 configure_package_config_file(cmake/mjenv-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config.cmake
-                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
+                              INSTALL_DESTINATION ${cmake_folder} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/mjenv-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config-version.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
+        DESTINATION ${cmake_folder} COMPONENT development)
 file(RELATIVE_PATH MJENV_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+set(MJENV_PC_LIBS "-L\${libdir} -lmjenv")
 configure_file(cmake/mjenv.pc.in mjenv.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/mjenv.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/mjenv.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+if(MJENV_STATIC)
+  set(MJENV_PC_LIBS "\${libdir}/libmjenv.a -lstdc++ -lm -lpthread -ldl")
+  configure_file(cmake/mjenv.pc.in mjenv-static.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/mjenv-static.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+endif()
+
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documents)
+if(PROJECT_IS_TOP_LEVEL)
+  include(debian)
+endif()

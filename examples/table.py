@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-LANGUAGES = ("C", "Python", "Rust", "Julia")
+LANGUAGES = ("C", "C++", "Python", "Rust", "Julia")
 
 
 class Result(NamedTuple):
@@ -56,7 +56,7 @@ def main(expected_path: str, results_path: str, full: str, *ids: str) -> int:
         print(f"\n{differing} result(s) differ from Gymnasium's, recorded with {machine}.")
         print("The last bits of sin, cos and exp depend on the CPU's FMA: compare the CPUs first.")
         return 1
-    print(f"\nC, Python, Rust and Julia agree with Gymnasium in every bit of {len(ids)} environments.")
+    print(f"\nC, C++, Python, Rust and Julia agree with Gymnasium in every bit of {len(ids)} environments.")
     return 0
 
 

@@ -44,4 +44,4 @@ foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.
   get_filename_component(library ${license} DIRECTORY)
   configure_file(${sources}/${license} ${licenses}/${library}.txt COPYONLY)
 endforeach()
-install(DIRECTORY ${licenses} DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY ${licenses} DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documents)

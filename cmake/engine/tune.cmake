@@ -70,7 +70,8 @@ function(mjenv_tune target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden
                         CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
                         INTERPROCEDURAL_OPTIMIZATION ${MJENV_USE_LTO})
-  target_compile_options(${target} PRIVATE ${MJENV_TUNE})
+  # libmjenv.a makes all names but mjenv_* local, which gcc's unique ones refuse.
+  target_compile_options(${target} PRIVATE ${MJENV_TUNE} $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-gnu-unique>)
   target_link_options(${target} PUBLIC "$<BUILD_INTERFACE:${MJENV_TUNE_LINK}>")
 endfunction()
 

@@ -1,0 +1,180 @@
+// mjenv.hpp: handles, exceptions, buffers. Its numbers are compared with Gymnasium's by examples/run.
+#include <array>
+#include <cstdarg>
+#include <cstring>
+#include <functional>
+#include <mjenv/mjenv.hpp>
+
+// After the headers that it needs; it does not say itself that it is C.
+#include <csetjmp>
+extern "C" {
+#include <cmocka.h>
+}
+
+namespace {
+
+// cmocka leaves a failing test by longjmp, across which nothing with a destructor may live: each body tells its
+// verdict.
+#define TEST(name)                                  \
+  std::string name##_body();                        \
+  void name(void**) {                               \
+    static std::string why; /* outlives the jump */ \
+    why = name##_body();                            \
+    if (!why.empty()) fail_msg("%s", why.c_str());  \
+  }                                                 \
+  std::string name##_body()
+#define EXPECT(condition) \
+  if (!(condition)) return #condition
+
+static_assert(std::is_nothrow_move_constructible_v<mjenv::Env> && !std::is_copy_constructible_v<mjenv::Env>);
+static_assert(std::is_nothrow_move_assignable_v<mjenv::Options> && !std::is_copy_assignable_v<mjenv::Options>);
+static_assert(!std::is_convertible_v<std::vector<float>&, mjenv::Span<const double>>);
+static_assert(!std::is_convertible_v<const std::vector<float>&, mjenv::Span<float>>);
+
+// Whether the call throws an Error with that status and a message that contains the words.
+bool refused(mjenv_status status, const char* words, const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const mjenv::Error& error) {
+    return error.status == status && std::strstr(error.what(), words);
+  }
+  return false;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+TEST(sizes_and_descriptions) {
+  mjenv::Env env("Ant-v5", 3);
+  const mjenv::Batch batch = env.batch();
+  EXPECT(env.rows() == 3);
+  EXPECT(env.count(MJENV_ACTION) == 8);
+  EXPECT(batch.obs.size() == 3 * 105 && batch.reward.size() == 3 && batch.was_reset.size() == 3);
+  EXPECT(batch.info.size() == 3 * env.count(MJENV_INFO) && batch.info_count == env.count(MJENV_INFO));
+  EXPECT(batch.obs_of(2).data() == &batch.obs[210] && batch.obs_of(2).size() == 105);
+  EXPECT(env.space(MJENV_ACTION).count == 8 && env.space(MJENV_ACTION).high[7] == 1.0);
+  EXPECT(std::string(env.fields(MJENV_RESET_INFO).at(0).name) == "x_position");
+  return "";
+}
+
+TEST(options_of_every_kind) {
+  const double range[] = {0.3, 0.9};
+  mjenv::Options options("Ant-v5");
+  options.set("frame_skip", 3).set("terminate_when_unhealthy", false).set("ctrl_cost_weight", 0.25);
+  options.set("healthy_z_range", {0.1, 2.0}).set("healthy_z_range", range);
+  options.set("main_body", "torso").set("norm", std::string("plain"));
+  double values[2];
+  std::size_t count;
+  mjenv::check(mjenv_options_get_reals(options.handle(), "healthy_z_range", values, 2, &count));
+  EXPECT(count == 2 && values[0] == 0.3 && values[1] == 0.9);
+  mjenv::check(mjenv_options_get_reals(options.handle(), "ctrl_cost_weight", values, 2, &count));
+  EXPECT(count == 1 && values[0] == 0.25);
+  std::int64_t skip;
+  mjenv::check(mjenv_options_get_integer(options.handle(), "frame_skip", &skip));
+  EXPECT(skip == 3);
+  EXPECT(mjenv_frame_skip(mjenv::Env(options).handle()) == 3);
+  return "";
+}
+
+TEST(errors_are_thrown) {
+  EXPECT(refused(MJENV_E_NAME, "Cow-v5", [] { mjenv::Env env("Cow-v5"); }));
+  EXPECT(refused(MJENV_E_VALUE, "rows", [] { mjenv::Env env("Ant-v5", 0); }));
+  EXPECT(refused(MJENV_E_VALUE, "frame_skip", [] { mjenv::Options("Ant-v5").set("frame_skip", 0); }));
+  mjenv::Env env("Reacher-v5");
+  mjenv::Batch out = env.batch();
+  EXPECT(refused(MJENV_E_STATE, "", [&] { env.step(std::vector<float>(2), out); }));
+  env.reset(out);
+  EXPECT(refused(MJENV_E_SIZE, "3", [&] { env.step(std::vector<float>(3), out); }));
+  mjenv::Batch other = mjenv::Env("Reacher-v5", 2).batch();
+  EXPECT(refused(MJENV_E_SIZE, "rows", [&] { env.reset(other); }));
+  try {
+    env.reset(std::vector<std::uint8_t>(2), out);
+    return "a mask of two elements for one row was accepted";
+  } catch (const std::length_error&) {
+    return "";
+  }
+}
+
+TEST(handles_move) {
+  mjenv::Env first("Hopper-v5"), second("Reacher-v5");
+  mjenv_env* const handle = first.handle();
+  second = std::move(first);
+  EXPECT(second.handle() == handle && first.handle() == nullptr);
+  const mjenv::Env third(std::move(second));
+  EXPECT(third.handle() == handle && third.count(MJENV_ACTION) == 3);
+  return "";
+}
+
+TEST(rows_are_copied_and_continued) {
+  mjenv::Env env("Hopper-v5", 3);
+  mjenv::Batch out = env.batch();
+  env.seed(7);
+  env.reset(out);
+  EXPECT(!same_bits({out.obs.begin(), out.obs.begin() + 11}, {out.obs.begin() + 11, out.obs.begin() + 22}));
+  std::vector<double> action(9, 0.5);
+  env.step(action, out);
+  const std::vector<std::byte> all = env.snapshot(), one = env.snapshot(1);
+  env.step(action, out);
+  const std::vector<double> after = out.obs;
+  env.restore(all);
+  env.copy_row(1, std::array<std::uint8_t, 3>{1, 0, 0});
+  env.restore(one, 2);
+  env.step(action, out);
+  const std::vector<double> middle(after.begin() + 11, after.begin() + 22);
+  for (int row = 0; row < 3; ++row)
+    EXPECT(same_bits(middle, {out.obs.begin() + 11 * row, out.obs.begin() + 11 * (row + 1)}));
+  return "";
+}
+
+TEST(masks_choose_rows) {
+  mjenv::Env env("Reacher-v5", 2);
+  mjenv::Batch out = env.batch();
+  env.seed(1);
+  env.reset(out);
+  const std::vector<double> before = out.obs;
+  env.reset(std::vector<std::uint8_t>{0, 1}, out);
+  EXPECT(same_bits({before.begin(), before.begin() + 10}, {out.obs.begin(), out.obs.begin() + 10}));
+  EXPECT(!same_bits({before.begin() + 10, before.end()}, {out.obs.begin() + 10, out.obs.end()}));
+  return "";
+}
+
+TEST(state_is_read_and_set) {
+  mjenv::Env env("Reacher-v5");
+  mjenv::Batch out = env.batch();
+  env.reset(out);
+  const std::vector<double> qpos{0.1, -0.2, 0.05, 0.1}, qvel{1, 2, 0, 0};
+  env.set_state(0, qpos, qvel);
+  EXPECT(same_bits(env.read(0, "qpos"), qpos));
+  EXPECT(same_bits(env.read(0, "qvel"), qvel));
+  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.read(0, "no_such"); }));
+  return "";
+}
+
+TEST(automatic_resets_are_told) {
+  mjenv::Env env(mjenv::Options("Reacher-v5").set("autoreset_mode", "same_step").set("max_episode_steps", 2), 2);
+  mjenv::Batch out = env.batch();
+  env.reset(out);
+  const std::array<float, 4> action{};
+  env.step(action, out);
+  EXPECT(!out.ended(0) && !out.was_reset[0]);
+  env.step(action, out);
+  EXPECT(out.ended(1) && out.was_reset[1]);
+  return "";
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(sizes_and_descriptions),
+      cmocka_unit_test(options_of_every_kind),
+      cmocka_unit_test(errors_are_thrown),
+      cmocka_unit_test(handles_move),
+      cmocka_unit_test(rows_are_copied_and_continued),
+      cmocka_unit_test(masks_choose_rows),
+      cmocka_unit_test(state_is_read_and_set),
+      cmocka_unit_test(automatic_resets_are_told),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
