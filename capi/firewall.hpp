@@ -1,9 +1,11 @@
-// What stands between C callers and the library: no exception passes, no null pointer, no second thread.
+// What stands between C callers and the library: no exception passes, no null pointer, no dead handle, no second
+// thread.
 #pragma once
+
+#include <pthread.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,11 +18,31 @@
 #include "engine/model.hpp"
 #include "env.hpp"
 #include "error.hpp"
+#include "handles.hpp"
 #include "mjenv/mjenv.h"
 #include "options.hpp"
 
-struct mjenv_options {
-  mjenv::Options options;
+namespace mjenv {
+
+struct HeldOptions {
+  Options options;
+  bool borrowed = false;  // from an environment, which destroys them; they do not change
+};
+
+struct HeldEnv;
+
+}  // namespace mjenv
+
+struct mjenv_options : mjenv::Slot<mjenv::HeldOptions> {
+  static constexpr const char* kName = "options";
+  static constexpr const char* kThing = "options handle";
+  static constexpr bool kReadersSeeChanges = true;
+};
+
+struct mjenv_env : mjenv::Slot<mjenv::HeldEnv> {
+  static constexpr const char* kName = "env";
+  static constexpr const char* kThing = "environment";
+  static constexpr bool kReadersSeeChanges = false;
 };
 
 namespace mjenv {
@@ -28,27 +50,27 @@ namespace mjenv {
 // What renderers hold of an environment that may be destroyed before them.
 struct Link {
   std::mutex mutex;  // one of them at a time reads a row
-  mjenv_env* env;
+  mjenv_env* env = nullptr;
 };
 
-}  // namespace mjenv
+struct HeldEnv {
+  Env env;
+  std::shared_ptr<Link> link = std::make_shared<Link>();
+  mjenv_options* options;  // as the environment was built with
 
-struct mjenv_env {
-  mjenv::Env env;
-  mjenv_options options;  // as the environment was built with
-  std::atomic_flag busy = ATOMIC_FLAG_INIT;
-  std::shared_ptr<mjenv::Link> link = std::make_shared<mjenv::Link>();
-
-  mjenv_env(const mjenv::Options& chosen, std::int64_t rows) : env(chosen, rows), options{env.options()} {
-    link->env = this;
-  }
-  ~mjenv_env() {
+  HeldEnv(const Options& chosen, std::int64_t rows)
+      : env(chosen, rows),
+        options(handles<mjenv_options>.add(std::make_unique<HeldOptions>(HeldOptions{env.options(), true}))) {}
+  ~HeldEnv() {
+    handles<mjenv_options>.destroy(options);
     const std::lock_guard lock(link->mutex);
     link->env = nullptr;
   }
-  mjenv_env(const mjenv_env&) = delete;
-  mjenv_env& operator=(const mjenv_env&) = delete;
+  HeldEnv(const HeldEnv&) = delete;
+  HeldEnv& operator=(const HeldEnv&) = delete;
 };
+
+}  // namespace mjenv
 
 namespace mjenv::firewall {
 
@@ -62,8 +84,22 @@ inline mjenv_status report(mjenv_status status, const char* message) {
   return status;
 }
 
+// A thread is not cancelled inside the library: cancellation unwinds, and would end the process at guard's catch.
+class Uncancelled {
+ public:
+  Uncancelled() { pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_); }
+  ~Uncancelled() { pthread_setcancelstate(before_, nullptr); }
+  Uncancelled(const Uncancelled&) = delete;
+  Uncancelled& operator=(const Uncancelled&) = delete;
+
+ private:
+  int before_ = PTHREAD_CANCEL_ENABLE;
+};
+
 template <typename F>
-mjenv_status guard(const F& body) noexcept {
+mjenv_status guard(const F& body) noexcept {  // MuJoCo's errors are trapped, too
+  const Uncancelled uncancelled;
+  const ErrorTrap trap;
   try {
     body();
     return MJENV_OK;
@@ -104,29 +140,12 @@ inline const void* need_memory(const void* memory, std::size_t count, const char
   return need_array(static_cast<const unsigned char*>(memory), count, name);
 }
 
-// Holds a handle for one thread while it lives.
-class Hold {
- public:
-  Hold(std::atomic_flag& busy, const char* what) : busy_(busy) {
-    if (busy_.test_and_set(std::memory_order_acquire))
-      fail(MJENV_E_BUSY, std::string("another thread is inside this ") + what);
-  }
-  ~Hold() { busy_.clear(std::memory_order_release); }
-  Hold(const Hold&) = delete;
-  Hold& operator=(const Hold&) = delete;
-
- private:
-  std::atomic_flag& busy_;
-};
-
-// Holds an environment for one thread, with MuJoCo's errors trapped.
+// Holds an environment for one thread.
 template <typename F>
 mjenv_status enter(mjenv_env* handle, const F& body) noexcept {
   return guard([&] {
-    mjenv_env& e = need(handle, "env");
-    const Hold hold(e.busy, "environment");
-    const ErrorTrap trap;
-    body(e.env);
+    const Entered entered(handle);
+    body((*entered).env);
   });
 }
 

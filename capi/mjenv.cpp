@@ -12,7 +12,40 @@ using namespace mjenv::firewall;
 
 namespace {
 
-const Options& options_in(const mjenv_options* handle) { return need(handle, "options").options; }
+// Calls body with the options that a handle holds.
+template <typename F>
+mjenv_status read_options(const mjenv_options* handle, const F& body) noexcept {
+  return guard([&] {
+    const Reading options(handle);
+    body((*options).options);
+  });
+}
+
+template <typename F>
+mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
+  return guard([&] {
+    const Entered options(handle);
+    if ((*options).borrowed) fail(MJENV_E_ARGUMENT, "options are an environment's, which do not change");
+    body((*options).options);
+  });
+}
+
+// Calls body with an environment of which it reads what never changes.
+template <typename F>
+mjenv_status look(const mjenv_env* handle, const F& body) noexcept {
+  return guard([&] {
+    const Reading env(handle);
+    body((*env).env);
+  });
+}
+
+// A number that needs no status: 0 for no environment.
+template <typename F>
+std::int64_t look_up(const mjenv_env* handle, const F& body) noexcept {
+  std::int64_t number = 0;
+  if (handle) look(handle, [&](const Env& e) { number = body(e); });
+  return number;
+}
 
 std::string text(const char* value, const char* name) { return &need(value, name); }
 
@@ -113,38 +146,43 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
 mjenv_status mjenv_options_create(const char* id, mjenv_options** options) {
   return guard([&] {
     need(options, "options");
-    *options = new mjenv_options{default_options(id_of(text(id, "id")))};
+    *options =
+        handles<mjenv_options>.add(std::make_unique<HeldOptions>(HeldOptions{default_options(id_of(text(id, "id")))}));
   });
 }
 
-void mjenv_options_destroy(mjenv_options* options) { delete options; }
+void mjenv_options_destroy(mjenv_options* options) {
+  const Uncancelled uncancelled;
+  if (!answer(true, [&] { return (*Reading(options)).borrowed; })) handles<mjenv_options>.destroy(options);
+}
 
 std::int64_t mjenv_options_count(const mjenv_options* options) {
-  return answer<std::int64_t>(0, [&] { return static_cast<std::int64_t>(options_in(options).all().size()); });
+  std::int64_t count = 0;
+  read_options(options, [&](const Options& o) { count = static_cast<std::int64_t>(o.all().size()); });
+  return count;
 }
 
 mjenv_status mjenv_options_at(const mjenv_options* options, std::int64_t index, mjenv_option* option) {
-  return guard([&] { fill(option, at(options_in(options).all(), index, "option")); });
+  return read_options(options, [&](const Options& o) { fill(option, at(o.all(), index, "option")); });
 }
 
 mjenv_status mjenv_options_set_integer(mjenv_options* options, const char* name, std::int64_t value) {
-  return guard([&] { need(options, "options").options.set_integer(text(name, "name"), value); });
+  return change_options(options, [&](Options& o) { o.set_integer(text(name, "name"), value); });
 }
 
 mjenv_status mjenv_options_set_reals(mjenv_options* options, const char* name, const double* values,
                                      std::size_t count) {
-  return guard([&] {
-    need(options, "options").options.set_reals(text(name, "name"), need_array(values, count, "values"), count);
-  });
+  return change_options(
+      options, [&](Options& o) { o.set_reals(text(name, "name"), need_array(values, count, "values"), count); });
 }
 
 mjenv_status mjenv_options_set_string(mjenv_options* options, const char* name, const char* value) {
-  return guard([&] { need(options, "options").options.set_string(text(name, "name"), text(value, "value")); });
+  return change_options(options, [&](Options& o) { o.set_string(text(name, "name"), text(value, "value")); });
 }
 
 mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char* name, std::int64_t* value) {
-  return guard([&] {
-    const Option& option = options_in(options).get(text(name, "name"));
+  return read_options(options, [&](const Options& o) {
+    const Option& option = o.get(text(name, "name"));
     const bool index = option.kind == MJENV_STRING_OR_INT && option.given_as_integer;
     if (!index && option.kind != MJENV_FLAG && option.kind != MJENV_INTEGER) refuse_kind(option, "an integer");
     need(value, "value") = option.integer;
@@ -153,8 +191,8 @@ mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char*
 
 mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* name, double* values,
                                      std::size_t capacity, std::size_t* count) {
-  return guard([&] {
-    const Option& option = options_in(options).get(text(name, "name"));
+  return read_options(options, [&](const Options& o) {
+    const Option& option = o.get(text(name, "name"));
     if (option.kind != MJENV_REALS) refuse_kind(option, "real numbers");
     deliver(option.reals.size(), capacity, values, count,
             [&] { std::copy(option.reals.begin(), option.reals.end(), values); });
@@ -162,8 +200,8 @@ mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* n
 }
 
 mjenv_status mjenv_options_get_string(const mjenv_options* options, const char* name, const char** value) {
-  return guard([&] {
-    const Option& option = options_in(options).get(text(name, "name"));
+  return read_options(options, [&](const Options& o) {
+    const Option& option = o.get(text(name, "name"));
     const bool named = option.kind == MJENV_STRING_OR_INT && !option.given_as_integer;
     if (!named && option.kind != MJENV_STRING) refuse_kind(option, "a text");
     need(value, "value") = option.text.c_str();
@@ -173,25 +211,34 @@ mjenv_status mjenv_options_get_string(const mjenv_options* options, const char* 
 // ---- Environment ----
 
 mjenv_status mjenv_create(const mjenv_options* options, std::int64_t rows, mjenv_env** env) {
-  return guard([&] {
-    const Options& chosen = options_in(options);
+  return read_options(options, [&](const Options& chosen) {
     need(env, "env");
     if (rows < 1) fail(MJENV_E_VALUE, "rows is " + std::to_string(rows) + ", less than 1");
-    *env = new mjenv_env(chosen, rows);
+    auto held = std::make_unique<HeldEnv>(chosen, rows);
+    const auto link = held->link;
+    *env = link->env = handles<mjenv_env>.add(std::move(held));
   });
 }
 
-void mjenv_destroy(mjenv_env* env) { delete env; }
+void mjenv_destroy(mjenv_env* env) {
+  const Uncancelled uncancelled;
+  handles<mjenv_env>.destroy(env);
+}
 
-std::int64_t mjenv_rows(const mjenv_env* env) { return env ? env->env.rows() : 0; }
+std::int64_t mjenv_rows(const mjenv_env* env) {
+  return look_up(env, [](const Env& e) { return e.rows(); });
+}
 
-std::int64_t mjenv_frame_skip(const mjenv_env* env) { return env ? env->env.frame_skip() : 0; }
+std::int64_t mjenv_frame_skip(const mjenv_env* env) {
+  return look_up(env, [](const Env& e) { return e.frame_skip(); });
+}
 
-const mjenv_options* mjenv_options_of(const mjenv_env* env) { return env ? &env->options : nullptr; }
+const mjenv_options* mjenv_options_of(const mjenv_env* env) {
+  return env ? answer<const mjenv_options*>(nullptr, [&] { return (*Reading(env)).options; }) : nullptr;
+}
 
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
-  return guard([&] {
-    const Env& e = need(env, "env").env;
+  return look(env, [&](const Env& e) {
     if (role != MJENV_OBSERVATION && role != MJENV_ACTION)
       fail(MJENV_E_ARGUMENT, "a space is of MJENV_OBSERVATION or MJENV_ACTION, not " + std::to_string(role));
     mjenv_space out{};
@@ -204,11 +251,11 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return answer<std::int64_t>(0, [&] { return static_cast<std::int64_t>(need(env, "env").env.fields(role).size()); });
+  return look_up(env, [&](const Env& e) { return static_cast<std::int64_t>(e.fields(role).size()); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return guard([&] { fill(field, at(need(env, "env").env.fields(role), index, "field")); });
+  return look(env, [&](const Env& e) { fill(field, at(e.fields(role), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
@@ -279,17 +326,12 @@ mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, dou
 }
 
 mjenv_status mjenv_object_index(const mjenv_env* env, const char* type, const char* name, std::int64_t* index) {
-  return guard([&] {
-    const Model& model = need(env, "env").env.model();
-    need(index, "index") = model.index(text(type, "type"), text(name, "name"));
-  });
+  return look(env,
+              [&](const Env& e) { need(index, "index") = e.model().index(text(type, "type"), text(name, "name")); });
 }
 
 mjenv_status mjenv_object_name(const mjenv_env* env, const char* type, std::int64_t index, const char** name) {
-  return guard([&] {
-    const Model& model = need(env, "env").env.model();
-    need(name, "name") = model.name(text(type, "type"), index);
-  });
+  return look(env, [&](const Env& e) { need(name, "name") = e.model().name(text(type, "type"), index); });
 }
 
 mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpos, std::size_t nq, const double* qvel,

@@ -1,5 +1,4 @@
 // The part of the C interface that draws.
-#include <atomic>
 #include <memory>
 
 #include "firewall.hpp"
@@ -8,21 +7,30 @@
 using namespace mjenv;
 using namespace mjenv::firewall;
 
-struct mjenv_renderer {
+namespace mjenv {
+
+struct HeldRenderer {
   Renderer renderer;
   std::shared_ptr<Link> link;
-  std::atomic_flag busy = ATOMIC_FLAG_INIT;
 
-  mjenv_renderer(mjenv_env& env, const mjenv_render_settings& settings)
+  HeldRenderer(const HeldEnv& env, const mjenv_render_settings& settings)
       : renderer(env.env.shared_model(), settings), link(env.link) {}
+};
+
+}  // namespace mjenv
+
+struct mjenv_renderer : Slot<HeldRenderer> {
+  static constexpr const char* kName = "renderer";
+  static constexpr const char* kThing = "renderer";
+  static constexpr bool kReadersSeeChanges = false;
 };
 
 namespace {
 
-mjenv_render_settings defaults_of(const mjenv_env& env) { return render_defaults(env.env.model(), env.env.camera()); }
+mjenv_render_settings defaults_of(const HeldEnv& env) { return render_defaults(env.env.model(), env.env.camera()); }
 
 // Settings from the caller, who may know less or more of them than this library.
-mjenv_render_settings taken(const mjenv_env& env, const mjenv_render_settings* from) {
+mjenv_render_settings taken(const HeldEnv& env, const mjenv_render_settings* from) {
   mjenv_render_settings settings = defaults_of(env);
   if (!from) return settings;
   checked_size(from->struct_size, sizeof settings, "settings");
@@ -37,48 +45,43 @@ void check_room(const char* name, const void* to, std::size_t count, std::size_t
 }
 
 // Threads that draw wait for each other here, but not for one that steps.
-void look_at(mjenv_renderer& r, std::int64_t row) {
+void look_at(HeldRenderer& r, std::int64_t row) {
   const std::lock_guard lock(r.link->mutex);
-  if (!r.link->env) fail(MJENV_E_STATE, "the environment that is to be drawn was destroyed");
-  const Hold hold(r.link->env->busy, "environment");
-  r.link->env->env.show(row, [&](mjData_* data) { r.renderer.look_at(data); });
+  if (!r.link->env || !r.link->env->object) fail(MJENV_E_STATE, "the environment that is to be drawn was destroyed");
+  const Entered env(r.link->env);
+  (*env).env.show(row, [&](mjData_* data) { r.renderer.look_at(data); });
 }
 
 }  // namespace
 
 mjenv_status mjenv_render_defaults(const mjenv_env* env, mjenv_render_settings* settings) {
-  return guard([&] { hand_out(settings, "settings", defaults_of(need(env, "env"))); });
+  return guard([&] { hand_out(settings, "settings", defaults_of(*Reading(env))); });
 }
 
 mjenv_status mjenv_renderer_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_renderer** renderer) {
   return guard([&] {
-    mjenv_env& e = need(env, "env");
+    const Reading e(env);
     need(renderer, "renderer");
-    const ErrorTrap trap;
-    *renderer = new mjenv_renderer(e, taken(e, settings));
+    *renderer = handles<mjenv_renderer>.add(std::make_unique<HeldRenderer>(*e, taken(*e, settings)));
   });
 }
 
 void mjenv_renderer_destroy(mjenv_renderer* renderer) {
-  guard([&] {
-    const ErrorTrap trap;
-    delete renderer;
-  });
+  guard([&] { handles<mjenv_renderer>.destroy(renderer); });
 }
 
 const char* mjenv_renderer_gl(const mjenv_renderer* renderer) {
-  return renderer ? renderer->renderer.gl().c_str() : nullptr;
+  return renderer ? answer<const char*>(nullptr, [&] { return (*Reading(renderer)).renderer.gl().c_str(); }) : nullptr;
 }
 
 mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8_t* rgb, std::size_t rgb_count,
                           float* depth, std::size_t depth_count) {
   return guard([&] {
-    mjenv_renderer& r = need(renderer, "renderer");
+    const Entered held(renderer);
+    HeldRenderer& r = *held;
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");
     check_room("rgb", rgb, rgb_count, 3 * r.renderer.pixels());
     check_room("depth", depth, depth_count, r.renderer.pixels());
-    const Hold hold(r.busy, "renderer");
-    const ErrorTrap trap;
     look_at(r, row);
     r.renderer.draw(rgb, depth);
   });

@@ -25,6 +25,7 @@ void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void*
   async_->dtype.resize(static_cast<std::size_t>(rows()));
   async_->action.resize(static_cast<std::size_t>(rows() * nu));
   async_->ready.reserve(static_cast<std::size_t>(rows()));
+  async_->waiting.resize(static_cast<std::size_t>(rows()));
   const mjenv_batch chosen = out ? *out : mjenv_batch{};
   if (async_->open && std::memcmp(&chosen, &async_->out, sizeof chosen) != 0)
     fail(MJENV_E_STATE, "rows are under way with another out");
@@ -38,6 +39,7 @@ void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void*
   }
   if (row_count == 0) return;
 
+  // From here on nothing can fail.
   const std::size_t width = dtype == MJENV_FLOAT32 ? sizeof(float) : sizeof(double);
   for (std::size_t i = 0; i < row_count; ++i) {
     const std::int64_t row = row_at(i);
@@ -45,7 +47,7 @@ void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void*
       std::memcpy(&async_->action[row * nu], all.part(static_cast<Eigen::Index>(i) * nu, nu).values, width * nu);
     async_->dtype[row] = dtype;
     async_->under_way[row] = 1;
-    async_->waiting.push_back(row);
+    async_->waiting[(async_->next + async_->waiting_count++) % async_->waiting.size()] = row;
   }
   async_->count += row_count;
   async_->out = chosen;
@@ -66,13 +68,14 @@ void Env::serve(Worker& worker, const std::function<bool()>& enough) {
   const bool caller = worker.index == 0;
   std::unique_lock lock(async_->mutex);
   while (!enough()) {
-    if (async_->waiting.empty()) {
+    if (async_->waiting_count == 0) {
       if (!async_->open) return;
       wait(caller ? async_->done : async_->sent, lock);
       continue;
     }
-    const std::int64_t row = async_->waiting.front();
-    async_->waiting.pop_front();
+    const std::int64_t row = async_->waiting[async_->next];
+    async_->next = (async_->next + 1) % async_->waiting.size();
+    --async_->waiting_count;
     const mjenv_batch out = async_->out;
     lock.unlock();
     const std::int64_t nu = task_.model->nu();
@@ -81,12 +84,8 @@ void Env::serve(Worker& worker, const std::function<bool()>& enough) {
                {out.struct_size ? &out : nullptr, rows(), r});
     });
     lock.lock();
-    if (worker.failed) {
-      async_->failed = true;
-      worker.failed = false;
-      async_->failures += (async_->failures.empty() ? "" : "; ") + worker.failures;
-      worker.failures.clear();
-    }
+    const Failures failures = std::exchange(worker.failures, {});
+    if (failures.status != MJENV_OK) async_->failures.add(failures.status, failures.text);
     async_->ready.push_back(row);
     async_->done.notify_one();
   }
@@ -109,15 +108,14 @@ void Env::receive(std::size_t least, std::int64_t* rows_done, std::size_t capaci
   async_->ready.erase(async_->ready.begin(), async_->ready.begin() + static_cast<std::ptrdiff_t>(reported));
   async_->count -= reported;
   *count = reported;
-  const std::string failures = std::exchange(async_->failures, {});
-  const bool failed = std::exchange(async_->failed, false);
+  Failures failures = std::exchange(async_->failures, {});
   if (async_->count == 0) {
     async_->open = false;
     lock.unlock();
     async_->sent.notify_all();
     if (pool_->threads() > 1) pool_->finish();
   }
-  if (failed) fail(MJENV_E_PHYSICS, failures);
+  failures.raise();
 }
 
 }  // namespace mjenv

@@ -95,7 +95,7 @@ Env::~Env() {
   }
   {
     const std::lock_guard lock(async_->mutex);
-    async_->waiting.clear();
+    async_->waiting_count = 0;
     async_->open = false;
   }
   async_->sent.notify_all();

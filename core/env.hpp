@@ -3,10 +3,10 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -81,6 +81,15 @@ class Env {
     Origin origin = Origin::cleared;
     bool seeded = false, ready = false, ended = false;
   };
+  // What went wrong in rows that were worked on together.
+  struct Failures {
+    mjenv_status status = MJENV_OK;  // memory before physics
+    std::string text;
+
+    void add(mjenv_status kind, const std::string& what) noexcept;
+    // Fails if there are any, and forgets them.
+    void raise();
+  };
   struct Worker {
     Worker(std::int32_t i, std::shared_ptr<const Model> model, int frame_skip)
         : index(i), work(std::move(model), frame_skip) {}
@@ -90,8 +99,7 @@ class Env {
     std::vector<double> scratch;  // a state or an observation in the making
     std::vector<Array> arrays;    // of its mjData
     std::vector<const Array*> exported;
-    std::string failures;
-    bool failed = false;
+    Failures failures;
   };
   struct Flags {
     bool terminated, truncated;
@@ -103,16 +111,16 @@ class Env {
   struct Async {
     std::mutex mutex;
     std::condition_variable sent, done;
-    std::deque<std::int64_t> waiting;  // to be stepped
-    std::vector<std::int64_t> ready;   // stepped, not yet reported
+    std::vector<std::int64_t> waiting;  // to be stepped: a ring with room for all rows, from next on
+    std::size_t next = 0, waiting_count = 0;
+    std::vector<std::int64_t> ready;  // stepped, not yet reported
     std::vector<std::uint8_t> under_way;
     std::vector<double> action;  // [rows][nu], wide enough for either dtype
     std::vector<mjenv_dtype> dtype;
     std::size_t count = 0;  // under way
     bool open = false;
     mjenv_batch out{};
-    std::string failures;
-    bool failed = false;
+    Failures failures;
   };
   struct Stamp;
   struct RowStamp;
@@ -178,15 +186,20 @@ class Env {
 
 template <typename Body>
 void Env::attempt(Worker& worker, std::int64_t row, const Body& body) noexcept {
+  const auto failed = [&](mjenv_status status, const char* what) {
+    worker.resident = -1;
+    try {
+      worker.failures.add(status, in_row(row, what));
+    } catch (const std::exception&) {  // no memory for the text
+      worker.failures.add(MJENV_E_MEMORY, "");
+    }
+  };
   try {
     body(worker, row);
+  } catch (const std::bad_alloc&) {
+    failed(MJENV_E_MEMORY, "out of memory");
   } catch (const std::exception& error) {
-    worker.resident = -1;
-    worker.failed = true;
-    try {
-      worker.failures += (worker.failures.empty() ? "" : "; ") + in_row(row, error.what());
-    } catch (const std::exception&) {  // out of memory: the failure stays known, its text is lost
-    }
+    failed(MJENV_E_PHYSICS, error.what());
   }
 }
 

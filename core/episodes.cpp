@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <utility>
 
 #include "env.hpp"
 #include "error.hpp"
@@ -27,6 +28,21 @@ void copy_fields(const std::vector<Field>& fields, const double* from, double* t
 
 }  // namespace
 
+void Env::Failures::add(mjenv_status kind, const std::string& what) noexcept {
+  if (status != MJENV_E_MEMORY) status = kind;
+  try {
+    text += (text.empty() ? "" : "; ") + what;
+  } catch (const std::exception&) {  // the failure stays known, its text is lost
+    status = MJENV_E_MEMORY;
+  }
+}
+
+void Env::Failures::raise() {
+  if (status == MJENV_OK) return;
+  Failures all = std::exchange(*this, {});
+  fail(all.status, std::move(all.text));
+}
+
 template <typename Body>
 void Env::for_rows(const Body& body) {
   const auto block = [&](int index) {
@@ -36,15 +52,12 @@ void Env::for_rows(const Body& body) {
     for (std::int64_t row = rows() * index / threads; row < end; ++row) attempt(*workers_[index], row, body);
   };
   pool_->run(std::cref(block));
-  bool failed = false;
-  std::string failures;
+  Failures failures;
   for (auto& worker : workers_) {
-    failed = failed || worker->failed;
-    if (!worker->failures.empty()) failures += (failures.empty() ? "" : "; ") + worker->failures;
-    worker->failed = false;
-    worker->failures.clear();
+    const Failures own = std::exchange(worker->failures, {});
+    if (own.status != MJENV_OK) failures.add(own.status, own.text);
   }
-  if (failed) fail(MJENV_E_PHYSICS, failures);
+  failures.raise();
 }
 
 void Env::write_observation(Worker& worker, void* to, const Place& place) {

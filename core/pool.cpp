@@ -4,6 +4,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <string>
+
 #include "cpus.hpp"
 #include "error.hpp"
 #include "wait.hpp"
@@ -45,12 +47,11 @@ Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
   pthread_sigmask(SIG_SETMASK, &all, &before);
   try {
     for (int worker = 1; worker < threads; ++worker) threads_.emplace_back([this, worker] { work(worker); });
-  } catch (...) {
+  } catch (const std::exception&) {
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    stop_ = true;
-    wake_.notify_all();
-    for (auto& thread : threads_) thread.join();
-    throw;
+    end();
+    fail(MJENV_E_MEMORY, "the system gives this process no " + std::to_string(threads) +
+                             " threads; the option \"num_threads\" says how many to use");
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (!pinned) return;
@@ -58,7 +59,9 @@ Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
   for (std::size_t i = 0; i < threads_.size(); ++i) pin(threads_[i], cpus[(i + 1) % cpus.size()]);
 }
 
-Pool::~Pool() {
+Pool::~Pool() { end(); }
+
+void Pool::end() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;

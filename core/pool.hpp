@@ -45,6 +45,7 @@ class Pool {
   std::vector<std::thread> threads_;
 
   void work(int worker);
+  void end();
 };
 
 }  // namespace mjenv

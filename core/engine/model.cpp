@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <new>
 
 #include "engine/assets.hpp"
 #include "error.hpp"
@@ -28,7 +29,13 @@ void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 namespace mjenv {
 namespace {
 
-[[noreturn]] void throw_error(const char* message) { fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message); }
+// MuJoCo's messages of failed allocations: "Could not allocate ...", "mj_...: could not allocate ...".
+bool lacks_memory(const char* message) { return std::strstr(message, "ould not allocate") != nullptr; }
+
+[[noreturn]] void throw_error(const char* message) {
+  if (lacks_memory(message)) throw std::bad_alloc();
+  fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
+}
 
 void ignore_warning(const char*) {}
 
@@ -136,6 +143,7 @@ mjModel* load(const std::string& label, const char* path, const mjVFS* files) {
   } catch (const Error& error) {
     fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
   }
+  if (lacks_memory(reason.data())) throw std::bad_alloc();
   fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + reason.data());
 }
 

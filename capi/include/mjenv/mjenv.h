@@ -6,10 +6,13 @@
  * Numbers    For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
  * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
  *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
+ *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed.
  * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
  *            A const char * or const double * result is borrowed from the handle it came from.
+ *            *_destroy waits for a call that is inside on another thread; later ones are refused.
  *            The library keeps no pointer that a caller passed in.
- * Threads    Distinct handles are independent. Two threads in one environment at once: the later gets MJENV_E_BUSY.
+ * Threads    Distinct handles are independent. Two threads in one environment at once: the later gets MJENV_E_BUSY. So
+ *            does a thread that sets options that another is in.
  * Arrays     Row-major, dense, owned by the caller. Sizes count elements unless the name says bytes.
  * ABI        Structs start with struct_size, which the caller sets to sizeof; they only ever grow at their end. */
 #ifndef MJENV_MJENV_H
