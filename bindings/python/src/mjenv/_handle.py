@@ -11,10 +11,10 @@ import operator
 import os
 import threading
 import weakref
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -215,15 +215,11 @@ def _is_integer(value: Any) -> bool:
 
 
 class Batch:
-    """The arrays that reset and step write, and the mjenv_batch that points to them.
-
-    reward and info share one array, so that a single environment turns both into Python values in one pass.
-    """
+    """The arrays that reset and step write, and the mjenv_batch that points to them."""
 
     def __init__(self, rows: int, obs_count: int, info_count: int, dtype: Dtype = Dtype.FLOAT64) -> None:
         self.obs: NDArray[Any] = np.zeros((rows, obs_count), np.float32 if dtype == Dtype.FLOAT32 else np.float64)
-        self.values = np.zeros(rows * (info_count + 1))
-        self.info, self.reward = self.values[:-rows], self.values[-rows:]
+        self.info, self.reward = np.zeros(rows * info_count), np.zeros(rows)
         self.ended = np.zeros((2, rows), np.bool_)  # terminated, truncated
         self.status = np.zeros(rows, np.int32)
         self.struct = _struct(_abi.mjenv_batch)
@@ -255,17 +251,26 @@ class Rows:
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
 
-    @contextmanager
-    def entered(self) -> Iterator[int]:
-        """The handle, for one thread. Raises BusyError or ClosedError."""
-        if not self.lock.acquire(blocking=False):
+    def entered(self) -> Rows:
+        """To be used in a with statement: the handle, for one thread. Raises BusyError or ClosedError."""
+        return self
+
+    def __enter__(self) -> int:
+        if not self.lock.acquire(False):
             raise self.busy()
-        try:
-            if self.pointer is None:
-                raise self.closed()
-            yield self.pointer
-        finally:
+        if self.pointer is None:
             self.lock.release()
+            raise self.closed()
+        return self.pointer
+
+    def __exit__(self, *exception: object) -> None:
+        self.lock.release()
+
+    def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
+        """A call with the handle and these arguments, which are converted once. Only for a thread that has entered."""
+        types = getattr(LIBRARY, function).argtypes
+        converted = (kind.from_param(value) for kind, value in zip(types, (self.pointer, *arguments), strict=True))
+        return partial(LIBRARY[function], *converted)
 
     def busy(self) -> BusyError:
         return BusyError(f"another thread is inside this {self.id}", Status.E_BUSY)

@@ -26,11 +26,14 @@ def views(values: Float64Array, fields: tuple[Field, ...], rows: int) -> Iterato
         yield part.reshape(rows, *field.shape)
 
 
+_FLOAT64 = np.dtype(np.float64)
+
+
 def _dtype(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
     """What NumPy makes of an array of the type that Gymnasium gives the value."""
     if kind == Type.ACTION_DTYPE:
         return action_dtype
-    return np.dtype(np.int64 if kind in (Type.PYTHON_INT, Type.NUMPY_INT64) else np.float64)
+    return np.dtype(np.int64) if kind in (Type.PYTHON_INT, Type.NUMPY_INT64) else _FLOAT64
 
 
 class _Places:
@@ -69,7 +72,7 @@ class _Layout:
             value: NDArray[Any] = values[part]
             if len(shape) > 1:
                 value = value.reshape(shape)
-            infos[name] = value if dtype == np.float64 else value.astype(dtype)
+            infos[name] = value if dtype is _FLOAT64 else value.astype(dtype)
             infos[mask_name] = own_mask
         return infos
 

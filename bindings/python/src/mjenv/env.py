@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Dtype, Role, Status, Type
 from mjenv._handle import Batch, Field, Float64Array, Rows, camera_config
-from mjenv._library import LIBRARY
 from mjenv._mujoco import Data, Model
 from mjenv.errors import InvalidValueError, OptionError, last_error
 
@@ -24,45 +23,48 @@ _SIZE = 480  # Gymnasium's default for pictures
 
 _ACTION_DTYPES: dict[np.dtype[Any], Dtype] = {np.dtype(np.float32): Dtype.FLOAT32, np.dtype(np.float64): Dtype.FLOAT64}
 
-Converter = Callable[[Any], Any]
 Info = dict[str, Any]
 
+# What turns an np.float64 into the type that Gymnasium gives a value.
+_CONVERTERS: dict[Type, Callable[[Any], Any]] = {
+    Type.PYTHON_FLOAT: float,
+    Type.PYTHON_INT: int,
+    Type.NUMPY_INT64: np.int64,
+}
 
-def _converter(kind: Type, action_dtype: np.dtype[Any]) -> Converter | None:
-    """What turns an np.float64 into the type that Gymnasium gives the value; None for nothing to do."""
-    if kind == Type.ACTION_DTYPE:
-        return np.float32 if action_dtype == np.float32 else None
-    kinds: dict[Type, Converter] = {Type.PYTHON_FLOAT: float, Type.PYTHON_INT: int, Type.NUMPY_INT64: np.int64}
-    return kinds.get(kind)
+
+def _is_narrow(field: Field, action_dtype: np.dtype[Any]) -> bool:
+    return field.type == Type.ACTION_DTYPE and action_dtype == np.float32
 
 
-def _reader(fields: Sequence[Field], action_dtype: np.dtype[Any]) -> Callable[[list[Any]], Info]:
-    """A function that makes an info from one row's record, which it may use up."""
-    names = tuple(field.name for field in fields)
-    converters = ((field.offset, _converter(field.type, action_dtype)) for field in fields)
-    scalars = tuple((offset, convert) for offset, convert in converters if convert)
-    # The last array first, as each shortens the record.
-    arrays = tuple((slice(f.offset, f.offset + f.count), f.shape) for f in reversed(fields) if f.shape)
+def _value(field: Field, action_dtype: np.dtype[Any]) -> str:
+    """The expression that takes a field's value, of the type that Gymnasium gives it, from a record."""
+    item = f"record[{field.offset}]"
+    if field.shape:
+        return f"record[{field.offset}:{field.offset + field.count}].copy().reshape({field.shape})"
+    if _is_narrow(field, action_dtype):
+        return f"narrow[{field.offset}]"
+    return f"{_CONVERTERS[field.type].__name__}({item})" if field.type in _CONVERTERS else item
 
-    def read(record: list[Any]) -> Info:
-        for offset, convert in scalars:
-            record[offset] = convert(record[offset])
-        for part, shape in arrays:
-            record[part] = [np.array(record[part]).reshape(shape)]
-        return dict(zip(names, record, strict=True))
 
-    return read
+def _reader(fields: Sequence[Field], action_dtype: np.dtype[Any]) -> Callable[[Float64Array], Info]:
+    """A function that makes an info of one row's record, compiled for these fields, as every step calls it."""
+    names: dict[str, Any] = {kind.__name__: kind for kind in _CONVERTERS.values()}
+    names["narrow"] = np.zeros(sum(field.count for field in fields), np.float32)  # quicker than np.float32(x)
+    narrowed = (f"narrow[{f.offset}] = record[{f.offset}]" for f in fields if _is_narrow(f, action_dtype))
+    items = (f"{field.name!r}: {_value(field, action_dtype)}" for field in fields)
+    exec("\n    ".join(["def read(record):", *narrowed, f"return {{{', '.join(items)}}}"]), names)
+    return names["read"]  # type: ignore[no-any-return]
 
 
 class _Input:
-    """Actions of one dtype: the buffer they are copied to, and how to read the info that follows from them."""
+    """Actions of one dtype: the buffer they are copied to, the step that takes them, how to read its info."""
 
-    __slots__ = ("buffer", "code", "pointer", "read")
+    __slots__ = ("buffer", "read", "step")
 
-    def __init__(self, dtype: np.dtype[Any], nu: int, info: Sequence[Field]) -> None:
+    def __init__(self, rows: Rows, dtype: np.dtype[Any], nu: int, out: Any, info: Sequence[Field]) -> None:
         self.buffer: NDArray[Any] = np.zeros(nu, dtype)
-        self.pointer = self.buffer.ctypes.data
-        self.code = int(_ACTION_DTYPES[dtype])
+        self.step = rows.prepared("mjenv_step", self.buffer.ctypes.data, nu, int(_ACTION_DTYPES[dtype]), out)
         self.read = _reader(info, dtype)
 
 
@@ -75,17 +77,18 @@ class _Exchange:
         float64 = np.dtype(np.float64)
         self.nu = counts[Role.ACTION]
         self.shape = (self.nu,)
-        self.inputs = {dtype: _Input(dtype, self.nu, fields[Role.INFO]) for dtype in _ACTION_DTYPES}
-        self.convert_reward = _converter(fields[Role.REWARD][0].type, float64)
+        self.convert_reward = _CONVERTERS.get(fields[Role.REWARD][0].type)
         self.structure = {field.name: field.count for field in fields[Role.STRUCTURE]}
 
         self.batch = Batch(1, counts[Role.OBSERVATION], counts[Role.INFO])
-        self.out = byref(self.batch.struct)
-        self.obs, self.values, self.ended = self.batch.obs[0], self.batch.values, self.batch.ended.reshape(2)
-        self.step = LIBRARY.mjenv_step
+        self.obs, self.info, self.reward = self.batch.obs[0], self.batch.info, self.batch.reward
+        self.ended = self.batch.ended.reshape(2)
+        out = byref(self.batch.struct)
+        self.inputs = {dtype: _Input(rows, dtype, self.nu, out, fields[Role.INFO]) for dtype in _ACTION_DTYPES}
         self.acquire, self.release = rows.lock.acquire, rows.lock.release
 
         self.reset_batch = Batch(1, counts[Role.OBSERVATION], counts[Role.RESET_INFO])
+        self.reset = rows.prepared("mjenv_reset", None, byref(self.reset_batch.struct))
         self.read_reset = _reader(fields[Role.RESET_INFO], float64)
 
 
@@ -157,22 +160,24 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             raise InvalidValueError(
                 f"the action has the shape {np.shape(action)}; {self._rows.id} takes {exchange.shape}", Status.E_SIZE
             )
-        if not exchange.acquire(blocking=False):
+        if not exchange.acquire(False):
             raise self._rows.busy()
         try:
+            if self._rows.pointer is None:
+                raise self._rows.closed()
             source.buffer[...] = action
-            status = exchange.step(self._rows.pointer, source.pointer, exchange.nu, source.code, exchange.out)
+            status = source.step()
             if status:
-                self._fail(status)
+                raise last_error(status)
             obs = exchange.obs.copy()
-            record = list(exchange.values)
+            reward = exchange.reward[0]
             terminated, truncated = exchange.ended.tolist()
+            info = source.read(exchange.info)
         finally:
             exchange.release()
-        reward = record.pop()
         if exchange.convert_reward:
             reward = exchange.convert_reward(reward)
-        return obs, reward, terminated, truncated, source.read(record)
+        return obs, reward, terminated, truncated, info
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Float64Array, Info]:
         """Begins an episode; options are ignored, as Gymnasium's environments do. A seed is an int >= 0 of any size;
@@ -183,15 +188,15 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             self._reseed(None)
         else:
             self._give_stream()
-        batch = self._exchange.reset_batch
-        with self._rows.entered() as env:
-            status = LIBRARY.mjenv_reset(env, None, byref(batch.struct))
+        exchange = self._exchange
+        with self._rows.entered():
+            status = exchange.reset()
             if status:
-                self._fail(status)
-            obs = batch.obs[0].copy()
-            record = list(batch.info)
+                raise last_error(status)
+            obs = exchange.reset_batch.obs[0].copy()
+            info = exchange.read_reset(exchange.reset_batch.info)
         self._take_stream()
-        return obs, self._exchange.read_reset(record)
+        return obs, info
 
     def render(self) -> NoReturn:
         raise NotImplementedError("mjenv does not offer rendering yet")
@@ -199,11 +204,6 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
     def close(self) -> None:
         """Frees the environment; closing twice is fine."""
         self._rows.close()
-
-    def _fail(self, status: int) -> NoReturn:
-        if self._rows.pointer is None:
-            raise self._rows.closed()
-        raise last_error(status)
 
     # ---- the random stream ----
     # The library holds it. A Generator that was handed out shares it: it is given back before a reset, taken after.

@@ -36,7 +36,7 @@ class _RowInfos:
     def __call__(self, values: Float64Array, rows: Iterable[int]) -> list[Info]:
         for field, view in zip(self._fields, views(values, self._fields, self._rows), strict=True):
             self._records[:, field.offset : field.offset + field.count] = view.reshape(self._rows, field.count)
-        return [self._read(list(self._records[row])) for row in rows]
+        return [self._read(self._records[row]) for row in rows]
 
 
 class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]

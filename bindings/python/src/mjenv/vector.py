@@ -104,14 +104,14 @@ def _limit_of(spec: EnvSpec) -> int:
 
 
 class _Input:
-    """Actions of one dtype: the buffer they are copied to."""
+    """Actions of one dtype: the buffer they are copied to, and the step that takes them."""
 
-    __slots__ = ("buffer", "code", "dtype", "pointer")
+    __slots__ = ("buffer", "dtype", "step")
 
-    def __init__(self, dtype: np.dtype[Any], shape: tuple[int, int]) -> None:
-        self.dtype, self.code = dtype, int(FLOATS[dtype])
+    def __init__(self, rows: Rows, dtype: np.dtype[Any], shape: tuple[int, int], out: Any) -> None:
+        self.dtype = dtype
         self.buffer: Array = np.zeros(shape, dtype)
-        self.pointer = self.buffer.ctypes.data
+        self.step = rows.prepared("mjenv_step", self.buffer.ctypes.data, self.buffer.size, int(FLOATS[dtype]), out)
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
@@ -177,9 +177,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self._out, self._reset_out = byref(self._outputs.struct), byref(self._outputs.reset_struct)
         self.arrays = self._outputs.arrays
         self._shape = (self.num_envs, self._outputs.nu)
-        self._inputs = {dtype: _Input(dtype, self._shape) for dtype in FLOATS}
-        self._size = self.num_envs * self._outputs.nu
-        self._step = LIBRARY.mjenv_step
+        self._inputs = {dtype: _Input(rows, dtype, self._shape, self._out) for dtype in FLOATS}
         self._acquire, self._release = rows.lock.acquire, rows.lock.release
         # Rows between send and recv, and the dtype of their actions.
         self._pending = 0
@@ -220,11 +218,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             source = self._inputs[actions.dtype]
         if actions.shape != self._shape:  # type: ignore[union-attr]
             raise self._bad_shape(actions, self._shape)
-        if not self._acquire(blocking=False):
+        if not self._acquire(False):
             raise self._rows.busy()
         try:
+            if self._rows.pointer is None:
+                raise self._rows.closed()
             source.buffer[...] = actions
-            status = self._step(self._rows.pointer, source.pointer, self._size, source.code, self._out)
+            status = source.step()
             if status:
                 self._check(status)
             outputs = self._outputs
@@ -436,7 +436,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def __getstate__(self) -> dict[str, Any]:
         self._check_settled()
-        built = ("_acquire", "_finalizer", "_inputs", "_out", "_outputs", "_release", "_reset_out", "_step", "arrays")
+        built = ("_acquire", "_finalizer", "_inputs", "_out", "_outputs", "_release", "_reset_out", "arrays")
         state = {name: value for name, value in self.__dict__.items() if name not in built}
         outputs = self._outputs
         return {**state, "_written": (outputs.obs.copy(), outputs.status.copy(), outputs.exported.copy())}
@@ -450,7 +450,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self.__dict__.update(state)
         self._prepare()
         outputs = self._outputs
-        for array, values in zip((outputs.obs, outputs.status, outputs.exported), written, strict=True):
+        arrays: tuple[Array, ...] = (outputs.obs, outputs.status, outputs.exported)
+        for array, values in zip(arrays, written, strict=True):
             array[...] = values
 
     # ---- what callers may pass, and what went wrong ----
