@@ -34,24 +34,24 @@ impl Real for f64 {}
 #[derive(Clone, Debug)]
 pub struct Batch<T: Real = f64> {
     rows: usize,
-    obs_count: usize,
-    obs: Vec<T>,
-    reward: Vec<f64>,
-    terminated: Vec<bool>,
-    truncated: Vec<bool>,
-    status: Vec<i32>,
-    info: Record,
-    was_reset: Vec<bool>,
-    reset_info: Record,
-    arrays: Record,
-    last: Option<Last<T>>,
+    pub(crate) obs_count: usize,
+    pub(crate) obs: Vec<T>,
+    pub(crate) reward: Vec<f64>,
+    pub(crate) terminated: Vec<bool>,
+    pub(crate) truncated: Vec<bool>,
+    pub(crate) status: Vec<i32>,
+    pub(crate) info: Record,
+    pub(crate) was_reset: Vec<bool>,
+    pub(crate) reset_info: Record,
+    pub(crate) arrays: Record,
+    pub(crate) last: Option<Last<T>>,
 }
 
 /// What the autoreset_mode "same_step" keeps of the episodes that ended.
 #[derive(Clone, Debug)]
-struct Last<T> {
-    obs: Vec<T>,
-    info: Record,
+pub(crate) struct Last<T> {
+    pub(crate) obs: Vec<T>,
+    pub(crate) info: Record,
 }
 
 impl<T: Real> Batch<T> {
@@ -205,9 +205,12 @@ impl<T: Real> Batch<T> {
     /// An info of the last step of the episode, `[rows][count]`, for the rows that have a [`Batch::final_obs`].
     /// Errors: [`Status::Name`], [`Status::State`] (another autoreset_mode).
     pub fn final_info(&self, name: &str) -> Result<&[f64]> {
+        self.last()?.info.get("final info", name)
+    }
+
+    pub(crate) fn last(&self) -> Result<&Last<T>> {
         let message = "final info needs the option \"autoreset_mode\" at \"same_step\"";
-        let last = self.last.as_ref().ok_or_else(|| Error::new(Status::State, message.to_string()))?;
-        last.info.get("final info", name)
+        self.last.as_ref().ok_or_else(|| Error::new(Status::State, message.to_string()))
     }
 
     /// An mjData array that the option `arrays` names: `[rows][count]`. Errors: [`Status::Name`].
@@ -228,18 +231,18 @@ fn product(rows: usize, count: usize) -> usize {
 
 /// Named fields, each with its values of all rows.
 #[derive(Clone, Debug)]
-struct Record {
-    rows: usize,
+pub(crate) struct Record {
+    pub(crate) rows: usize,
     count: usize,
     fields: Vec<Named>,
-    values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
-struct Named {
+pub(crate) struct Named {
     name: String,
-    offset: usize,
-    count: usize,
+    pub(crate) offset: usize,
+    pub(crate) count: usize,
 }
 
 impl Record {
@@ -249,19 +252,23 @@ impl Record {
         Self { rows, count, fields: env.fields(role).map(named).collect(), values: vec![0.0; product(rows, count)] }
     }
 
-    fn iter(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
-        self.fields.iter().map(|field| {
-            let values = &self.values[field.offset * self.rows..][..field.count * self.rows];
-            (field.name.as_str(), values)
-        })
+    fn values_of(&self, field: &Named) -> &[f64] {
+        &self.values[field.offset * self.rows..][..field.count * self.rows]
     }
 
-    fn get(&self, what: &str, name: &str) -> Result<&[f64]> {
-        let found = self.iter().find(|(candidate, _)| *candidate == name);
-        found.map(|(_, values)| values).ok_or_else(|| {
+    fn iter(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
+        self.fields.iter().map(|field| (field.name.as_str(), self.values_of(field)))
+    }
+
+    pub(crate) fn named(&self, what: &str, name: &str) -> Result<&Named> {
+        self.fields.iter().find(|field| field.name == name).ok_or_else(|| {
             let names: Vec<_> = self.fields.iter().map(|field| field.name.as_str()).collect();
             let names = if names.is_empty() { "none".to_string() } else { names.join(", ") };
             Error::new(Status::Name, format!("no {what} {name:?}; there are {names}"))
         })
+    }
+
+    fn get(&self, what: &str, name: &str) -> Result<&[f64]> {
+        Ok(self.values_of(self.named(what, name)?))
     }
 }

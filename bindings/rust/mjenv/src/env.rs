@@ -10,7 +10,7 @@ use mjenv_sys as sys;
 use crate::describe::{int64, size, size_of};
 use crate::error::{check, check_length, Error, Result, Status};
 use crate::text::{c_string, lossy};
-use crate::{Batch, Dtype, Field, Options, Real, Role, Space, Spec};
+use crate::{Batch, Dtype, Field, Options, Pipeline, Real, Role, Space, Spec};
 
 /// An environment of one or many rows, each an episode of its own.
 ///
@@ -43,7 +43,7 @@ impl Env {
         self.raw.as_ptr()
     }
 
-    fn raw_mut(&mut self) -> *mut sys::mjenv_env {
+    pub(crate) fn raw_mut(&mut self) -> *mut sys::mjenv_env {
         self.raw.as_ptr()
     }
 
@@ -84,6 +84,26 @@ impl Env {
     /// If they do not fit the address space.
     pub fn rollout_batch(&self, steps: usize) -> Batch<f64> {
         Batch::new(self, self.rows.checked_mul(steps).expect("a batch fits the address space"))
+    }
+
+    /// Like [`Env::rollout_batch`], with observations rounded to `f32`.
+    ///
+    /// # Panics
+    /// If they do not fit the address space.
+    pub fn rollout_batch_f32(&self, steps: usize) -> Batch<f32> {
+        Batch::new(self, self.rows.checked_mul(steps).expect("a batch fits the address space"))
+    }
+
+    /// Steps in two halves, with outputs in `f64`.
+    pub fn pipeline(self) -> Pipeline<f64> {
+        let batch = self.batch();
+        Pipeline::new(self, batch)
+    }
+
+    /// Steps in two halves, with observations rounded to `f32`.
+    pub fn pipeline_f32(self) -> Pipeline<f32> {
+        let batch = self.batch_f32();
+        Pipeline::new(self, batch)
     }
 
     /// The space of one row's observation.

@@ -57,6 +57,7 @@ mod describe;
 mod env;
 mod error;
 mod options;
+mod pipeline;
 mod text;
 
 pub use batch::{Batch, Real};
@@ -64,6 +65,7 @@ pub use describe::{Dtype, Field, Role, Space, ValueType};
 pub use env::Env;
 pub use error::{Error, Result, Status};
 pub use options::{Kind, OptionInfo, Options, Value};
+pub use pipeline::{Pipeline, Row};
 
 use mjenv_sys as sys;
 

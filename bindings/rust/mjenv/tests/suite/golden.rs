@@ -190,8 +190,12 @@ impl Golden {
         self.bytes(name).into_iter().map(|byte| byte != 0).collect()
     }
 
+    pub fn integers(&self, name: &str) -> Vec<i64> {
+        self.array(name).values("i8", i64::from_le_bytes)
+    }
+
     pub fn reset_at(&self) -> Vec<usize> {
-        self.array("reset_at").values("i8", |bytes| usize::try_from(i64::from_le_bytes(bytes)).unwrap())
+        self.integers("reset_at").into_iter().map(|at| usize::try_from(at).unwrap()).collect()
     }
 
     pub fn actions(&self) -> Actions {

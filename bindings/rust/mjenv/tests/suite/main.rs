@@ -2,9 +2,11 @@
 
 mod allocation;
 mod golden;
+mod pipeline;
 mod refusals;
 mod replay;
 mod rows;
 mod schema;
 mod state;
 mod threads;
+mod vectors;
