@@ -5,7 +5,7 @@
 // Prints a line an episode: length, return as a hexadecimal float, and a checksum over the bits of all actions. Each
 // equals what examples/python/deploy.py prints: both evaluate in float64 and round every operation on its own, so
 // compile without fused multiply-add (-ffp-contract=off). docs/training.md describes the file.
-#include <mjenv/mjenv.h>
+#include <mjenv/mjenv.hpp>
 
 #include <algorithm>
 #include <cinttypes>
@@ -16,7 +16,6 @@
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -120,55 +119,27 @@ void check(const Policy& policy, std::size_t observations, std::size_t actions) 
   }
 }
 
-void ok(mjenv_status status) {
-  if (status != MJENV_OK) throw std::runtime_error(mjenv_last_error());
-}
-
-std::size_t count_of(const mjenv_env* env, mjenv_role role) {
-  mjenv_space space{};
-  space.struct_size = sizeof space;
-  ok(mjenv_space_of(env, role, &space));
-  return static_cast<std::size_t>(space.count);
-}
-
 void play(const Policy& policy, int episodes, std::uint64_t seed) {
-  mjenv_options* options = nullptr;
-  ok(mjenv_options_create(policy.id.c_str(), &options));
-  const std::unique_ptr<mjenv_options, decltype(&mjenv_options_destroy)> owned_options(options, mjenv_options_destroy);
-  mjenv_env* env = nullptr;
-  ok(mjenv_create(options, 1, &env));
-  const std::unique_ptr<mjenv_env, decltype(&mjenv_destroy)> owned_env(env, mjenv_destroy);
-
-  Numbers observation(count_of(env, MJENV_OBSERVATION));
-  check(policy, observation.size(), count_of(env, MJENV_ACTION));
-  double reward = 0;
-  std::uint8_t terminated = 0, truncated = 0;
-  mjenv_batch out{};
-  out.struct_size = sizeof out;
-  out.rows = 1;
-  out.obs_count = static_cast<std::int64_t>(observation.size());
-  out.obs = observation.data();
-  out.reward = &reward;
-  out.terminated = &terminated;
-  out.truncated = &truncated;
-
-  ok(mjenv_seed(env, &seed, nullptr));
+  mjenv::Env env(policy.id);
+  mjenv::Batch batch = env.batch();
+  check(policy, batch.obs_count, env.count(MJENV_ACTION));
+  env.seed(seed);
   for (int episode = 0; episode < episodes; ++episode) {
-    ok(mjenv_reset(env, nullptr, &out));
+    env.reset(batch);
     long length = 0;
     double total = 0;
     std::uint64_t checksum = 0xCBF29CE484222325;
     do {
-      const std::vector<float> action = policy.act(observation);
+      const std::vector<float> action = policy.act(batch.obs);
       for (const float& number : action) {
         std::uint32_t word;
         std::memcpy(&word, &number, sizeof word);
         checksum = (checksum ^ word) * 0x100000001B3;
       }
-      ok(mjenv_step(env, action.data(), action.size(), MJENV_FLOAT32, &out));
-      total += reward;
+      env.step(action, batch);
+      total += batch.reward[0];
       ++length;
-    } while (!terminated && !truncated);
+    } while (!batch.ended(0));
     std::printf("%ld %a %016" PRIx64 "\n", length, total, checksum);
   }
 }
