@@ -79,6 +79,7 @@ mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8
   return guard([&] {
     const Entered held(renderer);
     HeldRenderer& r = *held;
+    r.renderer.check_here();
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");
     check_room("rgb", rgb, rgb_count, 3 * r.renderer.pixels());
     check_room("depth", depth, depth_count, r.renderer.pixels());

@@ -44,7 +44,7 @@ const char* name_of(mjenv_gl back_end) {
 }
 
 mjenv_gl chosen(mjenv_gl asked) {
-  if (asked != MJENV_GL_AUTO) return asked;
+  if (asked != MJENV_GL_AUTO) return static_cast<void>(name_of(asked)), asked;
   const char* variable = std::getenv("MUJOCO_GL");
   if (!variable || !*variable) return MJENV_GL_AUTO;
   for (const auto& known : back_ends)
@@ -75,19 +75,11 @@ std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end, int width, 
                                                : open_glfw(width, height);
   check_binding(bound, back_end);
   bound.back_end = back_end;
-  bound.process = getpid();
   return context;
 }
 
-}  // namespace
-
-std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height) {
-  Binding& bound = binding();
-  const std::lock_guard lock(bound.mutex);
-  if (bound.process != 0 && bound.process != getpid())
-    fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
-  const mjenv_gl choice = chosen(back_end);
-  if (choice != MJENV_GL_AUTO) return static_cast<void>(name_of(choice)), open_one(bound, choice, width, height);
+std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice, int width, int height) {
+  if (choice != MJENV_GL_AUTO) return open_one(bound, choice, width, height);
   std::string reasons;
   for (const auto& candidate : back_ends) {
     try {
@@ -97,6 +89,23 @@ std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height) {
     }
   }
   fail(MJENV_E_RENDER, "no OpenGL" + reasons);
+}
+
+}  // namespace
+
+std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height) {
+  Binding& bound = binding();
+  const pid_t before = bound.process;
+  if (before != 0 && before != getpid())  // asked before the lock, which a thread left behind by the fork may hold
+    fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
+  const std::lock_guard lock(bound.mutex);
+  bound.process = getpid();
+  try {
+    return open_chosen(bound, chosen(back_end), width, height);
+  } catch (...) {
+    if (bound.back_end == MJENV_GL_AUTO) bound.process = 0;
+    throw;
+  }
 }
 
 bool here() { return binding().process == getpid(); }

@@ -162,6 +162,10 @@ Renderer::~Renderer() {
   }
 }
 
+void Renderer::check_here() const {
+  if (!gl::here()) fail(MJENV_E_RENDER, "the renderer was made before this process was forked");
+}
+
 void Renderer::check_size() const {
   if (width_ > traits_.width || height_ > traits_.height)
     fail(MJENV_E_VALUE, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) +
@@ -196,7 +200,6 @@ void Renderer::look_at(mjData_* data) {
 }
 
 void Renderer::draw(std::uint8_t* rgb, float* depth) {
-  if (!gl::here()) fail(MJENV_E_RENDER, "the renderer was made before this process was forked");
   Drawing& d = *drawing_;
   const mjrRect viewport{0, 0, width_, height_};
   if (rgb) rgb_.resize(3 * pixels());

@@ -32,6 +32,8 @@ class Renderer {
   const std::string& gl() const { return traits_.text; }
   std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
 
+  // A forked child cannot go on with its parent's OpenGL.
+  void check_here() const;
   // What to draw next; data is left as it is.
   void look_at(mjData_* data);
   // Draws it: rgb[height][width][3] and depth[height][width], either of them null.
