@@ -153,7 +153,7 @@ void Env::export_arrays(Worker& worker) {
     }
     worker.exported.push_back(&*found);
     append(arrays_, name, found->type, found->shape, static_cast<std::int64_t>(found->count()));
-    completes_ = completes_ || name == "cacc" || name == "cfrc_int" || name == "cfrc_ext";
+    completes_ = completes_ || Work::on_demand(name);
   }
 }
 

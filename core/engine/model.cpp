@@ -5,6 +5,7 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -106,21 +107,45 @@ std::vector<Array> arrays_of(const mjModel* m) {
   return list;
 }
 
-// A view of the model whose collisions are those of the pairs.
-std::unique_ptr<const mjModel> with_pairs(const mjModel& model, std::optional<Pairs>& pairs) {
+// Only collisions and pictures look at the frames of geoms, cameras and lights.
+bool frames_unread(const mjModel& m) {
+  if (m.nsensor > 0) return false;
+  for (int i = 0; i < m.nwrap; ++i)
+    if (m.wrap_type[i] == mjWRAP_SPHERE || m.wrap_type[i] == mjWRAP_CYLINDER) return false;
+  for (int i = 0; i < m.neq; ++i)
+    if (m.eq_type[i] == mjEQ_DISTANCE) return false;
+  for (int g = 0; g < m.ngeom; ++g)
+    if (m.geom_fluid[mjNFLUID * g] > 0) return false;
+  return true;
+}
+
+// A view of the model for stepping: collisions are those of the pairs, and frames that nothing reads are not computed,
+// or copied from their body, which is cheapest. Work::complete computes them.
+std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
+                                            std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);
-  if (pairs) {
-    view->opt.collision = mjCOL_PAIR;
-    view->npair = static_cast<int>(pairs->dim.size());
-    view->pair_dim = pairs->dim.data();
-    view->pair_geom1 = pairs->geom1.data();
-    view->pair_geom2 = pairs->geom2.data();
-    view->pair_solref = pairs->solref.data();
-    view->pair_solimp = pairs->solimp.data();
-    view->pair_margin = pairs->margin.data();
-    view->pair_gap = pairs->gap.data();
-    view->pair_friction = pairs->friction.data();
-  }
+  const bool frames = !frames_unread(model);
+  if (!frames) view->ncam = view->nlight = 0;
+  if (!pairs) return view;
+  view->opt.collision = mjCOL_PAIR;
+  view->npair = static_cast<int>(pairs->dim.size());
+  view->pair_dim = pairs->dim.data();
+  view->pair_geom1 = pairs->geom1.data();
+  view->pair_geom2 = pairs->geom2.data();
+  view->pair_solref = pairs->solref.data();
+  view->pair_solimp = pairs->solimp.data();
+  view->pair_margin = pairs->margin.data();
+  view->pair_gap = pairs->gap.data();
+  view->pair_friction = pairs->friction.data();
+  if (frames) return view;
+  view->ngeom = 0;
+  sameframe.assign(static_cast<std::size_t>(model.ngeom), 1);
+  for (const auto& geoms : {pairs->geom1, pairs->geom2})
+    for (const int g : geoms) {
+      sameframe[g] = model.geom_sameframe[g];
+      view->ngeom = std::max(view->ngeom, g + 1);
+    }
+  view->geom_sameframe = sameframe.data();
   return view;
 }
 
@@ -216,7 +241,7 @@ Model::Model(std::string label, mjModel_* model, bool built_in)
     : label_(std::move(label)),
       model_(model),
       pairs_(explicit_pairs(*model, built_in)),
-      stepped_(with_pairs(*model, pairs_)),
+      stepped_(stepped_view(*model, pairs_, sameframe_)),
       arrays_(arrays_of(model)),
       nq_(model->nq),
       nv_(model->nv),

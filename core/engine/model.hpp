@@ -84,6 +84,7 @@ class Model {
   std::string label_;
   std::unique_ptr<mjModel_, Delete> model_;
   std::optional<Pairs> pairs_;
+  std::vector<unsigned char> sameframe_;
   std::unique_ptr<const mjModel_> stepped_;  // shares model_'s arrays
   std::vector<Array> arrays_;
   int nq_ = 0, nv_ = 0, na_ = 0, nu_ = 0, nbody_ = 0;

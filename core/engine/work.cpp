@@ -61,7 +61,7 @@ std::vector<Array> Work::arrays() const {
 
 void Work::clear() {
   mj_resetData(model_->get(), data_.get());
-  incomplete_ = false;
+  forces_lag_ = frames_lag_ = false;
 }
 
 void Work::begin() {
@@ -74,8 +74,10 @@ void Work::begin() {
   std::fill_n(d->act, layout_.na, 0.0);
   std::fill_n(d->ctrl, layout_.nu, 0.0);
   for (mjtNum* array : {d->cacc, d->cfrc_int, d->cfrc_ext}) std::fill_n(array, 6 * m->nbody, 0.0);
+  std::fill_n(d->qH, m->nM, 0.0);  // only mj_Euler writes these two
+  std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
-  incomplete_ = false;
+  forces_lag_ = false;
 }
 
 void Work::load(const double* state) {
@@ -102,7 +104,10 @@ void Work::save(double* state) const {
   put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
 }
 
-void Work::forward() { mj_forward(model_->stepped(), data_.get()); }
+void Work::forward() {
+  mj_forward(model_->stepped(), data_.get());
+  frames_lag_ = true;
+}
 
 void Work::step(const Action& action, std::int64_t frames, double* before) {
   mjData* d = data_.get();
@@ -116,13 +121,31 @@ void Work::step(const Action& action, std::int64_t frames, double* before) {
 
 void Work::repeat_step() {
   mj_step(model_->stepped(), data_.get());
-  incomplete_ = true;
+  forces_lag_ = frames_lag_ = true;
+}
+
+bool Work::on_demand(const std::string& array) {
+  constexpr std::array<const char*, 9> names{"cacc",     "cfrc_int", "cfrc_ext",   "geom_xpos", "geom_xmat",
+                                             "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
+  return std::find(names.begin(), names.end(), array) != names.end();
 }
 
 void Work::complete() {
-  if (!incomplete_) return;
+  complete_forces();
+  if (!frames_lag_) return;
+  const mjModel* m = model_->get();
+  mjData* d = data_.get();
+  for (int g = 0; g < m->ngeom; ++g)
+    mj_local2Global(d, d->geom_xpos + 3 * g, d->geom_xmat + 9 * g, m->geom_pos + 3 * g, m->geom_quat + 4 * g,
+                    m->geom_bodyid[g], m->geom_sameframe[g]);
+  mj_camlight(m, d);
+  frames_lag_ = false;
+}
+
+void Work::complete_forces() {
+  if (!forces_lag_) return;
   mj_rnePostConstraint(model_->get(), data_.get());
-  incomplete_ = false;
+  forces_lag_ = false;
 }
 
 void Work::clear_warnings() {
@@ -134,7 +157,7 @@ bool Work::diverged() const {
 }
 
 Sim::Vec Sim::cfrc_ext(int first) const {
-  work_->complete();
+  work_->complete_forces();
   return bodies(view_.cfrc_ext, 6, first);
 }
 

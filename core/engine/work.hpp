@@ -44,8 +44,11 @@ class Work {
   void step(const Action& action, std::int64_t frames, double* before);
   // The last of them, from that state.
   void repeat_step();
-  // Completes what MuJoCo computes only on demand: cacc, cfrc_int, cfrc_ext.
+  // Completes what is computed only on demand: cacc, cfrc_int and cfrc_ext, as MuJoCo itself does, and the frames of
+  // geoms, cameras and lights.
   void complete();
+  void complete_forces();
+  static bool on_demand(const std::string& array);
 
   // MuJoCo found qpos, qvel or qacc bad during the last step or forward, and restarted the simulation.
   bool diverged() const;
@@ -57,7 +60,8 @@ class Work {
   std::shared_ptr<const Model> model_;
   StateLayout layout_;
   std::unique_ptr<mjData_, Delete> data_;
-  bool incomplete_ = false;  // cfrc_ext and its like are older than the last mj_step
+  bool forces_lag_ = false;  // cfrc_ext and its like are older than the last mj_step
+  bool frames_lag_ = false;  // geom_xpos and its like are older than the last mj_step or mj_forward
   Sim sim_;
 
   void clear_warnings();

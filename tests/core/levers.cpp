@@ -1,0 +1,172 @@
+// What makes stepping fast leaves every bit as plain MuJoCo gives it: the built-in models and models of every odd kind,
+// played on a work space and by mj_resetData, mj_step and mj_rnePostConstraint on the model as compiled.
+#include <mujoco/mujoco.h>
+
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "engine/assets.hpp"
+#include "engine/model.hpp"
+#include "engine/work.hpp"
+
+namespace {
+
+using mjenv::Model;
+using mjenv::Work;
+
+constexpr int kEpisodes = 3;
+constexpr int kSteps = 120;
+constexpr int kFrames = 3;
+
+// In [-1, 1), the same on every machine.
+class Noise {
+ public:
+  double operator()() {
+    state_ = state_ * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<double>(state_ >> 11) * 0x1p-52 - 1;
+  }
+
+ private:
+  std::uint64_t state_ = 42;
+};
+
+struct Data {
+  mjData* d;
+  explicit Data(const mjModel* m) : d(mj_makeData(m)) {}
+  ~Data() { mj_deleteData(d); }
+  Data(const Data&) = delete;
+  Data& operator=(const Data&) = delete;
+};
+
+// How much of an array has a meaning: as many rows as there are constraints.
+std::size_t length(const mjenv::Array& array, const mjData& d) {
+  if (array.name.rfind("efc_", 0) != 0) return array.count();
+  static const char* const dense[] = {"efc_type",       "efc_id",    "efc_pos",  "efc_margin", "efc_frictionloss",
+                                      "efc_diagApprox", "efc_D",     "efc_R",    "efc_vel",    "efc_aref",
+                                      "efc_b",          "efc_force", "efc_state"};
+  for (const char* name : dense)
+    if (array.name == name) return static_cast<std::size_t>(d.nefc);
+  return 0;
+}
+
+// The name of an array that differs, "" if none does.
+std::string difference(Work& work, const mjData& plain) {
+  work.complete();
+  const auto arrays = work.arrays();
+  const auto find = [&](const char* name) {
+    for (const auto& array : arrays)
+      if (array.name == name) return array.data;
+    return static_cast<const void*>(nullptr);
+  };
+  const auto* time = static_cast<const double*>(find("time"));
+  const auto* self = reinterpret_cast<const mjData*>(reinterpret_cast<const char*>(time) - offsetof(mjData, time));
+  if (self->ncon != plain.ncon) return "ncon";
+  if (self->nefc != plain.nefc) return "nefc";
+  for (int i = 0; i < plain.ncon; ++i) {
+    const mjContact &a = self->contact[i], &b = plain.contact[i];
+    if (a.geom1 != b.geom1 || a.geom2 != b.geom2 || a.dim != b.dim || a.dist != b.dist ||
+        std::memcmp(a.pos, b.pos, sizeof a.pos) || std::memcmp(a.frame, b.frame, sizeof a.frame) ||
+        std::memcmp(a.friction, b.friction, sizeof a.friction) || std::memcmp(a.solref, b.solref, sizeof a.solref) ||
+        std::memcmp(a.solimp, b.solimp, sizeof a.solimp))
+      return "contact";
+  }
+  const auto* base = static_cast<const char*>(self->buffer);
+  for (const auto& array : arrays) {
+    const auto* mine = static_cast<const char*>(array.data);
+    const bool inside = mine >= base && mine < base + self->nbuffer;
+    const char* theirs = inside ? static_cast<const char*>(plain.buffer) + (mine - base)
+                                : reinterpret_cast<const char*>(&plain) + (mine - reinterpret_cast<const char*>(self));
+    const std::size_t size = array.type == MJENV_NUMPY_INT32 ? sizeof(int) : sizeof(double);
+    if (length(array, plain) && std::memcmp(mine, theirs, length(array, plain) * size)) return array.name;
+  }
+  return "";
+}
+
+// Plays episodes both ways; says where they part, "" if nowhere.
+std::string play(const std::shared_ptr<const Model>& model) {
+  const mjenv::ErrorTrap trap;
+  const mjModel* m = model->get();
+  Work work(model, kFrames);
+  const auto& layout = work.layout();
+  const Data plain(m);
+  mjData* d = plain.d;
+  std::vector<double> state(layout.size), before(layout.size), action(layout.nu);
+  Noise noise;
+  int contacts = 0;
+  for (int episode = 0; episode < kEpisodes; ++episode) {
+    mj_resetData(m, d);
+    for (int i = 0; i < m->nv; ++i) d->qvel[i] = 0.3 * noise();
+    work.begin();
+    work.save(state.data());
+    std::copy_n(d->qvel, m->nv, layout.qvel(state.data()));
+    work.load(state.data());
+    work.forward();
+    mj_forward(m, d);
+    for (int t = 0; t <= kSteps; ++t) {
+      const std::string found = difference(work, *d);
+      if (!found.empty())
+        return found + " in episode " + std::to_string(episode) + " after " + std::to_string(t) + " steps";
+      contacts += d->ncon;
+      for (double& a : action) a = noise();
+      work.save(state.data());
+      work.load(state.data());
+      work.step({action.data(), MJENV_FLOAT64, m->nu}, kFrames, before.data());
+      std::copy(action.begin(), action.end(), d->ctrl);
+      for (int k = 0; k < kFrames; ++k) mj_step(m, d);
+      mj_rnePostConstraint(m, d);
+    }
+  }
+  std::printf("%s: %d contacts, %d explicit pairs of %d geoms\n", model->label().c_str(), contacts,
+              model->stepped()->npair, m->ngeom);
+  return "";
+}
+
+std::string read(const std::string& name) {
+  std::ifstream file(PROJECT_FOLDER "/tests/core/odd/" + name);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::string failures;
+
+void test_built_in(void** /*state*/) {
+  failures.clear();
+  for (std::size_t i = 0; i < mjenv::asset_count; ++i) {
+    const std::string found = play(Model::open(mjenv::assets[i].name));
+    if (!found.empty()) failures += std::string(mjenv::assets[i].name) + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+void test_odd(void** /*state*/) {
+  failures.clear();
+  for (const char* name : {"tethered_pair.xml", "tendons.xml", "mocap.xml", "explicit_pairs.xml", "sensors.xml",
+                           "swimmers.xml", "world_only.xml", "terrain.xml"}) {
+    const std::string found = play(Model::parse(name, read(name)));
+    if (!found.empty()) failures += std::string(name) + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
