@@ -65,6 +65,7 @@ void Env::show(std::int64_t row, const std::function<void(mjData_*)>& look) {
   if (!heads_[row].ready) fail(MJENV_E_STATE, in_row(row, "reset it before it is drawn"));
   Worker& worker = resident_worker(row);
   worker.resident = -1;  // should look fail
+  worker.work.complete();
   look(worker.work.data());
   worker.resident = row;
 }
