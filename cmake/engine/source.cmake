@@ -40,8 +40,11 @@ target_link_libraries(mjenv_engine PUBLIC m ${CMAKE_DL_LIBS})
 
 # Whoever distributes the library distributes these with it.
 set(licenses ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses)
-foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.txt tinyxml2/LICENSE.txt tinyobjloader/LICENSE)
+foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.txt tinyxml2/LICENSE.txt tinyobjloader/LICENSE
+        eigen3/LICENSE)
   get_filename_component(library ${license} DIRECTORY)
-  configure_file(${sources}/${license} ${licenses}/${library}.txt COPYONLY)
+  if(EXISTS ${sources}/${license})  # Eigen is the system's except in release archives
+    configure_file(${sources}/${license} ${licenses}/${library}.txt COPYONLY)
+  endif()
 endforeach()
 install(DIRECTORY ${licenses} DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documents)

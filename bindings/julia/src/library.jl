@@ -35,7 +35,9 @@ end
 function load()
     given = get(ENV, "MJENV_LIBRARY", "")
     built = joinpath(REPOSITORY, "build", "libmjenv.so")
-    paths = isempty(given) ? [built, "libmjenv.so.0"] : [given]
+    # A release's package carries the library.
+    carried = normpath(@__DIR__, "..", "lib", "libmjenv.so")
+    paths = !isempty(given) ? [given] : isfile(carried) ? [carried] : [built, "libmjenv.so.0"]
     reasons = String[]
     for path in paths
         handle = try

@@ -6,11 +6,16 @@ use std::process::Command;
 
 const SOURCES: [&str; 5] = ["CMakeLists.txt", "assets", "capi", "cmake", "core"];
 const NEEDS: &str =
-    "building libmjenv needs CMake 3.22, a C++17 compiler, MuJoCo 2.2.2 and Eigen 3.3: on Debian 12 run \
-    tools/setup build in the checkout; or set MJENV_LIB_DIR to the folder of a libmjenv.so";
+    "building libmjenv needs CMake 3.22, make or ninja and a C++17 compiler, and in a checkout what tools/setup build \
+    installs on Debian 12; or set MJENV_LIB_DIR to the folder of a libmjenv.so";
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    // docs.rs compiles nothing but Rust, and links nothing.
+    if env::var_os("DOCS_RS").is_some() {
+        println!("cargo:libdir=");
+        return;
+    }
     for name in ["MJENV_LIB_DIR", "PKG_CONFIG", "PKG_CONFIG_PATH", "CMAKE_GENERATOR"] {
         println!("cargo:rerun-if-env-changed={name}");
     }
@@ -52,13 +57,16 @@ fn installed() -> Option<PathBuf> {
 
 fn built() -> PathBuf {
     let here = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
-    let root = here.join("../../..");
-    if !root.join("capi/include/mjenv/mjenv.h").exists() {
-        panic!(
-            "no libmjenv: MJENV_LIB_DIR is not set, pkg-config knows no mjenv, and {here:?} is not in a checkout \
-             of mjenv from which it could be built"
-        );
-    }
+    // The crate of a release carries the sources; else it is part of a checkout.
+    let root = [here.join("libmjenv"), here.join("../../..")]
+        .into_iter()
+        .find(|root| root.join("capi/include/mjenv/mjenv.h").exists())
+        .unwrap_or_else(|| {
+            panic!(
+                "no libmjenv: MJENV_LIB_DIR is not set, pkg-config knows no mjenv, and {here:?} has no sources \
+                 of it from which it could be built"
+            )
+        });
     for source in SOURCES {
         println!("cargo:rerun-if-changed={}", root.join(source).display());
     }

@@ -1,7 +1,7 @@
 //! Declarations of libmjenv's C interface, generated from its header; the crate `mjenv` wraps them safely.
 //!
 //! The build script takes the library from the folder `MJENV_LIB_DIR`, from pkg-config's `mjenv`, or builds it with
-//! CMake from the checkout that this crate is part of. It tells the build scripts of dependents the library's folder
+//! CMake from the sources that the crate carries or the checkout that it is part of. It tells the build scripts of dependents the library's folder
 //! as `DEP_MJENV_LIBDIR`.
 
 #[rustfmt::skip]

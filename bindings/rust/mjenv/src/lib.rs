@@ -43,7 +43,7 @@
 //! # Linking
 //!
 //! `libmjenv.so` is taken from the folder in the environment variable `MJENV_LIB_DIR`, else from pkg-config's `mjenv`,
-//! else it is built with CMake from the checkout that this crate is part of. A program that is started other than by
+//! else it is built with CMake, which needs a C++17 compiler and a few minutes. A program that is started other than by
 //! cargo must find it too; with this line in the `main` of its own `build.rs` it does:
 //!
 //! ```no_run
