@@ -18,7 +18,10 @@ For loops that must not allocate, step into a [`Batch`](@ref).
 Names that a program wants for its variables are not exported: `MJEnv.info`, `MJEnv.spec`, `MJEnv.options`,
 `MJEnv.fields`, `MJEnv.ids`, `MJEnv.schema`, `MJEnv.version`.
 
-The library is the file that `ENV["MJENV_LIBRARY"]` names, else the one built in this repository, else the system's.
+With CommonRLInterface loaded, `convert(CommonRLInterface.AbstractEnv, env)` is what its algorithms take.
+
+The library is the file that `ENV["MJENV_LIBRARY"]` names, else the one that came with the package or was built in
+this repository, else the system's.
 """
 module MJEnv
 
@@ -34,5 +37,6 @@ include("fields.jl")
 include("env.jl")
 include("batch.jl")
 include("state.jl")
+include("extensions.jl")
 
 end

@@ -15,6 +15,8 @@ const addresses = fill(C_NULL, length(FUNCTIONS))
 function __init__()
     library[] = C_NULL
     fill!(addresses, C_NULL)
+    isdefined(Base, :get_extension) || watch_packages()
+    return
 end
 
 # The address of FUNCTIONS[index], looked up when it is first needed.

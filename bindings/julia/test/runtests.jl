@@ -28,6 +28,9 @@ include("errors.jl")
     @testset "memory" begin
         include("memory.jl")
     end
+    @testset "CommonRLInterface" begin
+        include("common_rl.jl")
+    end
     @testset "example" begin
         include("example.jl")
     end
