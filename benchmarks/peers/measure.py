@@ -17,14 +17,15 @@ from pathlib import Path
 from statistics import median
 
 import report
-from results import PEERS, ROBOTS, Row, read, write
+from common import ROBOTS, cpu_model
+from results import PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
 
 
 def applies(peer: str, envs: int, threads: int) -> bool:
     """Whether a peer can be measured so."""
-    if peer in ("mjenv-c", "mjenv-single", "gymnasium-single"):
+    if peer in ("mjenv-single", "gymnasium-single"):
         return (envs, threads) == (1, 1)
     if peer in ("mjenv-async", "envpool-async"):
         return envs > 1
@@ -74,7 +75,7 @@ class Worker:
 def start(peer: str, arguments: argparse.Namespace) -> Worker:
     environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
     if peer == "mjenv-c":
-        return Worker(peer, [arguments.single, arguments.library], environment)
+        return Worker(peer, [arguments.program, arguments.library], environment)
     if peer.startswith("mjenv"):
         environment |= {"MJENV_LIBRARY": arguments.library, "PYTHONPATH": arguments.package}
     python = arguments.peers_python if peer.startswith(("envpool", "mujoco")) else arguments.reference_python
@@ -109,13 +110,6 @@ def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds:
     ]
 
 
-def cpu_model() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return "unknown"
-
-
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="benchmarks/peers/run", description=__doc__)
     add = parser.add_argument
@@ -127,7 +121,7 @@ def parse() -> argparse.Namespace:
     add("--rounds", type=int, default=9, help="blocks of each peer (9)")
     add("--output", type=Path, default=Path("build/peers"), help="folder of the CSV, the tables and the chart")
     add("--add", action="store_true", help="keep what the folder's CSV holds of other configurations")
-    for name in ("library", "package", "single", "reference-python", "peers-python"):
+    for name in ("library", "package", "program", "reference-python", "peers-python"):
         add(f"--{name}", required=True, type=os.path.abspath, help=argparse.SUPPRESS)
     return parser.parse_args()
 

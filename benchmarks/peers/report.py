@@ -8,7 +8,8 @@ from pathlib import Path
 from statistics import geometric_mean, median
 from xml.sax.saxutils import escape
 
-from results import PEERS, ROBOTS, Row, read
+from common import ROBOTS
+from results import PEERS, Row, read
 
 NAMES = {
     "mjenv-c": "mjenv, C",
@@ -104,7 +105,7 @@ def summary(results: Results) -> str:
             ((envs, threads), "mjenv", other)
             for envs in (8, 64, 1024)
             for threads in (1, 2)
-            for other in ("gymnasium-sync", "gymnasium-async", "envpool-sync", "mujoco-batch")
+            for other in ("mjenv-c", "gymnasium-sync", "gymnasium-async", "envpool-sync", "mujoco-batch")
         ),
         *(((envs, 2), "mjenv-async", "envpool-async") for envs in (8, 64, 1024)),
     ):

@@ -6,10 +6,8 @@ import csv
 from collections.abc import Iterable
 from pathlib import Path
 
-ROBOTS = (
-    "Ant HalfCheetah Hopper Humanoid HumanoidStandup InvertedDoublePendulum InvertedPendulum Pusher Reacher Swimmer"
-    " Walker2d"
-).split()
+from common import ROBOTS
+
 PEERS = (
     "mjenv-c mjenv-single mjenv mjenv-async gymnasium-single gymnasium-sync gymnasium-async envpool-sync envpool-async"
     " mujoco-batch"
