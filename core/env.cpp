@@ -31,11 +31,11 @@ std::vector<Field> fields_of(const std::vector<Array>& arrays) {
 }
 
 // Refuses what would have the system kill the process instead of failing an allocation.
-void check_memory(std::int64_t rows, std::size_t bytes_a_row) {
-  const double needed = static_cast<double>(rows) * static_cast<double>(bytes_a_row);
+void check_memory(std::int64_t count, const char* what, std::size_t bytes_of_one) {
+  const double needed = static_cast<double>(count) * static_cast<double>(bytes_of_one);
   const double present = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   if (needed > present)
-    fail(MJENV_E_MEMORY, std::to_string(rows) + " rows need " + number(std::ceil(needed / 1e9)) +
+    fail(MJENV_E_MEMORY, std::to_string(count) + what + " need " + number(std::ceil(needed / 1e9)) +
                              " GB; this machine has " + number(std::floor(present / 1e9)));
 }
 
@@ -71,6 +71,7 @@ Env::Env(const Options& options, std::int64_t rows)
   const ErrorTrap trap;
   record_size_ = 2 * layout_.size + static_cast<std::size_t>(task_.carry_count);
   const int threads = threads_for(options_, rows);
+  check_memory(threads, " thread(s)", task_.model->work_bytes());
   for (int i = 0; i < threads; ++i) workers_.push_back(std::make_unique<Worker>(i, task_.model, task_.frame_skip));
   describe(*workers_[0]);
   for (auto& worker : workers_) {
@@ -79,7 +80,7 @@ Env::Env(const Options& options, std::int64_t rows)
     export_arrays(*worker);
   }
 
-  check_memory(rows, sizeof(Head) + record_size_ * sizeof(double));
+  check_memory(rows, " rows", sizeof(Head) + record_size_ * sizeof(double));
   heads_.resize(static_cast<std::size_t>(rows));
   records_.resize(static_cast<std::size_t>(rows) * record_size_);
   workers_[0]->work.clear();

@@ -22,7 +22,7 @@ void Info::learn(const char* name, mjenv_type type, std::vector<std::int64_t> sh
 }
 
 Robot& Robot::open(const std::string& xml_file) {
-  if (build_ == Build::task) task_.model = Model::open(xml_file);
+  if (build_ == Build::task) task_.model = Model::open(xml_file, takes_xml_ && trusts_xml());
   return *this;
 }
 
@@ -32,7 +32,7 @@ Robot& Robot::xml_file(const char* name) {
   if (build_ == Build::options) return *this;
   const auto& text = options_.get("xml_string").text;
   if (text.empty()) return open(file.text);
-  task_.model = Model::parse("xml_string", text);
+  task_.model = Model::parse("xml_string", text, trusts_xml());
   return *this;
 }
 
@@ -110,7 +110,11 @@ int Robot::site(int index) const {
 
 void Robot::declare_common() {
   constexpr std::int64_t most = (std::int64_t{1} << 53) - 1;  // the bounds are doubles
-  if (takes_xml_) options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
+  if (takes_xml_) {
+    options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
+    options_.flag("trust_xml", false,
+                  "let the model read files outside of its folder (xml_string: any at all), and be of any size");
+  }
   options_.integer("max_episode_steps", task_.time_limit, 0, most,
                    "steps after which an episode is truncated; 0: never");
   options_.text("norm", "auto",

@@ -221,6 +221,7 @@ class Robot {
   Task task_;
 
   Robot& open(const std::string& xml_file);
+  bool trusts_xml() const { return options_.get("trust_xml").integer != 0; }
 };
 
 }  // namespace mjenv

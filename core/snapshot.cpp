@@ -28,7 +28,7 @@ std::uint64_t Env::owner() const {
   owner_ = hash(options_.id().data(), options_.id().size(), task_.model->fingerprint());
   for (const auto& option : options_.all()) {
     bool serves = false;
-    for (const char* name : {"xml_file", "xml_string", "num_threads", "cpu_affinity", "arrays"})
+    for (const char* name : {"xml_file", "xml_string", "trust_xml", "num_threads", "cpu_affinity", "arrays"})
       serves = serves || option.name == name;
     if (serves) continue;
     owner_ = hash(&option.integer, sizeof option.integer, owner_);

@@ -16,7 +16,9 @@ file(GLOB engine
   ${sources}/mujoco/src/user/*.cc
   ${sources}/mujoco/src/xml/*.cc
   ${sources}/qhull/src/libqhull_r/*.c)
+list(REMOVE_ITEM engine ${sources}/qhull/src/libqhull_r/usermem_r.c ${sources}/qhull/src/libqhull_r/userprintf_r.c)
 list(APPEND engine
+  ${CMAKE_CURRENT_LIST_DIR}/guards.c
   ${sources}/libccd/src/ccd.c ${sources}/libccd/src/mpr.c ${sources}/libccd/src/polytope.c ${sources}/libccd/src/support.c
   ${sources}/libccd/src/vec3.c
   ${sources}/lodepng/lodepng.cpp
@@ -24,15 +26,20 @@ list(APPEND engine
 
 add_library(mjenv_engine STATIC ${engine})
 mjenv_tune(mjenv_engine)
-target_include_directories(mjenv_engine SYSTEM PUBLIC ${sources}/mujoco/include)
+target_include_directories(mjenv_engine SYSTEM PUBLIC ${sources}/mujoco/include ${sources}/tinyxml2)
 target_include_directories(mjenv_engine PRIVATE
   ${generated} ${sources}/mujoco/src ${sources}/libccd/src ${sources}/lodepng ${sources}/qhull/src
-  ${sources}/qhull/src/libqhull_r ${sources}/tinyxml2 ${sources}/tinyobjloader)
+  ${sources}/qhull/src/libqhull_r ${sources}/tinyobjloader)
 # MJ_STATIC keeps MuJoCo's functions from being exported.
 target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD_STATIC_DEFINE)
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
 endif()
+set_property(SOURCE ${sources}/mujoco/src/engine/engine_setconst.c APPEND PROPERTY
+             COMPILE_DEFINITIONS mj_step1=mjenv_step1)
+set_property(SOURCE ${sources}/mujoco/src/engine/engine_collision_convex.c APPEND PROPERTY
+             COMPILE_DEFINITIONS ccdMPRPenetration=mjenv_penetration)
+set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
 # Others' code: its warnings are theirs.
 target_compile_options(mjenv_engine PRIVATE -w)
 set_target_properties(mjenv_engine PROPERTIES C_STANDARD 11 EXPORT_COMPILE_COMMANDS OFF)

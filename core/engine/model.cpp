@@ -13,6 +13,8 @@
 #include <new>
 
 #include "engine/assets.hpp"
+#include "engine/files.hpp"
+#include "engine/mjcf.hpp"
 #include "error.hpp"
 #include "hash.hpp"
 
@@ -167,9 +169,38 @@ mjModel* load(const std::string& label, const char* path, const mjVFS* files) {
     if (model) return model;
   } catch (const Error& error) {
     fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
+  } catch (const std::bad_alloc&) {
+    fail(MJENV_E_MEMORY, "model " + quoted(label) + ": out of memory");
+  } catch (const std::exception& error) {  // that MuJoCo does not catch itself
+    fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
   }
   if (lacks_memory(reason.data())) throw std::bad_alloc();
   fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + reason.data());
+}
+
+// Loads a text as if it were a file of the folder, and unlike any in there.
+mjModel* load_text(const std::string& label, const std::string& folder, const std::string& text) {
+  constexpr const char* name = "<model>";
+  const auto release = [](mjVFS* files) {
+    mj_deleteVFS(files);
+    delete files;
+  };
+  const std::unique_ptr<mjVFS, decltype(release)> files(new mjVFS, release);
+  mj_defaultVFS(files.get());
+  const ErrorTrap trap;
+  if (text.empty() || mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(text.size())) != 0)
+    fail(MJENV_E_MODEL, "model " + quoted(label) + " is empty");
+  std::memcpy(files->filedata[0], text.data(), text.size());
+  return load(label, (folder + name).c_str(), files.get());
+}
+
+// What MuJoCo is to load, after it has been checked.
+std::string checked(const std::string& label, const Mjcf& model) {
+  try {
+    return checked(model);
+  } catch (const Error& error) {
+    fail(error.status(), "model " + quoted(label) + ": " + error.what());
+  }
 }
 
 }  // namespace
@@ -203,34 +234,28 @@ void Array::read(double* values) const {
   }
 }
 
-std::shared_ptr<const Model> Model::open(const std::string& xml_file) {
+std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trusted) {
   if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
   if (std::strchr("./~", xml_file[0])) {
-    const std::string path = expanded(xml_file);
-    if (access(path.c_str(), R_OK) != 0) fail(MJENV_E_MODEL, "model file " + quoted(path) + " cannot be read");
-    return std::shared_ptr<const Model>(new Model(xml_file, load(xml_file, path.c_str(), nullptr), false));
+    const std::string path = expanded(xml_file), text = read_file(path, most_text(trusted));
+    const std::string given = checked(xml_file, {path, text, trusted});
+    mjModel* model = given == text ? load(xml_file, path.c_str(), nullptr)
+                                   : load_text(xml_file, path.substr(0, path.rfind('/') + 1), given);
+    return std::shared_ptr<const Model>(new Model(xml_file, model, false));
   }
   std::vector<std::string> names;
   for (std::size_t i = 0; i < asset_count; ++i) {
-    if (xml_file == assets[i].name) return parse(xml_file, assets[i].text, true);
+    if (xml_file == assets[i].name)
+      return std::shared_ptr<const Model>(new Model(xml_file, load_text(xml_file, "", assets[i].text), true));
     names.emplace_back(assets[i].name);
   }
   fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
                           "; a path starts with \".\", \"/\" or \"~\"");
 }
 
-std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool built_in) {
-  constexpr const char* file = "model.xml";
-  const auto release = [](mjVFS* files) {
-    mj_deleteVFS(files);
-    delete files;
-  };
-  const std::unique_ptr<mjVFS, decltype(release)> files(new mjVFS, release);
-  mj_defaultVFS(files.get());
-  if (mj_makeEmptyFileVFS(files.get(), file, static_cast<int>(xml.size())) != 0)
-    fail(MJENV_E_MEMORY, "out of memory for model " + quoted(label));
-  std::memcpy(files->filedata[0], xml.data(), xml.size());
-  return std::shared_ptr<const Model>(new Model(label, load(label, file, files.get()), built_in));
+std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool trusted) {
+  const std::string text = checked(label, {"", xml, trusted});
+  return std::shared_ptr<const Model>(new Model(label, load_text(label, "", text), false));
 }
 
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
@@ -250,6 +275,16 @@ Model::Model(std::string label, mjModel_* model, bool built_in)
       nbody_(model->nbody) {}
 
 double Model::timestep() const { return model_->opt.timestep; }
+
+std::size_t Model::work_bytes() const {
+  const mjModel* m = model_.get();
+  MJDATA_POINTERS_PREAMBLE(m)
+  std::size_t bytes = sizeof(mjData);
+#define X(type, name, rows, columns) bytes += sizeof(type) * static_cast<std::size_t>(m->rows) * (columns);
+  MJDATA_POINTERS
+#undef X
+  return bytes;
+}
 
 std::vector<double> Model::action_bound(int side) const {
   std::vector<double> bound;

@@ -45,9 +45,10 @@ struct Array {
 class Model {
  public:
   // From a built-in name ("ant.xml") or a path, by Gymnasium's rule: a text that starts with ".", "/" or "~" is a path.
-  static std::shared_ptr<const Model> open(const std::string& xml_file);
+  // Unless it is trusted, a model reads no files from outside of its folder, and has bounds (engine/mjcf.hpp).
+  static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
   // From MJCF text.
-  static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool built_in = false);
+  static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);
   ~Model();
 
   const mjModel_* get() const { return model_.get(); }
@@ -62,6 +63,8 @@ class Model {
   int nu() const { return nu_; }
   int nbody() const { return nbody_; }
   double timestep() const;
+  // What an mjData of it takes and touches.
+  std::size_t work_bytes() const;
   // The bounds of actuator i as a float32 action space holds them.
   std::vector<double> action_low() const { return action_bound(0); }
   std::vector<double> action_high() const { return action_bound(1); }

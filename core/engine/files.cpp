@@ -1,0 +1,340 @@
+#include "engine/files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <string_view>
+#include <vector>
+
+#include "engine/inflate.hpp"
+#include "error.hpp"
+
+namespace mjenv {
+namespace {
+
+constexpr std::int64_t kMiB = std::int64_t{1} << 20;
+// MuJoCo's own bound, which it applies to STL alone.
+constexpr double kMostCoordinate = 1 << 30;
+
+[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
+
+void check_most(const char* what, std::int64_t count, std::int64_t most) {
+  if (count < 0 || count > most)
+    refuse(std::to_string(count) + " " + what + ", of which there may be " + std::to_string(most));
+}
+
+void check_coordinate(double x) {
+  if (!(std::abs(x) <= kMostCoordinate)) refuse("a vertex at " + number(x) + ", which is too far out");
+}
+
+// A name's last three letters in lower case.
+std::string kind_of(const std::string& path) {
+  std::string kind = path.substr(path.size() - std::min<std::size_t>(path.size(), 4));
+  for (auto& letter : kind)
+    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+  return kind;
+}
+
+// Reads little-endian integers and floats of four bytes from a file's content.
+class Words {
+ public:
+  explicit Words(const std::string& content, std::size_t from = 0) : content_(content), at_(from) {}
+
+  std::size_t left() const { return at_ > content_.size() ? 0 : (content_.size() - at_) / 4; }
+  template <typename T>
+  T next() {
+    if (left() == 0) refuse("it ends too early");
+    T value;
+    std::memcpy(&value, content_.data() + at_, sizeof value);
+    at_ += sizeof value;
+    return value;
+  }
+  void skip(std::int64_t words) {
+    if (words < 0 || static_cast<std::uint64_t>(words) > left()) refuse("it ends too early");
+    at_ += 4 * static_cast<std::size_t>(words);
+  }
+
+ private:
+  const std::string& content_;
+  std::size_t at_;
+};
+
+// ---- Meshes ----
+
+void check_stl(const std::string& content, const FileLimits& limits) {
+  if (content.size() < 84) refuse("it is no binary STL file: it has no header");
+  const std::int64_t faces = Words(content, 80).next<std::uint32_t>();
+  check_most("triangles", faces, limits.faces);
+}
+
+void check_msh(const std::string& content, const FileLimits& limits) {
+  Words words(content);
+  const std::int64_t vertices = words.next<std::int32_t>();
+  const std::int64_t normals = words.next<std::int32_t>();
+  const std::int64_t texcoords = words.next<std::int32_t>();
+  const std::int64_t faces = words.next<std::int32_t>();
+  check_most("vertices", vertices, limits.vertices);
+  check_most("triangles", faces, limits.faces);
+  if ((normals != 0 && normals != vertices) || (texcoords != 0 && texcoords != vertices))
+    refuse("it has " + std::to_string(vertices) + " vertices, but " + std::to_string(normals) + " normals and " +
+           std::to_string(texcoords) + " texture coordinates");
+  for (std::int64_t i = 0; i < 3 * vertices; ++i) check_coordinate(words.next<float>());
+  words.skip(3 * normals + 2 * texcoords);
+  for (std::int64_t i = 0; i < 3 * faces; ++i) {
+    const std::int64_t vertex = words.next<std::int32_t>();
+    if (vertex < 0 || vertex >= vertices) refuse("a triangle has vertex " + std::to_string(vertex));
+  }
+}
+
+// Wavefront OBJ, read as tinyobjloader does, but with an eye on the indices.
+class Obj {
+ public:
+  Obj(std::string path, const FileLimits& limits) : path_(std::move(path)), limits_(limits) {}
+
+  void check(const std::string& content) {
+    for (std::size_t at = 0; at < content.size();) {
+      const std::size_t end = std::min(content.find_first_of("\r\n", at), content.size());
+      line(std::string_view(content).substr(at, end - at));
+      at = end + 1;
+    }
+    // Without faces MuJoCo takes the arrays as they are. Of a face with more than four corners nothing may be left.
+    if (faces_ == 0 &&
+        (positions_ < 4 || (normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_)))
+      refuse("it has no faces, and " + std::to_string(positions_) + " vertices, " + std::to_string(normals_) +
+             " normals and " + std::to_string(texcoords_) + " texture coordinates");
+    // For each texture coordinate or normal that there is, every corner of a face must name one.
+    if ((normals_ && bare_of_normals_) || (texcoords_ && bare_of_texcoords_))
+      refuse("it has normals or texture coordinates, but not for all faces");
+  }
+
+ private:
+  // An index counts from 1, or back from the last one yet.
+  static void check_index(std::int64_t index, std::int64_t count) {
+    if (index == 0 || index > count || index < -count)
+      refuse("a face has index " + std::to_string(index) + " into " + std::to_string(count));
+  }
+
+  std::string path_;
+  const FileLimits& limits_;
+  std::int64_t positions_ = 0, normals_ = 0, texcoords_ = 0;
+  std::int64_t faces_ = 0, triangles_ = 0;
+  bool bare_of_normals_ = false, bare_of_texcoords_ = false;
+
+  static bool is_blank(char c) { return c == ' ' || c == '\t'; }
+  static std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+    return text;
+  }
+  static std::string_view word(std::string_view& text) {
+    text = trimmed(text);
+    const std::size_t end = std::min(text.find_first_of(" \t"), text.size());
+    const std::string_view found = text.substr(0, end);
+    text.remove_prefix(end);
+    return found;
+  }
+
+  void line(std::string_view text) {
+    if (text.find('\0') != std::string_view::npos) refuse("it is no text");
+    text = trimmed(text);
+    if (text.substr(0, 6) == "mtllib") return materials(text.substr(6));
+    const std::string_view keyword = word(text);
+    if (keyword == "v") {
+      check_most("vertices", ++positions_, limits_.vertices);
+      for (int i = 0; i < 3; ++i) coordinate(word(text));
+    } else if (keyword == "vn") {
+      ++normals_;
+    } else if (keyword == "vt") {
+      ++texcoords_;
+    } else if (keyword == "f") {
+      face(text);
+    } else if (keyword == "l" || keyword == "p" || keyword == "t" || keyword == "vw") {
+      refuse("a line begins with \"" + std::string(keyword) + "\"; only vertices and faces can be used");
+    }
+  }
+
+  static void coordinate(std::string_view text) {
+    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+    double x = 0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), x);
+    if (read.ec != std::errc()) refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" for a number");
+    check_coordinate(x);
+  }
+
+  // atoi of the front of the text.
+  static std::int64_t index(std::string_view& text) {
+    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+    std::int64_t value = 0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (read.ec != std::errc()) refuse("a face has \"" + std::string(text.substr(0, 20)) + "\" for an index");
+    text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
+    return value;
+  }
+
+  void face(std::string_view text) {
+    std::int64_t corners = 0;
+    for (std::string_view corner = word(text); !corner.empty(); corner = word(text), ++corners) {
+      const std::string whole(corner);
+      bool normal = false, texcoord = false;
+      check_index(index(corner), positions_);
+      if (!corner.empty() && corner.front() == '/') {
+        corner.remove_prefix(1);
+        texcoord = corner.empty() || corner.front() != '/';
+        if (texcoord) check_index(index(corner), texcoords_);
+        normal = !corner.empty() && corner.front() == '/';
+        if (normal) {
+          corner.remove_prefix(1);
+          check_index(index(corner), normals_);
+        }
+      }
+      if (!corner.empty()) refuse("a face has a corner \"" + whole.substr(0, 20) + "\"");
+      bare_of_normals_ = bare_of_normals_ || !normal;
+      bare_of_texcoords_ = bare_of_texcoords_ || !texcoord;
+    }
+    check_most("corners of a face", corners, 256);
+    faces_ += corners == 3 || corners == 4;
+    triangles_ += std::max(corners - 2, std::int64_t{0});
+    check_most("triangles", triangles_, limits_.faces);
+  }
+
+  // tinyobjloader reads them, though MuJoCo has no use for them. It splits the mesh's folder at colons.
+  void materials(std::string_view names) {
+    const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
+    if (names.find_first_of("/\\~:") != std::string_view::npos || folder.find(':') != std::string::npos)
+      refuse("it names materials in another folder");
+    for (std::string_view name = word(names); !name.empty(); name = word(names)) {
+      const std::string file = folder + std::string(name);
+      struct stat status {};
+      if (lstat(file.c_str(), &status) != 0) continue;  // tinyobjloader goes on without it
+      if (!S_ISREG(status.st_mode)) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
+      check_most("bytes of materials", status.st_size, std::min(limits_.bytes, 16 * kMiB));
+    }
+  }
+};
+
+// ---- Images ----
+
+std::uint32_t big_endian(const std::string& content, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(content[at + i]);
+  return value;
+}
+
+std::int64_t check_png(const std::string& content, const FileLimits& limits) {
+  static const std::string signature("\x89PNG\r\n\x1a\n");
+  if (content.compare(0, 8, signature) != 0 || content.size() < 33 || content.compare(12, 4, "IHDR") != 0)
+    refuse("it is no PNG image");
+  const std::int64_t width = big_endian(content, 16), height = big_endian(content, 20);
+  check_most("pixels in a row", width, limits.pixels);
+  check_most("rows of pixels", height, limits.pixels);
+  check_most("pixels", width * height, limits.pixels);
+  // Generous: as if each row were coded by itself, in each of the seven passes of an interlaced image.
+  const int bits = static_cast<unsigned char>(content[24]);
+  const std::int64_t unpacked = 2 * height * ((width * bits * 4 + 7) / 8 + 8) + 4096;
+
+  std::vector<unsigned char> data;
+  int texts = 0;
+  for (std::size_t at = 8; at + 12 <= content.size();) {
+    const std::size_t length = big_endian(content, at);
+    const std::string type = content.substr(at + 4, 4);
+    if (length > content.size() - at - 12) break;
+    if (type == "IDAT") data.insert(data.end(), &content[at + 8], &content[at + 8] + length);
+    // lodepng unpacks each, to 16 MB at most.
+    if (type == "zTXt" || type == "iTXt" || type == "iCCP") check_most("compressed texts", ++texts, 8);
+    at += length + 12;
+  }
+  // Deflate packs 1032 bytes into one at best.
+  if (static_cast<std::int64_t>(data.size()) * 1032 > std::max(64 * kMiB, unpacked) &&
+      !inflates_within(data.data(), data.size(), static_cast<std::size_t>(unpacked)))
+    refuse("it unpacks to more than its pixels");
+  return width * height;
+}
+
+}  // namespace
+
+FileLimits file_limits(bool trusted) {
+  if (trusted) return {1024 * kMiB, 1 << 28, 1 << 24, 1 << 24};
+  return {64 * kMiB, 1 << 26, 600'000, 200'000};
+}
+
+std::string read_file(const std::string& path, std::int64_t most_bytes) {
+  // Non-blocking: a pipe would never answer.
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const auto cannot = [&](const char* why) { refuse("file " + quoted(path) + " cannot be read: " + why); };
+  if (file < 0) cannot(std::strerror(errno));
+  const struct Close {
+    int file;
+    ~Close() { close(file); }
+  } closing{file};
+  struct stat status {};
+  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) cannot("it is no regular file");
+  if (status.st_size > most_bytes)
+    refuse("file " + quoted(path) + " has " + std::to_string(status.st_size) + " bytes, of which there may be " +
+           std::to_string(most_bytes));
+  std::string content(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t got = 0;
+  while (got < content.size()) {
+    const ssize_t count = read(file, &content[got], content.size() - got);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) cannot(std::strerror(errno));
+    if (count == 0) break;
+    got += static_cast<std::size_t>(count);
+  }
+  content.resize(got);
+  return content;
+}
+
+void check_mesh(const std::string& path, const std::string& content, const FileLimits& limits) {
+  const std::string kind = kind_of(path);
+  if (kind == ".stl") return check_stl(content, limits);
+  if (kind == ".msh") return check_msh(content, limits);
+  if (kind == ".obj") return Obj(path, limits).check(content);
+  refuse("a mesh is an .stl, .obj or .msh file");
+}
+
+void check_skin(const std::string& content, const FileLimits& limits) {
+  Words words(content);
+  const std::int64_t vertices = words.next<std::int32_t>();
+  const std::int64_t texcoords = words.next<std::int32_t>();
+  const std::int64_t faces = words.next<std::int32_t>();
+  const std::int64_t bones = words.next<std::int32_t>();
+  check_most("vertices", vertices, limits.vertices);
+  check_most("texture coordinates", texcoords, limits.vertices);
+  check_most("triangles", faces, limits.faces);
+  check_most("bones", bones, limits.vertices);
+  words.skip(3 * vertices + 2 * texcoords);
+  for (std::int64_t i = 0; i < 3 * faces; ++i) {
+    const std::int64_t vertex = words.next<std::int32_t>();
+    if (vertex < 0 || vertex >= vertices) refuse("a triangle has vertex " + std::to_string(vertex));
+  }
+  for (std::int64_t bone = 0; bone < bones; ++bone) {
+    words.skip(17);  // name, position, orientation
+    const std::int64_t count = words.next<std::int32_t>();
+    if (count < 1) refuse("a bone has " + std::to_string(count) + " vertices");
+    words.skip(2 * count);
+  }
+}
+
+std::int64_t check_image(const std::string& path, const std::string& content, const FileLimits& limits, bool heights) {
+  if (kind_of(path) == ".png") return check_png(content, limits);
+  Words words(content);
+  const std::int64_t first = words.next<std::int32_t>(), second = words.next<std::int32_t>();
+  check_most("rows", first, limits.pixels);
+  check_most("columns", second, limits.pixels);
+  check_most("pixels", first * second, limits.pixels);
+  const std::int64_t needed = 8 + first * second * (heights ? 4 : 3);
+  if (static_cast<std::int64_t>(content.size()) != needed)
+    refuse("it has " + std::to_string(content.size()) + " bytes; its " + std::to_string(first) + " by " +
+           std::to_string(second) + " need " + std::to_string(needed));
+  for (std::int64_t i = 0; heights && i < first * second; ++i)
+    if (!std::isfinite(words.next<float>())) refuse("a height is not finite");
+  return first * second;
+}
+
+}  // namespace mjenv

@@ -1,0 +1,898 @@
+"""Models from strangers: damaged, absurd and malicious ones, and a few good ones that must keep working."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+import random
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+
+ASSETS = pathlib.Path(__file__).parents[2] / "assets"
+
+
+@dataclasses.dataclass
+class Case:
+    """A model in a folder of its own.
+
+    ``expect`` is "works", "refused" or "either"; ``words`` are parts of the reason that is given.
+    A file's content may be bytes, ("link", target) or "pipe".
+    """
+
+    name: str
+    xml: str | bytes
+    files: dict[str, object] = dataclasses.field(default_factory=dict)
+    expect: str = "either"
+    words: tuple[str, ...] = ()
+    arguments: tuple[str, ...] = ()
+
+
+# ---- Files ----
+
+
+def png(width: int, height: int, rows: bytes | None = None, extra: bytes = b"", *, color: int = 2) -> bytes:
+    """An image of one color, or of the rows given."""
+    channels = {0: 1, 2: 3, 6: 4}[color]
+    if rows is None:
+        rows = (b"\0" + b"\x80" * channels * width) * height
+    header = struct.pack(">IIBBBBB", width, height, 8, color, 0, 0, 0)
+    packed = zlib.compress(rows, 9)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + extra + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
+
+
+def chunk(kind: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+TRIANGLES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+
+
+def stl(triangles: list[tuple[int, int, int]] | None = None, corners: list | None = None) -> bytes:
+    triangles, corners = triangles or TRIANGLES, corners or CORNERS
+    faces = b"".join(
+        struct.pack("<12fH", 0, 0, 0, *(float(x) for corner in face for x in corners[corner]), 0) for face in triangles
+    )
+    return bytes(80) + struct.pack("<I", len(triangles)) + faces
+
+
+def msh(corners: list | None = None, triangles: list | None = None, sizes: tuple | None = None) -> bytes:
+    corners, triangles = corners or CORNERS, triangles or TRIANGLES
+    sizes = sizes or (len(corners), 0, 0, len(triangles))
+    return (
+        struct.pack("<4i", *sizes)
+        + b"".join(struct.pack("<3f", *corner) for corner in corners)
+        + b"".join(struct.pack("<3i", *face) for face in triangles)
+    )
+
+
+def obj(body: str = "", faces: str = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n") -> bytes:
+    return ("".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS) + body + faces).encode()
+
+
+def skn(sizes: tuple = (4, 0, 4, 1), faces: list | None = None, body: bytes = b"torso", vertices: int = 4) -> bytes:
+    content = struct.pack("<4i", *sizes) + b"".join(struct.pack("<3f", *corner) for corner in CORNERS)
+    content += b"".join(struct.pack("<3i", *face) for face in faces or TRIANGLES)
+    content += body.ljust(40, b"\0") + struct.pack("<7f", 0, 0, 0, 1, 0, 0, 0) + struct.pack("<i", vertices)
+    return content + struct.pack("<4i", 0, 1, 2, 3) + struct.pack("<4f", 1, 1, 1, 1)
+
+
+def heights(rows: int, columns: int, values: bytes | None = None) -> bytes:
+    return struct.pack("<2i", rows, columns) + (bytes(4 * rows * columns) if values is None else values)
+
+
+# ---- Models ----
+
+
+def model(body: str = "", sections: str = "", assets: str = "") -> str:
+    """A body on three joints, above a floor."""
+    return f"""<mujoco>
+  <asset>{assets}</asset>
+  <worldbody>
+    <geom name="floor" type="plane" size="9 9 1"/>
+    <body name="torso" pos="0 0 0.5">
+      <joint name="x" type="slide" axis="1 0 0"/>
+      <joint name="z" type="slide" axis="0 0 1"/>
+      <joint name="y" axis="0 1 0"/>
+      <geom name="trunk" size="0.1" mass="1"/>
+      <site name="here" size="0.01"/>
+      {body}
+    </body>
+  </worldbody>
+  <actuator><motor joint="x" ctrlrange="-1 1" ctrllimited="true"/></actuator>
+  {sections}
+</mujoco>
+"""
+
+
+RICH = """<mujoco model="rich">
+  <compiler angle="degree" autolimits="true" boundmass="0.001" inertiafromgeom="auto" settotalmass="-1">
+    <lengthrange mode="muscle" timestep="0.01" inttotal="2" inteval="0.5" accel="20" maxforce="0" tolrange="0.2"/>
+  </compiler>
+  <option timestep="0.002" gravity="0 0 -9.81" iterations="50" tolerance="1e-8" solver="Newton" cone="elliptic"
+    integrator="Euler" noslip_iterations="2" mpr_iterations="50" density="1.2" viscosity="0.1" wind="1 0 0"
+    impratio="1" o_margin="0" jacobian="auto">
+    <flag energy="enable" sensornoise="enable" multiccd="enable"/>
+  </option>
+  <size njmax="400" nconmax="80" nstack="100000" nuserdata="4" nkey="2" nuser_body="1" nuser_jnt="1" nuser_geom="1"
+    nuser_site="1" nuser_cam="1" nuser_tendon="1" nuser_actuator="1" nuser_sensor="1"/>
+  <visual><quality shadowsize="512" offsamples="2" numslices="8" numstacks="8" numquads="4"/></visual>
+  <statistic meaninertia="1" meanmass="1" meansize="0.5" extent="2" center="0 0 1"/>
+  <default><default class="thin"><geom rgba="1 0 0 1" condim="4" friction="1 0.1 0.1" solref="0.02 1"
+    solimp="0.9 0.95 0.001" margin="0.001" gap="0" solmix="1" priority="1"/></default></default>
+  <custom>
+    <numeric name="n" size="3" data="1 2 3"/>
+    <text name="t" data="text"/>
+    <tuple name="u"><element objtype="body" objname="torso" prm="1"/></tuple>
+  </custom>
+  <asset>
+    <texture name="grid" type="2d" builtin="checker" width="32" height="32" mark="edge" random="0.01" rgb1="1 1 1"/>
+    <texture name="sky" type="skybox" builtin="gradient" width="16" height="16"/>
+    <material name="gridded" texture="grid" texrepeat="2 2" specular="0.5" shininess="0.5" reflectance="0.1"/>
+    <mesh name="tetra" vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 2 1 0 1 3 0 3 2 1 2 3" scale="0.1 0.1 0.1"
+      refpos="0 0 0" refquat="1 0 0 0"/>
+    <mesh name="cloud" vertex="0 0 0 1 0 0 0 1 0 0 0 1 1 1 1" scale="0.1 0.1 0.1"/>
+    <hfield name="hills" nrow="8" ncol="9" size="2 2 0.5 0.1"/>
+    <skin name="hide" vertex="0 0 0 1 0 0 0 1 0" face="0 1 2" group="1" inflate="0.1">
+      <bone body="torso" bindpos="0 0 0" bindquat="1 0 0 0" vertid="0 1 2" vertweight="1 1 1"/>
+    </skin>
+  </asset>
+  <worldbody>
+    <light pos="0 0 3" dir="0 0 -1" cutoff="45" exponent="10" attenuation="1 0 0"/>
+    <camera name="eye" pos="0 -3 1" fovy="45" ipd="0.068" mode="targetbody" target="torso" user="1"/>
+    <geom name="floor" type="plane" size="9 9 1" material="gridded"/>
+    <geom name="ground" type="hfield" hfield="hills" pos="3 0 0"/>
+    <geom name="stone" type="mesh" mesh="tetra" pos="0 2 0.2"/>
+    <body name="torso" pos="0 0 0.5" quat="1 0 0 0" user="1">
+      <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>
+      <joint name="x" type="slide" axis="1 0 0" damping="1" stiffness="2" armature="0.1" frictionloss="0.1" user="1"/>
+      <joint name="z" type="slide" axis="0 0 1" range="-1 1" margin="0.01" springdamper="0 0" ref="0" springref="0"/>
+      <joint name="y" type="hinge" axis="0 1 0" range="-90 90" solreflimit="0.02 1" solimplimit="0.9 0.95 0.001"/>
+      <geom name="trunk" type="capsule" size="0.05 0.1" mass="1" class="thin" fluidshape="ellipsoid"
+        fluidcoef="0.5 0.25 1.5 1 1" group="1" user="1"/>
+      <geom name="tail" type="cylinder" fromto="0 0 0 -0.3 0 0" size="0.02" density="1000"/>
+      <site name="here" size="0.01 0.01 0.01" type="box" euler="0 0 10" user="1"/>
+      <site name="there" pos="0.2 0 0" size="0.01"/>
+      <body name="leg" pos="0.1 0 0">
+        <joint name="ball" type="ball" range="0 80"/>
+        <geom name="shin" type="ellipsoid" size="0.05 0.06 0.07" contype="1" conaffinity="1"/>
+        <geom name="foot" type="mesh" mesh="cloud"/>
+        <geom name="fit" type="box" mesh="tetra" fitscale="1"/>
+        <site name="toe" pos="0 0 -0.1" size="0.01"/>
+      </body>
+    </body>
+    <body name="ghost" mocap="true" pos="1 1 1"><geom type="sphere" size="0.1" contype="0" conaffinity="0"/></body>
+    <body name="free" pos="3 0 1"><freejoint name="loose"/><geom name="crate" type="box" size="0.1 0.1 0.1"/></body>
+    <body name="cloth" pos="0 0 2"><joint type="hinge"/><geom size="0.05"/>
+      <composite type="grid" count="3 3 1" spacing="0.1" offset="0 0 1" flatinertia="0.01">
+        <joint kind="main" damping="0.1"/><skin texcoord="true" subgrid="2" inflate="0.01"/>
+        <geom type="sphere" size="0.02" mass="0.01"/><pin coord="0 0"/>
+      </composite>
+    </body>
+  </worldbody>
+  <contact>
+    <pair geom1="crate" geom2="trunk" condim="3" friction="1 1 0.1 0.1 0.1" solref="0.02 1" margin="0.01" gap="0"/>
+    <exclude body1="torso" body2="leg"/>
+  </contact>
+  <equality>
+    <connect body1="leg" body2="free" anchor="0 0 0" active="false" solref="0.02 1"/>
+    <weld body1="torso" body2="ghost" relpose="0 0 0 1 0 0 0" torquescale="1" active="false"/>
+    <joint joint1="x" joint2="z" polycoef="0 1 0 0 0" active="false"/>
+    <tendon tendon1="rope" tendon2="sum" polycoef="0 1 0 0 0" active="false"/>
+  </equality>
+  <tendon>
+    <spatial name="rope" width="0.01" range="0 9" stiffness="1" damping="1" springlength="0.1" frictionloss="0.1"
+      user="1">
+      <site site="here"/><geom geom="tail" sidesite="toe"/><site site="toe"/><pulley divisor="2"/>
+      <site site="there"/><site site="toe"/>
+    </spatial>
+    <fixed name="sum" range="-9 9" margin="0.1"><joint joint="x" coef="1"/><joint joint="z" coef="-1"/></fixed>
+  </tendon>
+  <actuator>
+    <motor name="m" joint="x" gear="1" ctrlrange="-1 1" forcerange="-5 5" user="1"/>
+    <position joint="z" kp="10" ctrlrange="-1 1"/>
+    <velocity joint="y" kv="1" ctrlrange="-1 1"/>
+    <damper joint="y" kv="1" ctrlrange="0 1"/>
+    <adhesion body="leg" gain="1" ctrlrange="0 1"/>
+    <intvelocity joint="x" kp="1" ctrlrange="-1 1" actrange="-1 1"/>
+    <cylinder joint="z" timeconst="1" area="0.1" bias="0 0 0" ctrlrange="-1 1"/>
+    <muscle tendon="rope" ctrlrange="0 1" timeconst="0.01 0.04" range="0.75 1.05" force="1" lmin="0.5" lmax="1.6"
+      vmax="1.5" fpmax="1.3" fvmax="1.2" lengthrange="0.1 1"/>
+    <general site="toe" refsite="here" gear="1 0 0 0 0 0" dyntype="filter" dynprm="1" gaintype="affine" gainprm="1 1 1"
+      biastype="affine" biasprm="0 1 1" ctrlrange="-1 1"/>
+  </actuator>
+  <sensor>
+    <touch site="here" cutoff="1" noise="0.1"/><accelerometer site="here"/><velocimeter site="here"/><gyro site="here"/>
+    <force site="here"/><torque site="here"/><magnetometer site="here"/><rangefinder site="toe"/>
+    <jointpos joint="x"/><tendonpos tendon="rope"/><actuatorpos actuator="m"/><actuatorfrc actuator="m"/>
+    <ballquat joint="ball"/><ballangvel joint="ball"/><jointlimitpos joint="z"/><tendonlimitfrc tendon="rope"/>
+    <framepos objtype="body" objname="leg" reftype="site" refname="here"/><framelinacc objtype="geom" objname="shin"/>
+    <subtreecom body="torso"/><subtreeangmom body="torso"/><clock/>
+    <user name="own" objtype="body" objname="torso" dim="3" needstage="acc" datatype="real" user="1"/>
+  </sensor>
+  <keyframe><key name="k" time="1" ctrl="0 0 0 0 0 0 0 0 0"/></keyframe>
+</mujoco>
+"""
+
+# What an attribute's first number, or all of its text, is replaced by.
+NASTY = (
+    "-1",
+    "0",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "nan",
+    "inf",
+    "2147483647",
+    "-2147483648",
+    "99999999999999999999",
+    "x",
+    "",
+)
+
+
+def swept() -> Iterator[Case]:
+    """Every attribute of the rich model, each with two or three of the nasty values."""
+    values = random.Random(8)
+    for number, found in enumerate(re.finditer(r'(\w+)="([^"]*)"', RICH)):
+        for value in values.sample(NASTY, 3):
+            changed = " ".join([value, *found[2].split()[1:]])
+            xml = RICH[: found.start(2)] + changed + RICH[found.end(2) :]
+            yield Case(f"swept-{number:03}-{found[1]}={value}", xml)
+
+
+def damaged() -> Iterator[Case]:
+    """The built-in models and the rich one, cut short and with bytes, attributes and elements changed."""
+    chance = random.Random(2)
+    sources = [(path.name, path.read_text()) for path in sorted(ASSETS.glob("*.xml"))] + [("rich.xml", RICH)]
+    for name, text in sources:
+        for number in range(3):
+            yield Case(f"cut-{name}-{number}", text[: chance.randrange(len(text))], expect="refused")
+        for number in range(4):
+            data = bytearray(text.encode())
+            for _ in range(1 + 3 * number):
+                data[chance.randrange(len(data))] = chance.randrange(256)
+            yield Case(f"bytes-{name}-{number}", bytes(data))
+        for number in range(4):
+            numbers = list(re.finditer(r"(?<=[ \"])-?\d+\.?\d*(?=[ \"])", text))
+            at = chance.choice(numbers)
+            yield Case(f"number-{name}-{number}", text[: at.start()] + chance.choice(NASTY) + text[at.end() :])
+        for number in range(2):
+            lines = text.splitlines()
+            first, second = chance.randrange(len(lines)), chance.randrange(len(lines))
+            lines[first], lines[second] = lines[second], lines[first]
+            yield Case(f"swapped-{name}-{number}", "\n".join(lines))
+
+
+def sizes() -> Iterator[Case]:
+    """Numbers that ask for more memory or time than there is."""
+    for attribute in (
+        "njmax",
+        "nconmax",
+        "nstack",
+        "nuserdata",
+        "nkey",
+        "nuser_body",
+        "nuser_jnt",
+        "nuser_geom",
+        "nuser_site",
+    ):
+        for value in ("1000000000", "2147483647", "99999999999999", "-7"):
+            yield Case(f"size-{attribute}={value}", model(sections=f'<size {attribute}="{value}"/>'), expect="refused")
+    for attribute in ("njmax", "nconmax", "nstack", "nuserdata", "nkey", "nuser_body"):
+        yield Case(f"size-{attribute}=0", model(sections=f'<size {attribute}="0"/>'))
+        yield Case(f"size-{attribute}=1", model(sections=f'<size {attribute}="1"/>'))
+    yield Case("size-njmax=5000", model(sections='<size njmax="5000"/>'), expect="works")
+    for attribute in ("iterations", "noslip_iterations", "mpr_iterations"):
+        yield Case(
+            f"option-{attribute}",
+            model(sections=f'<option {attribute}="2000000000" tolerance="0"/>'),
+            expect="refused",
+            words=(attribute,),
+        )
+    yield Case(
+        "option-iterations-many",
+        model(sections='<option iterations="9999" tolerance="0" solver="PGS"/>'),
+        expect="works",
+    )
+    for timestep in ("0", "-1", "1e-300", "1e300"):
+        yield Case(f"option-timestep={timestep}", model(sections=f'<option timestep="{timestep}"/>'))
+    for side in ("100000 100000", "46341 46341", "65536 65536", "2147483647 2", "-5 5", "0 0"):
+        rows, columns = side.split()
+        field = f'<hfield name="h" nrow="{rows}" ncol="{columns}" size="1 1 1 1"/>'
+        yield Case(f"hfield-{rows}x{columns}", model('<geom type="sphere" size="1"/>', assets=field), expect="refused")
+    yield Case(
+        "hfield-1x1",
+        model(assets='<hfield name="h" nrow="1" ncol="1" size="1 1 1 1"/>').replace(
+            'type="plane" size="9 9 1"', 'type="hfield" hfield="h"'
+        ),
+    )
+    yield Case(
+        "hfield-1x2",
+        model(assets='<hfield name="h" nrow="1" ncol="2" size="1 1 1 1"/>').replace(
+            'type="plane" size="9 9 1"', 'type="hfield" hfield="h"'
+        ),
+    )
+    for size in ("1e-300 1e-300 1 1", "1e300 1e300 1 1", "inf inf 1 1"):
+        field = f'<hfield name="h" nrow="9" ncol="9" size="{size}"/>'
+        yield Case(
+            f"hfield-{size}", model(assets=field).replace('type="plane" size="9 9 1"', 'type="hfield" hfield="h"')
+        )
+    for kind in ("2d", "cube", "skybox"):
+        for side in ("20000 20000", "2147483647 2147483647", "65536 65536"):
+            width, height = side.split()
+            texture = f'<texture name="t" type="{kind}" builtin="checker" width="{width}" height="{height}"/>'
+            yield Case(f"texture-{kind}-{width}", model(assets=texture), expect="refused")
+        for mark in ("cross", "edge", "random"):
+            texture = f'<texture name="t" type="{kind}" builtin="checker" mark="{mark}" width="1" height="1"/>'
+            yield Case(f"texture-{kind}-{mark}-1", model(assets=texture))
+    for grid in ("65536 65536", "13 1", "-1 -12", "0 0", "2147483647 2147483647"):
+        files = {"t.png": png(12, 12)}
+        yield Case(
+            f"gridsize-{grid}", model(assets=f'<texture name="t" file="t.png" gridsize="{grid}"/>'), files, "refused"
+        )
+    yield Case("numeric", model(sections='<custom><numeric name="n" size="2000000000"/></custom>'), expect="refused")
+    yield Case(
+        "user-sensor",
+        model(sections='<sensor><user objtype="body" objname="torso" dim="2000000000"/></sensor>'),
+        expect="refused",
+    )
+    yield Case(
+        "user-sensor-negative",
+        model(sections='<sensor><user objtype="body" objname="torso" dim="-5"/></sensor>'),
+        expect="refused",
+    )
+    for count in ("100000 100000 1", "1000 1000 1000", "2147483647 1 1", "-3 3 3", "0 0 0", "65536 65536 2"):
+        for kind in ("grid", "particle", "box"):
+            composite = f'<composite type="{kind}" count="{count}" spacing="0.1"><geom size="0.01"/></composite>'
+            yield Case(f"composite-{kind}-{count}", model(composite), expect="refused")
+    for kind in ("particle", "grid", "rope", "loop", "cloth", "box", "cylinder", "ellipsoid"):
+        for count in ("1 1 1", "2 2 2", "3 3 3", "5 1 1", "9 9 1", "1 1 9", "4 4 4"):
+            geom = '<geom type="sphere" size="0.01"/>'
+            composite = f'<composite type="{kind}" count="{count}" spacing="0.1">{geom}</composite>'
+            yield Case(f"composite-{kind}-{count}-works", model(f"<body>{composite}</body>"))
+    skin = (
+        '<composite type="cloth" count="20 20 1" spacing="0.1"><skin subgrid="2147483647"/>'
+        '<geom type="capsule" size="0.01 0.01"/></composite>'
+    )
+    yield Case("composite-subgrid", model(skin), expect="refused")
+    rope = '<composite type="rope" count="2001 1 1" spacing="0.1"><geom type="sphere" size="0.01"/></composite>'
+    yield Case("composite-rope-long", model(rope))
+
+
+def counts() -> Iterator[Case]:
+    """Many elements, deep and wide."""
+    deep = 20_000
+    yield Case("deep-bodies", model('<body><geom size="1"/>' * deep + "</body>" * deep), expect="refused")
+    yield Case("deep-unclosed", "<mujoco>" * deep, expect="refused")
+    yield Case("deep-defaults", f"<mujoco>{'<default>' * deep}{'</default>' * deep}</mujoco>", expect="refused")
+    yield Case("deep-90", model('<body><joint/><geom size="0.1" contype="0"/>' * 90 + "</body>" * 90), expect="works")
+    yield Case("wide-geoms", model('<geom size="1"/>' * 200_000), expect="refused", words=("elements",))
+    yield Case("wide-empty", "<mujoco>" + "<size/>" * 3_000_000 + "</mujoco>", expect="refused")
+    yield Case("wide-attributes", "<mujoco " + 'a="" ' * 1_000_000 + "/>", expect="refused")
+    yield Case("wide-joints", model('<joint axis="1 0 0"/>' * 5000), expect="refused")
+    yield Case(
+        "wide-free",
+        model(sections="<worldbody>" + '<body><freejoint/><geom size="1"/></body>' * 600 + "</worldbody>"),
+        expect="refused",
+        words=("degrees of freedom",),
+    )
+    yield Case("wide-sites", model('<site size="0.1"/>' * 20_000), expect="works")
+    yield Case(
+        "wide-names",
+        model("".join(f'<geom name="g{i}" size="0.1" contype="0" conaffinity="0"/>' for i in range(10_000))),
+        expect="works",
+    )
+    yield Case("wide-keys", model(sections=f"<keyframe>{'<key/>' * 20_000}</keyframe>"), expect="works")
+    yield Case(
+        "wide-classes",
+        model(sections="<default>" + "".join(f'<default class="c{i}"/>' for i in range(5000)) + "</default>"),
+    )
+    yield Case(
+        "many-motors", model(sections="<actuator>" + '<motor joint="x"/>' * 5000 + "</actuator>"), expect="works"
+    )
+    yield Case("many-sensors", model(sections="<sensor>" + '<rangefinder site="here"/>' * 5000 + "</sensor>"))
+    yield Case(
+        "many-contacts",
+        model(
+            sections="<size nconmax='2000' njmax='8000'/><worldbody>"
+            + '<body pos="0 0 0.01"><freejoint/><geom size="0.1"/></body>' * 100
+            + "</worldbody>"
+        ),
+        expect="refused",
+        words=("solver",),
+    )
+    yield Case("long-name", model(f'<geom name="{"n" * 1_000_000}" size="1"/>'), expect="works")
+    yield Case("long-unknown", f"<mujoco><{'u' * 1_000_000}/></mujoco>", expect="refused")
+    yield Case("long-user", model(f'<geom size="1" user="{"1 " * 1_000_000}"/>'))
+    yield Case("long-numbers", model(f'<geom size="{"1 " * 1_000_000}"/>'), expect="refused")
+    yield Case("long-digits", model(f'<geom size="0.{"1" * 1_000_000}"/>'))
+    yield Case("long-text", "<mujoco>" + "x" * 20_000_000 + "</mujoco>", expect="refused", words=("bytes",))
+    muscles = "<actuator>" + '<muscle joint="x"/><muscle joint="z"/>' + "</actuator>"
+    yield Case("muscles", model(sections=muscles))
+    for timestep, total in (
+        ("1e-300", "10"),
+        ("0", "10"),
+        ("-1", "1e300"),
+        ("0.01", "1e300"),
+        ("1e-9", "10"),
+        ("0.01", "inf"),
+    ):
+        ranges = f'<compiler><lengthrange timestep="{timestep}" inttotal="{total}"/></compiler>'
+        yield Case(
+            f"muscles-{timestep}-{total}",
+            model(sections=muscles + ranges + '<option timestep="1e-300"/>'),
+            expect="refused",
+        )
+    for stack in ("30", "60", "100", "200", "400"):
+        sections = muscles + f'<size nstack="{stack}"/><compiler><lengthrange mode="all" inttotal="1"/></compiler>'
+        yield Case(f"muscles-stack-{stack}", model(sections=sections))
+    unstable = muscles + '<compiler><lengthrange mode="all" accel="1e30" maxforce="0" timeconst="1e-9"/></compiler>'
+    yield Case("muscles-unstable", model(sections=unstable))
+
+
+def texts() -> Iterator[Case]:
+    """What is not XML, or not MJCF."""
+    whole = {
+        "empty": b"",
+        "blank": b" \n",
+        "nul": b"\0",
+        "nul-inside": model().replace("torso", "tor\0so").encode(),
+        "binary": bytes(range(256)) * 10,
+        "declaration-only": b"<?xml version='1.0'?>",
+        "comment-only": b"<!-- -->",
+        "open-comment": b"<mujoco><!-- ",
+        "open-cdata": b"<mujoco><![CDATA[",
+        "open-entity": b"<mujoco model='&#x",
+        "open-attribute": b"<mujoco model='",
+        "wrong-end": b"<mujoco></worldbody>",
+        "two-roots": b"<mujoco/><mujoco/>",
+        "html": b"<html/>",
+        "urdf": b"<robot name='r'><link name='l'/></robot>",
+        "urdf-file": b"<robot name='r'><link name='l'><visual><geometry><mesh filename='/etc/passwd'/></geometry>"
+        b"</visual></link></robot>",
+        "repeated-attribute": b"<mujoco model='a' model='b'/>",
+        "upper-case": b"<MUJOCO/>",
+        "utf-16": model().encode("utf-16"),
+        "bad-utf-8": b"<mujoco model='\xff\xfe\x80'/>",
+        "doctype-bomb": b"<!DOCTYPE m [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;&a;&a;'>]><mujoco model='&b;'/>",
+        "external-entity": b"<!DOCTYPE m [<!ENTITY x SYSTEM 'file:///etc/passwd'>]><mujoco model='&x;'/>",
+        "world-joint": b"<mujoco><worldbody><joint/></worldbody></mujoco>",
+        "no-mass": b"<mujoco><worldbody><body><joint/></body></worldbody></mujoco>",
+    }
+    for name, xml in whole.items():
+        yield Case(f"text-{name}", xml, expect="refused")
+    yield Case("text-percent", model('<geom name="%s%n%s%n%s%n" size="-1"/>'), expect="refused", words=("size",))
+    yield Case("text-percent-element", "<mujoco><%s%n%n/></mujoco>", expect="refused")
+    yield Case("text-entity-bomb", f"<mujoco model='{'&lt;' * 1_000_000}'/>", expect="refused")
+    yield Case("text-byte-order-mark", "\ufeff" + model(), expect="works")
+    yield Case("text-comments", "<!-- a -->" + model() + "<!-- </mujoco> -->", expect="works")
+    for name, body in {
+        "cycle": '<geom name="a" size="1" class="none"/>',
+        "body-named-world": '<body name="world"><geom size="1"/></body>',
+        "twice": '<geom name="floor" size="1"/>',
+        "childclass": '<body childclass="none"/>',
+        "tiny-inertia": '<body><joint/><inertial pos="0 0 0" mass="1e-300" diaginertia="1e-300 1e-300 1e-300"/></body>',
+        "bad-inertia": '<body><joint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 100"/></body>',
+        "zero-quat": '<body quat="0 0 0 0"><geom size="1"/></body>',
+        "zero-axis": '<joint axis="0 0 0"/>',
+        "free-inside": "<freejoint/>",
+        "bad-condim": '<geom size="1" condim="1000000"/>',
+        "bad-group": '<geom size="1" group="1000000"/>',
+        "bad-skin-group": "",
+        "target": '<camera mode="targetbody" target="none"/>',
+        "mocap-inside": '<body mocap="true"/>',
+    }.items():
+        yield Case(f"body-{name}", model(body))
+    for name, sections in {
+        "tendon-empty": "<tendon><spatial/></tendon>",
+        "tendon-pulley": '<tendon><spatial><pulley divisor="0"/></spatial></tendon>',
+        "tendon-one-site": '<tendon><spatial><site site="here"/></spatial></tendon>',
+        "tendon-pulleys": '<tendon><spatial><site site="here"/>'
+        '<pulley divisor="1"/><pulley divisor="1"/></spatial></tendon>',
+        "tendon-wrap": '<tendon><spatial><site site="here"/>'
+        '<geom geom="trunk" sidesite="none"/><site site="here"/></spatial></tendon>',
+        "tendon-wrap-plane": '<tendon><spatial><site site="here"/>'
+        '<geom geom="floor"/><site site="here"/></spatial></tendon>',
+        "fixed-empty": "<tendon><fixed/></tendon>",
+        "equality-self": '<equality><weld body1="torso" body2="torso"/>'
+        '<connect body1="torso" body2="torso" anchor="0 0 0"/></equality>',
+        "equality-world": '<equality><connect body1="world" body2="torso" anchor="1e300 0 0"/></equality>',
+        "pair-self": '<contact><pair geom1="trunk" geom2="trunk"/></contact>',
+        "pair-planes": '<contact><pair geom1="floor" geom2="floor"/></contact>',
+        "exclude-twice": '<contact><exclude body1="torso" body2="world"/>'
+        '<exclude body1="torso" body2="world"/></contact>',
+        "actuator-none": '<actuator><motor joint="none"/></actuator>',
+        "actuator-two": '<actuator><motor joint="x" tendon="none"/></actuator>',
+        "actuator-crank": '<actuator><motor cranksite="here" slidersite="here" cranklength="1"/></actuator>',
+        "actuator-crank-0": '<actuator><motor cranksite="here" slidersite="here" cranklength="0"/></actuator>',
+        "actuator-user": '<actuator><general joint="x" dyntype="user" gaintype="user" biastype="user"/></actuator>',
+        "actuator-empty-range": '<actuator><motor joint="x" ctrlrange="1 -1" ctrllimited="true"/></actuator>',
+        "sensor-none": '<sensor><touch site="none"/></sensor>',
+        "sensor-wrong-joint": '<sensor><ballquat joint="x"/></sensor>',
+        "sensor-frame": '<sensor><framepos objtype="keyframe" objname="x"/></sensor>',
+        "sensor-user-object": '<sensor><user objtype="body" objname="none" dim="1"/></sensor>',
+        "tuple-self": '<custom><tuple name="t"><element objtype="tuple" objname="t"/></tuple></custom>',
+        "key-wrong": '<keyframe><key qpos="1 2"/></keyframe>',
+        "key-long": f'<keyframe><key qpos="{"1 " * 5000}"/></keyframe>',
+        "default-twice": '<default class="a"/><default class="b"/>',
+        "gravity": '<option gravity="1e300 1e300 1e300"/>',
+        "magnetic": '<option magnetic="inf inf inf"/>',
+        "all-solvers": '<option solver="CG" jacobian="sparse" cone="elliptic" integrator="implicit"/>',
+        "collision": '<option collision="dynamic"/>',
+    }.items():
+        yield Case(f"section-{name}", model(sections=sections))
+
+
+def meshes() -> Iterator[Case]:
+    """Mesh, skin, height and texture files."""
+
+    def mesh(
+        name: str, content: object, expect: str = "refused", *, file: str = "m", attributes: str = "", words: tuple = ()
+    ) -> Case:
+        xml = model('<geom type="mesh" mesh="m" mass="1"/>', assets=f'<mesh name="m" file="{file}" {attributes}/>')
+        return Case(f"mesh-{name}", xml, {file: content}, expect, words)
+
+    whole = {"m.stl": stl(), "m.msh": msh(), "m.obj": obj(), "M.STL": stl()}
+    for file, content in whole.items():
+        yield mesh(f"good-{file}", content, "works", file=file)
+        yield mesh(f"good-{file}-mirrored", content, "works", file=file, attributes='scale="-1 1 1"')
+        yield mesh(f"{file}-empty", b"", file=file)
+        yield mesh(f"{file}-pipe", "pipe", file=file, words=("regular",))
+        yield mesh(f"{file}-scale-0", content, "either", file=file, attributes='scale="0 0 0"')
+        yield mesh(f"{file}-scale-inf", content, "either", file=file, attributes='scale="1e300 1e300 1e300"')
+        yield mesh(f"{file}-and-vertices", content, file=file, attributes='vertex="0 0 0 1 0 0 0 1 0 0 0 1"')
+        chance = random.Random(file)
+        for number in range(6):
+            data = bytearray(content)
+            for _ in range(2):
+                data[chance.randrange(len(data))] = chance.randrange(256)
+            yield mesh(f"{file}-bytes-{number}", bytes(data), "either", file=file)
+        for number in range(3):
+            yield mesh(f"{file}-cut-{number}", content[: chance.randrange(len(content) - 1)], "either", file=file)
+    for name, content in {
+        "index-high": obj(faces="f 1 2 99999999\n"),
+        "index-5": obj(faces="f 1 2 5\n"),
+        "index-0": obj(faces="f 0 1 2\n"),
+        "index-negative": obj(faces="f -1 -2 -5\n"),
+        "index-huge": obj(faces="f 1 2 99999999999999999999\n"),
+        "index-text": obj(faces="f a b c\n"),
+        "quad-high": obj(faces="f 1 2 3 9\n"),
+        "polygon-high": obj(faces="f 1 2 3 4 1 2 3 99\n"),
+        "polygon-long": obj(faces="f" + " 1 2 3" * 100_000 + "\n"),
+        "normal-missing": obj("vn 0 0 1\n"),
+        "normal-high": obj("vn 0 0 1\n", "f 1//9 2//9 3//9\n"),
+        "texcoord-missing": obj("vt 0 0\n"),
+        "texcoord-high": obj("vt 0 0\n", "f 1/9 2/9 3/9\n"),
+        "no-vertices": b"f 1 2 3\n",
+        "one-vertex": b"v 0 0 0\n",
+        "three-vertices": b"v 0 0 0\nv 1 0 0\nv 0 1 0\n",
+        "no-faces-one-normal": obj("vn 0 0 1\n", ""),
+        "degenerate-faces": b"v 0 0 0\nv 1 0 0\nf 1 2\nusemtl none\n",
+        "vertex-far": b"v 1e30 0 0\n" + obj(),
+        "vertex-nan": b"v nan 0 0\n" + obj(),
+        "vertex-text": b"v a b c\n" + obj(),
+        "line": obj("l 1 2 99\n"),
+        "points": obj("p 99999999\n"),
+        "tag": obj("t name 9/9/9 1 2\n"),
+        "weights": obj("vw 1 1e300 1\n"),
+        "materials-above": b"mtllib ../../../../../../etc/passwd\n" + obj(),
+        "materials-absolute": b"mtllib /etc/passwd\n" + obj(),
+        "nul": b"\0" + obj(),
+    }.items():
+        yield mesh(f"obj-{name}", content, file="m.obj")
+    yield mesh("obj-no-faces", obj(faces=""), "works", file="m.obj")
+    yield mesh("obj-quads", obj(faces="f 1 2 3 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"), "either", file="m.obj")
+    yield mesh("obj-polygon-collapsed", b"v 0 0 0\nf 1 1 1 1 1\n", file="m.obj")
+    yield mesh("obj-materials-missing", b"mtllib none.mtl\nusemtl a\n" + obj(), "works", file="m.obj")
+    yield mesh("obj-flat", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\n", "either", file="m.obj")
+    yield mesh("obj-flat-cloud", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n", file="m.obj")
+    yield mesh("obj-same", b"v 1 1 1\n" * 9, file="m.obj")
+    linked = mesh("obj-materials-linked", b"mtllib m.mtl\n" + obj(), file="m.obj")
+    linked.files["m.mtl"] = ("link", "/etc/passwd")
+    yield linked
+    piped = mesh("obj-materials-pipe", b"mtllib m.mtl\n" + obj(), file="m.obj")
+    piped.files["m.mtl"] = "pipe"
+    yield piped
+    odd = mesh("obj-materials-odd", b"mtllib m.mtl\nusemtl a\n" + obj(), "either", file="m.obj")
+    odd.files["m.mtl"] = (
+        b"newmtl a\nmap_Kd -bm x -o 1 -s\nKd 1\nillum 99999999999999999\n"
+        + b"newmtl "
+        + b"n" * 100_000
+        + b"\nmap_Ka "
+        + b"-clamp " * 9999
+    )
+    yield odd
+    for name, content in {
+        "header": bytes(83),
+        "count-0": bytes(84),
+        "count-huge": bytes(80) + b"\xff" * 4 + bytes(50),
+        "count-wraps": bytes(80) + struct.pack("<I", 85899346) + bytes(4),
+        "text": b"solid a\nfacet normal 0 0 1\n" * 20,
+        "nan": stl(corners=[(float("nan"), 0, 0), *CORNERS[1:]]),
+        "inf": stl(corners=[(float("inf"), 0, 0), *CORNERS[1:]]),
+        "far": stl(corners=[(1e30, 0, 0), *CORNERS[1:]]),
+        "flat": stl(corners=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]),
+    }.items():
+        yield mesh(f"stl-{name}", content, file="m.stl")
+    yield mesh("stl-same", stl(corners=[(1, 1, 1)] * 4), "either", file="m.stl")
+    for name, content in {
+        "face-high": msh(triangles=[(0, 1, 2), (0, 1, 4)]),
+        "face-negative": msh(triangles=[(0, 1, -2), (0, 1, 2)]),
+        "sizes-negative": msh(sizes=(-4, 0, 0, 4)),
+        "sizes-wrap": msh(sizes=(357913941, 0, 0, 4)),
+        "sizes-huge": msh(sizes=(2**31 - 1, 2**31 - 1, 2**31 - 1, 2**31 - 1)),
+        "few-vertices": msh(corners=CORNERS[:3], triangles=[(0, 1, 2)]),
+        "nan": msh(corners=[(float("nan"),) * 3, *CORNERS[1:]]),
+        "normals": msh(sizes=(4, 3, 0, 4)),
+    }.items():
+        yield mesh(f"msh-{name}", content, file="m.msh")
+    sphere = random.Random(4)
+    points = [tuple(sphere.gauss(0, 1) for _ in range(3)) for _ in range(20_000)]
+    points = [tuple(x / sum(y * y for y in p) ** 0.5 for x in p) for p in points]
+    yield mesh("msh-large-hull", msh(points, [(0, 1, 2)], (20_000, 0, 0, 1)), "either", file="m.msh")
+    yield mesh("text", b"x", file="m.txt")
+    yield mesh("no-extension", stl(), file="stl")
+    yield mesh("folder", ("folder",), file="m.stl")
+
+    inline = '<mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="{}"/>'
+    for name, faces in {
+        "negative": "0 1 -2",
+        "high": "0 1 4",
+        "huge": "0 1 99999999999",
+        "half": "0 1",
+        "text": "a b c",
+        "flipped": "0 1 2 0 1 2",
+    }.items():
+        yield Case(f"mesh-inline-{name}", model('<geom type="mesh" mesh="m"/>', assets=inline.format(faces)))
+    for name, vertices in {
+        "few": "0 0 0",
+        "none": "",
+        "flat": "0 0 0 1 0 0 0 1 0 1 1 0",
+        "far": "0 0 0 1e30 0 0 0 1 0 0 0 1",
+        "odd": "0 0 0 1 0 0 0 1 0 0 0 1 5",
+        "same": "1 1 1 " * 5,
+    }.items():
+        yield Case(
+            f"mesh-inline-{name}-vertices",
+            model('<geom type="mesh" mesh="m"/>', assets=f'<mesh name="m" vertex="{vertices}"/>'),
+            expect="refused",
+        )
+    yield Case(
+        "mesh-inline-normals",
+        model(assets='<mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1" normal="0 0 1"/>'),
+        expect="refused",
+    )
+
+    def skin(name: str, content: bytes, expect: str = "refused") -> Case:
+        return Case(f"skin-{name}", model(assets='<skin name="s" file="s.skn"/>'), {"s.skn": content}, expect)
+
+    yield skin("good", skn(), "works")
+    yield skin("empty", b"")
+    yield skin("face-high", skn(faces=[(0, 1, 9)] * 4))
+    yield skin("face-negative", skn(faces=[(0, 1, -9)] * 4))
+    yield skin("sizes-negative", skn((-4, 0, 4, 1)))
+    yield skin("sizes-wrap", skn((357913941, 0, 0, 1)))
+    yield skin("bones-huge", skn((4, 0, 4, 2**31 - 1)))
+    yield skin("body", skn(body=b"none"))
+    yield skin("vertices-huge", skn(vertices=2**31 - 1))
+    yield skin("vertices-wrap", skn(vertices=2**30))
+    for faces in ("0 1 9", "0 1 -9", "0 1"):
+        bone = '<bone body="torso" bindpos="0 0 0" bindquat="1 0 0 0" vertid="0 1 2" vertweight="1 1 1"/>'
+        xml = f'<skin vertex="0 0 0 1 0 0 0 1 0" face="{faces}">{bone}</skin>'
+        yield Case(f"skin-inline-{faces}", model(assets=xml), expect="refused")
+
+    def field(name: str, file: str, content: object, expect: str = "refused") -> Case:
+        xml = model(assets=f'<hfield name="h" file="{file}" size="1 1 1 1"/>')
+        return Case(
+            f"hfield-{name}",
+            xml.replace('type="plane" size="9 9 1"', 'type="hfield" hfield="h"'),
+            {file: content},
+            expect,
+        )
+
+    nan, inf = struct.pack("<f", float("nan")), struct.pack("<f", float("inf"))
+    yield field("good", "h.bin", heights(4, 5), "works")
+    yield field("good-png", "h.png", png(5, 4, color=0, rows=(b"\0" + bytes(range(5))) * 4), "works")
+    yield field("short", "h.bin", b"\1")
+    yield field("empty", "h.bin", b"")
+    yield field("wraps", "h.bin", heights(65536, 65536, b""))
+    yield field("wraps-2", "h.bin", heights(2**30, 4, b""))
+    yield field("negative", "h.bin", heights(-4, -4, bytes(64)))
+    yield field("nan", "h.bin", heights(2, 2, nan * 4))
+    yield field("inf", "h.bin", heights(2, 2, inf * 4))
+
+    def texture(
+        name: str, content: object, expect: str = "refused", file: str = "t.png", attributes: str = 'type="2d"'
+    ) -> Case:
+        return Case(
+            f"texture-{name}", model(assets=f'<texture name="t" file="{file}" {attributes}/>'), {file: content}, expect
+        )
+
+    def bomb(size: int) -> bytes:
+        return png(4, 4, rows=bytes(size))
+
+    yield texture("good", png(8, 8), "works")
+    yield texture("good-cube", png(8, 8), "works", attributes="")
+    yield texture(
+        "good-large",
+        png(1000, 1000, rows=b"".join(b"\0" + random.Random(i).randbytes(3000) for i in range(1000))),
+        "works",
+    )
+    yield texture("good-custom", struct.pack("<2i", 2, 2) + bytes(12), "works", file="t.bin")
+    yield texture("not-square", png(8, 9), attributes='type="cube"')
+    yield texture("empty", b"")
+    yield texture("short", b"\x89PNG\r\n\x1a\n")
+    yield texture("wide", png(2**31 - 1, 1, b"\0"))
+    yield texture("huge", png(60_000, 60_000, b"\0"))
+    yield texture("none", png(0, 0, b"\0"))
+    yield texture("bomb", bomb(300_000_000))
+    yield texture("text-bomb", png(4, 4, extra=chunk(b"zTXt", b"k\0\0" + zlib.compress(bytes(15_000_000))) * 9))
+    yield texture(
+        "profile-bomb", png(4, 4, extra=chunk(b"iCCP", b"k\0\0" + zlib.compress(bytes(60_000_000)))), "either"
+    )
+    yield texture("custom-wraps", struct.pack("<2i", 65536, 65536), file="t.bin")
+    yield texture("custom-short", b"\1\0", file="t.bin")
+    yield texture("custom-negative", struct.pack("<2i", -1, -1) + bytes(3), file="t.bin")
+    chance = random.Random(7)
+    for number in range(12):
+        data = bytearray(png(8, 8))
+        for _ in range(1 + number % 3):
+            data[chance.randrange(8, len(data))] = chance.randrange(256)
+        yield texture(f"bytes-{number}", bytes(data), "either")
+    for number in range(6):
+        yield texture(f"cut-{number}", png(8, 8)[: 10 * number + 7], "refused")
+
+
+def access() -> Iterator[Case]:
+    """Files that a stranger's model has no business with."""
+    inside = "<mujocoinclude><worldbody><geom size='1'/></worldbody></mujocoinclude>"
+
+    def include(
+        name: str,
+        file: str,
+        files: dict | None = None,
+        expect: str = "refused",
+        words: tuple = (),
+        arguments: tuple = (),
+    ) -> Case:
+        return Case(
+            f"include-{name}", model(sections=f'<include file="{file}"/>'), files or {}, expect, words, arguments
+        )
+
+    yield include("good", "part.xml", {"part.xml": inside}, "works")
+    yield include("good-below", "parts/part.xml", {"parts/part.xml": inside}, "works")
+    yield include("good-roundabout", "parts/../part.xml", {"part.xml": inside, "parts/part.xml": inside}, "works")
+    actuators = "<m><motor joint='x'/></m>"
+    yield Case(
+        "include-good-nested",
+        model(sections="<actuator><include file='a.xml'/></actuator>"),
+        {"a.xml": actuators},
+        "works",
+    )
+    outside = ("outside",)
+    yield include("above", "../secret.xml", {"../secret.xml": inside}, words=outside)
+    yield include("above-trusted", "../secret.xml", {"../secret.xml": inside}, "works", arguments=("trust",))
+    yield include("absolute", "/etc/passwd")
+    yield include("double-slash", "//etc/passwd")
+    yield include("link", "part.xml", {"part.xml": ("link", "../secret.xml"), "../secret.xml": inside}, words=outside)
+    yield include("link-inside", "part.xml", {"part.xml": ("link", "real.xml"), "real.xml": inside}, "works")
+    yield include("folder-link", "up/secret.xml", {"up": ("link", ".."), "../secret.xml": inside}, words=outside)
+    yield include("link-cycle", "part.xml", {"part.xml": ("link", "part.xml")})
+    yield include("link-device", "part.xml", {"part.xml": ("link", "/dev/zero")})
+    yield include(
+        "device-trusted", "part.xml", {"part.xml": ("link", "/dev/zero")}, words=("regular",), arguments=("trust",)
+    )
+    yield include("pipe", "part.xml", {"part.xml": "pipe"}, words=("regular",))
+    yield include("pipe-trusted", "part.xml", {"part.xml": "pipe"}, words=("regular",), arguments=("trust",))
+    yield include("folder", "parts", {"parts/part.xml": inside})
+    yield include("missing", "none.xml", words=("none.xml",))
+    yield include("empty-name", "")
+    yield include("long-name", "n" * 5000)
+    yield include("dots", "." * 200)
+    yield include("self", "model.xml", words=("already included",))
+    yield include("self-spelled", "./model.xml")
+    yield include("in-text", "part.xml", {"part.xml": inside}, words=("memory",), arguments=("text",))
+    yield include("in-text-absolute", "/etc/passwd", arguments=("text",))
+    yield include("empty-file", "part.xml", {"part.xml": b""})
+    yield include("binary", "part.xml", {"part.xml": bytes(range(256))})
+    ring = {f"{i}.xml": f"<mujoco><include file='{(i + 1) % 3}.xml'/></mujoco>" for i in range(3)}
+    yield include("ring", "0.xml", ring)
+    chain = {f"{i}.xml": f"<mujoco><include file='{i + 1}.xml'/></mujoco>" for i in range(2000)}
+    yield include("chain", "0.xml", chain, words=("files",))
+    spellings = "".join(f"<include file='{'./' * i}part.xml'/>" for i in range(440))
+    big = f"<mujoco><worldbody>{'<geom size=' + chr(39) + '1' + chr(39) + '/>'}</worldbody></mujoco>"
+    yield Case(
+        "include-spelled",
+        model(sections=spellings),
+        {"part.xml": big.replace("<worldbody>", "<worldbody>" + "<site/>" * 1000)},
+        "refused",
+    )
+    stack = {
+        f"{i}.xml": "<m>" + "<body><geom size='1'/>" * 30 + f"<include file='{i + 1}.xml'/>" + "</body>" * 30 + "</m>"
+        for i in range(9)
+    }
+    stack["9.xml"] = "<m><site/></m>"
+    yield Case("include-deep", model('<include file="0.xml"/>'), stack, "refused", ("levels",))
+    fork = {
+        f"{i}.xml": "<m>" + "".join(f"<include file='{'./' * j}{i + 1}.xml'/>" for j in range(20)) + "</m>"
+        for i in range(20)
+    }
+    yield include("exponential", "0.xml", fork)
+    yield Case("include-root", "<include file='/etc/passwd'/>", expect="refused")
+    yield Case(
+        "include-children",
+        model(sections="<include file='part.xml'><geom/></include>"),
+        {"part.xml": inside},
+        "refused",
+    )
+    yield Case(
+        "include-upper-case",
+        model(sections="<INCLUDE file='../secret.xml'/>"),
+        {"../secret.xml": inside},
+        "refused",
+        outside,
+    )
+
+    for kind, attribute, folder, content in (
+        ("mesh", "file", "meshdir", stl()),
+        ("texture", "file", "texturedir", png(4, 4)),
+        ("texture", "fileup", "texturedir", png(4, 4)),
+        ("hfield", "file", "meshdir", heights(4, 4)),
+        ("skin", "file", "meshdir", skn()),
+    ):
+        yield from of_kind(kind, attribute, folder, content)
+
+
+def of_kind(kind: str, attribute: str, folder: str, content: bytes) -> Iterator[Case]:
+    """A file in every place where it might be."""
+    outside = ("outside",)
+    extension = {"mesh": "stl", "texture": "png", "hfield": "bin", "skin": "skn"}[kind]
+    rest = 'size="1 1 1 1"' if kind == "hfield" else ""
+
+    def asset(
+        name: str,
+        file: str,
+        files: dict,
+        expect: str = "refused",
+        compiler: str = "",
+        words: tuple = (),
+        arguments: tuple = (),
+    ) -> Case:
+        xml = model(assets=f'<{kind} name="a" {attribute}="{file}" {rest}/>', sections=f"<compiler {compiler}/>")
+        return Case(f"{kind}-{attribute}-{name}", xml, files, expect, words, arguments)
+
+    file = f"a.{extension}"
+    yield asset("here", file, {file: content}, "works")
+    yield asset("below", file, {f"parts/{file}": content}, "works", f'{folder}="parts"')
+    yield asset("below-slash", file, {f"parts/{file}": content}, "works", f'{folder}="parts/"')
+    yield asset("stripped", f"/nowhere/{file}", {file: content}, "works", 'strippath="true"')
+    yield asset("above", f"../{file}", {f"../{file}": content}, words=outside)
+    yield asset("above-trusted", f"../{file}", {f"../{file}": content}, "works", arguments=("trust",))
+    yield asset("folder-above", file, {f"../{file}": content}, compiler=f'{folder}=".."', words=outside)
+    yield asset("folder-absolute", file, {}, compiler=f'{folder}="/etc"')
+    yield asset("absolute", f"/etc/{file}", {})
+    yield asset("device", "/dev/zero", {})
+    yield asset("link", file, {file: ("link", f"../{file}"), f"../{file}": content}, words=outside)
+    yield asset("link-device", file, {file: ("link", "/dev/zero")})
+    yield asset("pipe", file, {file: "pipe"}, words=("regular",))
+    yield asset("folder", file, {f"{file}/x": b""})
+    yield asset("missing", file, {}, words=(file,))
+    yield asset("text", file, {file: content}, arguments=("text",), words=("memory",))
+    yield asset("short-name", "a", {"a": content})
+    yield asset("slash", "parts/", {"parts/x": b""})
+
+
+def good() -> Iterator[Case]:
+    yield Case("good-plain", model(), expect="works")
+    yield Case("good-rich", RICH, expect="works")
+    yield Case("good-text", model(), expect="works", arguments=("text",))
+    yield Case("good-rich-text", RICH, expect="works", arguments=("text",))
+    yield Case("good-rich-trusted", RICH, expect="works", arguments=("trust",))
+
+
+def cases() -> Iterator[Case]:
+    for kind in (good, texts, sizes, counts, meshes, access, damaged, swept):
+        yield from kind()
