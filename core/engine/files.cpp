@@ -263,10 +263,10 @@ FileLimits file_limits(bool trusted) {
   return {64 * kMiB, 1 << 26, 600'000, 200'000};
 }
 
-std::string read_file(const std::string& path, std::int64_t most_bytes) {
+std::string read_file(const std::string& path, std::int64_t most_bytes, const char* what) {
   // Non-blocking: a pipe would never answer.
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  const auto cannot = [&](const char* why) { refuse("file " + quoted(path) + " cannot be read: " + why); };
+  const auto cannot = [&](const char* why) { refuse(what + quoted(path) + " cannot be read: " + why); };
   if (file < 0) cannot(std::strerror(errno));
   const struct Close {
     int file;
@@ -275,7 +275,7 @@ std::string read_file(const std::string& path, std::int64_t most_bytes) {
   struct stat status {};
   if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) cannot("it is no regular file");
   if (status.st_size > most_bytes)
-    refuse("file " + quoted(path) + " has " + std::to_string(status.st_size) + " bytes, of which there may be " +
+    refuse(what + quoted(path) + " has " + std::to_string(status.st_size) + " bytes, of which there may be " +
            std::to_string(most_bytes));
   std::string content(static_cast<std::size_t>(status.st_size), '\0');
   std::size_t got = 0;

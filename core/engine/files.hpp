@@ -13,7 +13,7 @@ struct FileLimits {
 FileLimits file_limits(bool trusted);
 
 // The whole of a regular file. Fails where it cannot be read, is no regular file or has more bytes than allowed.
-std::string read_file(const std::string& path, std::int64_t most_bytes);
+std::string read_file(const std::string& path, std::int64_t most_bytes, const char* what = "file ");
 
 // Each fails with MJENV_E_MODEL, without naming the file, when MuJoCo would crash, hang or print on the content.
 void check_mesh(const std::string& path, const std::string& content, const FileLimits& limits);

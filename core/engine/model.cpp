@@ -237,7 +237,7 @@ void Array::read(double* values) const {
 std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trusted) {
   if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
   if (std::strchr("./~", xml_file[0])) {
-    const std::string path = expanded(xml_file), text = read_file(path, most_text(trusted));
+    const std::string path = expanded(xml_file), text = read_file(path, most_text(trusted), "model file ");
     const std::string given = checked(xml_file, {path, text, trusted});
     mjModel* model = given == text ? load(xml_file, path.c_str(), nullptr)
                                    : load_text(xml_file, path.substr(0, path.rfind('/') + 1), given);
