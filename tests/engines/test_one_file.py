@@ -1,4 +1,4 @@
-"""The library as built by default: one file that needs the C and C++ runtimes alone, shows its own functions alone, and is small."""
+"""The library as built by default: a small file that needs the C and C++ runtimes and shows only its own functions."""
 
 import os
 import shutil
