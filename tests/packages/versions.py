@@ -15,6 +15,8 @@ PLACES = (
     ("bindings/rust/mjenv/Cargo.toml", r'(?m)^version = "(.+)"$'),
     ("bindings/rust/mjenv/Cargo.toml", r'mjenv-sys = \{ path = "../mjenv-sys", version = "(.+)" \}'),
     ("bindings/rust/mjenv-sys/Cargo.toml", r'(?m)^version = "(.+)"$'),
+    ("bindings/rust/mjenv-ndarray/Cargo.toml", r'(?m)^version = "(.+)"$'),
+    ("bindings/rust/mjenv-ndarray/Cargo.toml", r'mjenv = \{ path = "../mjenv", version = "(.+)" \}'),
     ("bindings/rust/Cargo.lock", r'name = "mjenv"\nversion = "(.+)"'),
     ("bindings/rust/Cargo.lock", r'name = "mjenv-sys"\nversion = "(.+)"'),
     ("examples/rust/Cargo.lock", r'name = "mjenv"\nversion = "(.+)"'),

@@ -30,6 +30,8 @@
 //! Ids, options, fields and spaces are learned from the library at run time: [`ids`], [`Options::schema`],
 //! [`Env::fields`].
 //!
+//! The crate `mjenv-ndarray` shows a batch as arrays of ndarray.
+//!
 //! # Errors
 //!
 //! A call that fails returns an [`Error`], whose message names the culprit and the valid choices. It leaves the outputs
