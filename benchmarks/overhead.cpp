@@ -4,19 +4,17 @@
 //   overhead [ID...]    prints CSV: id, steps a block, blocks, median steps/s of both, median of the paired ratios
 #include <mujoco/mujoco.h>
 
-#include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <fstream>
-#include <functional>
-#include <string>
-#include <vector>
-
 #include "engine/model.hpp"
-#include "mjenv/mjenv.h"
+#include "measure.hpp"
 
 namespace {
+
+using measure::check;
+using measure::cpu;
+using measure::median;
+using measure::read;
+using measure::seconds;
+using measure::sum_of_counts;
 
 struct Case {
   const char *id, *model;
@@ -41,49 +39,6 @@ constexpr Case cases[] = {
 
 constexpr int kBlocks = 41;
 constexpr double kBlockSeconds = 0.02;
-
-void check(mjenv_status status) {
-  if (status == MJENV_OK) return;
-  std::fprintf(stderr, "overhead: %s: %s\n", mjenv_status_name(status), mjenv_last_error());
-  std::exit(1);
-}
-
-double seconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
-std::string cpu() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "unknown CPU";
-}
-
-std::int64_t sum_of_counts(const mjenv_env* env, mjenv_role role) {
-  std::int64_t total = 0;
-  for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
-    mjenv_field field{};
-    field.struct_size = sizeof field;
-    check(mjenv_field_at(env, role, i, &field));
-    total += field.count;
-  }
-  return total;
-}
-
-std::vector<double> read(mjenv_env* env, const char* array) {
-  std::size_t count = 0;
-  check(mjenv_read(env, 0, array, nullptr, 0, &count));
-  std::vector<double> values(count);
-  check(mjenv_read(env, 0, array, values.data(), count, &count));
-  return values;
-}
 
 void run(const Case& c) {
   mjenv_options* options = nullptr;
