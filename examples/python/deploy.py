@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from policy import Policy
+from mjenv.policy import Policy
 
 MASK = 2**64 - 1
 

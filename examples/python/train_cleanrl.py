@@ -19,7 +19,7 @@ import torch
 from gymnasium.vector import AutoresetMode
 from torch import Tensor, nn
 
-from policy import Policy, layers_of
+from mjenv.policy import Policy, layers_of
 
 WINDOW = 20  # episodes
 
@@ -65,9 +65,11 @@ class Moments:
         self.mean, self.variance, self.count = np.zeros(size), np.ones(size), 1e-4
 
     def add(self, batch: np.ndarray[Any, Any]) -> None:
-        count, delta = len(batch), batch.mean(0) - self.mean
-        total = self.count + count
-        squares = self.variance * self.count + batch.var(0) * count + delta**2 * (self.count * count / total)
+        self.merge(batch.mean(0), batch.var(0), len(batch))
+
+    def merge(self, mean: np.ndarray[Any, Any], variance: np.ndarray[Any, Any], count: int) -> None:
+        delta, total = mean - self.mean, self.count + count
+        squares = self.variance * self.count + variance * count + delta**2 * (self.count * count / total)
         self.mean, self.variance, self.count = self.mean + delta * (count / total), squares / total, total
 
 
@@ -121,21 +123,37 @@ class Agent(nn.Module):
         distance = (actions - self.actor(observations)) / self.log_deviation.exp()
         return (-0.5 * distance**2 - self.log_deviation - 0.5 * np.log(2 * np.pi)).sum(-1)
 
-    def sample(self, observations: Tensor) -> Tensor:
+    def sample(self, observations: Tensor, noise: torch.Generator | None = None) -> Tensor:
         mean = self.actor(observations)
-        return mean + self.log_deviation.exp() * torch.randn_like(mean)
+        return mean + self.log_deviation.exp() * torch.randn(mean.shape, generator=noise)
+
+
+class Experience:
+    """What an update needs of a rollout: arrays [steps][environments]."""
+
+    def __init__(self, steps: int, envs: int, observations: int, actions: int) -> None:
+        self.observations = torch.zeros(steps, envs, observations)
+        self.actions = torch.zeros(steps, envs, actions)
+        self.log_probabilities, self.rewards, self.values = torch.zeros(3, steps, envs)
+        self.going_on = torch.zeros(steps, envs)  # 0 where the episode ended with the step
+
+    def advantages(self, last_value: Tensor, gamma: float, trace: float) -> Tensor:
+        """Generalized advantage estimation; last_value is that of the observations after the rollout."""
+        found, ahead, following = torch.zeros_like(self.rewards), torch.zeros_like(last_value), last_value
+        for step in reversed(range(len(self.rewards))):
+            error = self.rewards[step] + gamma * following * self.going_on[step] - self.values[step]
+            ahead = error + gamma * trace * self.going_on[step] * ahead
+            found[step], following = ahead, self.values[step]
+        return found
 
 
 class Rollout:
-    """Steps all environments and keeps what an update needs."""
+    """Steps all environments, again and again."""
 
     def __init__(self, envs: Any, agent: Agent, normalizer: Normalizer, settings: Settings, seed: int) -> None:
         self._envs, self._agent, self._normalizer, self._settings = envs, agent, normalizer, settings
-        shape = settings.rollout, settings.envs
-        self.observations = torch.zeros(*shape, *envs.single_observation_space.shape)
-        self.actions = torch.zeros(*shape, *envs.single_action_space.shape)
-        self.log_probabilities, self.rewards, self.values = torch.zeros(3, *shape)
-        self.going_on = torch.zeros(shape)  # 0 where the episode ended with the step
+        sizes = envs.single_observation_space.shape[0], envs.single_action_space.shape[0]
+        self.experience = Experience(settings.rollout, settings.envs, *sizes)
         self.returns: deque[float] = deque(maxlen=WINDOW)
         self._totals = np.zeros(settings.envs)
         first, _ = envs.reset(seed=seed)
@@ -145,17 +163,18 @@ class Rollout:
     def collect(self) -> Tensor:
         """Plays a rollout and returns the values of the observations after it."""
         low, high = self._envs.single_action_space.low, self._envs.single_action_space.high
+        kept = self.experience
         for step in range(self._settings.rollout):
             action = self._agent.sample(self._now)
-            self.observations[step], self.actions[step] = self._now, action
-            self.values[step] = self._agent.value(self._now)
-            self.log_probabilities[step] = self._agent.log_probability(self._now, action)
+            kept.observations[step], kept.actions[step] = self._now, action
+            kept.values[step] = self._agent.value(self._now)
+            kept.log_probabilities[step] = self._agent.log_probability(self._now, action)
             after, rewards, terminated, truncated, infos = self._envs.step(action.numpy().clip(low, high))
             ended = terminated | truncated
             self._note_returns(rewards, ended)
-            self.rewards[step] = self._normalizer.reward(rewards, ended)
+            kept.rewards[step] = self._normalizer.reward(rewards, ended)
             self._add_values_cut_off(step, truncated & ~terminated, infos)
-            self.going_on[step] = torch.as_tensor(~ended, dtype=torch.float32)
+            kept.going_on[step] = torch.as_tensor(~ended, dtype=torch.float32)
             self._now = self._normalizer.observe(after)
         return self._agent.value(self._now)
 
@@ -169,24 +188,14 @@ class Rollout:
         rows = np.flatnonzero(truncated)
         if len(rows):
             last = self._normalizer.observe(np.stack(infos["final_obs"][rows]), learn=False)
-            self.rewards[step, rows] += self._settings.gamma * self._agent.value(last)
-
-    def advantages(self, last_value: Tensor) -> Tensor:
-        """Generalized advantage estimation."""
-        gamma, trace = self._settings.gamma, self._settings.trace
-        found, ahead, following = torch.zeros_like(self.rewards), torch.zeros_like(last_value), last_value
-        for step in reversed(range(self._settings.rollout)):
-            error = self.rewards[step] + gamma * following * self.going_on[step] - self.values[step]
-            ahead = error + gamma * trace * self.going_on[step] * ahead
-            found[step], following = ahead, self.values[step]
-        return found
+            self.experience.rewards[step, rows] += self._settings.gamma * self._agent.value(last)
 
 
-def update(agent: Agent, optimizer: torch.optim.Optimizer, rollout: Rollout, last_value: Tensor, s: Settings) -> None:
-    advantages = rollout.advantages(last_value)
-    targets = (advantages + rollout.values).flatten()
-    observations, actions = rollout.observations.flatten(0, 1), rollout.actions.flatten(0, 1)
-    before, advantages = rollout.log_probabilities.flatten(), advantages.flatten()
+def update(agent: Agent, optimizer: torch.optim.Optimizer, kept: Experience, last_value: Tensor, s: Settings) -> None:
+    advantages = kept.advantages(last_value, s.gamma, s.trace)
+    targets = (advantages + kept.values).flatten()
+    observations, actions = kept.observations.flatten(0, 1), kept.actions.flatten(0, 1)
+    before, advantages = kept.log_probabilities.flatten(), advantages.flatten()
     for _ in range(s.epochs):
         for rows in torch.randperm(len(targets)).split(s.minibatch):
             ratio = (agent.log_probability(observations[rows], actions[rows]) - before[rows]).exp()
@@ -220,7 +229,7 @@ def train(id: str, backend: str, steps: int | None, seed: int, out: Path) -> Non
             seconds = time.perf_counter() - start
             mean = float(np.mean(rollout.returns)) if rollout.returns else float("nan")
             print((index + 1) * s.rollout * s.envs, f"{seconds:.3f}", repr(mean), sep=",", file=curve)
-            update(agent, optimizer, rollout, last_value, s)
+            update(agent, optimizer, rollout.experience, last_value, s)
     first, _, second, _, third = agent.actor
     Policy(
         id=id,

@@ -20,7 +20,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from policy import Policy, layers_of
+from mjenv.policy import Policy, layers_of
 
 ENVS = 8
 WINDOW = 20  # episodes

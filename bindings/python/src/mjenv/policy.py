@@ -1,25 +1,32 @@
-"""Policies as text, for evaluation without a learning library; docs/training.md describes the format.
+"""Policies as text, for evaluation without a learning library, here and in C++ (examples/cpp/deploy.cpp).
 
 A policy is evaluated in float64, one operation after the other in a stated order, so that every language gives the
-same bits: multiplications and additions are rounded one by one, and tanh is that of the C library.
+same bits: multiplications and additions are rounded one by one, and tanh is that of the C library. docs/training.md
+describes the format.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
+from numpy.typing import NDArray
+
+from mjenv._abi import Status
+from mjenv.errors import InvalidValueError
 
 HEAD = "mjenv-policy 1"
-ACTIVATIONS = {"tanh": math.tanh, "identity": lambda x: x}
+ACTIVATIONS: dict[str, Callable[[float], float]] = {"tanh": math.tanh, "identity": float}
 
 
 @dataclass(frozen=True)
 class Layer:
+    """Outputs are activation(bias + weights x inputs), added from the left."""
+
     activation: str
     weights: list[list[float]]  # [outputs][inputs]
     bias: list[float]
@@ -47,8 +54,8 @@ class Policy:
     high: list[float]
     layers: list[Layer]
 
-    def act(self, observation: Sequence[float]) -> np.ndarray[Any, Any]:
-        """The deterministic action, float32."""
+    def act(self, observation: Sequence[float]) -> NDArray[np.float32]:
+        """The deterministic action."""
         values = [
             min(max((x - mean) / scale, -self.clip), self.clip)
             for x, mean, scale in zip(observation, self.mean, self.scale, strict=True)
@@ -59,6 +66,7 @@ class Policy:
         return np.array(bounded, np.float32)
 
     def save(self, path: Path) -> None:
+        """Writes the policy; load gives back every bit."""
         with path.open("w") as file:
             print(HEAD, file=file)
             print("id", self.id, file=file)
@@ -73,12 +81,22 @@ class Policy:
 
     @classmethod
     def load(cls, path: Path) -> Policy:
-        lines = [line.split() for line in path.read_text().splitlines()]
-        if " ".join(lines[0]) != HEAD:
-            raise ValueError(f"{path} does not begin with {HEAD!r}")
+        """Reads a policy. Raises InvalidValueError for a text that is none."""
+        try:
+            policy = cls._parse(path.read_text().splitlines())
+        except (KeyError, IndexError, TypeError, UnicodeDecodeError, ValueError) as error:
+            raise InvalidValueError(f"{path} is no policy: {error}", Status.E_VALUE) from error
+        if not policy._fits():
+            raise InvalidValueError(f"{path} is no policy: its arrays do not fit each other", Status.E_SIZE)
+        return policy
+
+    @classmethod
+    def _parse(cls, lines: list[str]) -> Policy:
+        if lines[0] != HEAD:
+            raise ValueError(f"it does not begin with {HEAD!r}")
         numbers: dict[str, list[float]] = {}
         layers: list[Layer] = []
-        for name, *words in lines[2:]:
+        for name, *words in map(str.split, lines[2:]):
             if name == "layer":
                 layers.append(Layer(words[2], [], []))
             elif name == "bias":
@@ -88,11 +106,21 @@ class Policy:
             else:
                 numbers[name] = [*map(float, words)]
         [clip] = numbers.pop("clip")
-        return cls(id=lines[1][1], clip=clip, layers=layers, **numbers)
+        return cls(id=lines[1].removeprefix("id "), clip=clip, layers=layers, **numbers)
+
+    def _fits(self) -> bool:
+        width = len(self.mean)
+        for layer in self.layers:
+            if layer.activation not in ACTIVATIONS or len(layer.weights) != len(layer.bias):
+                return False
+            if any(len(row) != width for row in layer.weights):
+                return False
+            width = len(layer.bias)
+        return len(self.scale) == len(self.mean) and len(self.low) == len(self.high) == width
 
 
 def _write(file: TextIO, name: str, numbers: Sequence[float]) -> None:
-    """The shortest decimal that reads back as the same float64."""
+    """The shortest decimals that read back as the same float64."""
     print(name, *map(repr, numbers), file=file)
 
 
