@@ -11,7 +11,10 @@ ROBOTS = (
 
 
 def cpu_model() -> str:
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return "unknown"
+    """With its family and model, as virtual machines shorten names."""
+    first = Path("/proc/cpuinfo").read_text().partition("\n\n")[0]
+    said = dict(line.split(":", 1) for line in first.splitlines() if ":" in line)
+    found = {name.strip(): value.strip() for name, value in said.items()}
+    if "model name" not in found:
+        return "unknown"
+    return f"{found['model name']} (family {found.get('cpu family', '?')}, model {found.get('model', '?')})"

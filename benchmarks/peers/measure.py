@@ -29,6 +29,8 @@ def applies(peer: str, envs: int, threads: int) -> bool:
         return (envs, threads) == (1, 1)
     if peer in ("mjenv-async", "envpool-async"):
         return envs > 1
+    if peer == "gymnasium-sync":  # takes no second thread
+        return threads == 1
     if peer == "gymnasium-async":  # a process for each environment
         return threads > 1 and envs <= 64
     return True

@@ -33,12 +33,20 @@ def drawn(space: Any, envs: int, dtype: Any, seed: int) -> Iterator[Any]:
 
 
 class Peer:
-    """One configuration of one peer: actions, and what takes a step with them."""
+    """One configuration of one peer: actions, and what takes a step with them.
+
+    Where steps are under way between calls, start sends the first and finish waits for the last, so that nothing runs
+    while others are measured; finish returns how many env steps it made."""
 
     packages: tuple[str, ...] = ()
 
     def __init__(self, actions: Iterator[Any], step: Step, close: Callable[[], Any]) -> None:
         self.actions, self.step, self.close = actions, step, close
+
+    def start(self) -> None: ...
+
+    def finish(self) -> int:
+        return 0
 
 
 class Single(Peer):
@@ -95,17 +103,21 @@ class MjenvAsync(Peer):
     def __init__(self, id: str, envs: int, threads: int, seed: int) -> None:
         import mjenv
 
-        env = mjenv.make_vec(id, envs, num_threads=threads)
+        self.env = env = mjenv.make_vec(id, envs, num_threads=threads)
         env.reset(seed=seed)
-        actions = drawn(env.single_action_space, envs, np.float32, seed)
-        env.send(next(actions))
 
         def step(action: Any) -> int:
             rows = env.recv(envs // 2)[0]
             env.send(action[: len(rows)], rows)
             return len(rows)
 
-        super().__init__(actions, step, env.close)
+        super().__init__(drawn(env.single_action_space, envs, np.float32, seed), step, env.close)
+
+    def start(self) -> None:
+        self.env.send(next(self.actions))
+
+    def finish(self) -> int:
+        return len(self.env.recv()[0])
 
 
 class GymnasiumSingle(Single):
@@ -155,14 +167,23 @@ class EnvPoolAsync(Peer):
         import envpool
 
         half = envs // 2
-        env = envpool.make_gymnasium(id, num_envs=envs, batch_size=half, num_threads=threads, seed=seed)
+        self.env = env = envpool.make_gymnasium(id, num_envs=envs, batch_size=half, num_threads=threads, seed=seed)
         env.async_reset()
+        self.received = [env.recv()[4]["env_id"] for _ in range(2)]
 
         def step(action: Any) -> int:
             env.send(action, env.recv()[4]["env_id"])
             return half
 
         super().__init__(drawn(env.action_space, half, np.float64, seed), step, env.close)
+
+    def start(self) -> None:
+        for rows in self.received:
+            self.env.send(next(self.actions), rows)
+
+    def finish(self) -> int:
+        self.received = [self.env.recv()[4]["env_id"] for _ in range(2)]
+        return sum(map(len, self.received))
 
 
 class MujocoBatch(Peer):
@@ -245,9 +266,11 @@ def run(peer: Peer, seconds: float, least: int = 1) -> tuple[int, float]:
     actions, step, clock = peer.actions, peer.step, time.perf_counter
     steps, start = 0, clock()
     end = start + seconds
-    while (now := clock()) < end or steps < least:
+    peer.start()
+    while clock() < end or steps < least:
         steps += step(next(actions))
-    return steps, now - start
+    steps += peer.finish()
+    return steps, clock() - start
 
 
 def main() -> None:
