@@ -72,15 +72,20 @@ def measure(arguments: argparse.Namespace, peer: str, id: str, envs: str) -> Row
 
 def table(rows: list[Row]) -> str:
     lines = [
-        "| environments | by | created first | created again | memory beyond the work spaces |",
-        "| --- | --- | ---: | ---: | ---: |",
+        "| environments | by | created first | created again | memory | memory of one environment a thread |",
+        "| --- | --- | ---: | ---: | ---: | ---: |",
     ]
     for row in rows:
-        beyond = (int(row["bytes_all"]) - int(row["bytes_few"])) / 1e6
-        times = [f"{1000 * float(row[name]):.3g} ms" for name in ("seconds_first", "seconds_again")]
+        times = [f"{digits(1000 * float(row[name]))} ms" for name in ("seconds_first", "seconds_again")]
+        sizes = [f"{digits(int(row[name]) / 1e6)} MB" for name in ("bytes_all", "bytes_few")]
         what = f"{int(row['envs']):,} {row['id']}"
-        lines.append(f"| {what} | {NAMES[row['peer']]} | {times[0]} | {times[1]} | {beyond:.3g} MB |")
+        lines.append(f"| {' | '.join([what, NAMES[row['peer']], *times, *sizes])} |")
     return "\n".join(lines) + "\n"
+
+
+def digits(value: float) -> str:
+    """Three, as more would be noise."""
+    return f"{float(f'{value:.3g}'):,g}"
 
 
 def main() -> None:
