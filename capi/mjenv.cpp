@@ -152,6 +152,7 @@ mjenv_status mjenv_options_create(const char* id, mjenv_options** options) {
 }
 
 void mjenv_options_destroy(mjenv_options* options) {
+  if (!options) return;
   const Uncancelled uncancelled;
   if (!answer(true, [&] { return (*Reading(options)).borrowed; })) handles<mjenv_options>.destroy(options);
 }

@@ -40,6 +40,11 @@ bool lacks_memory(const char* message) { return std::strstr(message, "ould not a
   fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
 }
 
+// Lets mju_malloc return null to who frees what it has and then reports another error.
+void throw_later(const char* message) {
+  if (std::strcmp(message, "Could not allocate memory") != 0) throw_error(message);
+}
+
 void ignore_warning(const char*) {}
 
 struct Kind {
@@ -166,6 +171,7 @@ mjModel* load(const std::string& label, const char* path, const mjVFS* files) {
   std::array<char, 1000> reason{};
   try {
     mjModel* model = mj_loadXML(path, files, reason.data(), static_cast<int>(reason.size()));
+    mj_freeLastXML();  // which is kept for mj_saveLastXML
     if (model) return model;
   } catch (const Error& error) {
     fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
@@ -205,9 +211,9 @@ std::string checked(const std::string& label, const Mjcf& model) {
 
 }  // namespace
 
-ErrorTrap::ErrorTrap()
+ErrorTrap::ErrorTrap(Memory memory)
     : previous_error_(_mjPRIVATE__get_tls_error_fn()), previous_warning_(_mjPRIVATE__get_tls_warning_fn()) {
-  _mjPRIVATE__set_tls_error_fn(throw_error);
+  _mjPRIVATE__set_tls_error_fn(memory == Memory::is_checked ? throw_later : throw_error);
   _mjPRIVATE__set_tls_warning_fn(ignore_warning);
 }
 

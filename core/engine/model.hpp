@@ -21,7 +21,9 @@ namespace mjenv {
 // Turns MuJoCo's errors on this thread into exceptions, and silences its warnings, while it lives.
 class ErrorTrap {
  public:
-  ErrorTrap();
+  // Whether the part of MuJoCo that is called frees what it has when mju_malloc returns null, as mj_makeData does.
+  enum class Memory { is_not_checked, is_checked };
+  explicit ErrorTrap(Memory memory = Memory::is_not_checked);
   ~ErrorTrap();
   ErrorTrap(const ErrorTrap&) = delete;
   ErrorTrap& operator=(const ErrorTrap&) = delete;

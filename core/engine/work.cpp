@@ -23,7 +23,7 @@ T* put(T* to, const T* from, std::size_t count) {
 void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Work::Work(std::shared_ptr<const Model> model, int frame_skip) : model_(std::move(model)), layout_(*model_) {
-  const ErrorTrap trap;
+  const ErrorTrap trap(ErrorTrap::Memory::is_checked);
   const mjModel* m = model_->get();
   data_.reset(mj_makeData(m));
   if (!data_) throw std::bad_alloc();

@@ -1,0 +1,343 @@
+// Memory runs out at every single allocation of every call in turn: the call fails, nothing else does.
+//   test_memory [long]    long: building an environment of every id
+#include "allocator.h"
+#include "golden.h"
+
+enum { ROWS = 3, MOST = 100000, NU = 8 };
+
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Ant-v5.golden"
+
+static struct {
+  struct golden* golden;
+  mjenv_options* options;
+  mjenv_env *env, *threaded;  // a row that follows the recording; rows on two threads
+  mjenv_env* built;
+  mjenv_renderer* renderer;
+  struct outputs* out;
+  unsigned char image[1 << 16];
+  size_t image_size;
+  double action[ROWS * NU], values[4096];
+  const char* id;
+} s;
+
+// ---- What may run out of memory ----
+
+static mjenv_status spec_of(void) {
+  mjenv_spec spec = {.struct_size = sizeof spec};
+  return mjenv_spec_of("Humanoid-v4", &spec);
+}
+
+static mjenv_status options_create(void) {
+  mjenv_options* options = NULL;
+  const mjenv_status status = mjenv_options_create("Humanoid-v5", &options);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+static mjenv_status no_id(void) {
+  mjenv_options* options = NULL;
+  return mjenv_options_create("an id that there is not, with a name that is allocated", &options);
+}
+
+static mjenv_status set_string(void) {
+  return mjenv_options_set_string(s.options, "xml_file", "./a path of more than some characters.xml");
+}
+
+static mjenv_status set_choice(void) { return mjenv_options_set_string(s.options, "autoreset_mode", "next_step"); }
+
+static mjenv_status set_reals(void) {
+  const double range[2] = {0.2, 1.1};
+  return mjenv_options_set_reals(s.options, "healthy_z_range", range, 2);
+}
+
+static mjenv_status get_reals(void) {
+  size_t count;
+  return mjenv_options_get_reals(s.options, "healthy_z_range", s.values, 2, &count);
+}
+
+static mjenv_status no_option(void) { return mjenv_options_set_integer(s.options, "an option that there is not", 1); }
+
+static mjenv_status create(void) {
+  mjenv_destroy(s.built);
+  s.built = NULL;
+  mjenv_options* options = NULL;
+  mjenv_status status = mjenv_options_create(s.id, &options);
+  if (status == MJENV_OK) status = mjenv_create(options, 2, &s.built);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+static mjenv_status create_with_threads(void) {
+  mjenv_destroy(s.built);
+  s.built = NULL;
+  mjenv_options* options = NULL;
+  mjenv_status status = mjenv_options_create("Reacher-v5", &options);
+  if (status == MJENV_OK) status = mjenv_options_set_integer(options, "num_threads", 3);
+  if (status == MJENV_OK) status = mjenv_options_set_string(options, "arrays", "xpos cfrc_ext");
+  if (status == MJENV_OK) status = mjenv_create(options, 4, &s.built);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+static mjenv_status create_from_text(void) {
+  static const char* const text =
+      "<mujoco><worldbody><body><joint type='hinge' limited='true' range='-1 1'/><geom size='.1'/><body>"
+      "<joint type='slide'/><geom type='capsule' fromto='0 0 0 0 0 1' size='.1'/></body></body></worldbody>"
+      "<actuator><motor joint='none'/></actuator></mujoco>";
+  mjenv_options* options = NULL;
+  mjenv_status status = mjenv_options_create("InvertedPendulum-v5", &options);
+  if (status == MJENV_OK) status = mjenv_options_set_string(options, "xml_string", text);
+  if (status == MJENV_OK) status = mjenv_create(options, 1, &s.built);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+static mjenv_status reset(void) { return mjenv_reset(s.env, NULL, NULL); }
+static mjenv_status reset_threaded(void) { return mjenv_reset(s.threaded, NULL, &s.out->reset); }
+static mjenv_status step(void) { return mjenv_step(s.env, s.action, NU, MJENV_FLOAT64, NULL); }
+
+static mjenv_status step_threaded(void) {
+  return mjenv_step(s.threaded, s.action, ROWS * NU, MJENV_FLOAT64, &s.out->step);
+}
+
+static mjenv_status bad_step(void) { return mjenv_step(s.env, s.action, NU - 1, MJENV_FLOAT64, NULL); }
+
+static mjenv_status send_and_recv(void) {
+  int64_t rows[ROWS];
+  size_t count = 0;
+  mjenv_status status = mjenv_send(s.threaded, NULL, 0, s.action, ROWS * NU, MJENV_FLOAT64, &s.out->step);
+  for (size_t left = ROWS; status == MJENV_OK && left > 0; left -= count)
+    status = mjenv_recv(s.threaded, 1, rows, ROWS, &count);
+  return status;
+}
+
+static mjenv_status rollout(void) {
+  const mjenv_status status = mjenv_reset(s.env, NULL, NULL);
+  return status ? status : mjenv_rollout(s.env, s.action, ROWS, ROWS * NU, MJENV_FLOAT64, NULL);
+}
+
+static mjenv_status sample(void) {
+  float action[NU];
+  return mjenv_sample_actions(s.env, action, NU);
+}
+
+static mjenv_status seed_digits(void) {
+  const uint32_t digits[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  return mjenv_seed_digits(s.env, 0, digits, COUNT(digits));
+}
+
+static mjenv_status read(void) {
+  size_t count;
+  return mjenv_read(s.env, 0, "cfrc_ext", s.values, COUNT(s.values), &count);
+}
+
+static mjenv_status no_array(void) {
+  size_t count;
+  return mjenv_read(s.env, 0, "an array that there is not", s.values, COUNT(s.values), &count);
+}
+
+static mjenv_status object(void) {
+  int64_t index;
+  return mjenv_object_index(s.env, "joint", "ankle_4", &index);
+}
+
+static mjenv_status no_object(void) {
+  int64_t index;
+  return mjenv_object_index(s.env, "joint", "a joint that there is not", &index);
+}
+
+static mjenv_status observe(void) { return mjenv_observe(s.threaded, &s.out->step); }
+static mjenv_status snapshot(void) { return mjenv_snapshot(s.built, 0, s.image, sizeof s.image, &s.image_size); }
+static mjenv_status restore(void) { return mjenv_restore(s.built, 0, s.image, s.image_size); }
+
+static mjenv_status first_snapshot(void) {
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  mjenv_status status = mjenv_options_create("Reacher-v4", &options);
+  if (status == MJENV_OK) status = mjenv_create(options, 1, &env);
+  if (status == MJENV_OK) status = mjenv_snapshot(env, 0, s.image, sizeof s.image, &s.image_size);
+  if (status == MJENV_OK) status = mjenv_restore(env, 0, s.image, s.image_size);
+  mjenv_destroy(env);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+static mjenv_status bad_restore(void) { return mjenv_restore(s.env, 0, s.image, 3); }
+
+static mjenv_status render_settings(void) {
+  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  return mjenv_render_defaults(s.env, &settings);
+}
+
+// ---- Walking through them ----
+
+struct call {
+  const char* name;
+  mjenv_status (*run)(void);
+  mjenv_status status;  // when there is memory
+  mjenv_status also;    // that may be given without memory, beside MJENV_E_MEMORY
+  bool loads;           // a model, in which MuJoCo loses memory when it runs out
+};
+
+static const struct call calls[] = {
+    {"spec_of", spec_of, MJENV_OK, MJENV_E_MEMORY, false},
+    {"options_create", options_create, MJENV_OK, MJENV_E_MEMORY, false},
+    {"options_create, no id", no_id, MJENV_E_NAME, MJENV_E_MEMORY, false},
+    {"options_set_string", set_string, MJENV_OK, MJENV_E_MEMORY, false},
+    {"options_set_string, choice", set_choice, MJENV_OK, MJENV_E_VALUE, false},
+    {"options_set_reals", set_reals, MJENV_OK, MJENV_E_MEMORY, false},
+    {"options_get_reals", get_reals, MJENV_OK, MJENV_E_MEMORY, false},
+    {"options_set_integer, no option", no_option, MJENV_E_NAME, MJENV_E_MEMORY, false},
+    {"create", create, MJENV_OK, MJENV_E_MODEL, true},
+    {"create with threads", create_with_threads, MJENV_OK, MJENV_E_MODEL, true},
+    {"create from bad text", create_from_text, MJENV_E_MODEL, MJENV_E_MODEL, true},
+    {"reset", reset, MJENV_OK, MJENV_E_MEMORY, false},
+    {"reset on threads", reset_threaded, MJENV_OK, MJENV_E_MEMORY, false},
+    {"step", step, MJENV_OK, MJENV_E_MEMORY, false},
+    {"step on threads", step_threaded, MJENV_OK, MJENV_E_MEMORY, false},
+    {"step, bad count", bad_step, MJENV_E_SIZE, MJENV_E_MEMORY, false},
+    {"send and recv", send_and_recv, MJENV_OK, MJENV_E_MEMORY, false},
+    {"rollout", rollout, MJENV_OK, MJENV_E_MEMORY, false},
+    {"sample_actions", sample, MJENV_OK, MJENV_E_MEMORY, false},
+    {"seed_digits", seed_digits, MJENV_OK, MJENV_E_MEMORY, false},
+    {"read", read, MJENV_OK, MJENV_E_MEMORY, false},
+    {"read, no array", no_array, MJENV_E_NAME, MJENV_E_MEMORY, false},
+    {"object_index", object, MJENV_OK, MJENV_E_MEMORY, false},
+    {"object_index, no object", no_object, MJENV_E_NAME, MJENV_E_MEMORY, false},
+    {"observe", observe, MJENV_OK, MJENV_E_MEMORY, false},
+    {"snapshot", snapshot, MJENV_OK, MJENV_E_MEMORY, false},
+    {"restore", restore, MJENV_OK, MJENV_E_MEMORY, false},
+    {"first snapshot", first_snapshot, MJENV_OK, MJENV_E_MODEL, true},
+    {"restore, bad image", bad_restore, MJENV_E_SNAPSHOT, MJENV_E_MEMORY, false},
+    {"render_defaults", render_settings, MJENV_OK, MJENV_E_MEMORY, false},
+};
+
+// What the failing allocations of one call did.
+struct walk {
+  size_t allocations, lost;  // in all; blocks that were not freed
+  size_t last_lossy;         // the last allocation whose failure lost any
+};
+
+static struct walk walk(const struct call* call, enum failing failing) {
+  struct walk result = {0, 0, 0};
+  for (size_t number = 0; number < MOST; ++number) {
+    mjenv_destroy(call->loads ? s.built : NULL);
+    if (call->loads) s.built = NULL;
+    const long before = allocator_live();
+    allocator_arm(failing, number);
+    const mjenv_status status = call->run();
+    const bool failed = allocator_disarm();
+    const bool fine = status == call->status || (failed && (status == MJENV_E_MEMORY || status == call->also));
+    if (!fine)
+      fail_msg("%s, allocation %zu: %s: %s", call->name, number, mjenv_status_name(status), mjenv_last_error());
+    if (failed && status == MJENV_E_MEMORY)
+      assert_true(strstr(mjenv_last_error(), "memory") || strstr(mjenv_last_error(), "threads"));
+    if (call->loads) {
+      mjenv_destroy(s.built);
+      s.built = NULL;
+    }
+    const long lost = allocator_live() - before;
+    if (lost < 0) fail_msg("%s, allocation %zu: %ld blocks fewer", call->name, number, -lost);
+    result.lost += (size_t)lost;
+    if (lost > 0) result.last_lossy = number;
+    result.allocations = number;
+    if (!failed) return result;
+  }
+  fail_msg("%s does not end", call->name);
+  return result;
+}
+
+static void assert_plays(void) {
+  char why[512];
+  if (!golden_replay(s.golden, s.env, 0, golden_steps(s.golden), why, sizeof why)) fail_msg("%s", why);
+}
+
+// How many allocations come before the model of s.id has been loaded: as many as of a create that then fails.
+static size_t allocations_of_loading(void) {
+  mjenv_options* options = options_of_id("Ant-v5");
+  assert_ok(mjenv_options_set_integer(options, "main_body", 1000000));
+  mjenv_env* env = NULL;
+  allocator_arm(ONE, SIZE_MAX);
+  const mjenv_status status = mjenv_create(options, 2, &env);
+  allocator_disarm();
+  const size_t count = allocator_count();
+  assert_int_equal(status, MJENV_E_MODEL);
+  mjenv_options_destroy(options);
+  options = NULL;
+  allocator_arm(ONE, SIZE_MAX);
+  assert_ok(mjenv_options_create("Ant-v5", &options));
+  allocator_disarm();
+  mjenv_options_destroy(options);
+  return count + allocator_count();
+}
+
+// Twice, because the first time some things are allocated for good: each thread's exceptions, the tables of handles.
+static void test_call(void** state) {
+  const struct call* call = *state;
+  if (!call->loads && !s.built) assert_ok(create());
+  if (!call->loads) assert_ok(snapshot());
+  for (int failing = ONE; failing <= ALL; ++failing) {
+    walk(call, (enum failing)failing);
+    const struct walk walked = walk(call, (enum failing)failing);
+    if (walked.lost > 0 && !call->loads)
+      fail_msg("%s: %zu blocks were lost, the last at allocation %zu", call->name, walked.lost, walked.last_lossy);
+    if (call->run == create) {
+      const size_t loading = allocations_of_loading();
+      assert_in_range(loading, 100, walked.allocations);
+      if (walked.last_lossy > loading)
+        fail_msg("blocks were lost at allocation %zu; the model was loaded at %zu", walked.last_lossy, loading);
+    }
+    print_message("%s: %zu allocations\n", call->name, walked.allocations);
+    if (walked.lost > 0) print_message("  MuJoCo's loader lost %zu blocks\n", walked.lost);
+  }
+  assert_plays();
+}
+
+static int set_up(void** state) {
+  (void)state;
+  s.golden = golden_read(RECORDING);
+  s.options = options_of_id("Ant-v5");
+  s.env = golden_create(s.golden, 1);
+  mjenv_options* options = options_of_id("Ant-v5");
+  assert_ok(mjenv_options_set_integer(options, "num_threads", 2));
+  assert_ok(mjenv_options_set_integer(options, "strict", 0));
+  s.threaded = env_of_options(options, ROWS);
+  s.out = outputs_of(s.threaded);
+  s.id = "Ant-v5";
+  assert_ok(mjenv_reset(s.threaded, NULL, NULL));
+  assert_plays();
+  assert_ok(mjenv_reset(s.env, NULL, NULL));
+  return 0;
+}
+
+static int tear_down(void** state) {
+  (void)state;
+  outputs_free(s.out);
+  mjenv_destroy(s.built);
+  mjenv_destroy(s.threaded);
+  mjenv_destroy(s.env);
+  mjenv_options_destroy(s.options);
+  golden_free(s.golden);
+  return 0;
+}
+
+static void test_every_id(void** state) {
+  (void)state;
+  const struct call call = {"create", create, MJENV_OK, MJENV_E_MODEL, true};
+  for (int64_t i = 0; i < mjenv_id_count(); ++i) {
+    s.id = mjenv_id_at(i);
+    for (int failing = ONE; failing <= ALL; ++failing)
+      print_message("%s: %zu allocations\n", s.id, walk(&call, (enum failing)failing).allocations);
+  }
+}
+
+int main(int argc, char** argv) {
+  struct CMUnitTest tests[COUNT(calls) + 1];
+  for (size_t i = 0; i < COUNT(calls); ++i)
+    tests[i] = (struct CMUnitTest){calls[i].name, test_call, NULL, NULL, (void*)(uintptr_t)&calls[i]};
+  tests[COUNT(calls)] = (struct CMUnitTest)cmocka_unit_test(test_every_id);
+  if (argc > 1 && strcmp(argv[1], "long") == 0) return cmocka_run_group_tests(tests, set_up, tear_down);
+  struct CMUnitTest usual[COUNT(calls)];
+  memcpy(usual, tests, sizeof usual);
+  return cmocka_run_group_tests(usual, set_up, tear_down);
+}
