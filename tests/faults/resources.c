@@ -1,0 +1,274 @@
+// The system refuses threads, memory, room on the disk or open files; nothing is printed or written in any case.
+#include <dirent.h>
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "golden.h"
+
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
+
+// ---- A pthread_create that fails ----
+
+static int creates_left = -1;  // until it fails; -1: it does not
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*), void* argument) {
+  static int (*real)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  if (!real) {
+    void* found = dlsym(RTLD_NEXT, "pthread_create");
+    memcpy(&real, &found, sizeof real);
+  }
+  if (creates_left == 0) return EAGAIN;
+  if (creates_left > 0) --creates_left;
+  return real(thread, attributes, start, argument);
+}
+
+static int count_entries(const char* folder) {
+  DIR* directory = opendir(folder);
+  if (!directory) return -1;
+  int count = 0;
+  for (struct dirent* entry = readdir(directory); entry; entry = readdir(directory)) count += entry->d_name[0] != '.';
+  closedir(directory);
+  return count;
+}
+
+static int count_threads(void) { return count_entries("/proc/self/task"); }
+
+static mjenv_options* options_with_threads(int64_t threads) {
+  mjenv_options* options = options_of_id("Hopper-v5");
+  assert_ok(mjenv_options_set_integer(options, "num_threads", threads));
+  return options;
+}
+
+static void assert_plays(void) {
+  struct golden* golden = golden_read(RECORDING);
+  mjenv_env* env = golden_create(golden, 1);
+  char why[512];
+  if (!golden_replay(golden, env, 0, golden_steps(golden), why, sizeof why)) fail_msg("%s", why);
+  mjenv_destroy(env);
+  golden_free(golden);
+}
+
+static void test_no_threads(void** state) {
+  (void)state;
+  enum { THREADS = 6 };
+  mjenv_options* options = options_with_threads(THREADS);
+  const int before = count_threads();
+  for (int allowed = 0; allowed < THREADS - 1; ++allowed) {
+    mjenv_env* env = NULL;
+    creates_left = allowed;
+    const mjenv_status status = mjenv_create(options, THREADS, &env);
+    creates_left = -1;
+    assert_refused(MJENV_E_MEMORY, status, "threads", "num_threads");
+    assert_null(env);
+    assert_int_equal(count_threads(), before);
+  }
+  mjenv_env* env = NULL;
+  assert_ok(mjenv_create(options, THREADS, &env));
+  assert_int_equal(count_threads(), before + THREADS - 1);
+  mjenv_destroy(env);
+  assert_int_equal(count_threads(), before);
+  mjenv_options_destroy(options);
+}
+
+// ---- In a process of its own ----
+
+// Runs body in a child in an empty folder, with standard output and error in a file. It has to end well, say nothing
+// and leave the folder empty.
+static void in_child(bool (*body)(void)) {
+  char folder[] = P_tmpdir "/mjenv-faults-XXXXXX", said[64];
+  assert_non_null(mkdtemp(folder));
+  snprintf(said, sizeof said, "%s.said", folder);
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child == 0) {
+    const int file = open(said, O_CREAT | O_RDWR | O_TRUNC, 0600), nothing = open("/dev/null", O_RDONLY);
+    if (chdir(folder) != 0 || dup2(nothing, 0) < 0 || dup2(file, 1) < 0 || dup2(file, 2) < 0) _exit(2);
+    alarm(120);
+    const bool fine = body();
+    if (!fine) fprintf(stderr, "%s\n", mjenv_last_error());
+    fflush(NULL);
+    _exit(fine ? 0 : 1);
+  }
+  int result = -1;
+  assert_int_equal(waitpid(child, &result, 0), child);
+  char* text = read_file(said, NULL);
+  const int left = count_entries(folder);
+  const bool silent = text[0] == '\0';
+  if (!silent) print_error("it said: %s\n", text);
+  free(text);
+  unlink(said);
+  const int removed = rmdir(folder);
+  assert_int_equal(result, 0);
+  assert_true(silent);
+  assert_int_equal(left, 0);
+  assert_int_equal(removed, 0);
+}
+
+static bool works(int64_t threads) {
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  const double action[12] = {0};
+  bool fine = mjenv_options_create("Hopper-v5", &options) == MJENV_OK &&
+              mjenv_options_set_integer(options, "num_threads", threads) == MJENV_OK &&
+              mjenv_create(options, 4, &env) == MJENV_OK && mjenv_reset(env, NULL, NULL) == MJENV_OK &&
+              mjenv_step(env, action, 12, MJENV_FLOAT64, NULL) == MJENV_OK;
+  mjenv_destroy(env);
+  mjenv_options_destroy(options);
+  return fine;
+}
+
+// A user, other than root, may have no more processes.
+static bool no_more_processes(void) {
+  enum { NOBODY = 65534 };
+  const struct rlimit limit = {1, 1};
+  if (getuid() == 0 && (setgid(NOBODY) != 0 || setuid(NOBODY) != 0)) return false;
+  if (setrlimit(RLIMIT_NPROC, &limit) != 0) return false;
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  if (mjenv_options_create("Hopper-v5", &options) != MJENV_OK) return false;
+  if (mjenv_options_set_integer(options, "num_threads", 4) != MJENV_OK) return false;
+  const bool refused = mjenv_create(options, 4, &env) == MJENV_E_MEMORY && !env;
+  mjenv_options_destroy(options);
+  return refused && works(1);
+}
+
+static void test_no_more_processes(void** state) {
+  (void)state;
+  in_child(no_more_processes);
+}
+
+static rlim_t address_space(void) {
+  long pages = 0;
+  FILE* file = fopen("/proc/self/statm", "r");
+  if (!file || fscanf(file, "%ld", &pages) != 1) return 0;
+  fclose(file);
+  return (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE);
+}
+
+// The address space is bounded at more and more above what is in use, until environments of many rows fit.
+static bool little_address_space(void) {
+  enum { STEP = 1 << 20, MOST = 400 };
+  const rlim_t used = address_space();
+  bool fine = used > 0, fits = false;
+  int refused = 0;
+  for (int more = 0; fine && !fits && more < MOST; more += 1 + more / 8) {
+    const struct rlimit limit = {used + (rlim_t)more * STEP, RLIM_INFINITY};
+    if (setrlimit(RLIMIT_AS, &limit) != 0) return false;
+    mjenv_options* options = NULL;
+    mjenv_env* env = NULL;
+    mjenv_status status = mjenv_options_create("Humanoid-v5", &options);
+    if (status == MJENV_OK) status = mjenv_options_set_integer(options, "num_threads", 4);
+    if (status == MJENV_OK) status = mjenv_create(options, 20000, &env);
+    if (status == MJENV_OK) status = mjenv_reset(env, NULL, NULL);
+    // MuJoCo reports what its parser could not store as a fault of the file
+    fine = status == MJENV_OK || status == MJENV_E_MEMORY || status == MJENV_E_MODEL;
+    fits = status == MJENV_OK;
+    refused += !fits;
+    mjenv_destroy(env);
+    mjenv_options_destroy(options);
+  }
+  const struct rlimit none = {RLIM_INFINITY, RLIM_INFINITY};
+  return fine && fits && refused > 3 && setrlimit(RLIMIT_AS, &none) == 0 && works(2);
+}
+
+static void test_little_address_space(void** state) {
+  (void)state;
+  in_child(little_address_space);
+}
+
+// Everything that MuJoCo itself reports by printing and by writing MUJOCO_LOG.TXT.
+static bool complaints(void) {
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  const double wild[3] = {1e300, -1e300, 1e300}, qpos[6] = {1e200, 1e200, 1e200, 1e200, 1e200, 1e200}, qvel[6] = {0};
+  if (mjenv_options_create("Hopper-v5", &options) != MJENV_OK) return false;
+  // a file that is not there, one that is no model, a model that MuJoCo refuses, one whose work space is too small
+  mjenv_options_set_string(options, "xml_file", "./nothing.xml");
+  if (mjenv_create(options, 1, &env) != MJENV_E_MODEL) return false;
+  mjenv_options_set_string(options, "xml_file", "/proc/self/exe");
+  if (mjenv_create(options, 1, &env) != MJENV_E_MODEL) return false;
+  mjenv_options_set_string(options, "xml_string", "<mujoco><worldbody><geom size='-1'/></worldbody></mujoco>");
+  if (mjenv_create(options, 1, &env) != MJENV_E_MODEL) return false;
+  static const char* const cramped =
+      "<mujoco><size nstack='64'/><worldbody><geom type='plane' size='9 9 9'/><body name='torso' pos='0 0 .1'>"
+      "<joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/><geom size='.2'/>"
+      "<body><joint axis='0 1 0'/><geom size='.2' pos='.3 0 0'/></body><body><joint axis='0 1 0'/>"
+      "<geom size='.2' pos='-.3 0 0'/></body><body><joint axis='0 1 0'/><geom size='.2' pos='0 .3 0'/></body>"
+      "</body></worldbody></mujoco>";
+  mjenv_options_set_string(options, "xml_string", cramped);
+  const mjenv_status status = mjenv_create(options, 1, &env);
+  if (status == MJENV_OK) {
+    mjenv_destroy(env);
+    env = NULL;
+  }
+  mjenv_options_destroy(options);
+  // states that diverge
+  if (mjenv_options_create("Hopper-v5", &options) != MJENV_OK) return false;
+  mjenv_options_set_integer(options, "strict", 0);
+  if (mjenv_create(options, 1, &env) != MJENV_OK || mjenv_reset(env, NULL, NULL) != MJENV_OK) return false;
+  mjenv_set_state(env, 0, qpos, 6, qvel, 6);
+  for (int i = 0; i < 50; ++i) mjenv_step(env, wild, 3, MJENV_FLOAT64, NULL);
+  mjenv_simulate(env, 0, wild, 3, 50);
+  mjenv_renderer* renderer = NULL;
+  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_defaults(env, &settings);
+  settings.width = 1 << 16;
+  if (mjenv_renderer_create(env, &settings, &renderer) == MJENV_OK) return false;
+  mjenv_destroy(env);
+  mjenv_options_destroy(options);
+  return works(1);
+}
+
+static void test_nothing_is_written(void** state) {
+  (void)state;
+  in_child(complaints);
+}
+
+static bool full_disk(void) {
+  const int full = open("/dev/full", O_WRONLY);
+  const struct rlimit limit = {0, 0};
+  if (full < 0 || dup2(full, 1) < 0 || dup2(full, 2) < 0) return false;
+  if (setrlimit(RLIMIT_FSIZE, &limit) != 0) return false;  // a write to a file would end the process by SIGXFSZ
+  return complaints() && works(2);
+}
+
+static void test_full_disk(void** state) {
+  (void)state;
+  in_child(full_disk);
+}
+
+// Neither standard streams nor any file can be opened.
+static bool no_files(void) {
+  const struct rlimit limit = {0, 0};
+  for (int file = 0; file < 64; ++file) close(file);
+  return setrlimit(RLIMIT_NOFILE, &limit) == 0 && complaints() && works(2);
+}
+
+static void test_no_files(void** state) {
+  (void)state;
+  in_child(no_files);
+}
+
+static void test_as_good_as_new(void** state) {
+  (void)state;
+  assert_plays();
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_no_threads),
+      cmocka_unit_test(test_no_more_processes),
+      cmocka_unit_test(test_little_address_space),
+      cmocka_unit_test(test_nothing_is_written),
+      cmocka_unit_test(test_full_disk),
+      cmocka_unit_test(test_no_files),
+      cmocka_unit_test(test_as_good_as_new),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
