@@ -42,6 +42,8 @@
 //! An [`Env`] may move to another thread, and different environments run in parallel. One environment serves one
 //! thread at a time, which the compiler enforces: it is [`Send`], not [`Sync`].
 //!
+//! The library calls nothing of its user's, so no panic can pass through it, and no C++ exception leaves it.
+//!
 //! # Linking
 //!
 //! `libmjenv.so` is taken from the folder in the environment variable `MJENV_LIB_DIR`, else from pkg-config's `mjenv`,
@@ -58,6 +60,8 @@ mod batch;
 mod describe;
 mod env;
 mod error;
+#[cfg(doctest)]
+mod misuse;
 mod options;
 mod pipeline;
 mod text;
