@@ -174,7 +174,7 @@ class Check {
   }
 
   std::string path_of(const File& file, const std::string& subfolder) const {
-    const std::string name = strips_path_ ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
+    std::string name = strips_path_ ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
     if (name.size() < 4) refuse(nullptr, "file " + quoted(file.name) + " has no extension");
     std::string below = subfolder;
     if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
