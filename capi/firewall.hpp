@@ -168,7 +168,10 @@ void hand_out(T* to, const char* name, T value, std::size_t least = sizeof(T)) {
 inline mjenv_batch taken(const mjenv_batch& from) {
   checked_size(from.struct_size, offsetof(mjenv_batch, reset_info_count), "out");
   mjenv_batch batch{};
-  std::memcpy(&batch, &from, std::min<std::size_t>(from.struct_size, sizeof batch));
+  // Whole fields: half a pointer points anywhere.
+  constexpr std::size_t field = sizeof(void*);
+  static_assert(offsetof(mjenv_batch, reset_info_count) % field == 0 && sizeof batch % field == 0);
+  std::memcpy(&batch, &from, std::min<std::size_t>(from.struct_size / field * field, sizeof batch));
   return batch;
 }
 

@@ -87,7 +87,7 @@ class Check {
   std::vector<File> files_;
   std::string mesh_folder_, texture_folder_;
   bool strips_path_ = false, runs_threads_ = false;
-  std::int64_t text_ = 0, elements_ = 0, depth_ = 0, pixels_ = 0, bytes_ = 0;
+  std::int64_t text_ = 0, elements_ = 0, file_count_ = 0, pixels_ = 0, bytes_ = 0;
   std::int64_t bodies_ = 1, joints_ = 0, geoms_ = 0, sites_ = 0, cameras_ = 0, tendons_ = 0, actuators_ = 0,
                sensors_ = 0, equalities_ = 0, dofs_ = 0, keys_ = 0, keys_wanted_ = 0, numbers_ = 0, user_data_ = 0,
                rows_ = 500, stack_ = 0, contacts_ = 100;
@@ -128,7 +128,7 @@ class Check {
   std::string allowed(const std::string& path, const std::string& name) {
     if (path.find('\0') != std::string::npos || path.size() > 900)
       refuse(nullptr, "file " + quoted(name) + " cannot be read: it has no proper name");
-    check_most(nullptr, "files", ++count_, limits_.files);
+    check_most(nullptr, "files", ++file_count_, limits_.files);
     if (model_.trusted) return path;
     if (model_.path.empty())
       refuse(nullptr,
@@ -140,7 +140,6 @@ class Check {
                           "; set the option \"trust_xml\" to let the model read any");
     return path;
   }
-  std::int64_t count_ = 0;
 
   std::string real_path(const std::string& path) const {
     char* real = realpath(path.c_str(), nullptr);

@@ -246,7 +246,7 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
     const std::string path = expanded(xml_file), text = read_file(path, most_text(trusted), "model file ");
     const std::string given = checked(xml_file, {path, text, trusted});
     mjModel* model = given == text ? load(xml_file, path.c_str(), nullptr)
-                                   : load_text(xml_file, path.substr(0, path.rfind('/') + 1), given);
+                                   : load_text(xml_file, path.substr(0, path.find_last_of("/\\") + 1), given);
     return std::shared_ptr<const Model>(new Model(xml_file, model, false));
   }
   std::vector<std::string> names;

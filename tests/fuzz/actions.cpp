@@ -1,0 +1,56 @@
+// Actions, states and controls with every bit pattern, for every id.
+#include <map>
+
+#include "target.hpp"
+
+namespace {
+
+mjenv_env* env_of(std::size_t id, bool strict) {
+  static std::map<std::pair<std::size_t, bool>, EnvHandle> envs;
+  EnvHandle& env = envs[{id, strict}];
+  if (!env) {
+    const OptionsHandle options = options_of(mjenv_id_at(static_cast<std::int64_t>(id)));
+    REQUIRE(mjenv_options_set_integer(options.get(), "strict", strict) == MJENV_OK);
+    REQUIRE(mjenv_options_set_string(options.get(), "autoreset_mode", strict ? "same_step" : "next_step") == MJENV_OK);
+    env = create(options, 2);
+    REQUIRE(env);
+  }
+  return env.get();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Bytes bytes(data, size);
+  const std::size_t id = bytes.below(static_cast<std::size_t>(mjenv_id_count()));
+  mjenv_env* env = env_of(id, bytes.flag());
+  Outputs out(env, 2);
+  const std::uint64_t seeds[2] = {7, 8};
+  const mjenv_batch reset = out.reset();
+  REQUIRE(mjenv_seed(env, seeds, nullptr) == MJENV_OK);
+  REQUIRE(mjenv_reset(env, nullptr, &reset) == MJENV_OK);
+  const auto count = 2 * static_cast<std::size_t>(mjenv_field_count(env, MJENV_ACTION));
+  for (int calls = 0; calls < 12 && bytes.left() > 0; ++calls) {
+    switch (bytes.below(5)) {
+      case 0: check(mjenv_step(env, bytes.list<float>(count).data(), count, MJENV_FLOAT32, &out.batch)); break;
+      case 1: check(mjenv_step(env, bytes.list<double>(count).data(), count, MJENV_FLOAT64, &out.batch)); break;
+      case 2: {
+        double sizes[2];
+        std::size_t one = 0;
+        REQUIRE(mjenv_read(env, 0, "nq", &sizes[0], 1, &one) == MJENV_OK);
+        REQUIRE(mjenv_read(env, 0, "nv", &sizes[1], 1, &one) == MJENV_OK);
+        const auto nq = static_cast<std::size_t>(sizes[0]), nv = static_cast<std::size_t>(sizes[1]);
+        const auto qpos = bytes.list<double>(nq), qvel = bytes.list<double>(nv);
+        check(mjenv_set_state(env, 0, qpos.data(), nq, qvel.data(), nv));
+        break;
+      }
+      case 3: check(mjenv_simulate(env, 1, bytes.list<double>(count / 2).data(), count / 2, 2)); break;
+      default: {
+        const auto action = bytes.list<double>(count * 2);
+        Outputs steps(env, 4);
+        check(mjenv_rollout(env, action.data(), 2, count * 2, MJENV_FLOAT64, &steps.batch));
+      }
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,115 @@
+// What the fuzz targets share.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "bytes.hpp"
+#include "mjenv/mjenv.h"
+
+// Ends the process, which the fuzzer takes for a find.
+#define REQUIRE(condition)                                                 \
+  do {                                                                     \
+    if (!(condition)) {                                                    \
+      std::fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                        \
+    }                                                                      \
+  } while (0)
+
+// A status of the header, and with a failure its reason; never a defect of the library.
+inline mjenv_status check(mjenv_status status) {
+  REQUIRE(status <= MJENV_OK && status >= MJENV_E_RENDER);
+  REQUIRE(status != MJENV_E_INTERNAL);
+  REQUIRE(status == MJENV_OK || *mjenv_last_error());
+  return status;
+}
+
+struct DestroyOptions {
+  void operator()(mjenv_options* options) const { mjenv_options_destroy(options); }
+};
+struct DestroyEnv {
+  void operator()(mjenv_env* env) const { mjenv_destroy(env); }
+};
+using OptionsHandle = std::unique_ptr<mjenv_options, DestroyOptions>;
+using EnvHandle = std::unique_ptr<mjenv_env, DestroyEnv>;
+
+inline OptionsHandle options_of(const char* id) {
+  mjenv_options* options = nullptr;
+  REQUIRE(mjenv_options_create(id, &options) == MJENV_OK);
+  return OptionsHandle(options);
+}
+
+// Null when the library refuses.
+inline EnvHandle create(const OptionsHandle& options, std::int64_t rows) {
+  mjenv_env* env = nullptr;
+  const mjenv_status status = check(mjenv_create(options.get(), rows, &env));
+  REQUIRE((status == MJENV_OK) == (env != nullptr));
+  return EnvHandle(env);
+}
+
+inline std::int64_t total(const mjenv_env* env, mjenv_role role) {
+  std::int64_t count = 0;
+  for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
+    mjenv_field field{};
+    field.struct_size = sizeof field;
+    REQUIRE(mjenv_field_at(env, role, i, &field) == MJENV_OK);
+    REQUIRE(field.offset == count || role == MJENV_DATA || role == MJENV_MODEL);
+    count += field.count;
+  }
+  return count;
+}
+
+// Arrays for all outputs, as long as the library may write and no longer.
+struct Outputs {
+  Outputs(const mjenv_env* env, std::int64_t elements)
+      : obs_count(total(env, MJENV_OBSERVATION)),
+        info_count(total(env, MJENV_INFO)),
+        reset_info_count(total(env, MJENV_RESET_INFO)),
+        arrays_count(total(env, MJENV_ARRAYS)),
+        obs(static_cast<std::size_t>(elements * obs_count)),
+        final_obs(obs),
+        reward(static_cast<std::size_t>(elements)),
+        info(static_cast<std::size_t>(elements * info_count)),
+        final_info(info),
+        reset_info(static_cast<std::size_t>(elements * reset_info_count)),
+        arrays(static_cast<std::size_t>(elements * arrays_count)),
+        terminated(static_cast<std::size_t>(elements)),
+        truncated(terminated),
+        was_reset(terminated),
+        status(static_cast<std::size_t>(elements)) {
+    batch.struct_size = sizeof batch;
+    batch.rows = elements;
+    batch.obs_count = obs_count;
+    batch.info_count = info_count;
+    batch.reset_info_count = reset_info_count;
+    batch.arrays_count = arrays_count;
+    batch.obs = obs.data();
+    batch.reward = reward.data();
+    batch.terminated = terminated.data();
+    batch.truncated = truncated.data();
+    batch.info = info.data();
+    batch.status = status.data();
+    batch.was_reset = was_reset.data();
+    batch.reset_info = reset_info.data();
+    batch.final_obs = final_obs.data();
+    batch.final_info = final_info.data();
+    batch.arrays = arrays.data();
+  }
+  Outputs(const Outputs&) = delete;
+  Outputs& operator=(const Outputs&) = delete;
+
+  // As a reset needs it.
+  mjenv_batch reset() const {
+    mjenv_batch changed = batch;
+    changed.info = batch.reset_info;
+    changed.info_count = reset_info_count;
+    return changed;
+  }
+
+  std::int64_t obs_count, info_count, reset_info_count, arrays_count;
+  std::vector<double> obs, final_obs, reward, info, final_info, reset_info, arrays;
+  std::vector<std::uint8_t> terminated, truncated, was_reset;
+  std::vector<std::int32_t> status;
+  mjenv_batch batch{};
+};
