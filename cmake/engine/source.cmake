@@ -40,6 +40,8 @@ set_property(SOURCE ${sources}/mujoco/src/engine/engine_setconst.c APPEND PROPER
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_collision_convex.c APPEND PROPERTY
              COMPILE_DEFINITIONS ccdMPRPenetration=mjenv_penetration)
 set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
+# Errors leave MuJoCo's C as exceptions: without tables for them the compiler drops the handlers of its callers.
+target_compile_options(mjenv_engine PRIVATE $<$<COMPILE_LANGUAGE:C>:-fexceptions>)
 # Others' code: its warnings are theirs.
 target_compile_options(mjenv_engine PRIVATE -w)
 set_target_properties(mjenv_engine PROPERTIES C_STANDARD 11 EXPORT_COMPILE_COMMANDS OFF)

@@ -87,7 +87,8 @@ static void test_environments(void** state) {
   const struct held before = held();
   for (int64_t i = 0; i < environments; ++i) create_and_destroy(i);
   print_message("%" PRId64 " environments in %.0f s\n", environments, seconds() - start);
-  assert_held("environments", before, SCATTER, 4096);
+  // What glibc keeps at hand for threads that come again counts as in use.
+  assert_held("environments", before, SCATTER, 16384);
 }
 
 // Bad input, whose messages are allocated.
