@@ -177,6 +177,7 @@ time.sleep(0.2)""",
     "an exception": "env = mjenv.make('Hopper-v5'); env.reset(seed=1); sys.exit(0)",
     "interrupted": """
 import os, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
 env = mjenv.make('Hopper-v5')
 env.reset(seed=1)
 try:
