@@ -264,7 +264,7 @@ def test_str() -> None:
     [
         (["verify"], "gymnasium[mujoco]"),
         (["verify", "Ant-v3"], "no id 'Ant-v3'; there are Ant-v4"),
-        ([], "verify"),
+        ([], "COMMAND"),
     ],
 )
 def test_verify_says_what_is_missing(arguments: list[str], message: str) -> None:
