@@ -8,6 +8,7 @@ import random
 import subprocess
 import sys
 import threading
+import time
 import weakref
 from contextlib import closing
 from typing import Any
@@ -68,6 +69,7 @@ def test_closed_under_a_thread() -> None:
     def step() -> None:
         action = np.zeros(env.action_space.shape, np.float32)
         while True:
+            time.sleep(0.0005)  # or close would hardly ever find the environment free
             try:
                 env.step(action)
             except mjenv.BusyError:
