@@ -50,6 +50,7 @@ static int threads_made(int64_t rows, int64_t asked) {
 // The caller's thread is one of them; a row needs no second.
 static void test_count(void** state) {
   (void)state;
+  mjenv_destroy(env_with_threads("Reacher-v5", 2, 2));  // a sanitizer adds a thread of its own to the first
   assert_int_equal(threads_made(8, 1), 0);
   assert_int_equal(threads_made(8, 3), 2);
   assert_int_equal(threads_made(2, 8), 1);
@@ -132,10 +133,11 @@ static bool use_what_was_left(mjenv_env* env) {
   fine = fine && told_of_fork(mjenv_send(env, NULL, 0, action, count, MJENV_FLOAT32, NULL));
   fine = fine && told_of_fork(mjenv_recv(env, 1, rows, ROWS, &received));
   mjenv_destroy(env);
-  // One of its own.
+#ifndef __SANITIZE_THREAD__  // which starts no thread in a child
   mjenv_env* own = cheetahs(3);
   fine = fine && mjenv_step(own, action, count, MJENV_FLOAT32, NULL) == MJENV_OK;
   mjenv_destroy(own);
+#endif
   return fine;
 }
 

@@ -15,8 +15,9 @@ An [`Env`](@ref) holds one or many rows; a row is one episode. Arrays of many ro
 Rows and indices of objects count from 1; in the text of an error, which comes from the C library, they count from 0.
 For loops that must not allocate, step into a [`Batch`](@ref).
 
-Names that a program wants for its variables are not exported: `MJEnv.info`, `MJEnv.spec`, `MJEnv.options`,
-`MJEnv.fields`, `MJEnv.ids`, `MJEnv.schema`, `MJEnv.version`.
+Names that a program wants for its variables are not exported: `MJEnv.info`, `MJEnv.reset_info`, `MJEnv.final_info`,
+`MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.ids`, `MJEnv.schema`,
+`MJEnv.version`.
 
 With CommonRLInterface loaded, `convert(CommonRLInterface.AbstractEnv, env)` is what its algorithms take.
 
@@ -28,7 +29,8 @@ module MJEnv
 export Env, Batch, MJEnvError
 export seed!, reset!, step!, observe, observe!
 export observation_space, action_space, seed_actions!, sample_actions, sample_actions!
-export object_index, object_name, set_state!, simulate!, snapshot, restore!
+export rollout, rollout!, send!, recv!
+export object_index, object_name, set_state!, simulate!, snapshot, restore!, copy_row!, set_stream!
 
 include("capi.jl")
 include("library.jl")
@@ -38,5 +40,6 @@ include("env.jl")
 include("batch.jl")
 include("state.jl")
 include("extensions.jl")
+include("many.jl")
 
 end

@@ -1,15 +1,22 @@
 # Resetting and stepping.
 
 """
-    Batch(env; dtype = Float64)
+    Batch(env; dtype = Float64, steps = 1)
 
-Preallocated outputs of [`step!`](@ref), [`reset!`](@ref) and [`observe!`](@ref) for all rows of `env`:
+Preallocated outputs of [`step!`](@ref), [`reset!`](@ref), [`observe!`](@ref) and [`send!`](@ref) for all rows of `env`:
 
 - `obs`: a `Matrix{dtype}`, a column for each row; `Float32` is rounded to nearest
 - `reward`: `Vector{Float64}`; `terminated`, `truncated`: `Vector{Bool}`. A reset writes 0.
 - `status`: a `Vector{MJEnv.Status}`, `MJENV_E_PHYSICS` where MuJoCo found the state diverged and restarted it
-- `step_info`, `reset_info`: the numbers of [`MJEnv.info`](@ref), field by field: element `e` of a field `f` of row `r`,
-  all from 1, is at `(first(f.range) - 1) * rows + (r - 1) * length(f.range) + e`
+- `was_reset`: a `Vector{Bool}`, true where the last call began an episode: see the option `autoreset_mode`
+- `final_obs`: as `obs`, without columns unless `autoreset_mode` is `:same_step`: the last observation of the episode
+  that a step ended and reset, written in the columns of those rows
+- `step_info`, `reset_info`, `final_info`, `arrays`: the numbers of [`MJEnv.info`](@ref), [`MJEnv.reset_info`](@ref),
+  [`MJEnv.final_info`](@ref) and [`MJEnv.arrays`](@ref), field by field: element `e` of a field `f` of row `r`, all from
+  1, is at `(first(f.range) - 1) * rows + (r - 1) * length(f.range) + e`
+
+With `steps`, the outputs of [`rollout!`](@ref): a column, or an element, for each step of each row, step `t` of row `r`
+at `(r - 1) * steps + t`.
 
 A batch fits every environment with as many rows and outputs of the same sizes; else a `DimensionMismatch` is thrown.
 """
@@ -19,27 +26,44 @@ mutable struct Batch{T<:Union{Float32,Float64}}
     terminated::Vector{Bool}
     truncated::Vector{Bool}
     status::Vector{Status}
+    was_reset::Vector{Bool}
     step_info::Vector{Float64}
     reset_info::Vector{Float64}
+    final_obs::Matrix{T}
+    final_info::Vector{Float64}
+    arrays::Vector{Float64}
     # What info reads, of the last call.
     fields::Vector{Field}
     values::Vector{Float64}
     action_type::DataType
+    # What else there is to read.
+    info_fields::Vector{Field}
+    reset_info_fields::Vector{Field}
+    array_fields::Vector{Field}
 end
 
-function Batch(env::Env; dtype::Type{T} = Float64) where {T<:Union{Float32,Float64}}
-    rows = env.rows
+function Batch(env::Env; dtype::Type{T} = Float64, steps::Integer = 1) where {T<:Union{Float32,Float64}}
+    columns = env.rows * steps
+    final = steps == 1 && env.same_step ? columns : 0
+    info_count = record_length(env.info_fields)
     return Batch{T}(
-        zeros(T, env.obs_count, rows),
-        zeros(rows),
-        zeros(Bool, rows),
-        zeros(Bool, rows),
-        fill(MJENV_OK, rows),
-        zeros(record_length(env.info_fields) * rows),
-        zeros(record_length(env.reset_info_fields) * rows),
+        zeros(T, env.obs_count, columns),
+        zeros(columns),
+        zeros(Bool, columns),
+        zeros(Bool, columns),
+        fill(MJENV_OK, columns),
+        zeros(Bool, columns),
+        zeros(info_count * columns),
+        zeros(record_length(env.reset_info_fields) * columns),
+        zeros(T, env.obs_count, final),
+        zeros(info_count * final),
+        zeros(record_length(env.array_fields) * columns),
         Field[],
         Float64[],
         Float64,
+        env.info_fields,
+        env.reset_info_fields,
+        env.array_fields,
     )
 end
 
@@ -50,17 +74,28 @@ dtype_of(::Type{Float64}) = MJENV_FLOAT64
 dtype_of(::Type{Float32}) = MJENV_FLOAT32
 
 # The batch as C takes it; its pointers are valid while the batch is preserved. Inlined, the Ref stays on the stack.
-@inline function raw(batch::Batch{T}, env::Env, info::Vector{Float64}, fields::Vector{Field}) where {T}
-    info_count = record_length(fields)
-    fits(env, "obs", size(batch.obs), (env.obs_count, env.rows))
-    fits(env, "reward", size(batch.reward), (env.rows,))
-    fits(env, "terminated", size(batch.terminated), (env.rows,))
-    fits(env, "truncated", size(batch.truncated), (env.rows,))
-    fits(env, "status", size(batch.status), (env.rows,))
-    fits(env, fields === env.info_fields ? "step_info" : "reset_info", size(info), (info_count * env.rows,))
+@inline function raw(batch::Batch{T}, env::Env, fields::Vector{Field}, columns::Int = env.rows) where {T}
+    stepping = fields === env.info_fields
+    info = stepping ? batch.step_info : batch.reset_info
+    info_count, reset_info_count = record_length(fields), record_length(env.reset_info_fields)
+    array_count = record_length(env.array_fields)
+    keeps_final = stepping && !isempty(batch.final_obs)
+    fits(env, "obs", size(batch.obs), (env.obs_count, columns))
+    fits(env, "reward", size(batch.reward), (columns,))
+    fits(env, "terminated", size(batch.terminated), (columns,))
+    fits(env, "truncated", size(batch.truncated), (columns,))
+    fits(env, "status", size(batch.status), (columns,))
+    fits(env, "was_reset", size(batch.was_reset), (columns,))
+    fits(env, stepping ? "step_info" : "reset_info", size(info), (info_count * columns,))
+    fits(env, "reset_info", size(batch.reset_info), (reset_info_count * columns,))
+    fits(env, "arrays", size(batch.arrays), (array_count * columns,))
+    if keeps_final
+        fits(env, "final_obs", size(batch.final_obs), (env.obs_count, columns))
+        fits(env, "final_info", size(batch.final_info), (info_count * columns,))
+    end
     c = mjenv_batch(
         obs_dtype = Int32(dtype_of(T)),
-        rows = env.rows,
+        rows = columns,
         obs_count = env.obs_count,
         info_count = info_count,
         obs = pointer(batch.obs),
@@ -69,6 +104,13 @@ dtype_of(::Type{Float32}) = MJENV_FLOAT32
         truncated = pointer(batch.truncated),
         info = pointer(info),
         status = pointer(batch.status),
+        reset_info_count = reset_info_count,
+        arrays_count = array_count,
+        was_reset = pointer(batch.was_reset),
+        reset_info = stepping ? pointer(batch.reset_info) : Ptr{Float64}(C_NULL),
+        final_obs = keeps_final ? pointer(batch.final_obs) : Ptr{T}(C_NULL),
+        final_info = keeps_final ? pointer(batch.final_info) : Ptr{Float64}(C_NULL),
+        arrays = pointer(batch.arrays),
     )
     return Ref(c)
 end
@@ -79,11 +121,14 @@ end
     throw(DimensionMismatch("$name of the batch has size $given; this $env needs $needed"))
 
 # After a call: a failure of physics has written the other rows.
-@inline function note!(batch, status, fields, values, action_type)
+@inline function note!(batch, env, status, fields, action_type)
     status == MJENV_OK || status == MJENV_E_PHYSICS || return
     batch.fields = fields
-    batch.values = values
+    batch.values = fields === env.info_fields ? batch.step_info : batch.reset_info
     batch.action_type = action_type
+    batch.info_fields = env.info_fields
+    batch.reset_info_fields = env.reset_info_fields
+    batch.array_fields = env.array_fields
     return
 end
 
@@ -109,9 +154,9 @@ function reset!(batch::Batch, env::Env; mask::Union{Nothing,AbstractVector{Bool}
     chosen = as_mask(env, mask)
     fields = env.reset_info_fields
     GC.@preserve batch begin
-        out = raw(batch, env, batch.reset_info, fields)
+        out = raw(batch, env, fields)
         status = inside(handle -> mjenv_reset(handle, chosen, out), env)
-        note!(batch, status, fields, batch.reset_info, Float64)
+        note!(batch, env, status, fields, Float64)
         check(status)
     end
     return batch
@@ -154,18 +199,18 @@ function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}) where {
     check_action(env, action)
     fields = env.info_fields
     GC.@preserve batch begin
-        out = raw(batch, env, batch.step_info, fields)
+        out = raw(batch, env, fields)
         status = inside(handle -> mjenv_step(handle, action, length(action), dtype_of(T), out), env)
-        note!(batch, status, fields, batch.step_info, T)
+        note!(batch, env, status, fields, T)
         check(status)
     end
     return batch
 end
 
 # Elements without gaps, of a type that C knows.
-dense(action::AbstractVecOrMat{<:Real}) = Array{Float64}(action)
-dense(action::AbstractVecOrMat{T}) where {T<:Union{Float32,Float64}} = Array{T}(action)
-dense(action::VecOrMat{<:Union{Float32,Float64}}) = action
+dense(action::AbstractArray{<:Real}) = Array{Float64}(action)
+dense(action::AbstractArray{T}) where {T<:Union{Float32,Float64}} = Array{T}(action)
+dense(action::Array{<:Union{Float32,Float64}}) = action
 dense(action::StridedVector{T}) where {T<:Union{Float32,Float64}} = stride(action, 1) == 1 ? action : Array{T}(action)
 dense(action::StridedMatrix{T}) where {T<:Union{Float32,Float64}} =
     strides(action) == (1, size(action, 1)) ? action : Array{T}(action)
@@ -187,11 +232,12 @@ observe(env::Env) = outputs(env, observe!(Batch(env), env)).obs
 """
     observe!(batch, env)
 
-Writes the observation of each row as it is into the `obs` of a [`Batch`](@ref), nothing else, and returns the batch.
+Writes the observation of each row as it is into the `obs` of a [`Batch`](@ref), the exported arrays into its `arrays`,
+nothing else, and returns the batch.
 """
 function observe!(batch::Batch, env::Env)
     GC.@preserve batch begin
-        out = raw(batch, env, batch.step_info, env.info_fields)
+        out = raw(batch, env, env.info_fields)
         check(inside(handle -> mjenv_observe(handle, out), env))
     end
     return batch
@@ -205,16 +251,47 @@ What the last reset or step of the batch, or the last `reset!(env)` or `step!(en
 Gymnasium's keys in Gymnasium's order. For one row its values are numbers of the type Gymnasium gives them, or arrays;
 for many rows arrays whose last dimension are the rows.
 """
-function info(batch::Batch)
-    names = Tuple(Symbol(field.name) for field in batch.fields)
-    return NamedTuple{names}(Tuple(info_value(batch, field) for field in batch.fields))
-end
+info(batch::Batch) = named(batch, batch.fields, batch.values)
 
 info(env::Env) = env.latest === nothing ? NamedTuple() : info(env.latest)
 
-function info_value(batch::Batch, field::Field)
-    rows = length(batch.reward)
-    part = view(batch.values, ((first(field.range) - 1) * rows + 1):(last(field.range) * rows))
-    T = julia_type(field.type, batch.action_type)
-    return rows == 1 ? shaped(part, field, T) : shaped(part, field, T, rows)
+"""
+    MJEnv.reset_info(batch)
+
+As [`MJEnv.info`](@ref), of the last reset of each row: of [`reset!`](@ref), or of the step that reset it.
+"""
+reset_info(batch::Batch) = named(batch, batch.reset_info_fields, batch.reset_info)
+
+"""
+    MJEnv.final_info(batch)
+
+As [`MJEnv.info`](@ref), of the last step of the episodes that a step ended and reset: with the option `autoreset_mode`
+at `:same_step`, in the rows where `was_reset` is true after it. Without that mode there are none.
+"""
+final_info(batch::Batch) =
+    isempty(batch.final_obs) ? NamedTuple() : named(batch, batch.info_fields, batch.final_info)
+
+"""
+    MJEnv.arrays(batch)
+
+The mjData arrays that the option `arrays` names, of the last call, in the form of [`MJEnv.info`](@ref); their shapes
+are those of `read`.
+"""
+arrays(batch::Batch) = named(batch, batch.array_fields, batch.arrays)
+
+# The rows are the last dimension, where there are many.
+function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64})
+    columns = length(batch.reward)
+    return named(batch, fields, values, columns == 1 ? () : (columns,))
+end
+
+function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64}, dimensions)
+    names = Tuple(Symbol(field.name) for field in fields)
+    return NamedTuple{names}(Tuple(value_of(batch, field, values, dimensions) for field in fields))
+end
+
+function value_of(batch::Batch, field::Field, values::Vector{Float64}, dimensions)
+    columns = length(batch.reward)
+    part = view(values, ((first(field.range) - 1) * columns + 1):(last(field.range) * columns))
+    return shaped(part, field, julia_type(field.type, batch.action_type), dimensions)
 end

@@ -7,8 +7,8 @@ const CLOSED = typemin(Int) ÷ 2
     Env(f, id; rows = 1, options...)
 
 The environment `id`, one of `MJEnv.ids()`, with `rows` independent episodes. `options` are Gymnasium's constructor
-arguments by Gymnasium's names, and some of our own (`max_episode_steps`, `strict`, `norm`, `xml_string`):
-`MJEnv.schema(id)` describes them. A flag is a `Bool`, a number any `Real`, a range a tuple or a vector, a text a string
+arguments by Gymnasium's names, and some of our own (`max_episode_steps`, `strict`, `norm`, `xml_string`,
+`num_threads`, `cpu_affinity`, `autoreset_mode`, `on_divergence`, `arrays`): `MJEnv.schema(id)` describes them. A flag is a `Bool`, a number any `Real`, a range a tuple or a vector, a text a string
 or a symbol. An unknown option, a wrong type or a value out of bounds throws an [`MJEnvError`](@ref).
 
 With a function `f`, the environment is passed to it and closed at its end.
@@ -32,8 +32,12 @@ mutable struct Env
     qvel_count::Int
     info_fields::Vector{Field}
     reset_info_fields::Vector{Field}
+    array_fields::Vector{Field}
+    same_step::Bool
     arrays::Dict{String,Field}  # for read; filled by the first
     latest::Any  # the Batch behind MJEnv.info(env), or nothing
+    under_way::Int  # rows sent and not yet received
+    written::Any  # the arrays that these write, kept from being collected
 
     function Env(id::AbstractString; rows::Integer = 1, options...)
         created = Ref{Ptr{mjenv_env}}(C_NULL)
@@ -64,8 +68,12 @@ function describe!(env::Env)
     env.action_count = space_of(env.handle, MJENV_ACTION).count
     env.info_fields = fields_of(env.handle, MJENV_INFO)
     env.reset_info_fields = fields_of(env.handle, MJENV_RESET_INFO)
+    env.array_fields = fields_of(env.handle, MJENV_ARRAYS)
+    env.same_step = options(env).autoreset_mode == "same_step"
     env.arrays = Dict{String,Field}()
     env.latest = nothing
+    env.under_way = 0
+    env.written = nothing
     env.dt = read(env, "opt.timestep") * env.frame_skip
     env.qpos_count = read(env, "nq")
     env.qvel_count = read(env, "nv")
@@ -104,6 +112,7 @@ Frees the environment. Closing it again does nothing; any other use of it throws
 """
 function Base.close(env::Env)
     destroy(env) || throw(MJEnvError(MJENV_E_BUSY, "another thread is inside this environment: it stays open"))
+    env.written = nothing
     return nothing
 end
 
@@ -130,6 +139,7 @@ The [`MJEnv.Field`](@ref)s of a role, in order:
 - `:info`, `:reset_info`: what a step and a reset report
 - `:structure`: Gymnasium's `observation_structure`, empty where Gymnasium has none
 - `:data`, `:model`: the arrays of mjData and mjModel for `read`
+- `:arrays`: those of mjData that the option `arrays` names, for [`MJEnv.arrays`](@ref)
 """
 fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role)), env)
 

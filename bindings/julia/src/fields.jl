@@ -53,5 +53,6 @@ julia_type(type::mjenv_type, action_type::Type) =
 # A field of one row: a number, or an array of the field's shape.
 shaped(values, field::Field, T::Type) = isempty(field.shape) ? T(values[1]) : reshape(T.(values), field.shape)
 
-# A field of many rows: the rows are the last dimension.
-shaped(values, field::Field, T::Type, rows::Integer) = reshape(T.(values), (field.shape..., rows))
+# A field of many rows: they are the last dimensions.
+shaped(values, field::Field, T::Type, ::Tuple{}) = shaped(values, field, T)
+shaped(values, field::Field, T::Type, dimensions) = reshape(T.(values), (field.shape..., dimensions...))

@@ -97,12 +97,52 @@ function simulate!(env::Env, ctrl::AbstractVector{<:Real}, frames::Integer; row:
 end
 
 """
+    MJEnv.stream(env; row = 1)
+
+A row's random stream as NumPy's PCG64 has it: the state, then the increment, each as its low and its high 64 bits.
+Throws an `MJEnvError` where the row was neither seeded nor reset.
+"""
+function stream(env::Env; row::Integer = 1)
+    index, words = row_index(env, row), zeros(UInt64, 4)
+    check(inside(handle -> mjenv_get_stream(handle, index, words, 4), env))
+    return Tuple(words)
+end
+
+"""
+    set_stream!(env, words; row = 1)
+
+Replaces a row's random stream by one as [`MJEnv.stream`](@ref) tells it; the increment is odd. Returns `env`.
+"""
+function set_stream!(env::Env, words::Union{NTuple{4,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
+    index = row_index(env, row)
+    check_length(env, "words", length(words), 4)
+    check(inside(handle -> mjenv_set_stream(handle, index, collect(UInt64, words), 4), env))
+    return env
+end
+
+"""
+    copy_row!(env, from, to)
+
+Makes the rows where the `Bool` vector `to` is true equal to the row `from`: simulation, random stream, counters.
+Returns `env`.
+"""
+function copy_row!(env::Env, from::Integer, to::AbstractVector{Bool})
+    index, mask = row_index(env, from), as_mask(env, to)
+    check(inside(handle -> mjenv_copy_row(handle, index, mask), env))
+    return env
+end
+
+rows_index(env::Env, row::Integer) = row_index(env, row)
+rows_index(::Env, ::Colon) = MJENV_ALL_ROWS
+
+"""
     snapshot(env; row = 1)
 
-Copies a row, its simulation, random stream and counters, into a new `Vector{UInt8}` for [`restore!`](@ref).
+Copies a row, its simulation, random stream and counters, or with `row = :` all rows, into a new `Vector{UInt8}` for
+[`restore!`](@ref).
 """
-function snapshot(env::Env; row::Integer = 1)
-    index = row_index(env, row)
+function snapshot(env::Env; row::Union{Integer,Colon} = 1)
+    index = rows_index(env, row)
     return inside(env) do handle
         size = Ref{Csize_t}()
         check(mjenv_snapshot(handle, index, C_NULL, 0, size))
@@ -115,11 +155,12 @@ end
 """
     restore!(env, image; row = 1)
 
-Continues a row from a [`snapshot`](@ref), bit for bit, also in another process. The environment must have the id, the
-options and the model of the one the image was taken from. Returns `env`.
+Continues a row, or with `row = :` all rows, from a [`snapshot`](@ref), bit for bit, also in another process and with
+another number of threads. The environment must have the id, the options and the model of the one the image was taken from, and
+as many rows if the image is of all. Returns `env`.
 """
-function restore!(env::Env, image::AbstractVector{UInt8}; row::Integer = 1)
-    index = row_index(env, row)
+function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)
+    index = rows_index(env, row)
     bytes = convert(Vector{UInt8}, image)
     check(inside(handle -> mjenv_restore(handle, index, bytes, length(bytes)), env))
     return env

@@ -1,8 +1,5 @@
 # Everything that a caller can get wrong: the error names the culprit, outputs stay, the environment goes on.
 
-using MJEnv: MJENV_E_NAME, MJENV_E_TYPE, MJENV_E_VALUE, MJENV_E_SIZE, MJENV_E_STATE, MJENV_E_BUSY, MJENV_E_MODEL,
-    MJENV_E_SNAPSHOT, MJENV_E_MEMORY
-
 @testset "ids and options" begin
     @test refuses(() -> Env("Ant-v6"), MJENV_E_NAME, "Ant-v6", "Ant-v5", "Walker2d-v4")
     @test refuses(() -> Env(""), MJENV_E_NAME, "\"\"")

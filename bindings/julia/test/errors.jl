@@ -1,5 +1,8 @@
 # What a call throws.
 
+using MJEnv: MJENV_E_NAME, MJENV_E_TYPE, MJENV_E_VALUE, MJENV_E_SIZE, MJENV_E_STATE, MJENV_E_BUSY, MJENV_E_MODEL,
+    MJENV_E_SNAPSHOT, MJENV_E_MEMORY
+
 function thrown(f)
     try
         f()

@@ -215,8 +215,10 @@ end
     @test !isopen(kept[])
 end
 
-@testset "documentation of $name" for name in
-    [names(MJEnv); :info; :spec; :options; :fields; :Field; :ids; :schema; :Option; :version; :Status]
-
+@testset "documentation of $name" for name in [
+    names(MJEnv)
+    [:info, :reset_info, :final_info, :arrays, :stream]
+    [:spec, :options, :fields, :Field, :ids, :schema, :Option, :version, :Status]
+]
     @test haskey(Base.Docs.meta(MJEnv), Base.Docs.Binding(MJEnv, name))
 end

@@ -17,6 +17,7 @@ end
     @test allocated(step!, batch, env, action) == 0
     @test allocated(observe!, batch, env) == 0
     @test allocated(sample_actions!, drawn, env) == 0
+    @test allocated(rollout!, Batch(env; dtype = T, steps = 3), env, repeat(action[:, 1:1], 1, 3, 2)) == 0
 end
 
 function resident_bytes()

@@ -22,6 +22,9 @@ include("errors.jl")
     @testset "interface" begin
         include("interface.jl")
     end
+    @testset "many" begin
+        include("many.jl")
+    end
     @testset "bad input" begin
         include("bad_input.jl")
     end

@@ -1,0 +1,114 @@
+# Many steps at once, and steps in two halves.
+
+"""
+    rollout(env, actions)
+
+Plays `actions`, an array of actuators × steps × rows or for one row a matrix of actuators × steps, from the rows' present
+states, and leaves the rows at their ends. A row that ends stays there: what follows in its flags repeats, its rewards
+and infos are 0. No row is reset.
+
+Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`, whose arrays end in the dimensions
+steps × rows, for one row in steps. Actions are taken, and refused, as by [`step!`](@ref).
+
+To write into preallocated arrays: [`rollout!`](@ref).
+"""
+function rollout(env::Env, actions::AbstractArray{<:Real})
+    batch = rollout!(Batch(env; steps = size(actions, 2)), env, actions)
+    dimensions = size(actions)[2:end]
+    return (
+        obs = reshape(batch.obs, (env.obs_count, dimensions...)),
+        reward = reshape(batch.reward, dimensions),
+        terminated = reshape(batch.terminated, dimensions),
+        truncated = reshape(batch.truncated, dimensions),
+        info = named(batch, batch.fields, batch.values, dimensions),
+    )
+end
+
+"""
+    rollout!(batch, env, actions)
+
+As [`rollout`](@ref), with the outputs in a [`Batch`](@ref) of as many `steps`, which is returned; allocates nothing where
+`actions` is an `Array` of `Float32` or `Float64`.
+"""
+rollout!(batch::Batch, env::Env, actions::AbstractArray{<:Real}) = rollout_dense!(batch, env, dense(actions))
+
+function rollout_dense!(batch::Batch, env::Env, actions::StridedArray{T}) where {T}
+    steps = size(actions, 2)
+    fits = ndims(actions) == 2 && env.rows == 1 ? size(actions, 1) == env.action_count :
+           size(actions) == (env.action_count, steps, env.rows)
+    fits || refuse_actions(env, actions)
+    fields = env.info_fields
+    GC.@preserve batch begin
+        out = raw(batch, env, fields, env.rows * steps)
+        status = inside(handle -> mjenv_rollout(handle, actions, steps, length(actions), dtype_of(T), out), env)
+        note!(batch, env, status, fields, T)
+        check(status)
+    end
+    return batch
+end
+
+@noinline function refuse_actions(env, actions)
+    wanted = "$(env.action_count) × steps" * (env.rows == 1 ? "" : " × $(env.rows)")
+    throw(DimensionMismatch("the actions of a rollout of this $env are $wanted, not of size $(size(actions))"))
+end
+
+"""
+    send!(batch, env, action; rows = 1:env.rows)
+
+Begins a step of some rows and returns at once: `action` has a column for each of `rows`, and is copied. [`recv!`](@ref)
+waits for them; each row's outputs go to its own place in the [`Batch`](@ref). While rows are under way their outputs are
+not to be read, no array of the batch may be resized, and all rows under way share one batch; only `send!` of other
+rows, `recv!` and `close` are allowed. Returns `env`.
+"""
+function send!(
+    batch::Batch,
+    env::Env,
+    action::AbstractVecOrMat{<:Real};
+    rows::AbstractVector{<:Integer} = 1:env.rows,
+)
+    given = dense(action)
+    fits = ndims(given) == 1 ? length(rows) == 1 && length(given) == env.action_count :
+           size(given) == (env.action_count, length(rows))
+    fits || refuse_sent(env, given, length(rows))
+    numbers = Int64[row_index(env, row) for row in rows]
+    isempty(numbers) && return env
+    fields = env.info_fields
+    GC.@preserve batch begin
+        out = raw(batch, env, fields)
+        check(inside(env) do handle
+            mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)), out)
+        end)
+        env.under_way += length(numbers)
+        env.written = (
+            batch.obs, batch.reward, batch.terminated, batch.truncated, batch.status, batch.was_reset,
+            batch.step_info, batch.reset_info, batch.final_obs, batch.final_info, batch.arrays,
+        )
+        note!(batch, env, MJENV_OK, fields, eltype(given))
+    end
+    return env
+end
+
+@noinline function refuse_sent(env, action, count)
+    wanted = "$(env.action_count)×$count"
+    throw(DimensionMismatch("the action for $count row(s) of this $env is $wanted, not of size $(size(action))"))
+end
+
+"""
+    recv!(rows, env; least = 1)
+
+Waits until at least `least` rows that were sent have been stepped. Writes the numbers of all that have into `rows`, as many
+as fit, and 0 behind them; returns a view of the numbers. Where MuJoCo fails in some of them an `MJEnvError` of status
+`MJENV_E_PHYSICS` is thrown after `rows` was written, and `status` in the batch tells which.
+"""
+function recv!(rows::Vector{Int64}, env::Env; least::Integer = 1)
+    received = Ref{Csize_t}(0)
+    status = inside(handle -> mjenv_recv(handle, least, rows, length(rows), received), env)
+    status == MJENV_OK || status == MJENV_E_PHYSICS || check(status)
+    count = Int(received[])
+    rows[1:count] .+= 1
+    rows[(count + 1):end] .= 0
+    env.under_way -= count
+    env.under_way == 0 && (env.written = nothing)
+    check(status)
+    return view(rows, 1:count)
+end
