@@ -4,6 +4,7 @@ mod allocation;
 mod golden;
 mod pipeline;
 mod refusals;
+mod relay;
 mod replay;
 mod rows;
 mod schema;
