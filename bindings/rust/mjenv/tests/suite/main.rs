@@ -2,6 +2,7 @@
 
 mod allocation;
 mod golden;
+mod misuse;
 mod pipeline;
 mod refusals;
 mod relay;

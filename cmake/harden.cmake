@@ -1,0 +1,25 @@
+# What makes a defect harder to exploit. Not where steps are simulated: no text or file from outside gets there.
+option(MJENV_HARDEN "Guard stacks and copies, and make what the loader writes read-only" ON)
+if(NOT MJENV_HARDEN OR MJENV_SANITIZE)
+  return()
+endif()
+
+foreach(target mjenv mjenv_core mjenv_engine)
+  get_target_property(type ${target} TYPE)
+  if(NOT type STREQUAL INTERFACE_LIBRARY)
+    # Checked copies need an optimising compiler.
+    target_compile_options(${target} PRIVATE
+      $<$<CONFIG:Release,RelWithDebInfo,MinSizeRel>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>)
+  endif()
+endforeach()
+foreach(target mjenv mjenv_core)
+  target_compile_options(${target} PRIVATE -fstack-protector-strong)
+endforeach()
+# The parts of the engine that read models, meshes and pictures.
+get_target_property(type mjenv_engine TYPE)
+if(NOT type STREQUAL INTERFACE_LIBRARY)
+  get_target_property(readers mjenv_engine SOURCES)
+  list(FILTER readers INCLUDE REGEX "/mujoco/src/(user|xml)/|/engine_(file|io|vfs)\\.c$|/qhull/|/tinyxml2/|/lodepng/")
+  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS -fstack-protector-strong)
+endif()
+target_link_options(mjenv PRIVATE -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack)
