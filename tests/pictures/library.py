@@ -73,6 +73,11 @@ class Renderer:
     def close(self) -> None:
         LIBRARY.mjenv_renderer_destroy(self.handle)
 
+    def colours(self, row: int = 0) -> NDArray[np.uint8]:
+        rgb = np.empty((*self.shape, 3), np.uint8)
+        check(LIBRARY.mjenv_render(self.handle, row, _pointer(rgb, c_uint8), rgb.size, None, 0))
+        return rgb
+
     def render(self, row: int = 0) -> Picture:
         rgb, depth = np.empty((*self.shape, 3), np.uint8), np.empty(self.shape, np.float32)
         colours = (_pointer(rgb, c_uint8), rgb.size)
