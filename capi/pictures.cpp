@@ -3,6 +3,7 @@
 
 #include "firewall.hpp"
 #include "render/renderer.hpp"
+#include "render/window.hpp"
 
 using namespace mjenv;
 using namespace mjenv::firewall;
@@ -17,7 +18,21 @@ struct HeldRenderer {
       : renderer(env.env.shared_model(), settings), link(env.link) {}
 };
 
+struct HeldWindow {
+  Window window;
+  std::shared_ptr<Link> link;
+
+  HeldWindow(const HeldEnv& env, const mjenv_render_settings& settings)
+      : window(env.env.shared_model(), settings), link(env.link) {}
+};
+
 }  // namespace mjenv
+
+struct mjenv_window : Slot<HeldWindow> {
+  static constexpr const char* kName = "window";
+  static constexpr const char* kThing = "window";
+  static constexpr bool kReadersSeeChanges = false;
+};
 
 struct mjenv_renderer : Slot<HeldRenderer> {
   static constexpr const char* kName = "renderer";
@@ -45,11 +60,12 @@ void check_room(const char* name, const void* to, std::size_t count, std::size_t
 }
 
 // Threads that draw wait for each other here, but not for one that steps.
-void look_at(HeldRenderer& r, std::int64_t row) {
-  const std::lock_guard lock(r.link->mutex);
-  if (!r.link->env || !r.link->env->object) fail(MJENV_E_STATE, "the environment that is to be drawn was destroyed");
-  const Entered env(r.link->env);
-  (*env).env.show(row, [&](mjData_* data) { r.renderer.look_at(data); });
+template <typename Painter>
+void look_at(Link& link, std::int64_t row, Painter& painter) {
+  const std::lock_guard lock(link.mutex);
+  if (!link.env || !link.env->object) fail(MJENV_E_STATE, "the environment that is to be drawn was destroyed");
+  const Entered env(link.env);
+  (*env).env.show(row, [&](mjData_* data) { painter.look_at(data); });
 }
 
 }  // namespace
@@ -83,7 +99,35 @@ mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");
     check_room("rgb", rgb, rgb_count, 3 * r.renderer.pixels());
     check_room("depth", depth, depth_count, r.renderer.pixels());
-    look_at(r, row);
+    look_at(*r.link, row, r.renderer);
     r.renderer.draw(rgb, depth);
+  });
+}
+
+mjenv_status mjenv_window_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_window** window) {
+  return guard([&] {
+    const Reading e(env);
+    need(window, "window");
+    *window = handles<mjenv_window>.add(std::make_unique<HeldWindow>(*e, taken(*e, settings)));
+  });
+}
+
+void mjenv_window_destroy(mjenv_window* window) {
+  guard([&] { handles<mjenv_window>.destroy(window); });
+}
+
+std::int32_t mjenv_window_is_open(const mjenv_window* window) {
+  return answer<std::int32_t>(0, [&] { return (*Reading(window)).window.is_open(); });
+}
+
+mjenv_status mjenv_window_draw(mjenv_window* window, std::int64_t row) {
+  return guard([&] {
+    const Entered held(window);
+    Window& w = (*held).window;
+    w.check_here();
+    for (w.begin(); w.wants_picture();) {
+      look_at(*(*held).link, row, w);
+      w.draw();
+    }
   });
 }

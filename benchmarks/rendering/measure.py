@@ -88,7 +88,7 @@ def resident() -> float:
 
 
 def memory() -> None:
-    ours = Env("Ant-v5", strict=0)
+    ours = Env("Reacher-v5", strict=0)
     ours.reset(0)
     with closing(ours):
         with closing(Renderer(ours, 64, 64)) as renderer:

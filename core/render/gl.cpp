@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "error.hpp"
+#include "render/glfw.hpp"
 
 namespace mjenv::gl {
 namespace {
@@ -37,14 +38,16 @@ Binding& binding() {
   return *once;
 }
 
-const char* name_of(mjenv_gl back_end) {
+const BackEnd& known_back_end(std::int32_t number) {
   for (const auto& known : back_ends)
-    if (known.number == back_end) return known.name;
-  fail(MJENV_E_VALUE, "no OpenGL back end " + std::to_string(back_end));
+    if (known.number == number) return known;
+  fail(MJENV_E_VALUE, "gl is " + std::to_string(number) + ", no mjenv_gl");
 }
 
-mjenv_gl chosen(mjenv_gl asked) {
-  if (asked != MJENV_GL_AUTO) return static_cast<void>(name_of(asked)), asked;
+const char* name_of(mjenv_gl back_end) { return known_back_end(back_end).name; }
+
+mjenv_gl chosen(std::int32_t asked) {
+  if (asked != MJENV_GL_AUTO) return known_back_end(asked).number;
   const char* variable = std::getenv("MUJOCO_GL");
   if (!variable || !*variable) return MJENV_GL_AUTO;
   for (const auto& known : back_ends)
@@ -68,14 +71,22 @@ void check_binding(const Binding& bound, mjenv_gl back_end) {
                              name_of(back_end));
 }
 
-std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end, int width, int height) {
+// Opens a context of that back end, and notes that MuJoCo is about to take its functions from there.
+template <typename Open>
+auto bind(Binding& bound, mjenv_gl back_end, const Open& open_context) {
   if (bound.back_end != MJENV_GL_AUTO) check_binding(bound, back_end);
-  auto context = back_end == MJENV_GL_EGL      ? open_egl()
-                 : back_end == MJENV_GL_OSMESA ? open_osmesa(width, height)
-                                               : open_glfw(width, height);
+  auto context = open_context();
   check_binding(bound, back_end);
   bound.back_end = back_end;
   return context;
+}
+
+std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end, int width, int height) {
+  return bind(bound, back_end, [&]() -> std::unique_ptr<Context> {
+    if (back_end == MJENV_GL_EGL) return open_egl();
+    if (back_end == MJENV_GL_OSMESA) return open_osmesa(width, height);
+    return std::make_unique<GlfwContext>(width, height, "mjenv", false);
+  });
 }
 
 std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice, int width, int height) {
@@ -91,9 +102,9 @@ std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice, int width,
   fail(MJENV_E_RENDER, "no OpenGL" + reasons);
 }
 
-}  // namespace
-
-std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height) {
+// Calls open_context(binding) for this process and no other thread.
+template <typename Open>
+auto first_or_next(const Open& open_context) {
   Binding& bound = binding();
   const pid_t before = bound.process;
   if (before != 0 && before != getpid())  // asked before the lock, which a thread left behind by the fork may hold
@@ -101,11 +112,23 @@ std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height) {
   const std::lock_guard lock(bound.mutex);
   bound.process = getpid();
   try {
-    return open_chosen(bound, chosen(back_end), width, height);
+    return open_context(bound);
   } catch (...) {
     if (bound.back_end == MJENV_GL_AUTO) bound.process = 0;
     throw;
   }
+}
+
+}  // namespace
+
+std::unique_ptr<Context> open(std::int32_t back_end, int width, int height) {
+  return first_or_next([&](Binding& bound) { return open_chosen(bound, chosen(back_end), width, height); });
+}
+
+std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title) {
+  return first_or_next([&](Binding& bound) {
+    return bind(bound, MJENV_GL_GLFW, [&] { return std::make_unique<GlfwContext>(width, height, title, true); });
+  });
 }
 
 bool here() { return binding().process == getpid(); }

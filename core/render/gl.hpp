@@ -1,6 +1,7 @@
 // OpenGL contexts without a display, loaded when they are asked for: the library links to none.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -36,8 +37,8 @@ class Current {
   Context& context_;
 };
 
-// A context of that back end. automatic: the one that MUJOCO_GL names, or the first that works.
-std::unique_ptr<Context> open(mjenv_gl back_end, int width, int height);
+// A context of that back end, an mjenv_gl.
+std::unique_ptr<Context> open(std::int32_t back_end, int width, int height);
 
 // OpenGL was first used in this process; a forked child cannot go on with it.
 bool here();
@@ -52,7 +53,6 @@ Traits traits_of(const Context& current);
 // The back ends; they fail with MJENV_E_RENDER and the reason.
 std::unique_ptr<Context> open_egl();
 std::unique_ptr<Context> open_osmesa(int width, int height);
-std::unique_ptr<Context> open_glfw(int width, int height);
 
 // A shared library, for good: drivers do not survive being unloaded. Fails with the Debian packages to install.
 class Library {

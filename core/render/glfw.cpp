@@ -3,32 +3,6 @@
 #include "error.hpp"
 
 namespace mjenv::gl {
-namespace {
-
-constexpr int kVisible = 0x00020004;
-
-class GlfwContext : public Context {
- public:
-  GlfwContext(int width, int height) : window_(glfw_.open_window(width, height, "mjenv", false)) {}
-  ~GlfwContext() override {
-    if (here()) glfw_.destroy_window(window_);
-  }
-
-  void enter() override {
-    previous_ = glfw_.get_current_context();
-    glfw_.enter(window_);
-  }
-  void leave() noexcept override { glfw_.make_context_current(previous_); }
-  void* function(const char* name) const override { return glfw_.get_proc_address(name); }
-  const char* name() const override { return "glfw"; }
-
- private:
-  const Glfw& glfw_ = Glfw::get();
-  GLFWwindow* window_;
-  GLFWwindow* previous_ = nullptr;  // what the thread that entered had current
-};
-
-}  // namespace
 
 Glfw::Glfw() {
   const Library library("libglfw.so.3", "libglfw3");
@@ -40,6 +14,23 @@ Glfw::Glfw() {
   library.find(make_context_current, "glfwMakeContextCurrent");
   library.find(get_current_context, "glfwGetCurrentContext");
   library.find(get_proc_address, "glfwGetProcAddress");
+  library.find(swap_interval, "glfwSwapInterval");
+  library.find(swap_buffers, "glfwSwapBuffers");
+  library.find(poll_events, "glfwPollEvents");
+  library.find(window_should_close, "glfwWindowShouldClose");
+  library.find(set_window_should_close, "glfwSetWindowShouldClose");
+  library.find(hide_window, "glfwHideWindow");
+  library.find(get_framebuffer_size, "glfwGetFramebufferSize");
+  library.find(get_window_size, "glfwGetWindowSize");
+  library.find(set_window_user_pointer, "glfwSetWindowUserPointer");
+  library.find(get_window_user_pointer, "glfwGetWindowUserPointer");
+  library.find(get_key, "glfwGetKey");
+  library.find(get_mouse_button, "glfwGetMouseButton");
+  library.find(get_cursor_pos, "glfwGetCursorPos");
+  library.find(set_key_callback, "glfwSetKeyCallback");
+  library.find(set_mouse_button_callback, "glfwSetMouseButtonCallback");
+  library.find(set_cursor_pos_callback, "glfwSetCursorPosCallback");
+  library.find(set_scroll_callback, "glfwSetScrollCallback");
 }
 
 const Glfw& Glfw::get() {
@@ -48,25 +39,28 @@ const Glfw& Glfw::get() {
   return *glfw;
 }
 
-GLFWwindow* Glfw::open_window(int width, int height, const char* title, bool visible) const {
-  window_hint(kVisible, visible);
-  GLFWwindow* window = create_window(width, height, title, nullptr, nullptr);
-  if (!window) refuse("no window with OpenGL could be made");
-  return window;
-}
-
 void Glfw::refuse(const std::string& what) const {
   const char* reason = nullptr;
   get_error(&reason);
   fail(MJENV_E_RENDER, "glfw: " + what + (reason ? std::string(": ") + reason : ""));
 }
 
-void Glfw::enter(GLFWwindow* window) const {
-  get_error(nullptr);
-  make_context_current(window);
-  if (get_current_context() != window) refuse("the window's context cannot be made current");
+GlfwContext::GlfwContext(int width, int height, const char* title, bool visible) {
+  constexpr int kVisible = 0x00020004;
+  glfw.window_hint(kVisible, visible);
+  window_ = glfw.create_window(width, height, title, nullptr, nullptr);
+  if (!window_) glfw.refuse("no window with OpenGL could be made");
 }
 
-std::unique_ptr<Context> open_glfw(int width, int height) { return std::make_unique<GlfwContext>(width, height); }
+GlfwContext::~GlfwContext() {
+  if (here()) glfw.destroy_window(window_);
+}
+
+void GlfwContext::enter() {
+  previous_ = glfw.get_current_context();
+  glfw.get_error(nullptr);
+  glfw.make_context_current(window_);
+  if (glfw.get_current_context() != window_) glfw.refuse("the window's context cannot be made current");
+}
 
 }  // namespace mjenv::gl

@@ -1,37 +1,15 @@
 #include "render/renderer.hpp"
 
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
 
 #include "error.hpp"
+#include "render/drawing.hpp"
 
 namespace mjenv {
 namespace {
-
-constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20, kMostSamples = 64;
-static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
-static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
-
-// MuJoCo's errors while drawing are the renderer's, not the simulation's.
-template <typename F>
-void drawing(const F& body) {
-  try {
-    body();
-  } catch (const Error& error) {
-    if (error.status() != MJENV_E_PHYSICS) throw;
-    fail(MJENV_E_RENDER, error.what());
-  }
-}
-
-void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
-  if (value < low || value > high)
-    fail(MJENV_E_VALUE, std::string(name) + " is " + std::to_string(value) + ", outside " + std::to_string(low) + ".." +
-                            std::to_string(high));
-}
 
 // The number of the camera, MJENV_CAMERA_FREE for the free one.
 int camera_of(const Model& model, const mjenv_render_settings& settings) {
@@ -49,8 +27,6 @@ int camera_of(const Model& model, const mjenv_render_settings& settings) {
     if (model.name("camera", i) == std::string("track")) return i;
   return MJENV_CAMERA_FREE;
 }
-
-double or_default(double value, double otherwise) { return std::isnan(value) ? otherwise : value; }
 
 // numpy.median
 double median(std::vector<double> values) {
@@ -98,66 +74,28 @@ mjenv_render_settings render_defaults(const Model& model, const Camera& camera) 
   return settings;
 }
 
-// MuJoCo's structures, which have to be freed while the context is current.
-struct Renderer::Drawing {
-  mjModel model;  // shares the arrays
-  mjvCamera camera{};
-  mjvOption options{};
-  mjvPerturb perturbation{};
-  mjvScene scene{};
-  mjrContext context{};
-
-  explicit Drawing(const mjModel& shared) : model(shared) {
-    mjv_defaultCamera(&camera);
-    mjv_defaultOption(&options);
-    mjv_defaultPerturb(&perturbation);
-    mjv_defaultScene(&scene);
-    mjr_defaultContext(&context);
-  }
-  ~Drawing() { mjv_freeScene(&scene); }
-};
-
 Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
     : model_(std::move(model)),
       width_(settings.width),
       height_(settings.height),
       lookat_{settings.lookat[0], settings.lookat[1], settings.lookat[2]},
       distance_(settings.distance),
-      drawing_(std::make_unique<Drawing>(*model_->get())) {
-  check_range("width", width_, 1, kMostPixelsASide);
-  check_range("height", height_, 1, kMostPixelsASide);
-  check_range("max_geom", settings.max_geom, 0, kMostGeoms);
-  check_range("samples", settings.samples, 0, kMostSamples);
-
-  Drawing& d = *drawing_;
-  d.camera.fixedcamid = camera_of(*model_, settings);
-  d.camera.type = d.camera.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
-  d.camera.azimuth = or_default(settings.azimuth, d.camera.azimuth);
-  d.camera.elevation = or_default(settings.elevation, d.camera.elevation);
-  for (int i = 0; i < mjNVISFLAG; ++i) d.options.flags[i] = settings.visual[i] != 0;
-  d.model.vis.global.offwidth = width_;
-  d.model.vis.global.offheight = height_;
-  d.model.vis.quality.offsamples = settings.samples;
-  if (!settings.shadows) d.model.vis.quality.shadowsize = 0;
-
+      drawing_(std::make_unique<Drawing>(*model_, settings)) {
+  mjvCamera& camera = drawing_->camera;
+  camera.fixedcamid = camera_of(*model_, settings);
+  camera.type = camera.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
   context_ = gl::open(static_cast<mjenv_gl>(settings.gl), width_, height_);
   const gl::Current current(*context_);
   traits_ = gl::traits_of(*context_);
   check_size();
-  drawing([&] {
-    mjv_makeScene(&d.model, &d.scene, settings.max_geom);
-    d.scene.flags[mjRND_SHADOW] = settings.shadows != 0;
-    d.scene.flags[mjRND_REFLECTION] = settings.reflections != 0;
-    mjr_makeContext(&d.model, &d.context, mjFONTSCALE_150);
-    mjr_setBuffer(mjFB_OFFSCREEN, &d.context);
-  });
+  drawing_->make_context(mjFB_OFFSCREEN);
 }
 
 Renderer::~Renderer() {
   if (!gl::here()) return;
   try {
     const gl::Current current(*context_);
-    mjr_freeContext(&drawing_->context);
+    drawing_->free_context();
   } catch (const Error&) {  // the context is lost, and all that it held with it
   }
 }
@@ -192,11 +130,8 @@ void Renderer::place_camera(const mjData_& data) {
 }
 
 void Renderer::look_at(mjData_* data) {
-  Drawing& d = *drawing_;
-  drawing([&] {
-    place_camera(*data);
-    mjv_updateScene(&d.model, data, &d.options, &d.perturbation, &d.camera, mjCAT_ALL, &d.scene);
-  });
+  place_camera(*data);
+  drawing_->update(data);
 }
 
 void Renderer::draw(std::uint8_t* rgb, float* depth) {

@@ -12,14 +12,9 @@
 #include "render/gl.hpp"
 #include "robot.hpp"
 
-// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
-struct mjvScene_;
-struct mjvCamera_;
-struct mjvOption_;
-struct mjrContext_;
-// NOLINTEND(bugprone-reserved-identifier)
-
 namespace mjenv {
+
+struct Drawing;
 
 // Gymnasium's defaults for a robot.
 mjenv_render_settings render_defaults(const Model& model, const Camera& camera);
@@ -40,7 +35,6 @@ class Renderer {
   void draw(std::uint8_t* rgb, float* depth);
 
  private:
-  struct Drawing;
   std::shared_ptr<const Model> model_;
   const int width_, height_;
   std::array<double, 3> lookat_;

@@ -308,7 +308,7 @@ static void test_parts(void** state) {
 // Outputs and state are those of an environment that is never drawn.
 static void test_simulation_untouched(void** state) {
   (void)state;
-  enum { FEW = 4, STEPS = 60 };
+  enum { FEW = 4, STEPS = 20 };
   mjenv_env* envs[2];
   struct outputs* outs[2];
   for (int i = 0; i < 2; ++i) {

@@ -16,7 +16,7 @@ Rows and indices of objects count from 1; in the text of an error, which comes f
 For loops that must not allocate, step into a [`Batch`](@ref).
 
 Names that a program wants for its variables are not exported: `MJEnv.info`, `MJEnv.reset_info`, `MJEnv.final_info`,
-`MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.ids`, `MJEnv.schema`,
+`MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.gl`, `MJEnv.ids`, `MJEnv.schema`,
 `MJEnv.version`.
 
 With CommonRLInterface loaded, `convert(CommonRLInterface.AbstractEnv, env)` is what its algorithms take.
@@ -31,6 +31,7 @@ export seed!, reset!, step!, observe, observe!
 export observation_space, action_space, seed_actions!, sample_actions, sample_actions!
 export rollout, rollout!, send!, recv!
 export object_index, object_name, set_state!, simulate!, snapshot, restore!, copy_row!, set_stream!
+export Renderer, render, render_depth, render_both, Window, draw!
 
 include("capi.jl")
 include("library.jl")
@@ -39,6 +40,7 @@ include("fields.jl")
 include("env.jl")
 include("batch.jl")
 include("state.jl")
+include("render.jl")
 include("extensions.jl")
 include("many.jl")
 

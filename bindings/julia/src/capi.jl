@@ -8,6 +8,7 @@ const MJENV_ALL_ROWS = -1
 struct mjenv_options end
 struct mjenv_env end
 struct mjenv_renderer end
+struct mjenv_window end
 
 @enum mjenv_status::Int32 begin
     MJENV_OK = 0
@@ -229,6 +230,10 @@ const FUNCTIONS = (
     :mjenv_renderer_destroy,
     :mjenv_renderer_gl,
     :mjenv_render,
+    :mjenv_window_create,
+    :mjenv_window_destroy,
+    :mjenv_window_is_open,
+    :mjenv_window_draw,
 )
 
 mjenv_abi_version() = ccall(
@@ -675,4 +680,35 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
     rgb_count,
     depth,
     depth_count,
+)
+
+mjenv_window_create(env, settings, window) = ccall(
+    address(51),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
+    env,
+    settings,
+    window,
+)
+
+mjenv_window_destroy(window) = ccall(
+    address(52),
+    Cvoid,
+    (Ptr{mjenv_window},),
+    window,
+)
+
+mjenv_window_is_open(window) = ccall(
+    address(53),
+    Int32,
+    (Ptr{mjenv_window},),
+    window,
+)
+
+mjenv_window_draw(window, row) = ccall(
+    address(54),
+    mjenv_status,
+    (Ptr{mjenv_window}, Int64),
+    window,
+    row,
 )

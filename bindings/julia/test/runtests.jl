@@ -28,6 +28,9 @@ include("errors.jl")
     @testset "bad input" begin
         include("bad_input.jl")
     end
+    @testset "pictures" begin
+        include("pictures.jl")
+    end
     @testset "memory" begin
         include("memory.jl")
     end

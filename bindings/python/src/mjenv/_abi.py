@@ -316,3 +316,11 @@ class Library(CDLL):
         self.mjenv_renderer_gl.restype = c_char_p
         self.mjenv_render.argtypes = (c_void_p, c_int64, POINTER(c_uint8), c_size_t, POINTER(c_float), c_size_t)
         self.mjenv_render.restype = c_int
+        self.mjenv_window_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))
+        self.mjenv_window_create.restype = c_int
+        self.mjenv_window_destroy.argtypes = (c_void_p,)
+        self.mjenv_window_destroy.restype = None
+        self.mjenv_window_is_open.argtypes = (c_void_p,)
+        self.mjenv_window_is_open.restype = c_int32
+        self.mjenv_window_draw.argtypes = (c_void_p, c_int64)
+        self.mjenv_window_draw.restype = c_int

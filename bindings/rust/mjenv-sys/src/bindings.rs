@@ -19,6 +19,11 @@ pub struct mjenv_env {
 pub struct mjenv_renderer {
     _unused: [u8; 0],
 }
+#[repr(C)]
+#[derive(Debug, Copy, Clone)]
+pub struct mjenv_window {
+    _unused: [u8; 0],
+}
 pub const MJENV_OK: mjenv_status = 0;
 #[doc = " a null pointer, an unknown enum value, a struct_size that is too small"]
 pub const MJENV_E_ARGUMENT: mjenv_status = -1;
@@ -1886,4 +1891,27 @@ extern "C" {
         depth: *mut f32,
         depth_count: usize,
     ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Opens a window. Of the settings camera, camera_name, gl and samples mean nothing here: the camera is free, its NaNs"]
+    #[doc = " are lookat 0 and distance 2. Null settings: the defaults. The caller destroys it, before or after the environment."]
+    #[doc = " Errors: ARGUMENT, VALUE, RENDER, MEMORY."]
+    pub fn mjenv_window_create(
+        env: *mut mjenv_env,
+        settings: *const mjenv_render_settings,
+        window: *mut *mut mjenv_window,
+    ) -> mjenv_status;
+}
+extern "C" {
+    pub fn mjenv_window_destroy(window: *mut mjenv_window);
+}
+extern "C" {
+    #[doc = " 1 until the user closes the window; 0 for NULL."]
+    pub fn mjenv_window_is_open(window: *const mjenv_window) -> i32;
+}
+extern "C" {
+    #[doc = " Draws a row and does what the user asks for with keys and mouse. Returns when the user does not pause: at once, or"]
+    #[doc = " after a key. Draws nothing once the window is closed. Errors: ARGUMENT, VALUE (row), STATE (as mjenv_render), RENDER,"]
+    #[doc = " MEMORY, PHYSICS, BUSY."]
+    pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }

@@ -39,7 +39,7 @@ impl Env {
         Ok(Self { raw, options, rows })
     }
 
-    fn raw(&self) -> *const sys::mjenv_env {
+    pub(crate) fn raw(&self) -> *const sys::mjenv_env {
         self.raw.as_ptr()
     }
 

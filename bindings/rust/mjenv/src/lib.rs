@@ -64,6 +64,7 @@ mod error;
 mod misuse;
 mod options;
 mod pipeline;
+mod render;
 mod text;
 
 pub use batch::{Batch, Real};
@@ -72,6 +73,7 @@ pub use env::Env;
 pub use error::{Error, Result, Status};
 pub use options::{Kind, OptionInfo, Options, Value};
 pub use pipeline::{Pipeline, Row};
+pub use render::{Camera, Gl, Image, RenderSettings, Renderer, Window};
 
 use mjenv_sys as sys;
 

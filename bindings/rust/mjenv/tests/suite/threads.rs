@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use mjenv::{Batch, Env, Error, Options, Status};
+use mjenv::{Batch, Env, Error, Options, Renderer, Status};
 
 use crate::golden::Golden;
 use crate::replay::Replay;
@@ -14,6 +14,7 @@ fn is_sync<T: Sync>() {}
 fn handles_are_send_and_results_are_both() {
     is_send::<Env>();
     is_send::<Options>();
+    is_send::<Renderer>();
     is_send::<Batch<f32>>();
     is_sync::<Batch<f32>>();
     is_send::<Error>();
@@ -37,6 +38,7 @@ macro_rules! assert_not_sync {
 
 assert_not_sync!(Env);
 assert_not_sync!(Options);
+assert_not_sync!(Renderer);
 
 #[test]
 fn an_episode_goes_on_in_another_thread() {

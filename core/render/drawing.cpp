@@ -1,0 +1,55 @@
+#include "render/drawing.hpp"
+
+#include <cmath>
+
+namespace mjenv {
+namespace {
+
+constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20, kMostSamples = 64;
+static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
+static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
+
+}  // namespace
+
+void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
+  if (value < low || value > high)
+    fail(MJENV_E_VALUE, std::string(name) + " is " + std::to_string(value) + ", outside " + std::to_string(low) + ".." +
+                            std::to_string(high));
+}
+
+double or_default(double value, double otherwise) { return std::isnan(value) ? otherwise : value; }
+
+Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings) : model(*shared.get()) {
+  check_range("width", settings.width, 1, kMostPixelsASide);
+  check_range("height", settings.height, 1, kMostPixelsASide);
+  check_range("max_geom", settings.max_geom, 0, kMostGeoms);
+  check_range("samples", settings.samples, 0, kMostSamples);
+  model.vis.global.offwidth = settings.width;
+  model.vis.global.offheight = settings.height;
+  model.vis.quality.offsamples = settings.samples;
+  if (!settings.shadows) model.vis.quality.shadowsize = 0;
+  mjv_defaultCamera(&camera);
+  camera.azimuth = or_default(settings.azimuth, camera.azimuth);
+  camera.elevation = or_default(settings.elevation, camera.elevation);
+  mjv_defaultOption(&options);
+  for (int i = 0; i < mjNVISFLAG; ++i) options.flags[i] = settings.visual[i] != 0;
+  mjv_defaultPerturb(&perturbation);
+  mjr_defaultContext(&context);
+  mjv_defaultScene(&scene);
+  drawing([&] { mjv_makeScene(&model, &scene, settings.max_geom); });
+  scene.flags[mjRND_SHADOW] = settings.shadows != 0;
+  scene.flags[mjRND_REFLECTION] = settings.reflections != 0;
+}
+
+void Drawing::make_context(int framebuffer) {
+  drawing([&] {
+    mjr_makeContext(&model, &context, mjFONTSCALE_150);
+    mjr_setBuffer(framebuffer, &context);
+  });
+}
+
+void Drawing::update(mjData* data) {
+  drawing([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
+}
+
+}  // namespace mjenv

@@ -1,0 +1,58 @@
+// A window that shows rows as Gymnasium's render mode "human" does, with its keys and its mouse.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/drawing.hpp"
+#include "render/glfw.hpp"
+
+namespace mjenv {
+
+class Window {
+ public:
+  Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings);
+  ~Window();
+
+  bool is_open() const { return open_; }
+  void check_here() const;
+  // Begins what one reset or step shows: one picture, as many as keep pace with time, or, in a pause, as many as it
+  // takes.
+  void begin();
+  bool wants_picture() const { return open_ && (waits_ || pictures_due_ > 0); }
+  // What to draw next; data is left as it is.
+  void look_at(mjData* data);
+  // Draws it, and does what the user asks for.
+  void draw();
+
+ private:
+  std::shared_ptr<const Model> model_;
+  std::vector<float> geom_rgba_;  // the model's own, so that it can be made transparent
+  Drawing drawing_;
+  std::unique_ptr<gl::GlfwContext> context_;
+  const gl::Glfw& glfw_;
+  int width_ = 0, height_ = 0;  // pixels of the last picture
+  int iterations_ = 0;
+  double time_ = 0;  // s, of the simulation
+
+  std::atomic<bool> open_{true};  // asked for by other threads
+  bool paused_ = false, advance_ = false, waits_ = false, to_save_ = false;
+  bool every_frame_ = true, contacts_ = false, transparent_ = false, menu_ = true;
+  double pictures_due_ = 0, seconds_a_picture_ = 1 / 60.0, run_speed_ = 1;
+  double pixels_a_unit_ = 1;  // of the mouse's coordinates
+  int mouse_x_ = 0, mouse_y_ = 0;
+  std::string saved_;  // the path of the last screenshot
+
+  void draw_overlay();
+  void press(int key);
+  void next_camera();
+  void poll();
+  void save_picture();
+  void move_mouse(double x, double y);
+  void place_mouse(double x, double y);
+  void zoom(double amount);
+};
+
+}  // namespace mjenv

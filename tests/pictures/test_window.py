@@ -1,0 +1,178 @@
+"""The window, on a display of its own (Xvfb), with keys and mouse by xdotool."""
+
+from __future__ import annotations
+
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from ctypes import byref, c_void_p, sizeof
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import imageio.v3 as imageio
+import mujoco
+import numpy as np
+import pytest
+from library import LIBRARY, Env, check
+from numpy.typing import NDArray
+
+from mjenv import _abi
+
+WIDTH, HEIGHT = 301, 203
+PATIENCE = 60.0  # s
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "1024x768x24", "-nolisten", "tcp", "-noreset"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
+        assert server.stdout
+        yield f":{server.stdout.readline().strip()}"
+        server.terminate()
+
+
+@pytest.fixture(autouse=True)
+def on_display(display: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+
+
+def tell(*what: str) -> None:
+    """Has xdotool press, move or click in our window."""
+    subprocess.run(["xdotool", "search", "--sync", "--name", "^mjenv$", "windowfocus", "--sync", *what], check=True)
+
+
+class Window:
+    def __init__(self, env: Env) -> None:
+        settings = _abi.mjenv_render_settings(struct_size=sizeof(_abi.mjenv_render_settings))
+        check(LIBRARY.mjenv_render_defaults(env.handle, byref(settings)))
+        settings.width, settings.height = WIDTH, HEIGHT
+        self.handle = c_void_p()
+        check(LIBRARY.mjenv_window_create(env.handle, byref(settings), byref(self.handle)))
+        self.draw()
+
+    def close(self) -> None:
+        LIBRARY.mjenv_window_destroy(self.handle)
+
+    @property
+    def is_open(self) -> bool:
+        return bool(LIBRARY.mjenv_window_is_open(self.handle))
+
+    def draw(self) -> None:
+        check(LIBRARY.mjenv_window_draw(self.handle, 0))
+
+    def draw_until(self, done: Callable[[], Any]) -> None:
+        """Events arrive when they do."""
+        end = time.monotonic() + PATIENCE
+        while not done():
+            assert time.monotonic() < end
+            self.draw()
+            time.sleep(0.01)
+
+    def screenshot(self, folder: Path) -> NDArray[np.uint8]:
+        known = set(folder.glob("frame_*.png"))
+        tell("key", "t")
+        self.draw_until(lambda: set(folder.glob("frame_*.png")) - known)
+        (path,) = set(folder.glob("frame_*.png")) - known
+        return imageio.imread(path)
+
+
+def theirs_as_drawn(env: gymnasium.Env) -> NDArray[np.uint8]:
+    """What Gymnasium's window shows, without its menu."""
+    viewer = env.unwrapped.mujoco_renderer.viewer
+    viewer.make_context_current()
+    mujoco.mjr_render(viewer.viewport, viewer.scn, viewer.con)
+    rgb = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    mujoco.mjr_readPixels(rgb, None, viewer.viewport, viewer.con)
+    return rgb[::-1]
+
+
+def test_picture_and_keys(tmp_path: Path) -> None:
+    theirs = gymnasium.make("Hopper-v5", render_mode="human", width=WIDTH, height=HEIGHT)
+    ours = Env("Hopper-v5", strict=0)
+    theirs.reset(seed=4)
+    ours.reset(4)
+    for _ in range(3):
+        action = np.full(3, 0.5, np.float32)
+        theirs.step(action)
+        ours.step(action)
+    expected = theirs_as_drawn(theirs)
+    theirs.close()
+
+    with closing(ours), closing(Window(ours)) as window:
+        with_menu = window.screenshot(tmp_path)
+        assert with_menu.shape == expected.shape
+        assert not np.array_equal(with_menu, expected)
+        tell("key", "h")
+        picture = window.screenshot(tmp_path)
+        assert np.array_equal(picture, expected)
+
+        for key in ("Tab", "c", "e", "r"):
+            tell("key", key)
+            assert not np.array_equal(window.screenshot(tmp_path), picture) or key == "c"  # C: there is no contact
+            tell("key", key)
+        assert np.array_equal(window.screenshot(tmp_path), expected)
+
+        # Each by itself, as the press asks where the pointer is by then.
+        for what in (("mousemove", "--window", "%1", "100", "100"), ("mousedown", "1"), ("mousemove_relative", "40", "0")):
+            tell(*what)
+            window.screenshot(tmp_path)
+        tell("mouseup", "1")
+        turned = window.screenshot(tmp_path)
+        assert not np.array_equal(turned, expected)
+        tell("click", "4")
+        assert not np.array_equal(window.screenshot(tmp_path), turned)
+
+        tell("key", "Escape")
+        window.draw_until(lambda: not window.is_open)
+        window.draw()
+        ours.step(np.zeros(3, np.float32))
+
+
+def test_pause() -> None:
+    """Drawing does not return in a pause, but for one step at a time."""
+    ours = Env("Reacher-v5", strict=0)
+    ours.reset(0)
+    with closing(ours), closing(Window(ours)) as window:
+        tell("key", "space")
+        returned: list[float] = []
+        keys = threading.Thread(target=lambda: (time.sleep(1), returned.append(time.monotonic()), tell("key", "Right")))
+        end = time.monotonic() + PATIENCE
+        keys.start()
+        while not returned or time.monotonic() < returned[0]:
+            assert time.monotonic() < end
+            window.draw()
+        keys.join()
+        again = threading.Thread(target=lambda: (time.sleep(1), returned.append(time.monotonic()), tell("key", "space")))
+        again.start()
+        window.draw()
+        assert len(returned) == 2
+        again.join()
+        window.draw()
+
+
+def test_several_windows_and_an_end_of_the_environment() -> None:
+    first, second = Env("Reacher-v5"), Env("Swimmer-v5")
+    first.reset(0)
+    second.reset(0)
+    with closing(second), closing(Window(first)) as one, closing(Window(second)) as other:
+        for _ in range(3):
+            one.draw()
+            other.draw()
+        first.close()
+        with pytest.raises(RuntimeError, match="E_STATE.*destroyed"):
+            one.draw()
+        other.draw()
+
+
+@pytest.mark.parametrize(("width", "height"), [(0, 5), (5, -1), (16385, 5)])
+def test_sizes_refused(width: int, height: int) -> None:
+    env = Env("Reacher-v5")
+    settings = _abi.mjenv_render_settings(struct_size=sizeof(_abi.mjenv_render_settings))
+    check(LIBRARY.mjenv_render_defaults(env.handle, byref(settings)))
+    settings.width, settings.height = width, height
+    with closing(env), pytest.raises(RuntimeError, match="E_VALUE: (width|height) is"):
+        check(LIBRARY.mjenv_window_create(env.handle, byref(settings), byref(c_void_p())))
