@@ -33,6 +33,7 @@ extern "C" {
 typedef struct mjenv_options mjenv_options;   /* the constructor options of one environment id */
 typedef struct mjenv_env mjenv_env;           /* an environment of one or many rows */
 typedef struct mjenv_renderer mjenv_renderer; /* draws pictures of an environment's rows */
+typedef struct mjenv_window mjenv_window;     /* shows an environment's rows on a display */
 
 typedef enum mjenv_status {
   MJENV_OK = 0,
@@ -436,6 +437,28 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
  * environment). */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
+
+/* ---- Window ----
+ * What Gymnasium's render mode "human" shows: a window drawn in every reset and step, by calls of mjenv_window_draw. It
+ * is for the main thread, and for a display with OpenGL (Debian: libglfw3). The mouse turns (left button), moves
+ * (right) and zooms (wheel) the camera; the keys stand in the window: Tab, Space, right arrow, S, F, D, C, R, E, H, T
+ * (which saves a PNG in the temporary folder), 0 to 4, and Escape, which closes it. */
+
+/* Opens a window. Of the settings camera, camera_name, gl and samples mean nothing here: the camera is free, its NaNs
+ * are lookat 0 and distance 2. Null settings: the defaults. The caller destroys it, before or after the environment.
+ * Errors: ARGUMENT, VALUE, RENDER, MEMORY. */
+MJENV_API mjenv_status mjenv_window_create(mjenv_env *env, const mjenv_render_settings *settings,
+                                           mjenv_window **window);
+
+MJENV_API void mjenv_window_destroy(mjenv_window *window);
+
+/* 1 until the user closes the window; 0 for NULL. */
+MJENV_API int32_t mjenv_window_is_open(const mjenv_window *window);
+
+/* Draws a row and does what the user asks for with keys and mouse. Returns when the user does not pause: at once, or
+ * after a key. Draws nothing once the window is closed. Errors: ARGUMENT, VALUE (row), STATE (as mjenv_render), RENDER,
+ * MEMORY, PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_window_draw(mjenv_window *window, int64_t row);
 
 #ifdef __cplusplus
 }
