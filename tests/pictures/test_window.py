@@ -117,8 +117,8 @@ def test_picture_and_keys(tmp_path: Path) -> None:
         assert np.array_equal(window.screenshot(tmp_path), expected)
 
         # Each by itself, as the press asks where the pointer is by then.
-        for what in (("mousemove", "--window", "%1", "100", "100"), ("mousedown", "1"), ("mousemove_relative", "40", "0")):
-            tell(*what)
+        for what in ("mousemove --window %1 100 100", "mousedown 1", "mousemove_relative 40 0"):
+            tell(*what.split())
             window.screenshot(tmp_path)
         tell("mouseup", "1")
         turned = window.screenshot(tmp_path)
@@ -139,18 +139,27 @@ def test_pause() -> None:
     with closing(ours), closing(Window(ours)) as window:
         tell("key", "space")
         returned: list[float] = []
-        keys = threading.Thread(target=lambda: (time.sleep(1), returned.append(time.monotonic()), tell("key", "Right")))
+
+        def press_later(key: str) -> threading.Thread:
+            def press() -> None:
+                time.sleep(1)
+                returned.append(time.monotonic())
+                tell("key", key)
+
+            thread = threading.Thread(target=press)
+            thread.start()
+            return thread
+
+        keys = press_later("Right")
         end = time.monotonic() + PATIENCE
-        keys.start()
         while not returned or time.monotonic() < returned[0]:
             assert time.monotonic() < end
             window.draw()
         keys.join()
-        again = threading.Thread(target=lambda: (time.sleep(1), returned.append(time.monotonic()), tell("key", "space")))
-        again.start()
+        keys = press_later("space")
         window.draw()
         assert len(returned) == 2
-        again.join()
+        keys.join()
         window.draw()
 
 
@@ -163,7 +172,7 @@ def test_several_windows_and_an_end_of_the_environment() -> None:
             one.draw()
             other.draw()
         first.close()
-        with pytest.raises(RuntimeError, match="E_STATE.*destroyed"):
+        with pytest.raises(RuntimeError, match=r"E_STATE.*destroyed"):
             one.draw()
         other.draw()
 
@@ -174,5 +183,5 @@ def test_sizes_refused(width: int, height: int) -> None:
     settings = _abi.mjenv_render_settings(struct_size=sizeof(_abi.mjenv_render_settings))
     check(LIBRARY.mjenv_render_defaults(env.handle, byref(settings)))
     settings.width, settings.height = width, height
-    with closing(env), pytest.raises(RuntimeError, match="E_VALUE: (width|height) is"):
+    with closing(env), pytest.raises(RuntimeError, match=r"E_VALUE: (width|height) is"):
         check(LIBRARY.mjenv_window_create(env.handle, byref(settings), byref(c_void_p())))

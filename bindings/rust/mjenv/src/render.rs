@@ -268,8 +268,10 @@ impl Renderer {
     }
 
     fn draw(&mut self, row: usize, rgb: Option<&mut Image<[u8; 3]>>, depth: Option<&mut Image<f32>>) -> Result<()> {
-        let (rgb, bytes) = rgb.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), 3 * image.pixels.len()));
-        let (depth, count) = depth.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), image.pixels.len()));
+        let (rgb, bytes) =
+            rgb.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), 3 * image.pixels.len()));
+        let (depth, count) =
+            depth.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), image.pixels.len()));
         // SAFETY: the handle is alive, the buffers have the lengths given.
         check(unsafe { sys::mjenv_render(self.raw.as_ptr(), int64(row), rgb.cast(), bytes, depth, count) })
     }

@@ -79,8 +79,11 @@ fn rows_are_drawn_on_threads() {
     let alone: Vec<Image<[u8; 3]>> = (0..3).map(|row| renderer.render(row).unwrap()).collect();
     let renderers: Vec<Renderer> = (0..3).map(|_| Renderer::new(&env, &small(&env)).unwrap()).collect();
     let drawn: Vec<Image<[u8; 3]>> = thread::scope(|scope| {
-        let threads: Vec<_> =
-            renderers.into_iter().enumerate().map(|(row, mut own)| scope.spawn(move || own.render(row).unwrap())).collect();
+        let threads: Vec<_> = renderers
+            .into_iter()
+            .enumerate()
+            .map(|(row, mut own)| scope.spawn(move || own.render(row).unwrap()))
+            .collect();
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
     assert!(drawn == alone);
