@@ -1,0 +1,98 @@
+"""The blocks of code in the documents, and how each is run.
+
+The rules for a document:
+- `python` and `julia` blocks: those of a page are one program, from its top to its end.
+- `c`, `cpp`, `rust` blocks: each is a program. In C one without a main is the body of a function.
+- `sh` blocks: commands, run where the repository is checked out and mjenv is installed.
+- A block with title="NAME" is a file that the page's `sh` blocks use.
+- `text` blocks: what the block before prints; "..." stands for anything.
+- A comment above a block: `<!-- long -->` runs it with --long alone, `<!-- long: peers -->` with the Python that
+  `tools/setup peers` makes, as a program of its own; `<!-- not run: REASON -->` never.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = ("python", "julia", "c", "cpp", "rust", "sh")
+FILES = ("cmake", "toml", "xml")
+
+_BLOCK = re.compile(
+    r"(?:^ *<!-- (?P<when>long|not run)(?:: (?P<how>.*?))? -->\n\s*)?"
+    r'^(?P<indent> *)```(?P<language>\w*)(?: title="(?P<title>[\w./-]+)")?(?P<rest>[^\n]*)\n'
+    r"(?P<text>.*?)^(?P=indent)```$",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+@dataclass
+class Block:
+    page: str
+    line: int
+    language: str
+    text: str
+    title: str | None = None
+    when: str | None = None  # "long", "not run", or None: always
+    how: str | None = None  # of "long": the Python; of "not run": the reason
+    output: str | None = None
+
+    @property
+    def where(self) -> str:
+        return f"{self.page}:{self.line}"
+
+
+def pages() -> list[str]:
+    command = ("git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md")
+    return sorted(subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split())
+
+
+def blocks_of(page: str) -> list[Block]:
+    """Raises ValueError for a block that is not written by the rules."""
+    found: list[Block] = []
+    for block in _parsed(page, (ROOT / page).read_text()):
+        if block.language == "text" and block.when is None:
+            if not found or found[-1].title:
+                raise ValueError(f"{block.where}: no block that could have printed this stands before it")
+            found[-1].output = block.text
+        else:
+            found.append(block)
+    return found
+
+
+def _parsed(page: str, text: str) -> Iterator[Block]:
+    end = 0
+    for match in _BLOCK.finditer(text):
+        line = text.count("\n", 0, match.start("indent")) + 1
+        if "```" in text[end : match.start()] or match["rest"]:
+            raise ValueError(f"{page}: cannot read the blocks before line {line}")
+        end = match.end()
+        indent = len(match["indent"])
+        block = Block(
+            page,
+            line,
+            match["language"],
+            "".join(row[indent:] or "\n" for row in match["text"].splitlines(keepends=True)),
+            match["title"],
+            match["when"],
+            match["how"],
+        )
+        _check(block)
+        yield block
+    if "```" in text[end:]:
+        raise ValueError(f"{page}: cannot read a block after line {text.count(chr(10), 0, end) + 1}")
+    if re.search(r"\n\n {4}\S", _BLOCK.sub("", text)):
+        raise ValueError(f"{page}: an indented block, which nothing runs: fence it")
+
+
+def _check(block: Block) -> None:
+    if block.when == "not run" and not block.how:
+        raise ValueError(f"{block.where}: no reason is given for not running it")
+    if block.when is None and block.language not in (*PROGRAMS, *FILES, "text"):
+        raise ValueError(f"{block.where}: nothing runs a block of {block.language or 'no language'}")
+    if block.language in FILES and not block.title:
+        raise ValueError(f"{block.where}: a file without a title")

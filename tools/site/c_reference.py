@@ -1,0 +1,167 @@
+"""The reference of the C interface as a page, made from the comments of capi/include/mjenv/mjenv.h.
+
+Anything in the header that this does not understand raises ValueError, so nothing is left out.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import header
+
+_COMMENT = r"/\*(?P<{}>.*?)\*/"
+_PIECE = re.compile(
+    r"\s*(?:" + _COMMENT.format("comment") + r"|#define (?P<macro>\w+) (?P<value>\S+)\n"
+    r"|typedef struct (?P<opaque>\w+) \w+;(?: *" + _COMMENT.format("opaque_doc") + r")?"
+    r"|typedef enum (?P<enum>\w+) \{(?P<values>.*?)\} \w+;"
+    r"|typedef struct (?P<struct>\w+) \{(?P<fields>.*?)\} \w+;"
+    r"|MJENV_API (?P<function>[^;]*);)",
+    re.DOTALL,
+)
+_ENUMERATOR = re.compile(r"\s*(\w+) =\s*(-?\d+),?\s*(?:/\*(.*?)\*/)?", re.DOTALL)
+_FIELD = re.compile(r"\s*(?:/\*(?P<group>.*?)\*/|(?P<code>[^;/]+);(?: */\*(?P<doc>.*?)\*/)?)", re.DOTALL)
+# Words of a comment that are code.
+_CODE = re.compile(r"\*?_?\w*(?:\[[\w *]*\])+|\*_\w+|\b[a-z]+_\w+\b|\bMJENV_\w+|\w+(?:->|\.)\w+_\w+|\bNULL\b|\b\w+\(\)")
+
+
+class Page:
+    """Collects the page; knows what its names lead to."""
+
+    def __init__(self, api: header.Header) -> None:
+        self.anchors = {value: enum.name for enum in api.enums for value, _ in enum.values}
+        for named in (*api.enums, *api.structs, *api.functions):
+            self.anchors[named.name] = named.name
+        self.anchors |= {name: name for name in api.opaques}
+        self.statuses = {name.removeprefix("MJENV_E_") for name in self.anchors if name.startswith("MJENV_E_")}
+        self.lines: list[str] = []
+
+    def add(self, *lines: str) -> None:
+        self.lines += [*lines, ""]
+
+    def text(self, comment: str | None) -> str:
+        """A comment as Markdown, in one line, with links."""
+        words = " ".join(line.strip().removeprefix("*").strip() for line in (comment or "").splitlines()).strip()
+        prose, errors, listed = words.partition("Errors: ")
+        return self._linked(prose) + (errors and f"<br>**Errors**: {self._errors(listed)}")
+
+    def _linked(self, prose: str) -> str:
+        def code(match: re.Match[str]) -> str:
+            word = match[0]
+            anchor = self.anchors.get(word.removesuffix("()"))
+            return f"[`{word}`](#{anchor})" if anchor else f"`{word}`"
+
+        pieces, end = [], 0
+        for match in _CODE.finditer(prose):
+            pieces += [_escaped(prose[end : match.start()]), code(match)]
+            end = match.end()
+        return "".join([*pieces, _escaped(prose[end:])])
+
+    def _errors(self, listed: str) -> str:
+        """Each word in capitals is a status."""
+        pieces = re.split(r"\b([A-Z]{4,})\b", listed)
+        if unknown := set(pieces[1::2]) - self.statuses:
+            raise ValueError(f"no such status: {unknown}, in: {listed}")
+        links = (f"[{word}](#mjenv_status)" if index % 2 else self._linked(word) for index, word in enumerate(pieces))
+        return "".join(links)
+
+    def table(self, names: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+        self.add(_row(names), _row(("---",) * len(names)), *map(_row, rows))
+
+
+def _row(cells: tuple[str, ...]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([*_\[\]`])", r"\\\1", text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"))
+
+
+def page() -> str:
+    made = Page(header.parse())
+    made.add("# The C interface", "", "All of `mjenv/mjenv.h`, made from its comments.")
+    introduction, *pieces = _pieces(header.PATH.read_text())
+    _introduce(made, introduction["comment"])
+    about: str | None = None
+    for piece in pieces:
+        if piece["comment"] is None:
+            _declare(made, piece, about)
+            about = None
+        elif section := re.fullmatch(r" ---- (.*?) ----(.*)", piece["comment"], re.DOTALL):
+            made.add(f"## {section[1]}", "", made.text(section[2]))
+        else:
+            about = piece["comment"]
+    missing = {name for name in made.anchors.values() if f"### `{name}`" not in made.lines}
+    if missing:
+        raise ValueError(f"not in the reference: {missing}")
+    return "\n".join(made.lines)
+
+
+def _pieces(text: str) -> Iterator[re.Match[str]]:
+    """Comments and declarations, without the header's guards and its extern "C"."""
+    text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.DOTALL)
+    text = re.sub(r"^#(?:ifndef|include|endif).*\n|^#define MJENV_(?:MJENV_H|API\b.*)\n", "", text, flags=re.MULTILINE)
+    position = 0
+    while text[position:].strip():
+        piece = _PIECE.match(text, position)
+        if not piece:
+            raise ValueError(f"cannot read the header from: {text[position : position + 80]}")
+        position = piece.end()
+        yield piece
+
+
+def _introduce(made: Page, comment: str) -> None:
+    """The comment at the top: a title, then a word, blanks and what it means, for each rule."""
+    rules: list[tuple[str, str]] = []
+    for line in comment.partition("\n *\n")[2].splitlines():
+        word, _, meaning = line.removeprefix(" * ").partition(" ")
+        if word:
+            rules.append((word, meaning.strip()))
+        else:
+            rules[-1] = (rules[-1][0], f"{rules[-1][1]} {meaning.strip()}")
+    made.table(("", ""), [(f"**{word}**", made.text(meaning)) for word, meaning in rules])
+    made.add("## Types")
+
+
+def _declare(made: Page, piece: re.Match[str], about: str | None) -> None:
+    if piece["function"]:
+        name = piece["function"].partition("(")[0].split()[-1].lstrip("*")
+        made.add(f"### `{name}`", "", "```c", _reflowed(piece["function"]) + ";", "```", "", made.text(about))
+    elif piece["macro"]:
+        made.add(f"### `{piece['macro']}`", "", f"`{piece['value']}`. {made.text(about)}")
+    elif piece["opaque"]:
+        made.add(f"### `{piece['opaque']}`", "", f"A handle: {made.text(piece['opaque_doc'])}.")
+    elif piece["enum"]:
+        made.add(f"### `{piece['enum']}`", "", made.text(about))
+        rows = [(f"`{name}`", value, made.text(doc)) for name, value, doc in _ENUMERATOR.findall(piece["values"])]
+        made.table(("name", "value", "meaning"), rows)
+    else:
+        made.add(f"### `{piece['struct']}`", "", made.text(about))
+        made.table(("field", "meaning"), list(_members(made, piece["fields"])))
+
+
+def _members(made: Page, fields: str) -> Iterator[tuple[str, ...]]:
+    """A comment on a line of its own stands before the fields that it tells of."""
+    position = 0
+    while fields[position:].strip():
+        field = _FIELD.match(fields, position)
+        if not field:
+            raise ValueError(f"cannot read the fields from: {fields[position : position + 80]}")
+        position = field.end()
+        if field["group"] is not None:
+            yield ("", f"*{made.text(field['group'])}*")
+        else:
+            yield (f"`{' '.join(field['code'].split())}`", made.text(field["doc"]))
+
+
+def _reflowed(prototype: str) -> str:
+    """With each parameter on a line of its own where one line is too long."""
+    text = " ".join(prototype.split())
+    if len(text) <= 90:
+        return text
+    start, _, parameters = text.removesuffix(")").partition("(")
+    return f"{start}(\n    " + ",\n    ".join(parameters.split(", ")) + ")"

@@ -1,0 +1,40 @@
+"""The reference of the Julia package as a page, made from its documentation texts."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+SOURCES = Path(__file__).resolve().parents[2] / "bindings" / "julia" / "src"
+
+
+def page() -> str:
+    main = (SOURCES / "MJEnv.jl").read_text()
+    files = re.findall(r'include\("(.*)"\)', main)
+    texts = [text for file in files for text in _texts((SOURCES / file).read_text())]
+    names = {_name(text): text for text in texts}
+    introduction = _linked(_texts(main)[0], set(names))
+    sections = [f"## `{name}`\n\n{_linked(text, set(names))}" for name, text in names.items()]
+    return "\n\n".join(["# MJEnv.jl", introduction, *sections])
+
+
+def _texts(source: str) -> list[str]:
+    return re.findall(r'^"""\n(.*?)^"""$', source, re.MULTILINE | re.DOTALL)
+
+
+def _name(text: str) -> str:
+    """Of the first signature: the indented line at the top."""
+    match = re.match(r" {4}((?:MJEnv\.)?\w+!?)", text)
+    if not match:
+        raise ValueError(f"a documentation text without a signature: {text}")
+    return match[1]
+
+
+def _linked(text: str, names: set[str]) -> str:
+    def link(match: re.Match[str]) -> str:
+        name = match[1]
+        if name not in names:
+            raise ValueError(f"a reference to {name}, which has no documentation")
+        return f"[`{name}`](#{re.sub('[^a-z0-9_]', '', name.lower())})"
+
+    return re.sub(r"\[`([^`]*)`\]\(@ref\)", link, text)
