@@ -92,7 +92,7 @@ std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
 const char* mjenv_version() { return MJENV_VERSION_TEXT; }
 
 const char* mjenv_status_name(mjenv_status status) {
-  switch (status) {
+  switch (number_of(status)) {
     case MJENV_OK: return "MJENV_OK";
     case MJENV_E_ARGUMENT: return "MJENV_E_ARGUMENT";
     case MJENV_E_NAME: return "MJENV_E_NAME";
@@ -240,8 +240,9 @@ const mjenv_options* mjenv_options_of(const mjenv_env* env) {
 
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
   return look(env, [&](const Env& e) {
-    if (role != MJENV_OBSERVATION && role != MJENV_ACTION)
-      fail(MJENV_E_ARGUMENT, "a space is of MJENV_OBSERVATION or MJENV_ACTION, not " + std::to_string(role));
+    const std::int32_t given = number_of(role);
+    if (given != MJENV_OBSERVATION && given != MJENV_ACTION)
+      fail(MJENV_E_ARGUMENT, "a space is of MJENV_OBSERVATION or MJENV_ACTION, not " + std::to_string(given));
     mjenv_space out{};
     out.dtype = role == MJENV_OBSERVATION ? MJENV_FLOAT64 : MJENV_FLOAT32;
     out.count = static_cast<std::int64_t>(e.low(role).size());
@@ -252,11 +253,11 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return look_up(env, [&](const Env& e) { return static_cast<std::int64_t>(e.fields(role).size()); });
+  return look_up(env, [&](const Env& e) { return static_cast<std::int64_t>(e.fields(known(role)).size()); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return look(env, [&](const Env& e) { fill(field, at(e.fields(role), index, "field")); });
+  return look(env, [&](const Env& e) { fill(field, at(e.fields(known(role)), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
@@ -274,14 +275,14 @@ mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_b
 mjenv_status mjenv_step(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype,
                         const mjenv_batch* out) {
   return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
-    e.step(need_memory(action, count, "action"), count, dtype, batch);
+    e.step(need_memory(action, count, "action"), count, known(dtype), batch);
   });
 }
 
 mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::size_t row_count, const void* action,
                         std::size_t count, mjenv_dtype dtype, const mjenv_batch* out) {
   return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
-    e.send(rows, row_count, need_memory(action, count, "action"), count, dtype, batch);
+    e.send(rows, row_count, need_memory(action, count, "action"), count, known(dtype), batch);
   });
 }
 
@@ -293,7 +294,7 @@ mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, std::int64_t* rows, s
 mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::int64_t steps, std::size_t count, mjenv_dtype dtype,
                            const mjenv_batch* out) {
   return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
-    e.rollout(need_memory(action, count, "action"), steps, count, dtype, batch);
+    e.rollout(need_memory(action, count, "action"), steps, count, known(dtype), batch);
   });
 }
 

@@ -15,7 +15,6 @@ void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void*
   const std::int64_t nu = task_.model->nu();
   if (!rows_sent) row_count = static_cast<std::size_t>(rows());
   const auto row_at = [&](std::size_t i) { return rows_sent ? rows_sent[i] : static_cast<std::int64_t>(i); };
-  check_dtype(dtype);
   check_count("the action's count", static_cast<std::int64_t>(count), static_cast<std::int64_t>(row_count) * nu);
   check_out(out, rows(), info_);
   const Action all{action, dtype, static_cast<Eigen::Index>(count)};

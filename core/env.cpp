@@ -197,11 +197,6 @@ void Env::check_out(const mjenv_batch* out, std::int64_t rows, const std::vector
     fail(MJENV_E_ARGUMENT, "obs_dtype is " + std::to_string(out->obs_dtype) + ", not MJENV_FLOAT64 or MJENV_FLOAT32");
 }
 
-void Env::check_dtype(mjenv_dtype dtype) const {
-  if (dtype != MJENV_FLOAT64 && dtype != MJENV_FLOAT32)
-    fail(MJENV_E_ARGUMENT, "dtype is " + std::to_string(dtype) + ", not MJENV_FLOAT64 or MJENV_FLOAT32");
-}
-
 void Env::check_steppable(std::int64_t row, bool resets) const {
   if (!heads_[row].ready) fail(MJENV_E_STATE, in_row(row, "reset it before the first step"));
   if (strict_ && heads_[row].ended && !resets)

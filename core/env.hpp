@@ -158,7 +158,6 @@ class Env {
   void check_row(std::int64_t row) const;
   void check_settled() const;
   void check_out(const mjenv_batch* out, std::int64_t rows, const std::vector<Field>& info) const;
-  void check_dtype(mjenv_dtype dtype) const;
   void check_steppable(std::int64_t row, bool resets) const;
   void check_finite(std::int64_t row, const Action& action) const;
   bool awaits_reset(std::int64_t row) const { return autoreset_ == Autoreset::next_step && heads_[row].ended; }

@@ -128,7 +128,6 @@ void Env::reset(const std::uint8_t* mask, const mjenv_batch* out) {
 void Env::step(const void* action, std::size_t count, mjenv_dtype dtype, const mjenv_batch* out) {
   const std::int64_t nu = task_.model->nu();
   check_settled();
-  check_dtype(dtype);
   check_count("the action's count", static_cast<std::int64_t>(count), rows() * nu);
   check_out(out, rows(), info_);
   const Action all{action, dtype, rows() * nu};
@@ -204,7 +203,6 @@ void Env::rollout(const void* action, std::int64_t steps, std::size_t count, mje
                   const mjenv_batch* out) {
   const std::int64_t nu = task_.model->nu();
   check_settled();
-  check_dtype(dtype);
   if (steps < 1 || steps > std::numeric_limits<std::int64_t>::max() / (rows() * std::max<std::int64_t>(nu, 1)))
     fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ": less than 1, or more than can be counted");
   check_count("the action's count", static_cast<std::int64_t>(count), rows() * steps * nu);

@@ -42,6 +42,12 @@ set_property(SOURCE ${sources}/mujoco/src/engine/engine_collision_convex.c APPEN
 set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
 # Errors leave MuJoCo's C as exceptions: without tables for them the compiler drops the handlers of its callers.
 target_compile_options(mjenv_engine PRIVATE $<$<COMPILE_LANGUAGE:C>:-fexceptions>)
+if(MJENV_SANITIZE)
+  # Undefined in C, but not by any machine: where a simulation diverges, numbers that are no int are made one and then
+  # bounded; the numbers in an STL file are read from where they lie.
+  target_compile_options(mjenv_engine PRIVATE -fno-sanitize=float-cast-overflow)
+  set_property(SOURCE ${sources}/mujoco/src/user/user_mesh.cc APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=alignment)
+endif()
 # Others' code: its warnings are theirs.
 target_compile_options(mjenv_engine PRIVATE -w)
 set_target_properties(mjenv_engine PROPERTIES C_STANDARD 11 EXPORT_COMPILE_COMMANDS OFF)
