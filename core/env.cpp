@@ -69,7 +69,7 @@ Env::Env(const Options& options, std::int64_t rows)
                                                                       : Autoreset::disabled),
       layout_(*task_.model) {
   const ErrorTrap trap;
-  record_size_ = 2 * layout_.size + static_cast<std::size_t>(task_.carry_count);
+  record_size_ = 2 * layout_.size + static_cast<std::size_t>(task_.carry_count) + layout_.nq + layout_.nv;
   const int threads = threads_for(options_, rows);
   check_memory(threads, " thread(s)", task_.model->work_bytes());
   for (int i = 0; i < threads; ++i) workers_.push_back(std::make_unique<Worker>(i, task_.model, task_.frame_skip));

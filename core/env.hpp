@@ -71,9 +71,11 @@ class Env {
 
  private:
   enum class Autoreset { disabled, next_step, same_step };
-  // How the derived arrays that belong to a row came about.
-  enum class Origin : std::uint8_t { cleared, forward, step };
-  // A row is its head and a record of doubles: the state, the state before the last evaluation, what the task carries.
+  // How the derived arrays that belong to a row came about. After `set`, a forward in mid-episode, forces are still
+  // those of the step before it.
+  enum class Origin : std::uint8_t { cleared, forward, step, set };
+  // A row is its head and a record of doubles: the state, the state before the last evaluation (after `set` the last
+  // step), what the task carries, and after `set` the qpos and qacc_warmstart that the forward changed.
   struct Head {
     Rng rng;
     std::int64_t steps = 0;
@@ -151,6 +153,7 @@ class Env {
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   double* before(std::int64_t row) { return state(row) + layout_.size; }
   double* carried(std::int64_t row) { return before(row) + layout_.size; }
+  double* changed(std::int64_t row) { return carried(row) + task_.carry_count; }
   const double* record(std::int64_t row) const {
     return records_.data() + static_cast<std::size_t>(row) * record_size_;
   }

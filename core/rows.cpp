@@ -9,7 +9,11 @@ namespace mjenv {
 
 // Makes what the work space holds the row's state; scratch holds the state before the last evaluation.
 void Env::commit(Worker& worker, std::int64_t row, Origin origin) {
-  std::copy_n(worker.scratch.data(), layout_.size, before(row));
+  double* start = worker.scratch.data();
+  if (origin == Origin::set)
+    std::copy_n(layout_.warmstart(start), layout_.nv, std::copy_n(layout_.qpos(start), layout_.nq, changed(row)));
+  else
+    std::copy_n(start, layout_.size, before(row));
   worker.work.save(state(row));
   if (task_.carry) task_.carry(worker.work.sim(), carried(row));
   heads_[row].origin = origin;
@@ -34,6 +38,17 @@ Env::Worker& Env::resident_worker(std::int64_t row) {
     case Origin::step:
       worker.work.load(before(row));
       worker.work.repeat_step();
+      break;
+    case Origin::set:
+      worker.work.load(before(row));
+      worker.work.repeat_step();
+      worker.work.complete_forces();
+      double* start = worker.scratch.data();
+      std::copy_n(state(row), layout_.size, start);
+      std::copy_n(changed(row), layout_.nq, layout_.qpos(start));
+      std::copy_n(changed(row) + layout_.nq, layout_.nv, layout_.warmstart(start));
+      worker.work.load(start);
+      worker.work.forward();
       break;
   }
   worker.resident = row;
@@ -81,18 +96,25 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
       fail(MJENV_E_VALUE,
            (i < nq ? "qpos[" + std::to_string(i) : "qvel[" + std::to_string(i - nq)) + "] is " + number(x));
   }
-  Worker& worker = *workers_[0];
+  Head& head = heads_[row];
+  Worker& worker = *workers_[static_cast<std::size_t>(head.worker)];
+  const bool in_episode = head.origin == Origin::step || head.origin == Origin::set;
+  const bool has_forces = in_episode && worker.resident == row;
   double* start = worker.scratch.data();
   std::copy_n(state(row), layout_.size, start);
   std::copy_n(qpos, nq, layout_.qpos(start));
   std::copy_n(qvel, nv, layout_.qvel(start));
   worker.resident = -1;
-  worker.work.begin();
+  if (has_forces)
+    worker.work.complete_forces();
+  else
+    worker.work.begin();
   worker.work.load(start);
   worker.work.forward();
-  commit(worker, row, Origin::forward);
-  heads_[row].ready = true;
-  heads_[row].ended = false;
+  commit(worker, row, in_episode ? Origin::set : Origin::forward);
+  if (in_episode && !has_forces) worker.resident = -1;
+  head.ready = true;
+  head.ended = false;
 }
 
 void Env::simulate(std::int64_t row, const double* ctrl, std::size_t count, std::int64_t frames) {

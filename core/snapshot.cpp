@@ -97,7 +97,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
     return head;
   };
   for (std::uint64_t i = 0; !damaged && i < count; ++i)
-    damaged = head_at(i).flags[0] > static_cast<std::uint8_t>(Origin::step) || head_at(i).steps < 0;
+    damaged = head_at(i).flags[0] > static_cast<std::uint8_t>(Origin::set) || head_at(i).steps < 0;
   if (damaged) fail(MJENV_E_SNAPSHOT, "the image is damaged");
 
   for (std::uint64_t i = 0; i < count; ++i) {

@@ -19,6 +19,7 @@ class StateLayout {
 
   double* qpos(double* state) const { return state + 1; }
   double* qvel(double* state) const { return state + 1 + nq; }
+  double* warmstart(double* state) const { return state + 1 + nq + nv + na; }
 };
 
 class Work {
