@@ -1,6 +1,7 @@
 // An environment: rows of state, and the workers that step them.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -97,9 +98,10 @@ class Env {
         : index(i), work(std::move(model), frame_skip) {}
     const std::int32_t index;
     Work work;
-    std::int64_t resident = -1;   // the row whose derived arrays the work space holds; -1: none
-    std::vector<double> scratch;  // a state or an observation in the making
-    std::vector<Array> arrays;    // of its mjData
+    std::atomic<std::int64_t> next{0};  // of the worker's block: the first row that nobody has taken
+    std::int64_t resident = -1;         // the row whose derived arrays the work space holds; -1: none
+    std::vector<double> scratch;        // a state or an observation in the making
+    std::vector<Array> arrays;          // of its mjData
     std::vector<const Array*> exported;
     Failures failures;
   };
@@ -165,7 +167,8 @@ class Env {
   void check_finite(std::int64_t row, const Action& action) const;
   bool awaits_reset(std::int64_t row) const { return autoreset_ == Autoreset::next_step && heads_[row].ended; }
 
-  // Calls body(worker, row) for all rows, each worker for a block of its own; a failing row does not stop the others.
+  // Calls body(worker, row) for all rows: each worker for a block of its own, then for what is left of the others'
+  // blocks. A failing row does not stop the others.
   template <typename Body>
   void for_rows(const Body& body);
   template <typename Body>

@@ -45,11 +45,20 @@ void Env::Failures::raise() {
 
 template <typename Body>
 void Env::for_rows(const Body& body) {
+  const auto threads = static_cast<std::int64_t>(workers_.size());
+  const auto first = [&](std::int64_t index) { return rows() * index / threads; };
+  // How many rows a worker takes at once: the larger, the more it waits at the end for those that others took.
+  const std::int64_t taken = threads == 1 ? rows() : std::clamp<std::int64_t>(rows() / (128 * threads), 1, 64);
+  for (std::int64_t i = 0; i < threads; ++i) workers_[i]->next.store(first(i), std::memory_order_relaxed);
   const auto block = [&](int index) {
     const ErrorTrap trap;
-    const auto threads = static_cast<std::int64_t>(workers_.size());
-    const std::int64_t end = rows() * (index + 1) / threads;
-    for (std::int64_t row = rows() * index / threads; row < end; ++row) attempt(*workers_[index], row, body);
+    for (std::int64_t i = 0; i < threads; ++i) {
+      const std::int64_t other = (index + i) % threads, end = first(other + 1);
+      auto& next = workers_[other]->next;
+      for (std::int64_t row; (row = next.fetch_add(taken, std::memory_order_relaxed)) < end;)
+        for (const std::int64_t last = std::min(row + taken, end); row < last; ++row)
+          attempt(*workers_[index], row, body);
+    }
   };
   pool_->run(std::cref(block));
   Failures failures;
