@@ -63,3 +63,4 @@ foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.
   endif()
 endforeach()
 install(DIRECTORY ${licenses} DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documents)
+install(FILES THIRD_PARTY_NOTICES.md sbom.cdx.json DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documents)

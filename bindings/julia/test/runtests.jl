@@ -34,6 +34,9 @@ include("errors.jl")
     @testset "memory" begin
         include("memory.jl")
     end
+    @testset "misuse" begin
+        include("misuse.jl")
+    end
     @testset "CommonRLInterface" begin
         include("common_rl.jl")
     end

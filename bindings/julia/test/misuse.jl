@@ -1,0 +1,165 @@
+# Finalizers in any order, threads, collections at any time, the end of the process.
+
+# Runs a script in a Julia of its own, with some threads; what it printed, standard error included.
+function spoken(script; threads = 1)
+    julia = `$(Base.julia_cmd()) --startup-file=no --project=$PACKAGE --threads=$threads`
+    said = IOBuffer()
+    ended = run(pipeline(ignorestatus(`$julia -e $("using MJEnv\n" * script)`); stdout = said, stderr = said))
+    ended.exitcode == 0 && ended.termsignal == 0 || print(said, "\nexit ", ended.exitcode, ", signal ", ended.termsignal)
+    return String(take!(said))
+end
+
+@testset "finalized before its time" begin
+    env = Env("Hopper-v5"; rows = 2)
+    batch = reset!(Batch(env), env)
+    space, told = action_space(env), info(batch)
+    kept = deepcopy((space.low, space.high, told, batch.obs))
+    finalize(env)
+    @test !isopen(env)
+    foreach(_ -> reset!(Env("Hopper-v5"; rows = 2)), 1:70)  # whoever gets its memory
+    GC.gc()
+    @test same(flat(told), flat(kept[3]))
+    @test (space.low, space.high, batch.obs) == (kept[1], kept[2], kept[4])
+    for call in (() -> reset!(env), () -> step!(batch, env, zeros(3, 2)), () -> snapshot(env), () -> action_space(env))
+        @test refuses(call, ArgumentError, "closed")
+    end
+    finalize(env)
+    @test close(env) === nothing
+end
+
+@testset "finalized in any order" begin
+    for order in (identity, reverse, envs -> envs[[3, 1, 5, 2, 4]])
+        envs = [Env("Reacher-v5"; rows = rows, num_threads = min(rows, 2)) for rows in 1:5]
+        batches = [reset!(Batch(env), env) for env in envs]
+        foreach(finalize, order(envs))
+        @test all(batch -> all(isfinite, batch.obs), batches)
+    end
+    # All in one collection, which chooses the order; some hold on to one another.
+    for _ in 1:5
+        envs = Any[Env("Reacher-v5") for _ in 1:10]
+        ring = [Ref{Any}(env) for env in envs]
+        foreach(i -> envs[i].latest = ring[i % 10 + 1], 1:10)
+        envs = ring = nothing
+        GC.gc()
+    end
+    # A finalizer that uses what may be finalized already.
+    outcome = Channel{Any}(10)
+    for _ in 1:10
+        owner = Ref(Env("Reacher-v5"))
+        finalizer(o -> put!(outcome, thrown(() -> MJEnv.inside(identity, o[]))), owner)
+    end
+    GC.gc()
+    GC.gc()
+    while isready(outcome)
+        e = take!(outcome)
+        @test e === nothing || e isa ArgumentError
+    end
+end
+
+@testset "what a pointer would survive" begin
+    env = Env("Reacher-v5")
+    @test refuses(() -> copy(env), MethodError)
+    @test refuses(() -> deepcopy([env]), ArgumentError, "snapshot")
+end
+
+@testset "an exception passes through" begin
+    kept = Ref{Any}()
+    @test refuses(() -> Env(env -> (kept[] = env; error("mine")), "Reacher-v5"), ErrorException, "mine")
+    @test !isopen(kept[])
+    env = Env("Reacher-v5")
+    @test refuses(() -> MJEnv.inside(_ -> error("mine"), env), ErrorException, "mine")
+    close(env)  # nobody is inside
+    @test !isopen(env)
+end
+
+# Environments made, stepped and dropped by threads while another collects; each gives the bits of one thread.
+@testset "threads and collections" begin
+    @test spoken("""
+        function play(seed)
+            env = Env("Hopper-v5"; rows = 1 + seed % 3, num_threads = 1 + seed % 2)
+            seed!(env, seed)
+            reset!(env)
+            total = UInt(0)
+            for _ in 1:5
+                total = hash(step!(env, env.rows == 1 ? zeros(3) : zeros(3, env.rows)).obs, total)
+            end
+            return total
+        end
+        expected = [play(seed) for seed in 1:6]
+        busy = Threads.Atomic{Int}(6)
+        collector = Threads.@spawn while busy[] > 0
+            GC.gc(false)
+            sleep(0.002)
+        end
+        tasks = map(1:6) do seed
+            Threads.@spawn begin
+                played = [play(seed) for _ in 1:4]
+                Threads.atomic_sub!(busy, 1)
+                played
+            end
+        end
+        all(fetch(tasks[seed]) == fill(expected[seed], 4) for seed in 1:6) || error("other bits")
+        wait(collector)
+        GC.gc()
+        print("equal")
+        """; threads = 3) == "equal"
+end
+
+# Closed by one thread while others use it: each call works, or tells that somebody is inside or that it is closed.
+@testset "closed while threads use it" begin
+    @test spoken("""
+        function hammer(env, batch)
+            counts = zeros(Int, 3)
+            while counts[3] == 0
+                try
+                    observe!(batch, env)
+                    counts[1] += 1
+                    counts[1] % 20 == 0 && sleep(0.001)  # or close would never find the environment empty
+                catch e
+                    e isa MJEnvError && e.status == MJEnv.MJENV_E_BUSY ? counts[2] += 1 :
+                    e isa ArgumentError ? counts[3] += 1 : rethrow()
+                end
+            end
+            return counts
+        end
+        for round in 1:8
+            env = Env("Reacher-v5"; rows = 4)
+            reset!(env)
+            users = [Threads.@spawn hammer(env, Batch(env)) for _ in 1:2]
+            sleep(0.005)
+            while isopen(env)
+                try
+                    close(env)
+                catch e
+                    e isa MJEnvError && e.status == MJEnv.MJENV_E_BUSY || rethrow()
+                end
+            end
+            foreach(fetch, users)
+        end
+        print("closed")
+        """; threads = 3) == "closed"
+end
+
+# Finalizers run at the end, in any order, with rows under way and threads inside.
+@testset "the end of the process" begin
+    @test spoken("""
+        envs = [Env("Humanoid-v5"; rows = 8, num_threads = 2) for _ in 1:3]
+        batches = map(envs) do env
+            batch = reset!(Batch(env), env)
+            send!(batch, env, zeros(Float32, 17, 8))
+            batch
+        end
+        print("ended")
+        """) == "ended"
+    @test spoken("""
+        env = Env("Humanoid-v5"; rows = 8)
+        batch = reset!(Batch(env), env)
+        Threads.@spawn while true
+            step!(batch, env, zeros(Float32, 17, 8))
+        end
+        sleep(0.2)
+        print("ended")
+        exit(0)
+        """; threads = 2) == "ended"
+    @test occursin("mine", spoken("env = Env(\"Reacher-v5\"); reset!(env); atexit(() -> close(env)); error(\"mine\")"))
+end

@@ -1,0 +1,113 @@
+//! The crate's own use of pointers and threads, by Miri: `cargo +nightly miri test --test miri`, as tests/run miri does.
+#![cfg(miri)]
+
+mod fake;
+
+use std::thread;
+
+use mjenv::{Env, Options, Role, Status};
+
+fn env(rows: usize) -> Env {
+    Env::new(&Options::new("Fake-v5").unwrap(), rows).unwrap()
+}
+
+#[test]
+fn options() {
+    let mut options = Options::new("Fake-v5").unwrap();
+    options.set("num_threads", 3).unwrap().set("range", [0.0, 2.0]).unwrap();
+    options.set("autoreset_mode", "disabled").unwrap();
+    assert_eq!(options.get::<i64>("num_threads").unwrap(), 3);
+    assert_eq!(options.get::<Vec<f64>>("range").unwrap(), [0.0, 2.0]);
+    assert_eq!(options.get::<String>("autoreset_mode").unwrap(), "disabled");
+    let names: Vec<_> = options.schema().map(|option| option.name).collect();
+    assert_eq!(names, ["num_threads", "strict", "range", "autoreset_mode"]);
+    let error = options.set("nothing", 1).unwrap_err();
+    assert_eq!((error.status(), error.message()), (Status::Name, "no such thing"));
+    assert!(format!("{options:?}").contains("disabled"));
+}
+
+#[test]
+fn an_environment_and_what_it_lends() {
+    let mut env = env(3);
+    let (space, options) = (env.action_space(), env.options());
+    assert_eq!((space.count(), space.low[1]), (2, 1.0));
+    assert_eq!(options.get::<i64>("num_threads").unwrap(), 1);
+    assert_eq!(env.fields(Role::Info).map(|field| field.name).collect::<Vec<_>>(), ["place", "speed"]);
+    assert_eq!(env.object_name("body", 1).unwrap(), "torso\u{fffd}");
+    assert_eq!(env.read(2, "qpos").unwrap(), [2.0; 3]);
+    assert_eq!(env.read_into(1, "qpos", &mut [0.0; 3]).unwrap(), 3);
+    let mut actions = [0.0; 6];
+    env.sample_actions(&mut actions).unwrap();
+    assert_eq!(actions, [0.5; 6]);
+}
+
+#[test]
+fn steps() {
+    let mut env = env(3);
+    let (mut batch, mut rounded) = (env.batch(), env.batch_f32());
+    env.reset(&mut batch).unwrap();
+    env.step(&[1.0f64, 0.0, 0.5, 0.5, 2.0, 2.0], &mut batch).unwrap();
+    assert_eq!(batch.observations(), [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 4.0, 4.0, 4.0]);
+    assert_eq!(
+        (batch.info("place").unwrap(), batch.info("speed").unwrap()),
+        (&[1.0, 1.0, 1.0, 1.0, 4.0, 4.0][..], &[1.0, 1.0, 4.0][..])
+    );
+    assert_eq!((batch.ended(2), batch.failed(2), batch.final_obs(2)), (true, false, Some(&[4.0; 3][..])));
+    let kept = batch.clone();
+    env.reset_where(&[false, false, true], &mut batch).unwrap();
+    env.step(&[1.0f32; 6], &mut rounded).unwrap();
+    assert_eq!(rounded.obs(2), [2.0f32; 3]);
+    assert_eq!(kept.obs(2), [4.0; 3]);
+    assert_eq!(env.step(&[0.0f32; 5], &mut batch).unwrap_err().status(), Status::Size);
+    let image = env.snapshot(0).unwrap();
+    env.restore(1, &image).unwrap();
+    assert_eq!(env.restore(1, &image[1..]).unwrap_err().status(), Status::Snapshot);
+}
+
+#[test]
+fn an_environment_moves_between_threads() {
+    let mut env = env(2);
+    let mut batch = env.batch();
+    env.reset(&mut batch).unwrap();
+    let (env, batch) = thread::spawn(move || {
+        env.step(&[1.0f32; 4], &mut batch).unwrap();
+        (env, batch)
+    })
+    .join()
+    .unwrap();
+    drop(env);
+    assert_eq!(batch.obs(1), [2.0; 3]);
+}
+
+/// Rows are read while threads write those beside them.
+#[test]
+fn rows_under_way() {
+    let mut pipeline = env(4).pipeline();
+    pipeline.reset().unwrap();
+    pipeline.send(&[0.5f32; 8]).unwrap();
+    for round in 0..6 {
+        let rows = pipeline.recv(1 + round % 2).unwrap().to_vec();
+        for row in 0..4 {
+            let settled = pipeline.row(row);
+            assert_eq!(settled.is_some(), rows.contains(&row));
+            let Some(settled) = settled else { continue };
+            let reward = settled.reward();
+            assert_eq!(settled.obs(), [reward; 3]);
+            assert_eq!(settled.info("place").unwrap(), [reward; 2]);
+            assert!(settled.final_info("speed").is_ok());
+            assert_eq!(settled.final_obs().is_some(), settled.ended());
+        }
+        pipeline.send_rows(&rows, &vec![0.5f64; 2 * rows.len()]).unwrap();
+    }
+    assert_eq!(pipeline.send_rows(&[0], &[0.0f32; 2]).unwrap_err().status(), Status::State);
+    let (env, batch) = pipeline.finish();
+    drop(env);
+    assert_eq!(batch.observations().len(), 12);
+}
+
+#[test]
+fn dropped_under_way() {
+    let mut pipeline = env(3).pipeline_f32();
+    pipeline.reset().unwrap();
+    pipeline.send(&[0.5f32; 6]).unwrap();
+}
