@@ -27,6 +27,8 @@
     @test refuses(() -> Env("Ant-v5"; xml_file = nothing), ArgumentError, "xml_file", "Nothing")
     @test refuses(() -> Env("Ant-v5"; healthy_z_range = ("low", "high")), ArgumentError, "healthy_z_range")
     @test refuses(() -> Env("Ant-v5"; xml_string = "a\0b"), ArgumentError, "NUL")
+    @test refuses(() -> Env("Ant-v5"; num_threads = -1), MJENV_E_VALUE, "num_threads", "-1")
+    @test refuses(() -> Env("Ant-v5"; num_threads = 1025), MJENV_E_VALUE, "num_threads", "1024")
     @test refuses(() -> Env("Ant-v5"; rows = 0), MJENV_E_VALUE, "rows", "0")
     @test refuses(() -> Env("Ant-v5"; rows = -3), MJENV_E_VALUE, "rows", "-3")
     @test refuses(() -> Env("Ant-v5"; rows = typemax(Int)), MJENV_E_MEMORY, "rows")
@@ -222,6 +224,45 @@ end
         @test refuses(call, ArgumentError, "Ant-v5", "closed")
     end
     @test close(env) === nothing
+end
+
+# A box that slides and turns above a floor, in a MuJoCo whose stack is too small for contacts.
+const BOX = """
+<mujoco><size nstack="120"/><option timestep="0.01"/><worldbody><geom type="plane" size="9 9 1"/><body pos="0 0 3">
+<joint name="x" type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>
+<geom type="box" size=".3 .3 .3"/></body></worldbody><actuator><motor joint="x"/></actuator></mujoco>
+"""
+
+# The row keeps its state, the others are stepped, and a reset puts it right.
+@testset "a row that MuJoCo fails in" begin
+    env, whole = (Env("HalfCheetah-v5"; rows = 3, num_threads = 2, xml_string = BOX) for _ in 1:2)
+    batch, wanted = Batch(env), Batch(whole)
+    for (e, b) in ((env, batch), (whole, wanted))
+        seed!(e, [1, 2, 3])
+        reset!(b, e)
+    end
+    set_state!(env, [0, -2.6, 0], [0, -10, 0]; row = 2)
+    @test refuses(() -> step!(batch, env, ones(Float32, 1, 3)), MJEnv.MJENV_E_PHYSICS, "row 1", "MuJoCo")
+    step!(wanted, whole, ones(Float32, 1, 3))
+    @test batch.status == [MJEnv.MJENV_OK, MJEnv.MJENV_E_PHYSICS, MJEnv.MJENV_OK]
+    @test same(batch.obs[:, [1, 3]], wanted.obs[:, [1, 3]])
+    @test read(env, :qpos; row = 2) == [0, -2.6, 0]
+    reset!(batch, env)
+    step!(batch, env, ones(Float32, 1, 3))
+end
+
+# Julia ends while rows are under way.
+@testset "exit while rows are under way" begin
+    script = """
+    using MJEnv
+    env = Env("Humanoid-v5"; rows = 64, num_threads = 3)
+    batch = Batch(env)
+    reset!(batch, env)
+    send!(batch, env, zeros(Float32, 17, 64))
+    print("sent")
+    """
+    julia = `$(Base.julia_cmd()) --startup-file=no --project=$PACKAGE`
+    @test read(`$julia -e $script`, String) == "sent"
 end
 
 # A diverging simulation makes MuJoCo warn: not on the terminal, not in a file.

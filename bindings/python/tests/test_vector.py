@@ -661,6 +661,37 @@ def test_a_diverged_row(ends: bool) -> None:
     assert envs.statuses.tolist() == [Status.OK] * 3
 
 
+# A box that slides and turns above a floor, in a MuJoCo whose stack is too small for contacts.
+BOX = """
+<mujoco><size nstack="120"/><option timestep="0.01"/><worldbody><geom type="plane" size="9 9 1"/><body pos="0 0 3">
+<joint name="x" type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>
+<geom type="box" size=".3 .3 .3"/></body></worldbody><actuator><motor joint="x"/></actuator></mujoco>
+"""
+
+
+def test_a_row_that_mujoco_fails_in() -> None:
+    """It keeps its state; the others are stepped; a reset puts it right."""
+    envs, whole = (
+        mjenv.make_vec("HalfCheetah-v5", 3, num_threads=2, autoreset_mode="Disabled", xml_string=BOX) for _ in range(2)
+    )
+    envs.reset(seed=1), whole.reset(seed=1)
+    envs.envs[1].set_state([0, -2.6, 0], [0, -10, 0])
+    action = np.ones((3, 1), np.float32)
+    for again in range(2):
+        with refused(mjenv.PhysicsError, Status.E_PHYSICS, "row 1.*MuJoCo"):
+            if again:
+                envs.send(action)
+                envs.recv()
+            else:
+                envs.step(action)
+        wanted = whole.step(action)[0]
+        assert envs.statuses.tolist() == [Status.OK, Status.E_PHYSICS, Status.OK]
+        assert envs.envs[1].data.qpos.tolist() == [0, -2.6, 0]
+        assert envs.observe()[[0, 2]].tobytes() == wanted[[0, 2]].tobytes()
+    envs.reset()
+    envs.step(action)
+
+
 # ---- bad input ----
 
 

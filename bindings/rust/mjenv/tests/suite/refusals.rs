@@ -98,6 +98,8 @@ fn options() {
     refuses("healthy_z_range", Vec::new().into(), Status::Size, &["healthy_z_range", "2", "0"]);
     refuses("frame_skip", 0.into(), Status::Value, &["frame_skip", "[1, ", "0"]);
     refuses("max_episode_steps", (-1).into(), Status::Value, &["max_episode_steps", "-1"]);
+    refuses("num_threads", (-1).into(), Status::Value, &["num_threads", "-1"]);
+    refuses("num_threads", 1025.into(), Status::Value, &["num_threads", "1024"]);
     refuses("terminate_when_unhealthy", 2.into(), Status::Value, &["terminate_when_unhealthy", "2"]);
     refuses("reset_noise_scale", f64::NAN.into(), Status::Value, &["reset_noise_scale", "nan"]);
     refuses("norm", "fuzed".into(), Status::Value, &["norm", "fuzed", "auto, fused, plain"]);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mjenv::{Env, Options};
+use mjenv::{Env, Options, Status};
 
 use crate::golden::{assert_bits, folder, Actions, Golden};
 use crate::replay::{check_infos, Replay};
@@ -166,6 +166,36 @@ fn sampled_actions_lie_in_the_space_and_follow_the_seed() {
     assert!(first.iter().all(|action| action.abs() <= 0.4));
     assert_eq!(first, again);
     assert_ne!(first, other);
+}
+
+/// A box that slides and turns above a floor, in a MuJoCo whose stack is too small for contacts.
+const BOX: &str = r#"<mujoco><size nstack="120"/><option timestep="0.01"/><worldbody><geom type="plane" size="9 9 1"/>
+<body pos="0 0 3"><joint name="x" type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+<joint type="hinge" axis="0 1 0"/><geom type="box" size=".3 .3 .3"/></body></worldbody>
+<actuator><motor joint="x"/></actuator></mujoco>"#;
+
+#[test]
+fn a_row_that_mujoco_fails_in_keeps_its_state_and_the_others_go_on() {
+    let mut options = Options::new("HalfCheetah-v5").unwrap();
+    options.set("xml_string", BOX).unwrap().set("num_threads", 2).unwrap();
+    let (mut env, mut whole) = (Env::new(&options, 3).unwrap(), Env::new(&options, 3).unwrap());
+    let (mut batch, mut wanted) = (env.batch(), whole.batch());
+    for (env, batch) in [(&mut env, &mut batch), (&mut whole, &mut wanted)] {
+        env.seed(&[1, 2, 3]).unwrap();
+        env.reset(batch).unwrap();
+    }
+    env.set_state(1, &[0.0, -2.6, 0.0], &[0.0, -10.0, 0.0]).unwrap();
+    let refused = env.step(&[1.0f32; 3], &mut batch).unwrap_err();
+    assert_eq!(refused.status(), Status::Physics);
+    assert!(refused.to_string().contains("row 1"), "{refused}");
+    whole.step(&[1.0f32; 3], &mut wanted).unwrap();
+    assert_eq!([0, 1, 2].map(|row| batch.failed(row)), [false, true, false]);
+    for row in [0, 2] {
+        assert_bits("obs", batch.obs(row), wanted.obs(row));
+    }
+    assert_eq!(env.read(1, "qpos").unwrap(), [0.0, -2.6, 0.0]);
+    env.reset(&mut batch).unwrap();
+    env.step(&[1.0f32; 3], &mut batch).unwrap();
 }
 
 #[test]
