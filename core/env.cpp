@@ -137,6 +137,8 @@ void Env::describe(Worker& worker) {
   Info learn(info_);
   task_.step(sim, Carried(carried.data(), task_.carry_count), learn);
   reward_ = {{"reward", "", task_.reward_type, {}, 0, 1}};
+  for (auto* fields : {&observation_, &info_, &reset_info_, &reward_, &structure_})
+    for (Field& field : *fields) field.doc = meaning(field.name);
   data_ = fields_of(work.arrays());
   model_fields_ = fields_of(m.arrays());
 }

@@ -29,6 +29,9 @@ struct Field {
   std::int64_t offset = 0, count = 1;
 };
 
+// What a term of an observation or an info is, with its unit; "" for a name that the list does not have.
+const char* meaning(const std::string& name);
+
 // A value as Gymnasium types it.
 struct PythonFloat {
   double value;

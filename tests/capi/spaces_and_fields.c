@@ -49,6 +49,7 @@ static void assert_fields(const mjenv_env* env, mjenv_role role, const struct sc
   for (size_t i = 0; i < count; ++i) {
     const mjenv_field field = field_at(env, role, (int64_t)i);
     assert_string_equal(field.name, want[i].name);
+    assert_true(role == MJENV_ACTION || field.doc[0]);
     assert_true(field.count == want[i].count);
     if (want[i].type) {
       assert_int_equal(field.type, want[i].type);
@@ -65,6 +66,7 @@ static void assert_observation_terms(const mjenv_env* env, const struct schema_i
   int64_t offset = 0, next = 0;
   for (int64_t i = 0; i < mjenv_field_count(env, MJENV_OBSERVATION); ++i) {
     const mjenv_field field = field_at(env, MJENV_OBSERVATION, i);
+    assert_true(field.doc[0]);
     assert_true(field.offset == offset);
     assert_int_equal(field.type, MJENV_NUMPY_FLOAT64);
     offset += field.count;
