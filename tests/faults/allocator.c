@@ -1,6 +1,11 @@
+#define _GNU_SOURCE  // dl_iterate_phdr, RTLD_NEXT
 #include "allocator.h"
 
+#include <dlfcn.h>
 #include <errno.h>
+#include <link.h>
+#include <stdint.h>
+#include <string.h>
 
 // The C library's own, under the names by which they can be called when the usual ones are replaced.
 void* __libc_malloc(size_t size);
@@ -15,6 +20,29 @@ static struct {
   size_t first, count;
 } plan;
 static long live;
+static struct {
+  uintptr_t function, begin, end;  // an address in the library whose allocations fail, and its code; 0: all fail
+} only;
+static __thread bool refused;  // the next allocation, of operator new
+
+static int find_code(struct dl_phdr_info* library, size_t size, void* data) {
+  (void)size, (void)data;
+  for (int i = 0; i < library->dlpi_phnum; ++i) {
+    const ElfW(Phdr)* part = &library->dlpi_phdr[i];
+    const uintptr_t begin = library->dlpi_addr + part->p_vaddr;
+    if (part->p_type != PT_LOAD || only.function < begin || only.function >= begin + part->p_memsz) continue;
+    only.begin = begin;
+    only.end = begin + part->p_memsz;
+  }
+  return 0;
+}
+
+void allocator_only(void (*function)(void)) {
+  memset(&only, 0, sizeof only);
+  if (!function) return;
+  only.function = (uintptr_t)function;
+  dl_iterate_phdr(find_code, NULL);
+}
 
 void allocator_arm(enum failing failing, size_t first) {
   plan.failed = false;
@@ -33,8 +61,13 @@ size_t allocator_count(void) { return plan.count; }
 
 long allocator_live(void) { return __atomic_load_n(&live, __ATOMIC_RELAXED); }
 
-static bool fails(void) {
+static bool fails(const void* caller) {
+  if (refused) {
+    refused = false;
+    return true;
+  }
   if (!__atomic_load_n(&plan.armed, __ATOMIC_ACQUIRE)) return false;
+  if (only.function && ((uintptr_t)caller < only.begin || (uintptr_t)caller >= only.end)) return false;
   const size_t number = __atomic_fetch_add(&plan.count, 1, __ATOMIC_RELAXED);
   if (plan.failing == ONE ? number != plan.first : number < plan.first) return false;
   __atomic_store_n(&plan.failed, true, __ATOMIC_RELAXED);
@@ -42,24 +75,39 @@ static bool fails(void) {
   return true;
 }
 
+#define CALLER __builtin_return_address(0)
+
 static void* counted(void* memory) {
   if (memory) __atomic_add_fetch(&live, 1, __ATOMIC_RELAXED);
   return memory;
 }
 
-void* malloc(size_t size) { return fails() ? NULL : counted(__libc_malloc(size)); }
+void* malloc(size_t size) { return fails(CALLER) ? NULL : counted(__libc_malloc(size)); }
 
-void* calloc(size_t number, size_t size) { return fails() ? NULL : counted(__libc_calloc(number, size)); }
+void* calloc(size_t number, size_t size) { return fails(CALLER) ? NULL : counted(__libc_calloc(number, size)); }
 
 void* realloc(void* memory, size_t size) {
-  if (fails()) return NULL;
+  if (fails(CALLER)) return NULL;
   void* moved = __libc_realloc(memory, size);
   return memory ? moved : counted(moved);
 }
 
-void* memalign(size_t alignment, size_t size) { return fails() ? NULL : counted(__libc_memalign(alignment, size)); }
+void* memalign(size_t alignment, size_t size) {
+  return fails(CALLER) ? NULL : counted(__libc_memalign(alignment, size));
+}
 
 void* aligned_alloc(size_t alignment, size_t size) { return memalign(alignment, size); }
+
+// operator new(size_t), which calls malloc from the C++ library whoever called it.
+void* _Znwm(size_t size) {
+  static void* (*next)(size_t);
+  if (!next) {
+    void* found = dlsym(RTLD_NEXT, "_Znwm");
+    memcpy(&next, &found, sizeof next);
+  }
+  refused = only.function && fails(CALLER);
+  return next(size);
+}
 
 int posix_memalign(void** memory, size_t alignment, size_t size) {
   void* block = memalign(alignment, size);

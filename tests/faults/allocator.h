@@ -12,6 +12,9 @@ enum failing {
 
 // Of this process's allocations from now on, number `first` fails (0: the next).
 void allocator_arm(enum failing failing, size_t first);
+// From now on nothing fails but what the library that holds the function asks for itself, by malloc or operator new;
+// NULL: what any asks for.
+void allocator_only(void (*function)(void));
 // From now on nothing fails. False when nothing did since allocator_arm.
 bool allocator_disarm(void);
 // Allocations since allocator_arm.
