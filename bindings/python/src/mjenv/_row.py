@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mjenv._abi import Role, Status
 from mjenv._handle import Float64Array
 from mjenv._mujoco import Data, Model
+from mjenv._pictures import Picture
 from mjenv.errors import InvalidValueError
 
 if TYPE_CHECKING:
@@ -20,12 +21,11 @@ if TYPE_CHECKING:
 class Row:
     """One row of a vector environment, with what env.unwrapped of a single environment offers."""
 
-    render_mode = None
-
     def __init__(self, owner: VectorEnv, row: int) -> None:
         self._owner, self._row, self._rows = owner, row, owner._rows
         self.action_space, self.observation_space = owner.single_action_space, owner.single_observation_space
         self.frame_skip, self.metadata = owner.frame_skip, owner.metadata
+        self.render_mode = owner.render_mode
 
     @property
     def unwrapped(self) -> Row:
@@ -77,6 +77,11 @@ class Row:
         if not structure:
             raise AttributeError(f"{self._rows.id} has no observation_structure")
         return structure
+
+    def render(self) -> Picture:
+        """The picture of the row."""
+        self._owner._check_settled()
+        return self._owner._pictures.draw(self._row)
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
         """Sets qpos[nq] and qvel[nv] and computes what follows from them; a row that had ended goes on."""

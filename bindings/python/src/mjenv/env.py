@@ -6,7 +6,7 @@ import copy
 import operator
 from collections.abc import Callable, Sequence
 from ctypes import byref
-from typing import Any, NoReturn, SupportsFloat
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
@@ -16,10 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from mjenv._abi import Dtype, Role, Status, Type
 from mjenv._handle import Batch, Field, Float64Array, Rows, camera_config
 from mjenv._mujoco import Data, Model
+from mjenv._pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures
 from mjenv.errors import InvalidValueError, OptionError, last_error
-
-RENDER_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
-_SIZE = 480  # Gymnasium's default for pictures
 
 _ACTION_DTYPES: dict[np.dtype[Any], Dtype] = {np.dtype(np.float32): Dtype.FLOAT32, np.dtype(np.float64): Dtype.FLOAT64}
 
@@ -109,16 +107,15 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
         id: str,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
-        width: int = _SIZE,
-        height: int = _SIZE,
+        width: int = SIZE,
+        height: int = SIZE,
         camera_id: int | None = None,
         camera_name: str | None = None,
-        max_geom: int = 1000,
+        max_geom: int = MAX_GEOM,
         visual_options: dict[int, bool] | None = None,
         **options: Any,
     ) -> None:
         """Builds the environment; max_episode_steps=None takes the id's own limit, -1 none."""
-        _check_render_keywords(render_mode, width, height, camera_id, camera_name)
         self.default_camera_config = _camera_config(id, options)
         if options.get("autoreset_mode", "disabled") != "disabled":
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
@@ -127,6 +124,17 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
         self._rows = Rows(id, options)
         self._seed: int | None = None
         self._generator: np.random.Generator | None = None
+        self._pictures = Pictures(
+            self._rows,
+            render_mode,
+            width,
+            height,
+            camera_id,
+            camera_name,
+            max_geom,
+            visual_options,
+            self.default_camera_config,
+        )
         self.render_mode = render_mode
         self.width, self.height = width, height
         self.camera_id, self.camera_name = camera_id, camera_name
@@ -198,12 +206,15 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
         self._take_stream()
         return obs, info
 
-    def render(self) -> NoReturn:
-        raise NotImplementedError("mjenv does not offer rendering yet")
+    def render(self) -> Picture:  # type: ignore[override]
+        """The picture of the present state, by render_mode: "rgb_array" uint8[height, width, 3], "depth_array"
+        float32[height, width] of 0 (near) to 1 (far), "rgbd_tuple" both. New arrays each time, the top row first."""
+        return self._pictures.draw()
 
     def close(self) -> None:
-        """Frees the environment; closing twice is fine."""
+        """Frees the environment and what drew it; closing twice is fine."""
         self._rows.close()
+        self._pictures.close()
 
     # ---- the random stream ----
     # The library holds it. A Generator that was handed out shares it: it is given back before a reset, taken after.
@@ -341,16 +352,3 @@ def _camera_config(id: str, options: dict[str, Any]) -> dict[str, Any] | None:
     if id.endswith("-v5") or id == "Swimmer-v4":
         return options.pop("default_camera_config", camera_config(id))  # type: ignore[no-any-return]
     return camera_config(id)
-
-
-def _check_render_keywords(render_mode: Any, width: Any, height: Any, camera_id: Any, camera_name: Any) -> None:
-    """Gymnasium's checks at construction; without pictures the keywords have no further effect."""
-    if render_mode is not None:
-        raise NotImplementedError(f"mjenv does not offer rendering yet: leave render_mode None, not {render_mode!r}")
-    for name, value in (("width", width), ("height", height)):
-        if not isinstance(value, (int, np.integer)) or not -(2**31) <= value < 2**31:
-            raise OptionError(f"{name} is a 32-bit int, not {value!r}", Status.E_TYPE)
-    if camera_id is not None and camera_name is not None:
-        raise InvalidValueError("camera_id and camera_name exclude each other")
-    if camera_name is not None and not isinstance(camera_name, str):
-        raise OptionError(f"camera_name is a str, not {camera_name!r}", Status.E_TYPE)

@@ -94,6 +94,10 @@ class RenderError(Error, RuntimeError):
     """There is no OpenGL to draw with, or it failed; the message names what to install."""
 
 
+class RenderSettingError(Error, AttributeError):
+    """A render_mode or a key of default_camera_config that there is not, found by render()."""
+
+
 class ClosedError(Error, gymnasium.error.ClosedEnvironmentError):
     """The environment was closed."""
 

@@ -88,8 +88,9 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
     def close(self) -> None:
         self.envs.close()
 
-    def get_images(self) -> Sequence[None]:
-        raise NotImplementedError("mjenv does not offer rendering yet")
+    def get_images(self) -> Sequence[NDArray[np.uint8]]:
+        """The picture of every row, for render_mode "rgb_array"."""
+        return self.envs.render()  # type: ignore[return-value]
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
         return [getattr(row, attr_name) for row in self._targets(indices)]

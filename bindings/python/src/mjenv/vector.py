@@ -32,8 +32,9 @@ from mjenv._arguments import (
 from mjenv._handle import Batch, Float64Array, Rows, pointer_to
 from mjenv._library import LIBRARY
 from mjenv._outputs import FLOATS, BoolArray, Info, Outputs
+from mjenv._pictures import RENDER_MODES, Picture, Pictures
 from mjenv._row import Row
-from mjenv.env import RENDER_MODES, _as_float, _camera_config, _check_render_keywords, _time_limit
+from mjenv.env import _as_float, _camera_config, _time_limit
 from mjenv.errors import (
     AlreadyPendingCallError,
     BusyError,
@@ -48,7 +49,7 @@ from mjenv.registration import spec as spec_of
 Array = NDArray[Any]
 Results = tuple[Array, Float64Array, BoolArray, BoolArray, Info]
 
-_RENDERING = {"render_mode": None, "width": 480, "height": 480, "camera_id": None, "camera_name": None}
+_RENDERING = ("render_mode", "width", "height", "camera_id", "camera_name", "max_geom", "visual_options")
 _UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
 
 
@@ -140,10 +141,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         **options: Any,
     ) -> None:
         """As make_vec; max_episode_steps=None takes the id's own limit, -1 none."""
-        _check_render_keywords(**{name: options.pop(name, default) for name, default in _RENDERING.items()})
-        for name in ("max_geom", "visual_options"):
-            options.pop(name, None)
-        _camera_config(id, options)
+        rendering = {name: options.pop(name) for name in _RENDERING if name in options}
+        camera = _camera_config(id, options)
         if max_episode_steps is not None:
             options["max_episode_steps"] = _time_limit(max_episode_steps)
         self.num_envs = count_of(num_envs)
@@ -153,6 +152,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self._rows = Rows(
             id, {**options, "num_threads": num_threads, "autoreset_mode": library_mode}, count=self.num_envs
         )
+        self._pictures = Pictures(self._rows, **rendering, default_camera_config=camera)
+        self.render_mode = self._pictures.mode
         self._seeds = np.full(self.num_envs, None, dtype=object)  # None: never seeded
         # Whether the array of observations may lag behind the rows.
         self._stale = False
@@ -238,13 +239,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         finally:
             self._release()
 
-    def render(self) -> NoReturn:
-        raise NotImplementedError("mjenv does not offer rendering yet")
+    def render(self) -> tuple[Picture, ...]:  # type: ignore[override]
+        """The picture of every row, each as render of a single environment gives it."""
+        self._check_settled()
+        return tuple(self._pictures.draw(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Frees the environments; rows under way are given up."""
-        if hasattr(self, "_rows"):  # Gymnasium 1.0 closes what could not be built
+        if hasattr(self, "_pictures"):  # Gymnasium 1.0 closes what could not be built
             self._rows.close()
+            self._pictures.close()
             self._pending = 0
 
     # ---- stepping some rows at a time ----

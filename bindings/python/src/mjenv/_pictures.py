@@ -1,0 +1,167 @@
+"""What render() returns: pictures of rows, by Gymnasium's keywords for rendering."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping
+from ctypes import byref, c_float, c_uint8, c_void_p
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import _abi
+from mjenv._abi import Status
+from mjenv._handle import Rows, _destroy_with, _struct, pointer_to
+from mjenv._library import LIBRARY
+from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError, check
+
+Colours = NDArray[np.uint8]
+Depth = NDArray[np.float32]
+Picture = Colours | Depth | tuple[Colours, Depth]
+
+RENDER_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
+SIZE = 480  # Gymnasium's default, pixels
+MAX_GEOM = 1000  # Gymnasium's default
+_FREE, _NO_CAMERA = -1, -2
+_NUMBERS = ("distance", "azimuth", "elevation")
+_WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
+
+
+class Pictures:
+    """Draws the rows of a handle as Gymnasium's MujocoRenderer does. Pickling keeps the keywords."""
+
+    def __init__(
+        self,
+        rows: Rows,
+        render_mode: str | None = None,
+        width: int = SIZE,
+        height: int = SIZE,
+        camera_id: int | None = None,
+        camera_name: str | None = None,
+        max_geom: int = MAX_GEOM,
+        visual_options: Mapping[int, bool] | None = None,
+        default_camera_config: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Checks what Gymnasium checks at construction; OpenGL is loaded for the first picture."""
+        if render_mode is not None and not isinstance(render_mode, str):
+            raise OptionError(f"render_mode is a str, not {render_mode!r}", Status.E_TYPE)
+        if render_mode == "human":
+            raise NotImplementedError('mjenv does not offer render_mode "human" (a window) yet: take "rgb_array"')
+        if camera_id is not None and camera_name is not None:
+            raise InvalidValueError("camera_id and camera_name exclude each other")
+        if camera_name is not None and not isinstance(camera_name, str):
+            raise OptionError(f"camera_name is a str, not {camera_name!r}", Status.E_TYPE)
+        self.mode, self.width, self.height = render_mode, _int32("width", width), _int32("height", height)
+        self.max_geom = _int32("max_geom", max_geom)
+        self.camera_id = None if camera_id is None else _int32("camera_id", camera_id)
+        self.camera_name, self.visual_options, self.camera_config = camera_name, visual_options, default_camera_config
+        self._rows = rows
+        self._camera: int | None = None
+        self._renderers: dict[int, _Renderer] = {}
+
+    def draw(self, row: int = 0) -> Picture:
+        """The picture of a row in new arrays: rgb[height, width, 3], depth[height, width], or both."""
+        if self.mode not in RENDER_MODES:
+            known = ", ".join(RENDER_MODES[1:])
+            raise RenderSettingError(f"the environment was made with render_mode {self.mode!r}; render() knows {known}")
+        if self._camera is None:
+            self._camera = self._find_camera()
+        # A free camera that looks at what it sees first does so in every row on its own.
+        place = row if self._camera == _FREE and "lookat" not in (self.camera_config or {}) else 0
+        with self._rows.entered() as env:
+            if place not in self._renderers:
+                self._renderers[place] = _Renderer(env, self._settings(env, self._camera))
+            rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
+            depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
+            self._renderers[place].draw(row, rgb, depth)
+        if rgb is None:
+            assert depth is not None
+            return depth
+        return rgb if depth is None else (rgb, depth)
+
+    def close(self) -> None:
+        """Frees the renderers, which the next picture makes anew."""
+        while self._renderers:
+            self._renderers.popitem()[1].close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_renderers": {}}
+
+    def _find_camera(self) -> int:
+        """The number of the camera: as in Gymnasium a name that the model lacks means the free one."""
+        if self.camera_id is not None:
+            return self.camera_id
+        try:
+            return self._rows.object_index("camera", "track" if self.camera_name is None else self.camera_name)
+        except UnknownNameError:
+            return _FREE
+
+    def _settings(self, env: int, camera: int) -> Any:
+        settings = _struct(_abi.mjenv_render_settings)
+        check(LIBRARY.mjenv_render_defaults(env, byref(settings)))
+        if camera <= _NO_CAMERA:
+            raise InvalidValueError(f"camera_id is {camera}; -1 is the free camera", Status.E_VALUE)
+        settings.width, settings.height, settings.max_geom = self.width, self.height, self.max_geom
+        settings.camera = camera
+        self._place_camera(settings)
+        for flag, value in (self.visual_options or {}).items():
+            index = _index("a key of visual_options", flag)
+            if not 0 <= index < len(_abi.Visual):
+                last = len(_abi.Visual) - 1
+                raise UnknownNameError(f"visual_options has the flag {index}; there are 0..{last}", Status.E_NAME)
+            settings.visual[index] = bool(value)
+        return settings
+
+    def _place_camera(self, settings: Any) -> None:
+        """Sets the free camera by default_camera_config; what it leaves out is MuJoCo's, not the id's."""
+        config = dict(self.camera_config or {})
+        lookat = config.pop("lookat", None)
+        settings.lookat[:] = [np.nan] * 3 if lookat is None else _finite("lookat", lookat, 3)
+        for name in _NUMBERS:
+            setattr(settings, name, _finite(name, config.pop(name), 1)[0] if name in config else np.nan)
+        for name in _WITHOUT_EFFECT:
+            _index(name, config.pop(name, 0))
+        if config:
+            known = ", ".join(("lookat", *_NUMBERS, *_WITHOUT_EFFECT))
+            raise RenderSettingError(f"default_camera_config has the key {next(iter(config))!r}; a camera has {known}")
+
+
+class _Renderer:
+    """An owned mjenv_renderer."""
+
+    def __init__(self, env: int, settings: Any) -> None:
+        handle = c_void_p()
+        check(LIBRARY.mjenv_renderer_create(env, byref(settings), byref(handle)))
+        self._pointer = handle.value
+        self.close = _destroy_with(self, LIBRARY.mjenv_renderer_destroy, handle.value)
+
+    def draw(self, row: int, rgb: Colours | None, depth: Depth | None) -> None:
+        colours = (None, 0) if rgb is None else (pointer_to(rgb, c_uint8), rgb.size)
+        depths = (None, 0) if depth is None else (pointer_to(depth, c_float), depth.size)
+        check(LIBRARY.mjenv_render(self._pointer, row, *colours, *depths))
+
+
+def _int32(name: str, value: Any) -> int:
+    if not isinstance(value, (int, np.integer)) or not -(2**31) <= value < 2**31:
+        raise OptionError(f"{name} is a 32-bit int, not {value!r}", Status.E_TYPE)
+    return int(value)
+
+
+def _index(name: str, value: Any) -> int:
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise OptionError(f"{name} is an int, not {value!r}", Status.E_TYPE) from None
+
+
+def _finite(name: str, value: Any, count: int) -> NDArray[np.float64]:
+    try:
+        numbers = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise OptionError(f"{name} of default_camera_config cannot be {value!r}", Status.E_TYPE) from None
+    if numbers.size != count or not np.isfinite(numbers).all():
+        raise InvalidValueError(
+            f"{name} of default_camera_config is {count} finite number(s), not {value!r}", Status.E_VALUE
+        )
+    return numbers.reshape(-1)

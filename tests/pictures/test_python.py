@@ -1,0 +1,112 @@
+"""render() of the Python classes beside Gymnasium's: every byte is equal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+
+import mjenv
+
+SIZE = {"width": 157, "height": 93}
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")
+
+
+def parts(picture: Any) -> tuple[Any, ...]:
+    return picture if isinstance(picture, tuple) else (picture,)
+
+
+def assert_equal(ours: Any, theirs: Any) -> None:
+    assert isinstance(ours, tuple) == isinstance(theirs, tuple)
+    for mine, wanted in zip(parts(ours), parts(theirs), strict=True):
+        assert (mine.dtype, mine.shape) == (wanted.dtype, wanted.shape)
+        assert np.array_equal(mine, wanted)
+
+
+def compare(ours: Any, theirs: Any, steps: int) -> None:
+    ours.reset(seed=4)
+    theirs.reset(seed=4)
+    theirs.action_space.seed(4)
+    for step in range(steps + 1):
+        if step:
+            action = theirs.action_space.sample()
+            ours.step(action)
+            theirs.step(action)
+        if step in (0, 1, steps):
+            assert_equal(ours.render(), theirs.render())
+    ours.close()
+    theirs.close()
+
+
+@pytest.mark.parametrize("id", mjenv.ids())
+def test_modes(id: str, long: bool) -> None:
+    for mode in ("rgb_array", "depth_array", "rgbd_tuple") if long else ("rgbd_tuple",):
+        keywords = {"render_mode": mode, **SIZE}
+        theirs = gymnasium.make(id, disable_env_checker=True, **keywords)
+        ours = (
+            gymnasium.make(f"mjenv/{id}", disable_env_checker=True, **keywords) if long else mjenv.make(id, **keywords)
+        )
+        assert ours.metadata == theirs.metadata
+        compare(ours, theirs, 20 if long else 3)
+
+
+@pytest.mark.parametrize("mode", ["rgb_array", "depth_array"])
+def test_default_size(mode: str) -> None:
+    compare(mjenv.make("Walker2d-v5", render_mode=mode), gymnasium.make("Walker2d-v5", render_mode=mode), 1)
+
+
+@pytest.mark.parametrize(
+    ("id", "keywords"),
+    [
+        ("Humanoid-v5", {"camera_id": 1}),
+        ("Humanoid-v4", {"camera_id": -1}),
+        ("Ant-v4", {"camera_name": "track"}),
+        ("Ant-v5", {"camera_name": "nobody"}),
+        ("Reacher-v5", {"camera_name": "track"}),
+        ("Hopper-v5", {"max_geom": 4}),
+        ("Ant-v5", {"visual_options": {mujoco.mjtVisFlag.mjVIS_CONTACTPOINT: True, 2: 1, 1: False}}),
+        ("Walker2d-v5", {"camera_id": -1, "default_camera_config": {"distance": 7.0, "azimuth": 30}}),
+        ("Walker2d-v5", {"camera_id": -1, "default_camera_config": {"lookat": np.array((0.1, 0.2, 1.0)), "type": 1}}),
+        ("InvertedPendulum-v5", {"default_camera_config": {"lookat": [0.1, 0.2, 0.3], "trackbodyid": 1}}),
+        ("Pusher-v5", {"default_camera_config": None}),
+        ("Pusher-v5", {"default_camera_config": {}}),
+    ],
+)
+def test_keywords(id: str, keywords: dict[str, Any]) -> None:
+    keywords = {"render_mode": "rgbd_tuple", **SIZE, **keywords}
+    compare(mjenv.make(id, **keywords), gymnasium.make(id, **keywords), 2)
+
+
+@pytest.mark.parametrize("id", ["HalfCheetah-v5", "Reacher-v5"])
+def test_vector(id: str) -> None:
+    keywords = {"num_envs": 3, "render_mode": "rgb_array", **SIZE}
+    ours, theirs = mjenv.make_vec(id, **keywords), gymnasium.make_vec(id, vectorization_mode="sync", **keywords)
+    assert ours.metadata == theirs.metadata
+    for envs in (ours, theirs):
+        envs.reset(seed=7)
+        envs.action_space.seed(7)
+    for _ in range(3):
+        pictures, expected = ours.render(), theirs.render()
+        assert isinstance(pictures, type(expected))
+        for picture, wanted in zip(pictures, expected, strict=True):
+            assert_equal(picture, wanted)
+        for envs in (ours, theirs):
+            envs.step(envs.action_space.sample())
+    ours.close()
+    theirs.close()
+
+
+def test_list() -> None:
+    pair = [gymnasium.make(id, render_mode="rgb_array_list", **SIZE) for id in ("mjenv/Swimmer-v5", "Swimmer-v5")]
+    for env in pair:
+        env.reset(seed=1)
+        for _ in range(3):
+            env.step(np.full(2, 0.7))
+    ours, theirs = (env.render() for env in pair)
+    assert len(ours) == len(theirs) == 4
+    for picture, wanted in zip(ours, theirs, strict=True):
+        assert_equal(picture, wanted)
