@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 
 import mjenv
-from mjenv._cli import bench, catalogue, completion, snapshots, verify
+from mjenv._cli import bench, catalogue, completion, play, snapshots, verify
 
 EPILOG = """\
 Tables and bars are coloured where the package rich is installed (pip install "mjenv[cli]"). With --json a command
@@ -30,7 +30,7 @@ def parser() -> argparse.ArgumentParser:
     )
     made.add_argument("--version", action="version", version=f"mjenv {mjenv.version()}")
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (catalogue, bench, verify, snapshots):
+    for module in (catalogue, play, bench, verify, snapshots):
         module.add(commands)
     completion.add(commands, made)
     return made

@@ -1,0 +1,289 @@
+"""mjenv play: an episode as a video, or as a sheet of its pictures; mjenv gallery: all robots on one sheet."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mjenv
+from mjenv._cli import terminal
+from mjenv._cli.arguments import Commands, add_options, known_id, not_negative, options_of, positive
+
+Colours = NDArray[np.uint8]
+Action = Callable[[NDArray[Any]], Any]  # of an observation
+
+GIF_RATE = 30  # pictures a second at most: viewers show faster ones slowly
+SHEET = 12  # pictures of an episode on a sheet
+GAP = 6  # pixels between the pictures of a sheet
+COLOURS = 160  # of a sheet, which keeps its file small
+GALLERY_STEPS = 15
+# Nearer than Gymnasium's cameras, and before the pendulums have fallen.
+VIEWS = {
+    "InvertedDoublePendulum-v5": (4, {"distance": 2.6, "lookat": (0.0, 0.0, 0.5), "elevation": -15.0}),
+    "InvertedPendulum-v5": (4, {"distance": 1.8, "lookat": (0.0, 0.0, 0.2), "elevation": -20.0}),
+    "Pusher-v5": (GALLERY_STEPS, {"distance": 2.2, "lookat": (0.3, -0.4, -0.2), "elevation": -40.0}),
+    "Reacher-v5": (GALLERY_STEPS, {"distance": 0.75, "lookat": (0.0, 0.0, 0.0), "elevation": -50.0}),
+}
+
+
+def add(commands: Commands) -> None:
+    command = commands.add_parser(
+        "play",
+        help="play an episode into a video or a sheet of pictures",
+        description='Plays an episode and writes what it looks like. Needs pip install "mjenv[video]". Actions are '
+        "random ones, drawn from --seed, unless --actions or --policy gives others; random and recorded ones are "
+        "float32, as Gymnasium's action spaces.",
+    )
+    command.add_argument("id", type=known_id)
+    command.add_argument("--seed", type=not_negative, default=0, help="of the reset and of random actions (default: 0)")
+    command.add_argument(
+        "--video",
+        type=output_file,
+        required=True,
+        metavar="FILE",
+        help="NAME.mp4, NAME.gif, or NAME.png for a sheet of 12 pictures of the episode",
+    )
+    command.add_argument("--steps", type=positive, help="steps at most (default: to the end of the episode)")
+    source = command.add_mutually_exclusive_group()
+    source.add_argument("--actions", type=Path, metavar="FILE.npy", help="actions, one a row")
+    source.add_argument("--policy", type=Path, metavar="FILE.zip", help="a policy that Stable-Baselines3 saved")
+    command.add_argument("--algorithm", default="PPO", help="the policy's class in stable_baselines3 (default: PPO)")
+    command.add_argument("--width", type=positive, default=480, help="pixels (default: 480)")
+    command.add_argument("--height", type=positive, default=480, help="pixels (default: 480)")
+    command.add_argument("--camera", metavar="NAME|NUMBER", help="of the model; -1 is the free one")
+    command.add_argument("--fps", type=positive, help="pictures a second (default: as many as the simulation has)")
+    add_options(command)
+    command.set_defaults(run=run)
+
+    gallery = commands.add_parser(
+        "gallery",
+        help="draw all robots on one sheet",
+        description='Draws each robot after a few random actions on one sheet. Needs pip install "mjenv[video]".',
+    )
+    gallery.add_argument("file", type=output_file, metavar="FILE.png")
+    gallery.add_argument("--seed", type=not_negative, default=0, help="of resets and actions (default: 0)")
+    gallery.add_argument("--size", type=positive, default=240, help="of a picture, pixels (default: 240)")
+    gallery.set_defaults(run=run_gallery)
+
+
+def output_file(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in (".mp4", ".gif", ".png"):
+        raise argparse.ArgumentTypeError(f"{text!r} ends neither with .mp4, .gif nor .png")
+    return path
+
+
+def run(arguments: argparse.Namespace) -> int:
+    writer_of = {".mp4": Mp4, ".gif": Gif, ".png": Sheet}[arguments.video.suffix.lower()]
+    needed("imageio", "imageio_ffmpeg" if writer_of is Mp4 else "PIL")
+    keywords = options_of(arguments.id, arguments.option)
+    with mjenv.make(
+        arguments.id,
+        render_mode="rgb_array",
+        width=arguments.width,
+        height=arguments.height,
+        **camera_of(arguments.camera),
+        **keywords,
+    ) as env:
+        act, steps = actions_of(env, arguments)
+        writer = writer_of(arguments.video, arguments.fps or env.metadata["render_fps"])
+        with terminal.progress(steps, f"playing {arguments.id}") as advance:
+            played = play(env, act, steps, arguments.seed, writer, advance)
+        writer.close()
+    print(f"{arguments.video}: {played[0]} steps, return {played[1]:.6g}")
+    return 0
+
+
+def play(
+    env: mjenv.MujocoEnv, act: Action, steps: int, seed: int, writer: Any, advance: Callable[[], None]
+) -> tuple[int, float]:
+    """Plays an episode; the number of its steps and its return."""
+    env.action_space.seed(seed)
+    obs, _ = env.reset(seed=seed)
+    writer.add(env)
+    total = 0.0
+    for step in range(1, steps + 1):
+        obs, reward, terminated, truncated, _ = env.step(act(obs))
+        total += float(reward)
+        writer.add(env)
+        advance()
+        if terminated or truncated:
+            return step, total
+    return steps, total
+
+
+def actions_of(env: mjenv.MujocoEnv, arguments: argparse.Namespace) -> tuple[Action, int]:
+    """What acts, and how many steps there are at most."""
+    assert env.spec is not None
+    limit = arguments.steps or env.spec.max_episode_steps or 1000
+    if arguments.actions:
+        return recorded(arguments.actions, env, limit)
+    if arguments.policy:
+        return saved_policy(arguments.policy, arguments.algorithm), limit
+    return lambda obs: env.action_space.sample(), limit
+
+
+def recorded(path: Path, env: mjenv.MujocoEnv, limit: int) -> tuple[Action, int]:
+    try:
+        found = np.load(path)
+    except ValueError as error:
+        raise mjenv.InvalidValueError(f"{path} is no .npy file of numbers: {error}") from None
+    shape = env.action_space.shape
+    if not isinstance(found, np.ndarray) or found.ndim != 2 or found.shape[1:] != shape or not len(found):
+        raise mjenv.InvalidValueError(f"{path} does not hold actions, one of {shape[0]} numbers a row")
+    following: Iterator[Any] = iter(found)
+    return lambda obs: next(following), min(limit, len(found))
+
+
+def saved_policy(path: Path, algorithm: str) -> Action:
+    try:
+        sb3: Any = importlib.import_module("stable_baselines3")
+    except ImportError as error:
+        raise mjenv.OptionError(f"--policy needs Stable-Baselines3: pip install stable-baselines3 ({error})") from None
+    kind = getattr(sb3, algorithm, None)
+    if not hasattr(kind, "load"):
+        raise mjenv.OptionError(
+            f"stable_baselines3 has no algorithm {algorithm!r}; --algorithm takes PPO, SAC, TD3, ..."
+        )
+    try:
+        model = kind.load(path, device="cpu")
+    except (AssertionError, KeyError, ValueError) as error:
+        raise mjenv.InvalidValueError(f"{path} is no policy of {algorithm}: {error}") from None
+    return lambda obs: model.predict(obs, deterministic=True)[0]
+
+
+def camera_of(text: str | None) -> dict[str, Any]:
+    if text is None:
+        return {}
+    return {"camera_id": int(text)} if text.removeprefix("-").isdigit() else {"camera_name": text}
+
+
+def needed(*modules: str) -> None:
+    """Raises unless the packages of the extra are there."""
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            raise mjenv.OptionError(f'pictures and videos need pip install "mjenv[video]" ({error})') from None
+
+
+# ---- What is written ----
+
+
+class Mp4:
+    """A video at the speed of the simulation."""
+
+    def __init__(self, path: Path, rate: int) -> None:
+        import imageio.v2  # type: ignore[import-not-found, unused-ignore]
+
+        # 2: the chosen coding of colours takes even sizes alone.
+        self._writer: Any = imageio.v2.get_writer(path, format="FFMPEG", fps=rate, macro_block_size=2)
+
+    def add(self, env: mjenv.MujocoEnv) -> None:
+        self._writer.append_data(env.render())
+
+    def close(self) -> None:
+        self._writer.close()
+
+
+class Gif:
+    """An animation at the speed of the simulation, of as many pictures a second as viewers keep up with."""
+
+    def __init__(self, path: Path, rate: int) -> None:
+        import imageio.v2
+
+        self._every, self._count = math.ceil(rate / GIF_RATE), 0
+        self._writer: Any = imageio.v2.get_writer(path, mode="I", duration=1000 * self._every / rate, loop=0)
+
+    def add(self, env: mjenv.MujocoEnv) -> None:
+        if self._count % self._every == 0:
+            self._writer.append_data(env.render())
+        self._count += 1
+
+    def close(self) -> None:
+        self._writer.close()
+
+
+class Sheet:
+    """Pictures at equal distances in an episode whose length is not known before."""
+
+    def __init__(self, path: Path, rate: int) -> None:
+        self._path, self._every, self._count = path, 1, 0
+        self._kept: list[Colours] = []
+
+    def add(self, env: mjenv.MujocoEnv) -> None:
+        if self._count % self._every == 0:
+            self._kept.append(env.render())  # type: ignore[arg-type]
+            if len(self._kept) > 4 * SHEET:
+                self._kept, self._every = self._kept[::2], 2 * self._every
+        self._count += 1
+
+    def close(self) -> None:
+        chosen = np.linspace(0, len(self._kept) - 1, min(SHEET, len(self._kept))).round().astype(int)
+        save_sheet(self._path, [self._kept[index] for index in chosen])
+
+
+def save_sheet(path: Path, pictures: list[Colours], labels: list[str] | None = None) -> None:
+    """Writes pictures of one size side by side, four a row."""
+    from PIL import Image, ImageDraw  # type: ignore[import-not-found, unused-ignore]
+
+    height, width, _ = pictures[0].shape
+    columns = min(4, len(pictures))
+    rows = math.ceil(len(pictures) / columns)
+    sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
+    pen = ImageDraw.Draw(sheet)
+    for index, picture in enumerate(pictures):
+        x, y = index % columns * (width + GAP), index // columns * (height + GAP)
+        sheet.paste(Image.fromarray(picture), (x, y))
+        if labels:
+            pen.text((x + 8, y + height - 20), labels[index], fill="white", stroke_width=2, stroke_fill="black")
+    sheet.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+# ---- All robots ----
+
+
+def run_gallery(arguments: argparse.Namespace) -> int:
+    if arguments.file.suffix.lower() != ".png":
+        raise mjenv.InvalidValueError(f"{arguments.file}: a gallery is a .png file")
+    needed("PIL")
+    ids = [id for id in mjenv.ids() if id.endswith("-v5")]
+    pictures, labels = [], []
+    with terminal.progress(len(ids), "drawing") as advance:
+        for id in ids:
+            rgb, depth = portrait(id, arguments.seed, arguments.size)
+            pictures.append(rgb)
+            labels.append(id.removesuffix("-v5"))
+            if id == "Ant-v5":
+                last, last_label = in_grey(depth), "Ant, depth"
+            advance()
+    save_sheet(arguments.file, [*pictures, last], [*labels, last_label])
+    print(f"{arguments.file}: {len(ids)} robots")
+    return 0
+
+
+def portrait(id: str, seed: int, size: int) -> Any:
+    """A robot after a few random actions: colours and depth."""
+    steps, camera = VIEWS.get(id, (GALLERY_STEPS, None))
+    view: dict[str, Any] = {"width": size, "height": size, "default_camera_config": camera}
+    with mjenv.make(id, strict=False, render_mode="rgbd_tuple", **view) as env:
+        env.action_space.seed(seed)
+        env.reset(seed=seed)
+        for _ in range(steps):
+            env.step(env.action_space.sample())
+        return env.render()
+
+
+def in_grey(depth: NDArray[np.float32]) -> Colours:
+    """A depth buffer, near parts bright."""
+    distance = 1 / (1 - np.minimum(depth, 1 - 1e-4).astype(np.float64))  # grows with the metres
+    near, far = np.log(distance.min()), np.log(np.quantile(distance, 0.9))
+    bright = np.clip((far - np.log(distance)) / (far - near), 0, 1)
+    return np.repeat((255 * bright).astype(np.uint8)[..., None], 3, axis=2)
