@@ -19,6 +19,7 @@ import pytest
 from library import LIBRARY, Env, check
 from numpy.typing import NDArray
 
+import mjenv
 from mjenv import _abi
 
 WIDTH, HEIGHT = 301, 203
@@ -65,19 +66,27 @@ class Window:
         check(LIBRARY.mjenv_window_draw(self.handle, 0))
 
     def draw_until(self, done: Callable[[], Any]) -> None:
-        """Events arrive when they do."""
-        end = time.monotonic() + PATIENCE
-        while not done():
-            assert time.monotonic() < end
-            self.draw()
-            time.sleep(0.01)
+        draw_until(self.draw, done)
 
     def screenshot(self, folder: Path) -> NDArray[np.uint8]:
-        known = set(folder.glob("frame_*.png"))
-        tell("key", "t")
-        self.draw_until(lambda: set(folder.glob("frame_*.png")) - known)
-        (path,) = set(folder.glob("frame_*.png")) - known
-        return imageio.imread(path)
+        return screenshot(self.draw, folder)
+
+
+def draw_until(draw: Callable[[], Any], done: Callable[[], Any]) -> None:
+    """Events arrive when they do."""
+    end = time.monotonic() + PATIENCE
+    while not done():
+        assert time.monotonic() < end
+        draw()
+        time.sleep(0.01)
+
+
+def screenshot(draw: Callable[[], Any], folder: Path) -> NDArray[np.uint8]:
+    known = set(folder.glob("frame_*.png"))
+    tell("key", "t")
+    draw_until(draw, lambda: set(folder.glob("frame_*.png")) - known)
+    (path,) = set(folder.glob("frame_*.png")) - known
+    return imageio.imread(path)
 
 
 def theirs_as_drawn(env: gymnasium.Env) -> NDArray[np.uint8]:
@@ -90,17 +99,21 @@ def theirs_as_drawn(env: gymnasium.Env) -> NDArray[np.uint8]:
     return rgb[::-1]
 
 
-def test_picture_and_keys(tmp_path: Path) -> None:
-    theirs = gymnasium.make("Hopper-v5", render_mode="human", width=WIDTH, height=HEIGHT)
-    ours = Env("Hopper-v5", strict=0)
-    theirs.reset(seed=4)
-    ours.reset(4)
+def play(env: gymnasium.Env) -> gymnasium.Env:
+    env.reset(seed=4)
     for _ in range(3):
-        action = np.full(3, 0.5, np.float32)
-        theirs.step(action)
-        ours.step(action)
+        env.step(np.full(3, 0.5, np.float32))
+    return env
+
+
+def test_picture_and_keys(tmp_path: Path) -> None:
+    theirs = play(gymnasium.make("Hopper-v5", render_mode="human", width=WIDTH, height=HEIGHT))
     expected = theirs_as_drawn(theirs)
     theirs.close()
+    ours = Env("Hopper-v5", strict=0)
+    ours.reset(4)
+    for _ in range(3):
+        ours.step(np.full(3, 0.5, np.float32))
 
     with closing(ours), closing(Window(ours)) as window:
         with_menu = window.screenshot(tmp_path)
@@ -130,6 +143,49 @@ def test_picture_and_keys(tmp_path: Path) -> None:
         window.draw_until(lambda: not window.is_open)
         window.draw()
         ours.step(np.zeros(3, np.float32))
+
+
+@pytest.mark.parametrize("make", [mjenv.make, lambda id, **keywords: gymnasium.make(f"mjenv/{id}", **keywords)])
+def test_render_mode_human(make: Any, tmp_path: Path) -> None:
+    """Python's environments show themselves after each reset and step, until the user closes the window."""
+    keywords = {"render_mode": "human", "width": WIDTH, "height": HEIGHT, "default_camera_config": {"distance": 5.0}}
+    theirs = play(gymnasium.make("Hopper-v5", **keywords))
+    expected = theirs_as_drawn(theirs)
+    theirs.close()
+
+    ours = play(make("Hopper-v5", **keywords))
+    tell("key", "h")
+    assert ours.render() is None
+    assert np.array_equal(screenshot(ours.render, tmp_path), expected)
+    for show in (ours.reset, lambda: ours.step(np.zeros(3, np.float32))):
+        known = len(list(tmp_path.glob("frame_*.png")))
+        tell("key", "t")
+        draw_until(show, lambda: len(list(tmp_path.glob("frame_*.png"))) > known)  # noqa: B023 called at once
+    tell("key", "Escape")
+    draw_until(ours.render, lambda: not windows())
+    assert ours.step(np.zeros(3, np.float32))[0].shape == (11,)
+    ours.close()
+
+
+def windows() -> list[str]:
+    """The visible windows of ours."""
+    found = subprocess.run(
+        ["xdotool", "search", "--onlyvisible", "--name", "^mjenv$"], stdout=subprocess.PIPE, text=True, check=False
+    )
+    return found.stdout.split()
+
+
+def test_render_mode_human_of_many() -> None:
+    """A window for each row."""
+    envs = mjenv.make_vec("Reacher-v5", 2, render_mode="human", width=WIDTH, height=HEIGHT)
+    envs.reset(seed=1)
+    assert len(windows()) == 2
+    envs.step(envs.action_space.sample())
+    assert envs.render() == (None, None)
+    envs.send(envs.action_space.sample())
+    envs.recv()
+    envs.close()
+    assert not windows()
 
 
 def test_pause() -> None:

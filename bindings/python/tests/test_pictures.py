@@ -121,6 +121,25 @@ def test_no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
     assert env.render().shape == (43, 61, 3)
 
 
+def test_no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    env = mjenv.make("Hopper-v5", render_mode="human")
+    with pytest.raises(mjenv.RenderError, match="glfw"):
+        env.reset(seed=3)
+    assert env.data.qpos.shape == (6,)
+
+
+def test_fast() -> None:
+    """Other pixels of the same scene."""
+    fast, plain = (make(render_fast=fast).render().astype(int) for fast in (True, False))
+    assert not np.array_equal(fast, plain)
+    assert np.abs(fast - plain).mean() < 10
+    envs = mjenv.make_vec("Hopper-v5", 1, render_mode="rgb_array", render_fast=True, **SIZE)
+    envs.reset(seed=3)
+    assert np.array_equal(envs.render()[0], fast)
+
+
 def test_unknown_camera_name_is_the_free_camera() -> None:
     free, named = make(camera_id=-1), make(camera_name="nobody")
     assert np.array_equal(free.render(), named.render())
@@ -241,6 +260,6 @@ def test_pictures_leave_no_memory_behind() -> None:
     for _ in range(20):
         env.render()
     before = resident()
-    for _ in range(300):
+    for _ in range(100):
         env.render()
     assert resident() - before < 1 << 20

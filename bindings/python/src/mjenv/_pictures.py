@@ -1,4 +1,4 @@
-"""What render() returns: pictures of rows, by Gymnasium's keywords for rendering."""
+"""What render() returns: pictures of rows, by Gymnasium's keywords for rendering, and render_fast."""
 
 from __future__ import annotations
 
@@ -41,13 +41,12 @@ class Pictures:
         camera_name: str | None = None,
         max_geom: int = MAX_GEOM,
         visual_options: Mapping[int, bool] | None = None,
+        render_fast: bool = False,
         default_camera_config: Mapping[str, Any] | None = None,
     ) -> None:
         """Checks what Gymnasium checks at construction; OpenGL is loaded for the first picture."""
         if render_mode is not None and not isinstance(render_mode, str):
             raise OptionError(f"render_mode is a str, not {render_mode!r}", Status.E_TYPE)
-        if render_mode == "human":
-            raise NotImplementedError('mjenv does not offer render_mode "human" (a window) yet: take "rgb_array"')
         if camera_id is not None and camera_name is not None:
             raise InvalidValueError("camera_id and camera_name exclude each other")
         if camera_name is not None and not isinstance(camera_name, str):
@@ -56,15 +55,30 @@ class Pictures:
         self.max_geom = _int32("max_geom", max_geom)
         self.camera_id = None if camera_id is None else _int32("camera_id", camera_id)
         self.camera_name, self.visual_options, self.camera_config = camera_name, visual_options, default_camera_config
+        self.fast = bool(render_fast)
         self._rows = rows
         self._camera: int | None = None
         self._renderers: dict[int, _Renderer] = {}
+        self._windows: dict[int, _Window] = {}
 
-    def draw(self, row: int = 0) -> Picture:
-        """The picture of a row in new arrays: rgb[height, width, 3], depth[height, width], or both."""
+    def draw(self, row: int = 0) -> Picture | None:
+        """The picture of a row in new arrays: rgb[height, width, 3], depth[height, width], or both; or None, and the
+        row's window shows it."""
         if self.mode not in RENDER_MODES:
-            known = ", ".join(RENDER_MODES[1:])
+            known = ", ".join(RENDER_MODES)
             raise RenderSettingError(f"the environment was made with render_mode {self.mode!r}; render() knows {known}")
+        if self.mode == "human":
+            self._show(row)
+            return None
+        return self._picture(row)
+
+    def _show(self, row: int) -> None:
+        with self._rows.entered() as env:
+            if row not in self._windows:
+                self._windows[row] = _Window(env, self._settings(env, _FREE))
+            self._windows[row].draw(row)
+
+    def _picture(self, row: int) -> Picture:
         if self._camera is None:
             self._camera = self._find_camera()
         # A free camera that looks at what it sees first does so in every row on its own.
@@ -81,12 +95,13 @@ class Pictures:
         return rgb if depth is None else (rgb, depth)
 
     def close(self) -> None:
-        """Frees the renderers, which the next picture makes anew."""
-        while self._renderers:
-            self._renderers.popitem()[1].close()
+        """Frees the renderers and windows, which the next picture makes anew."""
+        for owned in (self._renderers, self._windows):
+            while owned:
+                owned.popitem()[1].close()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_renderers": {}}
+        return {**self.__dict__, "_renderers": {}, "_windows": {}}
 
     def _find_camera(self) -> int:
         """The number of the camera: as in Gymnasium a name that the model lacks means the free one."""
@@ -104,6 +119,8 @@ class Pictures:
             raise InvalidValueError(f"camera_id is {camera}; -1 is the free camera", Status.E_VALUE)
         settings.width, settings.height, settings.max_geom = self.width, self.height, self.max_geom
         settings.camera = camera
+        if self.fast:
+            settings.samples, settings.shadows = 0, 0
         self._place_camera(settings)
         for flag, value in (self.visual_options or {}).items():
             index = _index("a key of visual_options", flag)
@@ -140,6 +157,19 @@ class _Renderer:
         colours = (None, 0) if rgb is None else (pointer_to(rgb, c_uint8), rgb.size)
         depths = (None, 0) if depth is None else (pointer_to(depth, c_float), depth.size)
         check(LIBRARY.mjenv_render(self._pointer, row, *colours, *depths))
+
+
+class _Window:
+    """An owned mjenv_window."""
+
+    def __init__(self, env: int, settings: Any) -> None:
+        handle = c_void_p()
+        check(LIBRARY.mjenv_window_create(env, byref(settings), byref(handle)))
+        self._pointer = handle.value
+        self.close = _destroy_with(self, LIBRARY.mjenv_window_destroy, handle.value)
+
+    def draw(self, row: int) -> None:
+        check(LIBRARY.mjenv_window_draw(self._pointer, row))
 
 
 def _int32(name: str, value: Any) -> int:

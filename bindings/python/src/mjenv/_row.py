@@ -78,7 +78,7 @@ class Row:
             raise AttributeError(f"{self._rows.id} has no observation_structure")
         return structure
 
-    def render(self) -> Picture:
+    def render(self) -> Picture | None:
         """The picture of the row."""
         self._owner._check_settled()
         return self._owner._pictures.draw(self._row)

@@ -113,6 +113,7 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
         camera_name: str | None = None,
         max_geom: int = MAX_GEOM,
         visual_options: dict[int, bool] | None = None,
+        render_fast: bool = False,
         **options: Any,
     ) -> None:
         """Builds the environment; max_episode_steps=None takes the id's own limit, -1 none."""
@@ -133,9 +134,10 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             camera_name,
             max_geom,
             visual_options,
+            render_fast,
             self.default_camera_config,
         )
-        self.render_mode = render_mode
+        self.render_mode, self._in_window = render_mode, render_mode == "human"
         self.width, self.height = width, height
         self.camera_id, self.camera_name = camera_id, camera_name
         self._prepare()
@@ -185,6 +187,8 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             exchange.release()
         if exchange.convert_reward:
             reward = exchange.convert_reward(reward)
+        if self._in_window:
+            self.render()
         return obs, reward, terminated, truncated, info
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Float64Array, Info]:
@@ -204,11 +208,14 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             obs = exchange.reset_batch.obs[0].copy()
             info = exchange.read_reset(exchange.reset_batch.info)
         self._take_stream()
+        if self._in_window:
+            self.render()
         return obs, info
 
-    def render(self) -> Picture:  # type: ignore[override]
+    def render(self) -> Picture | None:  # type: ignore[override, unused-ignore]
         """The picture of the present state, by render_mode: "rgb_array" uint8[height, width, 3], "depth_array"
-        float32[height, width] of 0 (near) to 1 (far), "rgbd_tuple" both. New arrays each time, the top row first."""
+        float32[height, width] of 0 (near) to 1 (far), "rgbd_tuple" both. New arrays each time, the top row first.
+        "human": None; a window shows it, after each reset and step, too, until the user closes the window."""
         return self._pictures.draw()
 
     def close(self) -> None:

@@ -69,15 +69,17 @@ def make(
 
     id: one of ids(), or an EnvSpec. max_episode_steps: None for the id's own limit, -1 for none. disable_env_checker:
     accepted; there is no checking wrapper. options: see options(id), and Gymnasium's keywords for rendering; with
-    "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection.
+    "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection. render_fast=True
+    draws without multisampling and shadows.
     """
     asked = id if isinstance(id, EnvSpec) else spec(id)
     own = spec(asked.id)
     chosen = {**copy.deepcopy(asked.kwargs), **options}
     limit = asked.max_episode_steps if max_episode_steps is None else max_episode_steps
     mode = chosen.get("render_mode")
-    listed = isinstance(mode, str) and mode.endswith("_list") and mode.removesuffix("_list") in RENDER_MODES
-    given = {**chosen, "render_mode": mode.removesuffix("_list")} if listed else chosen
+    single = mode.removesuffix("_list") if isinstance(mode, str) else mode
+    listed = single != mode and single in RENDER_MODES
+    given = {**chosen, "render_mode": single} if listed else chosen
     env = MujocoEnv(own.id, -1 if limit is None else limit, **given)
     own.max_episode_steps = None if limit == -1 else limit
     own.disable_env_checker = asked.disable_env_checker if disable_env_checker is None else disable_env_checker

@@ -49,7 +49,7 @@ from mjenv.registration import spec as spec_of
 Array = NDArray[Any]
 Results = tuple[Array, Float64Array, BoolArray, BoolArray, Info]
 
-_RENDERING = ("render_mode", "width", "height", "camera_id", "camera_name", "max_geom", "visual_options")
+_RENDERING = ("render_mode", "width", "height", "camera_id", "camera_name", "max_geom", "visual_options", "render_fast")
 _UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
 
 
@@ -154,6 +154,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         )
         self._pictures = Pictures(self._rows, **rendering, default_camera_config=camera)
         self.render_mode = self._pictures.mode
+        self._in_windows = self.render_mode == "human"
         self._seeds = np.full(self.num_envs, None, dtype=object)  # None: never seeded
         # Whether the array of observations may lag behind the rows.
         self._stale = False
@@ -207,7 +208,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         with self._rows.entered() as env:
             self._check(LIBRARY.mjenv_reset(env, pointer, self._reset_out))
             self._stale = False
-            return self._observations(), self._outputs.reset_infos(mask)
+            results = self._observations(), self._outputs.reset_infos(mask)
+        if self._in_windows:
+            self.render()
+        return results
 
     def step(self, actions: ArrayLike) -> Results:
         """Takes a step in every row. float32 and float64 actions take part in the arithmetic as they are; lists and
@@ -229,7 +233,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             if status:
                 self._check(status)
             outputs = self._outputs
-            return (
+            results = (
                 outputs.obs.copy() if self.copy else outputs.obs,
                 outputs.reward.copy(),
                 outputs.terminated.copy(),
@@ -238,9 +242,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             )
         finally:
             self._release()
+        if self._in_windows:
+            self.render()
+        return results
 
-    def render(self) -> tuple[Picture, ...]:  # type: ignore[override]
-        """The picture of every row, each as render of a single environment gives it."""
+    def render(self) -> tuple[Picture | None, ...]:  # type: ignore[override]
+        """The picture of every row, each as render of a single environment gives it; "human" has a window for each."""
         self._check_settled()
         return tuple(self._pictures.draw(row) for row in range(self.num_envs))
 
@@ -286,7 +293,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             self._under_way[rows] = False
             self._pending -= len(rows)
             self._check(status)
-            return (rows, *self._results_of(rows))
+            results = self._results_of(rows)
+        if self._in_windows:
+            for row in rows:
+                self._pictures.draw(int(row))
+        return (rows, *results)
 
     def _results_of(self, rows: NDArray[np.int64]) -> Results:
         outputs = self._outputs

@@ -4,6 +4,8 @@ python -m pytest bindings/python/tests/long/check_sb3.py
 """
 
 import functools
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 import mjenv
+from mjenv._cli import main
 from mjenv.sb3 import VecEnv
 
 pytestmark = pytest.mark.filterwarnings("default")
@@ -66,3 +69,29 @@ def test_evaluation() -> None:
     model.learn(20_000)
     mean, _ = evaluate_policy(model, VecMonitor(VecEnv("InvertedPendulum-v5", 4)), n_eval_episodes=8)
     assert mean > 100  # random actions last some ten steps
+
+
+def test_saved_policies_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """mjenv play loads a policy, and its episode is the policy's."""
+    os.environ.setdefault("MUJOCO_GL", "egl")
+    env = mjenv.make("Hopper-v5")
+    model = SAC("MlpPolicy", env, seed=1, device="cpu")
+    model.save(tmp_path / "policy.zip")
+    obs, total, steps, ended = env.reset(seed=4)[0], 0.0, 0, False
+    while not ended:
+        obs, reward, terminated, truncated, _ = env.step(model.predict(obs, deterministic=True)[0])
+        total, steps, ended = total + reward, steps + 1, terminated or truncated
+    words = ["play", "Hopper-v5", "--seed", "4", "--video", str(tmp_path / "a.png"), "--width", "62", "--height", "44"]
+    assert main([*words, "--policy", str(tmp_path / "policy.zip"), "--algorithm", "SAC"]) == 0
+    assert capsys.readouterr().out.endswith(f"a.png: {steps} steps, return {total:.6g}\n")
+    for algorithm, message in (("PPO", "no policy of PPO"), ("Poet", "no algorithm 'Poet'")):
+        assert main([*words, "--policy", str(tmp_path / "policy.zip"), "--algorithm", algorithm]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_pictures() -> None:
+    os.environ.setdefault("MUJOCO_GL", "egl")
+    envs = VecEnv("Hopper-v5", 2, render_mode="rgb_array", width=62, height=44)
+    envs.reset()
+    assert [image.shape for image in envs.get_images()] == [(44, 62, 3)] * 2
+    assert envs.render().shape == (88, 62, 3)

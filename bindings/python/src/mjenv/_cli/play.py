@@ -22,7 +22,7 @@ Action = Callable[[NDArray[Any]], Any]  # of an observation
 GIF_RATE = 30  # pictures a second at most: viewers show faster ones slowly
 SHEET = 12  # pictures of an episode on a sheet
 GAP = 6  # pixels between the pictures of a sheet
-COLOURS = 160  # of a sheet, which keeps its file small
+COLOURS = 256  # of a sheet, which keeps its file small
 GALLERY_STEPS = 15
 # Nearer than Gymnasium's cameras, and before the pendulums have fallen.
 VIEWS = {
@@ -58,7 +58,10 @@ def add(commands: Commands) -> None:
     command.add_argument("--width", type=positive, default=480, help="pixels (default: 480)")
     command.add_argument("--height", type=positive, default=480, help="pixels (default: 480)")
     command.add_argument("--camera", metavar="NAME|NUMBER", help="of the model; -1 is the free one")
-    command.add_argument("--fps", type=positive, help="pictures a second (default: as many as the simulation has)")
+    command.add_argument("--fast", action="store_true", help="draw without multisampling and shadows")
+    command.add_argument(
+        "--fps", type=positive, help="pictures a second; fewer than the simulation has, the default, are slow motion"
+    )
     add_options(command)
     command.set_defaults(run=run)
 
@@ -81,7 +84,8 @@ def output_file(text: str) -> Path:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    writer_of = {".mp4": Mp4, ".gif": Gif, ".png": Sheet}[arguments.video.suffix.lower()]
+    writers: dict[str, type[Mp4 | Gif | Sheet]] = {".mp4": Mp4, ".gif": Gif, ".png": Sheet}
+    writer_of = writers[arguments.video.suffix.lower()]
     needed("imageio", "imageio_ffmpeg" if writer_of is Mp4 else "PIL")
     keywords = options_of(arguments.id, arguments.option)
     with mjenv.make(
@@ -89,6 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         render_mode="rgb_array",
         width=arguments.width,
         height=arguments.height,
+        render_fast=arguments.fast,
         **camera_of(arguments.camera),
         **keywords,
     ) as env:
@@ -102,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def play(
-    env: mjenv.MujocoEnv, act: Action, steps: int, seed: int, writer: Any, advance: Callable[[], None]
+    env: mjenv.MujocoEnv, act: Action, steps: int, seed: int, writer: Mp4 | Gif | Sheet, advance: Callable[[], None]
 ) -> tuple[int, float]:
     """Plays an episode; the number of its steps and its return."""
     env.action_space.seed(seed)
@@ -135,6 +140,7 @@ def recorded(path: Path, env: mjenv.MujocoEnv, limit: int) -> tuple[Action, int]
         found = np.load(path)
     except ValueError as error:
         raise mjenv.InvalidValueError(f"{path} is no .npy file of numbers: {error}") from None
+    assert env.action_space.shape
     shape = env.action_space.shape
     if not isinstance(found, np.ndarray) or found.ndim != 2 or found.shape[1:] != shape or not len(found):
         raise mjenv.InvalidValueError(f"{path} does not hold actions, one of {shape[0]} numbers a row")
@@ -147,7 +153,7 @@ def saved_policy(path: Path, algorithm: str) -> Action:
         sb3: Any = importlib.import_module("stable_baselines3")
     except ImportError as error:
         raise mjenv.OptionError(f"--policy needs Stable-Baselines3: pip install stable-baselines3 ({error})") from None
-    kind = getattr(sb3, algorithm, None)
+    kind: Any = getattr(sb3, algorithm, None)
     if not hasattr(kind, "load"):
         raise mjenv.OptionError(
             f"stable_baselines3 has no algorithm {algorithm!r}; --algorithm takes PPO, SAC, TD3, ..."
