@@ -6,9 +6,10 @@ option(MJENV_SYMBOLS "Strip the library, and keep its symbols and line numbers i
 option(MJENV_LTO "Optimise across the core and the engine at link time" ON)
 set(MJENV_ARCH "" CACHE STRING "Instruction set, x86-64-v3 for instance; empty: runs on every machine of this architecture")
 set(MJENV_SANITIZE "" CACHE STRING "Sanitizers: address,undefined or thread")
-set(MJENV_PGO OFF CACHE STRING "Optimise by profile (clang): OFF, use, or generate, which builds the library to be profiled")
+set(MJENV_PGO OFF CACHE STRING
+    "Optimise by profile (clang): OFF, use; or, for tools/engine-pgo, generate and refine, which build the library to be profiled")
 set(MJENV_PROFILE "" CACHE FILEPATH "Profile to use; empty: tools/engine-pgo makes it")
-set_property(CACHE MJENV_PGO PROPERTY STRINGS OFF use generate)
+set_property(CACHE MJENV_PGO PROPERTY STRINGS OFF use generate refine)
 
 # Exact bits: no fused multiply-add, no reordering. MuJoCo neither reads errno nor traps.
 set(MJENV_TUNE -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-plt -fno-semantic-interposition)
@@ -58,6 +59,11 @@ elseif(MJENV_PGO)
     set_property(CACHE MJENV_PROFILE PROPERTY VALUE ${profile})
   endif()
   list(APPEND MJENV_TUNE -fprofile-use=${MJENV_PROFILE} -Wno-profile-instr-unprofiled -Wno-profile-instr-out-of-date)
+  list(APPEND MJENV_TUNE_LINK -fprofile-use=${MJENV_PROFILE})
+  if(MJENV_PGO STREQUAL refine)  # counts again, now in each place that a function was inlined into
+    list(APPEND MJENV_TUNE -fcs-profile-generate)
+    list(APPEND MJENV_TUNE_LINK -fcs-profile-generate)
+  endif()
 endif()
 
 # Neither an instrumented nor a sanitized library gains from it.
