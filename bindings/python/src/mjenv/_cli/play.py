@@ -160,7 +160,7 @@ def saved_policy(path: Path, algorithm: str) -> Action:
         )
     try:
         model = kind.load(path, device="cpu")
-    except (AssertionError, KeyError, ValueError) as error:
+    except (AssertionError, KeyError, RuntimeError, TypeError, ValueError) as error:
         raise mjenv.InvalidValueError(f"{path} is no policy of {algorithm}: {error}") from None
     return lambda obs: model.predict(obs, deterministic=True)[0]
 

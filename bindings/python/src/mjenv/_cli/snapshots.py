@@ -134,7 +134,11 @@ def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> R
     for name, length in parts:
         row[name] = record[at : at + length]
         at += length
-    row["carried"] = record[at:]  # what the task keeps from the state before the step
+    # What the task keeps from the state before the step, and what set_state changed.
+    lengths = dict(parts)
+    end = len(record) - lengths["qacc_warmstart"]
+    row["carried"] = record[at : end - lengths["qpos"]]
+    row["set.qpos"], row["set.qacc_warmstart"] = record[end - lengths["qpos"] : end], record[end:]
     return row
 
 
