@@ -14,6 +14,7 @@ extern "C" {
 }
 
 #include "cpus.hpp"
+#include "run.hpp"
 
 namespace {
 
@@ -97,7 +98,7 @@ void test_usable(void**) {
 
 }  // namespace
 
-int main() {
+int run_cpus() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_quotas), cmocka_unit_test(test_usable)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

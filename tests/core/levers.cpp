@@ -23,6 +23,7 @@ extern "C" {
 #include "engine/assets.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
+#include "run.hpp"
 
 namespace {
 
@@ -166,7 +167,7 @@ void test_odd(void** /*state*/) {
 
 }  // namespace
 
-int main() {
+int run_levers() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

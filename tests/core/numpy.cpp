@@ -20,6 +20,7 @@ extern "C" {
 
 #include "numpy/math.hpp"
 #include "numpy/random.hpp"
+#include "run.hpp"
 
 namespace {
 
@@ -261,7 +262,7 @@ void test_scalar(void**) {
 
 }  // namespace
 
-int main() {
+int run_numpy() {
   read_lines();
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_state),

@@ -1,0 +1,14 @@
+// Usage: test_core TOPIC. One program, since each that holds the core is optimised as a whole when it is linked.
+#include "run.hpp"
+
+#include <cstdio>
+#include <string_view>
+
+int main(int argc, char** argv) {
+  const std::string_view topic = argc == 2 ? argv[1] : "";
+  if (topic == "cpus") return run_cpus();
+  if (topic == "levers") return run_levers();
+  if (topic == "numpy") return run_numpy();
+  std::fputs("usage: test_core cpus|levers|numpy\n", stderr);
+  return 2;
+}

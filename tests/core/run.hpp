@@ -1,0 +1,6 @@
+// What each file tests; 0 if all is well.
+#pragma once
+
+int run_cpus();
+int run_levers();
+int run_numpy();
