@@ -413,7 +413,7 @@ static void test_bad_actions(void** state) {
     for (size_t at = 0; at < count; ++at) {
       double wide[16] = {0};
       float narrow[16] = {0};
-      char row[16], element[16];
+      char row[32], element[32];
       wide[at] = bad[i];
       narrow[at] = (float)bad[i];
       snprintf(row, sizeof row, "row %zu", at / before);

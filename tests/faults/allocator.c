@@ -92,11 +92,13 @@ void* realloc(void* memory, size_t size) {
   return memory ? moved : counted(moved);
 }
 
-void* memalign(size_t alignment, size_t size) {
-  return fails(CALLER) ? NULL : counted(__libc_memalign(alignment, size));
+static void* aligned(size_t alignment, size_t size, const void* caller) {
+  return fails(caller) ? NULL : counted(__libc_memalign(alignment, size));
 }
 
-void* aligned_alloc(size_t alignment, size_t size) { return memalign(alignment, size); }
+void* memalign(size_t alignment, size_t size) { return aligned(alignment, size, CALLER); }
+
+void* aligned_alloc(size_t alignment, size_t size) { return aligned(alignment, size, CALLER); }
 
 // operator new(size_t), which calls malloc from the C++ library whoever called it.
 void* _Znwm(size_t size) {
@@ -110,7 +112,7 @@ void* _Znwm(size_t size) {
 }
 
 int posix_memalign(void** memory, size_t alignment, size_t size) {
-  void* block = memalign(alignment, size);
+  void* block = aligned(alignment, size, CALLER);
   if (!block) return ENOMEM;
   *memory = block;
   return 0;

@@ -122,12 +122,13 @@ static void test_never_created(void** state) {
   mjenv_env* env = env_of_id("Hopper-v5", 1);
   mjenv_options* options = options_of_id("Hopper-v5");
   unsigned char memory[256] = {0};
-  void* freed = malloc(64);
-  free(freed);
+  void* block = malloc(64);
+  const uintptr_t freed = (uintptr_t)block;
+  free(block);
   const uintptr_t wrong[] = {1,
                              64,
                              (uintptr_t)memory,
-                             (uintptr_t)freed,
+                             freed,
                              (uintptr_t)test_never_created,
                              UINTPTR_MAX,
                              UINTPTR_MAX - 63,

@@ -180,12 +180,12 @@ class Calls {
     const auto action = bytes_.list<double>(count);
     std::vector<float> drawn(count);
     check(mjenv_sample_actions(s.env.get(), maybe(drawn.data()), size(count)));
-    const auto dtype = static_cast<mjenv_dtype>(bytes_.below(8) ? 0 : integer() & 3);
+    const std::int64_t dtype = bytes_.below(8) ? 0 : integer() & 3;
     const mjenv_batch* out = batch(s, changed, false);
     if (bytes_.flag())
       check(mjenv_step(s.env.get(), maybe(drawn.data()), size(count), MJENV_FLOAT32, out));
     else
-      check(mjenv_step(s.env.get(), maybe(action.data()), size(count), dtype, out));
+      check(mjenv_step(s.env.get(), maybe(action.data()), size(count), static_cast<mjenv_dtype>(dtype), out));
   }
 
   void reset() {
