@@ -22,7 +22,6 @@ Action = Callable[[NDArray[Any]], Any]  # of an observation
 GIF_RATE = 30  # pictures a second at most: viewers show faster ones slowly
 SHEET = 12  # pictures of an episode on a sheet
 GAP = 6  # pixels between the pictures of a sheet
-COLOURS = 256  # of a sheet, which keeps its file small
 GALLERY_STEPS = 15
 # Nearer than Gymnasium's cameras, and before the pendulums have fallen.
 VIEWS = {
@@ -250,7 +249,7 @@ def save_sheet(path: Path, pictures: list[Colours], labels: list[str] | None = N
         sheet.paste(Image.fromarray(picture), (x, y))
         if labels:
             pen.text((x + 8, y + height - 20), labels[index], fill="white", stroke_width=2, stroke_fill="black")
-    sheet.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(path, optimize=True)
+    sheet.save(path, optimize=True)
 
 
 # ---- All robots ----
