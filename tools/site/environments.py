@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import re
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import mjenv
 from mjenv._cli import catalogue
@@ -32,6 +36,31 @@ def pages() -> dict[str, str]:
     described = {id: catalogue.describe(id, {}) for id in mjenv.ids()}
     made = {uris()[robot]: _robot(robot, [described[id] for id in ids]) for robot, ids in robots().items()}
     return {"environments/index.md": _index(described), **made}
+
+
+def pictures() -> dict[str, bytes]:
+    """A picture of each robot a few steps into an episode, as PNG files."""
+    return {uri.replace(".md", ".png"): _picture(f"{robot}-v5") for robot, uri in uris().items()}
+
+
+def _picture(id: str) -> bytes:
+    with mjenv.make(id, render_mode="rgb_array", width=480, height=360) as env:
+        env.reset(seed=1)
+        env.action_space.seed(1)
+        for _ in range(5):
+            env.step(env.action_space.sample())
+        return _png(np.asarray(env.render()))
+
+
+def _png(rgb: np.ndarray) -> bytes:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    height, width, _ = rgb.shape
+    unfiltered = np.pad(rgb.reshape(height, -1), ((0, 0), (1, 0)))
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    body = zlib.compress(unfiltered.tobytes(), 9)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", body) + chunk(b"IEND", b"")
 
 
 def _snake(robot: str) -> str:
@@ -63,6 +92,12 @@ def _index(described: dict[str, dict[str, Any]]) -> str:
             "Gymnasium's eleven MuJoCo robots, each as v4 and v5. New work should use v5; v4 is there to repeat older",
             "results. [Fidelity](../fidelity.md) tells their quirks.",
             "",
+            '<div class="grid cards" markdown>',
+            "",
+            *(f"- [![{robot}]({Path(uri).stem}.png)<br>{robot}]({Path(uri).name})" for robot, uri in uris().items()),
+            "",
+            "</div>",
+            "",
             *_table(("id", "observation", "action", "a step, s", "step limit", "solved at a return of"), rows),
             "",
             "The tables of the following pages are what the library says of itself: to `python -m mjenv info ID`, and",
@@ -72,7 +107,7 @@ def _index(described: dict[str, dict[str, Any]]) -> str:
 
 
 def _robot(robot: str, versions: list[dict[str, Any]]) -> str:
-    lines = [f"# {robot}", "", _about(robot), ""]
+    lines = [f"# {robot}", "", _about(robot), "", f"![{robot}]({_snake(robot)}.png)", ""]
     for described in versions:
         lines += [f"## {described['id']}", "", *_version(described)]
     return "\n".join(lines)

@@ -52,6 +52,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
         files.append(File.generated(config, uri, content=(ROOT / name).read_text()))
     generated: dict[str, str | bytes] = {
         **environments.pages(),
+        **environments.pictures(),
         "reference/c.md": c_reference.page(),
         "reference/julia.md": julia_reference.page(),
     }

@@ -241,9 +241,11 @@ class Rows:
         chosen.set(options)
         handle = c_void_p()
         check(LIBRARY.mjenv_create(chosen.pointer, count, byref(handle)))
-        self.id, self.options, self.count = id, dict(options), count
+        self.id: str = id
+        self.options: dict[str, Any] = dict(options)
+        self.count: int = count
         self.pointer: int | None = handle.value
-        self.lock = threading.Lock()
+        self.lock: threading.Lock = threading.Lock()
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._destroy = _destroy_with(self, LIBRARY.mjenv_destroy, handle.value)

@@ -10,7 +10,7 @@ from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Dtype, Role, Status, Type
@@ -117,7 +117,7 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
         **options: Any,
     ) -> None:
         """Builds the environment; max_episode_steps=None takes the id's own limit, -1 none."""
-        self.default_camera_config = _camera_config(id, options)
+        self.default_camera_config: dict[str, Any] | None = _camera_config(id, options)
         if options.get("autoreset_mode", "disabled") != "disabled":
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
         if max_episode_steps is not None:
@@ -138,20 +138,22 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             self.default_camera_config,
         )
         self.render_mode, self._in_window = render_mode, render_mode == "human"
-        self.width, self.height = width, height
-        self.camera_id, self.camera_name = camera_id, camera_name
+        self.width: int = width
+        self.height: int = height
+        self.camera_id: int | None = camera_id
+        self.camera_name: str | None = camera_name
         self._prepare()
 
         low, high = (bound.astype(np.float32) for bound in self._rows.bounds(Role.ACTION))
-        self.action_space = Box(low, high, dtype=np.float32)
-        self.observation_space = Box(*self._rows.bounds(Role.OBSERVATION), dtype=np.float64)
-        self.frame_skip = self._rows.frame_skip()
+        self.action_space: Space[Any] = Box(low, high, dtype=np.float32)
+        self.observation_space: Space[Any] = Box(*self._rows.bounds(Role.OBSERVATION), dtype=np.float64)
+        self.frame_skip: int = self._rows.frame_skip()
         self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": int(np.round(1.0 / self.dt))}
 
     def _prepare(self) -> None:
         self._exchange = _Exchange(self._rows)
-        self.data = Data(self._rows)
-        self.model = Model(self._rows)
+        self.data: Data = Data(self._rows)
+        self.model: Model = Model(self._rows)
         if self._exchange.structure:
             self.observation_structure = self._exchange.structure
 

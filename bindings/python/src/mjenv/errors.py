@@ -16,8 +16,8 @@ class Error(gymnasium.error.Error):
 
     def __init__(self, message: str, status: int = Status.E_ARGUMENT) -> None:
         Exception.__init__(self, message)  # some of Gymnasium's classes ask for more
-        self.message = message
-        self.status = Status(status)
+        self.message: str = message
+        self.status: Status = Status(status)
 
     def __str__(self) -> str:
         return self.message

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import gymnasium
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Space
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
@@ -145,9 +145,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         camera = _camera_config(id, options)
         if max_episode_steps is not None:
             options["max_episode_steps"] = _time_limit(max_episode_steps)
-        self.num_envs = count_of(num_envs)
-        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
-        self.copy, self._dtype = bool(copy), obs_dtype_of(dtype)
+        self.num_envs: int = count_of(num_envs)
+        self.autoreset_mode: AutoresetMode = autoreset_mode_of(autoreset_mode)
+        self.copy: bool = bool(copy)
+        self._dtype = obs_dtype_of(dtype)
         library_mode = self.autoreset_mode.name.lower()
         self._rows = Rows(
             id, {**options, "num_threads": num_threads, "autoreset_mode": library_mode}, count=self.num_envs
@@ -161,13 +162,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self._prepare()
 
         low, high = (bound.astype(np.float32) for bound in self._rows.bounds(Role.ACTION))
-        self.single_action_space = Box(low, high, dtype=np.float32)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.single_action_space: Box = Box(low, high, dtype=np.float32)
+        self.action_space: Space[Any] = batch_space(self.single_action_space, self.num_envs)
         low, high = (bound.astype(self._dtype) for bound in self._rows.bounds(Role.OBSERVATION))
-        self.single_observation_space = Box(low, high, dtype=self._dtype.type)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.frame_skip = self._rows.frame_skip()
-        self.metadata = {
+        self.single_observation_space: Box = Box(low, high, dtype=self._dtype.type)
+        self.observation_space: Space[Any] = batch_space(self.single_observation_space, self.num_envs)
+        self.frame_skip: int = self._rows.frame_skip()
+        self.metadata: dict[str, Any] = {
             "render_modes": list(RENDER_MODES),
             "render_fps": int(np.round(1.0 / self.dt)),
             "autoreset_mode": self.autoreset_mode,
