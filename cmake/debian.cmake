@@ -15,6 +15,8 @@ set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${text}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libmjenv0)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+# Loaded when a picture is drawn.
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "libegl1, libgl1-mesa-dri, libglfw3, libosmesa6")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${text}\nThis package holds the headers and the static library.")
