@@ -4,7 +4,7 @@ The rules for a document:
 - `python` and `julia` blocks: those of a page are one program, from its top to its end.
 - `c`, `cpp`, `rust` blocks: each is a program. In C one without a main is the body of a function.
 - `sh` blocks: commands, run where the repository is checked out and mjenv is installed.
-- A block with title="NAME" is a file that the page's `sh` blocks use.
+- A block with title="NAME" is a file, there before the first of the page's `sh` blocks.
 - `text` blocks: what the block before prints; "..." stands for anything.
 - A comment above a block: `<!-- long -->` runs it with --long alone, `<!-- long: peers -->` with the Python that
   `tools/setup peers` makes, as a program of its own; `<!-- not run: REASON -->` never.
