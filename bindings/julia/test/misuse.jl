@@ -156,6 +156,7 @@ end
         batch = reset!(Batch(env), env)
         Threads.@spawn while true
             step!(batch, env, zeros(Float32, 17, 8))
+            yield()  # or the main task would wait for ever when this one got its thread
         end
         sleep(0.2)
         print("ended")
