@@ -151,7 +151,8 @@ static rlim_t address_space(void) {
   return (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE);
 }
 
-// The address space is bounded at more and more above what is in use, until environments of many rows fit.
+// The address space is bounded at more and more above what is in use, until an environment fits whose rows are more
+// than the 64 MB that an arena of the C library may still hold.
 static bool little_address_space(void) {
   enum { STEP = 1 << 20, MOST = 400 };
   const rlim_t used = address_space();
@@ -164,7 +165,7 @@ static bool little_address_space(void) {
     mjenv_env* env = NULL;
     mjenv_status status = mjenv_options_create("Humanoid-v5", &options);
     if (status == MJENV_OK) status = mjenv_options_set_integer(options, "num_threads", 4);
-    if (status == MJENV_OK) status = mjenv_create(options, 20000, &env);
+    if (status == MJENV_OK) status = mjenv_create(options, 60000, &env);
     if (status == MJENV_OK) status = mjenv_reset(env, NULL, NULL);
     // MuJoCo reports what its parser could not store as a fault of the file
     fine = status == MJENV_OK || status == MJENV_E_MEMORY || status == MJENV_E_MODEL;
