@@ -196,11 +196,10 @@ def test_commands(page: str, pytestconfig: pytest.Config) -> None:
         if block.page == page and block.title:
             (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
             (folder / block.title).write_text(block.text)
-    # What a block installs into the system stays in the folder.
-    variables = {"DESTDIR": str(folder / "system")}
-    if any("pip install" in block.text for block in commands):
-        variables |= installing(folder)
+    variables = installing(folder) if any("pip install" in block.text for block in commands) else {}
     for block in commands:
+        # What goes into the system stays in the folder; pip's builds install, too, but not there.
+        variables["DESTDIR"] = str(folder / "system") if "cmake --install" in block.text else ""
         if block.how:
             variables["PATH"] = f"{Path(setup(block.how)).parent}:{os.environ['PATH']}"
         compare(block, run(["bash", "-euo", "pipefail", "-c", block.text], folder, **variables))
