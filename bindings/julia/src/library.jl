@@ -3,7 +3,7 @@
 using Libdl: Libdl, dlopen, dlpath, dlsym
 
 const REPOSITORY = normpath(@__DIR__, "..", "..", "..")
-const BUILD = "cmake -S . -B build && cmake --build build"
+const BUILD = "cmake -G Ninja -B build && cmake --build build"
 
 # Not Julia's default, RTLD_DEEPBIND: in a process with an unwinder of its own, C++ exceptions would meet two of them.
 const DLOPEN_FLAGS = Libdl.RTLD_NOW | Libdl.RTLD_LOCAL
