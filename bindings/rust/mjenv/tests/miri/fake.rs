@@ -270,8 +270,10 @@ unsafe extern "C" fn mjenv_snapshot(
 
 #[no_mangle]
 unsafe extern "C" fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const c_void, size: usize) -> mjenv_status {
-    let Ok(bytes) = slice::from_raw_parts(image as *const u8, size).try_into() else { return MJENV_E_SNAPSHOT };
-    env_of(env).state[row as usize] = f64::from_ne_bytes(bytes);
+    match slice::from_raw_parts(image as *const u8, size).try_into() {
+        Ok(bytes) => env_of(env).state[row as usize] = f64::from_ne_bytes(bytes),
+        Err(_) => return MJENV_E_SNAPSHOT,
+    }
     MJENV_OK
 }
 

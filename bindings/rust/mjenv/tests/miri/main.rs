@@ -90,7 +90,10 @@ fn rows_under_way() {
         for row in 0..4 {
             let settled = pipeline.row(row);
             assert_eq!(settled.is_some(), rows.contains(&row));
-            let Some(settled) = settled else { continue };
+            let settled = match settled {
+                Some(settled) => settled,
+                None => continue,
+            };
             let reward = settled.reward();
             assert_eq!(settled.obs(), [reward; 3]);
             assert_eq!(settled.info("place").unwrap(), [reward; 2]);

@@ -24,7 +24,10 @@ fn assert_recorded(id: &str) {
     let end = file.iter().position(|&byte| byte == b'\n').unwrap();
     let header = std::str::from_utf8(&file[..end]).unwrap().split(' ').skip(1);
     let numbers: Vec<usize> = header.map(|number| number.parse().unwrap()).collect();
-    let [seed, width, height, steps] = numbers[..] else { panic!("{numbers:?}") };
+    let (seed, width, height, steps) = match numbers[..] {
+        [seed, width, height, steps] => (seed, width, height, steps),
+        _ => panic!("{numbers:?}"),
+    };
     let (rgb, depth) = file[end + 1..].split_at(3 * width * height);
 
     let mut env = Env::new(&Options::new(id).unwrap(), 1).unwrap();
