@@ -281,6 +281,19 @@ bool golden_replay(const struct golden* golden, mjenv_env* env, size_t first, si
   return replay(golden, env, first, end, false, why, size);
 }
 
+void golden_assert_plays(const struct golden* golden, mjenv_env* env) {
+  char why[512];
+  if (!golden_replay(golden, env, 0, golden_steps(golden), why, sizeof why)) fail_msg("%s", why);
+}
+
+void golden_assert_file_plays(const char* path) {
+  struct golden* golden = golden_read(path);
+  mjenv_env* env = golden_create(golden, 1);
+  golden_assert_plays(golden, env);
+  mjenv_destroy(env);
+  golden_free(golden);
+}
+
 bool golden_replay_narrow(const struct golden* golden, mjenv_env* env, char* why, size_t size) {
   return replay(golden, env, 0, golden_steps(golden), true, why, size);
 }

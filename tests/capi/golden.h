@@ -53,7 +53,10 @@ mjenv_env* golden_create(const struct golden* golden, int64_t rows);
 // recording did; step 0 seeds. False at the first difference, which why then tells. Asserts nothing, so that threads
 // can use it.
 bool golden_replay(const struct golden* golden, mjenv_env* env, size_t first, size_t end, char* why, size_t size);
-// The same with float32 observations, which are the recorded ones rounded to nearest.
+// All steps of a recording; fails the test at the first difference. The second in an environment of its own.
+void golden_assert_plays(const struct golden* golden, mjenv_env* env);
+void golden_assert_file_plays(const char* path);
+// The same as golden_replay with float32 observations, which are the recorded ones rounded to nearest.
 bool golden_replay_narrow(const struct golden* golden, mjenv_env* env, char* why, size_t size);
 size_t golden_steps(const struct golden* golden);
 

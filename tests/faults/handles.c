@@ -90,11 +90,6 @@ static void refuse_renderer(mjenv_renderer* renderer) {
   mjenv_renderer_destroy(renderer);
 }
 
-static void assert_plays(mjenv_env* env, const struct golden* golden) {
-  char why[512];
-  if (!golden_replay(golden, env, 0, golden_steps(golden), why, sizeof why)) fail_msg("%s", why);
-}
-
 // ---- Tests ----
 
 static void test_destroyed(void** state) {
@@ -112,7 +107,7 @@ static void test_destroyed(void** state) {
     refuse_options(options);
     refuse_options((mjenv_options*)(uintptr_t)borrowed);
   }
-  assert_plays(other, golden);
+  golden_assert_plays(golden, other);
   mjenv_destroy(other);
   golden_free(golden);
 }

@@ -267,11 +267,6 @@ static struct walk walk(const struct call* call, enum failing failing, size_t st
   return result;
 }
 
-static void assert_plays(void) {
-  char why[512];
-  if (!golden_replay(s.golden, s.env, 0, golden_steps(s.golden), why, sizeof why)) fail_msg("%s", why);
-}
-
 // How many allocations come before the model of s.id has been loaded: as many as of a create that then fails.
 static size_t allocations_of_loading(void) {
   mjenv_options* options = options_of_id("Ant-v5");
@@ -310,7 +305,7 @@ static void test_call(void** state) {
     print_message("%s: %zu allocations\n", call->name, walked.allocations);
     if (walked.lost > 0) print_message("  MuJoCo's loader lost %zu blocks\n", walked.lost);
   }
-  assert_plays();
+  golden_assert_plays(s.golden, s.env);
 }
 
 // OpenGL's own allocations do not fail: its drivers end the process. Nor are they counted.
@@ -360,7 +355,7 @@ static int set_up(void** state) {
   s.out = outputs_of(s.threaded);
   s.id = "Ant-v5";
   assert_ok(mjenv_reset(s.threaded, NULL, NULL));
-  assert_plays();
+  golden_assert_plays(s.golden, s.env);
   assert_ok(mjenv_reset(s.env, NULL, NULL));
   return 0;
 }

@@ -45,15 +45,6 @@ static mjenv_options* options_with_threads(int64_t threads) {
   return options;
 }
 
-static void assert_plays(void) {
-  struct golden* golden = golden_read(RECORDING);
-  mjenv_env* env = golden_create(golden, 1);
-  char why[512];
-  if (!golden_replay(golden, env, 0, golden_steps(golden), why, sizeof why)) fail_msg("%s", why);
-  mjenv_destroy(env);
-  golden_free(golden);
-}
-
 static void test_no_threads(void** state) {
   (void)state;
   enum { THREADS = 6 };
@@ -258,7 +249,7 @@ static void test_no_files(void** state) {
 
 static void test_as_good_as_new(void** state) {
   (void)state;
-  assert_plays();
+  golden_assert_file_plays(RECORDING);
 }
 
 int main(void) {

@@ -25,15 +25,6 @@ static void storm(bool on, int flags) {
   assert_int_equal(setitimer(ITIMER_REAL, &timer, NULL), 0);
 }
 
-static void replay(const char* recording) {
-  struct golden* golden = golden_read(recording);
-  mjenv_env* env = golden_create(golden, 1);
-  char why[512];
-  if (!golden_replay(golden, env, 0, golden_steps(golden), why, sizeof why)) fail_msg("%s", why);
-  mjenv_destroy(env);
-  golden_free(golden);
-}
-
 // All rows of a threaded environment, sent and received, against the same rows of one stepped by the caller.
 static void send_and_receive(void) {
   enum { ROWS = 6, STEPS = 60, NU = 8 };
@@ -76,8 +67,8 @@ static void under_a_storm(int flags) {
   arrived = 0;
   storm(true, flags);
   do {
-    replay(PROJECT_FOLDER "/tests/golden/trajectories/Humanoid-v5.golden");
-    replay(PROJECT_FOLDER "/tests/golden/trajectories/Reacher-v4.golden");
+    golden_assert_file_plays(PROJECT_FOLDER "/tests/golden/trajectories/Humanoid-v5.golden");
+    golden_assert_file_plays(PROJECT_FOLDER "/tests/golden/trajectories/Reacher-v4.golden");
     send_and_receive();
     clock_gettime(CLOCK_MONOTONIC, &now);
   } while (arrived < WANTED && now.tv_sec - start.tv_sec < SECONDS);
