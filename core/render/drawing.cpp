@@ -48,6 +48,15 @@ void Drawing::make_context(int framebuffer) {
   });
 }
 
+void Drawing::free_in(gl::Context& owner) noexcept {
+  if (!gl::here()) return;
+  try {
+    const gl::Current current(owner);
+    mjr_freeContext(&context);
+  } catch (const Error&) {
+  }
+}
+
 void Drawing::update(mjData* data) {
   drawing([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
 }

@@ -8,6 +8,7 @@
 #include "engine/model.hpp"
 #include "error.hpp"
 #include "mjenv/mjenv.h"
+#include "render/gl.hpp"
 
 namespace mjenv {
 
@@ -25,9 +26,10 @@ struct Drawing {
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // What has to be done, and undone, while an OpenGL context is current.
+  // While an OpenGL context is current, in which it then has to be freed.
   void make_context(int framebuffer);
-  void free_context() { mjr_freeContext(&context); }
+  // Makes that context current itself; does nothing after a fork or when it is lost, with all that it held.
+  void free_in(gl::Context& owner) noexcept;
 
   void update(mjData* data);
 };

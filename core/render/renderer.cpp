@@ -84,21 +84,14 @@ Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settin
   mjvCamera& camera = drawing_->camera;
   camera.fixedcamid = camera_of(*model_, settings);
   camera.type = camera.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
-  context_ = gl::open(static_cast<mjenv_gl>(settings.gl), width_, height_);
+  context_ = gl::open(settings.gl, width_, height_);
   const gl::Current current(*context_);
   traits_ = gl::traits_of(*context_);
   check_size();
   drawing_->make_context(mjFB_OFFSCREEN);
 }
 
-Renderer::~Renderer() {
-  if (!gl::here()) return;
-  try {
-    const gl::Current current(*context_);
-    drawing_->free_context();
-  } catch (const Error&) {  // the context is lost, and all that it held with it
-  }
-}
+Renderer::~Renderer() { drawing_->free_in(*context_); }
 
 void Renderer::check_here() const {
   if (!gl::here()) fail(MJENV_E_RENDER, "the renderer was made before this process was forked");

@@ -66,14 +66,7 @@ Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& 
   glfw_.swap_interval(1);
 }
 
-Window::~Window() {
-  if (!gl::here()) return;
-  try {
-    const gl::Current current(*context_);
-    drawing_.free_context();
-  } catch (const Error&) {  // the context is lost, and all that it held with it
-  }
-}
+Window::~Window() { drawing_.free_in(*context_); }
 
 void Window::check_here() const {
   if (!gl::here()) fail(MJENV_E_RENDER, "the window was made before this process was forked");
