@@ -118,7 +118,17 @@ RICH = """<mujoco model="rich">
   </option>
   <size njmax="400" nconmax="80" nstack="100000" nuserdata="4" nkey="2" nuser_body="1" nuser_jnt="1" nuser_geom="1"
     nuser_site="1" nuser_cam="1" nuser_tendon="1" nuser_actuator="1" nuser_sensor="1"/>
-  <visual><quality shadowsize="512" offsamples="2" numslices="8" numstacks="8" numquads="4"/></visual>
+  <visual>
+    <global fovy="45" ipd="0.068" linewidth="1" glow="0.3" offwidth="64" offheight="48"/>
+    <quality shadowsize="512" offsamples="2" numslices="8" numstacks="8" numquads="4"/>
+    <headlight ambient="0.1 0.1 0.1" diffuse="0.4 0.4 0.4" specular="0.5 0.5 0.5" active="1"/>
+    <map stiffness="100" stiffnessrot="500" force="0.005" torque="0.1" alpha="0.3" fogstart="3" fogend="10" znear="0.01"
+      zfar="50" haze="0.3" shadowclip="1" shadowscale="0.6" actuatortendon="2"/>
+    <scale forcewidth="0.1" contactwidth="0.3" contactheight="0.1" connect="0.2" com="0.4" camera="0.3" light="0.3"
+      selectpoint="0.2" jointlength="1" jointwidth="0.1" actuatorlength="0.7" actuatorwidth="0.2" framelength="1"
+      framewidth="0.1" constraint="0.1" slidercrank="0.2"/>
+    <rgba fog="0 0 0 1" haze="1 1 1 1" force="1 0.5 0.5 1"/>
+  </visual>
   <statistic meaninertia="1" meanmass="1" meansize="0.5" extent="2" center="0 0 1"/>
   <default><default class="thin"><geom rgba="1 0 0 1" condim="4" friction="1 0.1 0.1" solref="0.02 1"
     solimp="0.9 0.95 0.001" margin="0.001" gap="0" solmix="1" priority="1"/></default></default>
@@ -130,7 +140,8 @@ RICH = """<mujoco model="rich">
   <asset>
     <texture name="grid" type="2d" builtin="checker" width="32" height="32" mark="edge" random="0.01" rgb1="1 1 1"/>
     <texture name="sky" type="skybox" builtin="gradient" width="16" height="16"/>
-    <material name="gridded" texture="grid" texrepeat="2 2" specular="0.5" shininess="0.5" reflectance="0.1"/>
+    <material name="gridded" texture="grid" texrepeat="2 2" specular="0.5" shininess="0.5" reflectance="0.1"
+      emission="0.1" texuniform="true" rgba="1 1 1 0.5"/>
     <mesh name="tetra" vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 2 1 0 1 3 0 3 2 1 2 3" scale="0.1 0.1 0.1"
       refpos="0 0 0" refquat="1 0 0 0"/>
     <mesh name="cloud" vertex="0 0 0 1 0 0 0 1 0 0 0 1 1 1 1" scale="0.1 0.1 0.1"/>
@@ -140,7 +151,8 @@ RICH = """<mujoco model="rich">
     </skin>
   </asset>
   <worldbody>
-    <light pos="0 0 3" dir="0 0 -1" cutoff="45" exponent="10" attenuation="1 0 0"/>
+    <light pos="0 0 3" dir="0 0 -1" cutoff="45" exponent="10" attenuation="1 0 0" directional="false"
+      castshadow="true" active="true" ambient="0 0 0" diffuse="0.7 0.7 0.7" specular="0.3 0.3 0.3"/>
     <camera name="eye" pos="0 -3 1" fovy="45" ipd="0.068" mode="targetbody" target="torso" user="1"/>
     <geom name="floor" type="plane" size="9 9 1" material="gridded"/>
     <geom name="ground" type="hfield" hfield="hills" pos="3 0 0"/>

@@ -29,6 +29,24 @@ static void read_all(mjenv_env* env) {
   }
 }
 
+// A picture as Gymnasium takes it, and one with everything in it that MuJoCo can show.
+static void draw(mjenv_env* env) {
+  enum { WIDTH = 48, HEIGHT = 32 };
+  unsigned char rgb[WIDTH * HEIGHT * 3];
+  float depth[WIDTH * HEIGHT];
+  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  for (int all = 0; all < 2; ++all) {
+    mjenv_renderer* renderer = NULL;
+    TRY(mjenv_render_defaults(env, &settings));
+    settings.width = WIDTH;
+    settings.height = HEIGHT;
+    if (all) memset(settings.visual, 1, sizeof settings.visual);
+    TRY(mjenv_renderer_create(env, &settings, &renderer));
+    TRY(mjenv_render(renderer, 1, rgb, sizeof rgb, depth, WIDTH * HEIGHT));
+    mjenv_renderer_destroy(renderer);
+  }
+}
+
 static void play(mjenv_env* env) {
   const size_t count = (size_t)mjenv_field_count(env, MJENV_ACTION) * 2;
   float* action = calloc(count + 1, sizeof *action);
@@ -42,6 +60,7 @@ static void play(mjenv_env* env) {
     TRY(mjenv_step(env, action, count, MJENV_FLOAT32, NULL));
   }
   read_all(env);
+  draw(env);
   size_t size = 0;
   TRY(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
   void* image = malloc(size);

@@ -90,6 +90,7 @@ def complaint(case: models.Case, code: int, said: str, printed: str, wrote: bool
         "MJENV_E_MEMORY",
         "MJENV_E_PHYSICS",
         "MJENV_E_ARGUMENT",
+        "MJENV_E_RENDER",
     ):
         return said
     missing = [word for word in case.words if word not in said]
