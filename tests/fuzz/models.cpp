@@ -1,4 +1,4 @@
-// MJCF texts: whatever loads must reset and step.
+// MJCF texts: whatever loads must reset, step and be drawn.
 #include "target.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -19,5 +19,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (check(mjenv_reset(env.get(), nullptr, &reset)) != MJENV_OK) return 0;
   for (int step = 0; step < 3; ++step)
     check(mjenv_step(env.get(), action.data(), action.size(), MJENV_FLOAT32, &out.batch));
+  draw_all(env);
   return 0;
 }

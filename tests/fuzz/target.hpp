@@ -31,8 +31,12 @@ struct DestroyOptions {
 struct DestroyEnv {
   void operator()(mjenv_env* env) const { mjenv_destroy(env); }
 };
+struct DestroyRenderer {
+  void operator()(mjenv_renderer* renderer) const { mjenv_renderer_destroy(renderer); }
+};
 using OptionsHandle = std::unique_ptr<mjenv_options, DestroyOptions>;
 using EnvHandle = std::unique_ptr<mjenv_env, DestroyEnv>;
+using RendererHandle = std::unique_ptr<mjenv_renderer, DestroyRenderer>;
 
 inline OptionsHandle options_of(const char* id) {
   mjenv_options* options = nullptr;
@@ -58,6 +62,33 @@ inline std::int64_t total(const mjenv_env* env, mjenv_role role) {
     count += field.count;
   }
   return count;
+}
+
+inline mjenv_render_settings render_defaults(const EnvHandle& env) {
+  mjenv_render_settings settings{};
+  settings.struct_size = sizeof settings;
+  REQUIRE(mjenv_render_defaults(env.get(), &settings) == MJENV_OK);
+  return settings;
+}
+
+// Null when the library refuses.
+inline RendererHandle renderer(const EnvHandle& env, const mjenv_render_settings& settings) {
+  mjenv_renderer* made = nullptr;
+  const mjenv_status status = check(mjenv_renderer_create(env.get(), &settings, &made));
+  REQUIRE((status == MJENV_OK) == (made != nullptr));
+  return RendererHandle(made);
+}
+
+// A small picture of the first row, with everything in it that MuJoCo can show.
+inline void draw_all(const EnvHandle& env) {
+  constexpr int kSide = 16;
+  mjenv_render_settings settings = render_defaults(env);
+  settings.width = settings.height = kSide;
+  std::fill(std::begin(settings.visual), std::end(settings.visual), std::uint8_t{1});
+  const RendererHandle drawing = renderer(env, settings);
+  std::vector<std::uint8_t> rgb(3 * kSide * kSide);
+  std::vector<float> depth(kSide * kSide);
+  if (drawing) check(mjenv_render(drawing.get(), 0, rgb.data(), rgb.size(), depth.data(), depth.size()));
 }
 
 // Arrays for all outputs, as long as the library may write and no longer.
