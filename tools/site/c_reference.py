@@ -45,7 +45,7 @@ class Page:
 
     def text(self, comment: str | None) -> str:
         """A comment as Markdown, in one line, with links."""
-        words = " ".join(line.strip().removeprefix("*").strip() for line in (comment or "").splitlines()).strip()
+        words = " ".join(re.sub(r"^\*(?: |$)", "", line.strip()).strip() for line in (comment or "").splitlines()).strip()
         prose, errors, listed = words.partition("Errors: ")
         return self._linked(prose) + (errors and f"<br>**Errors**: {self._errors(listed)}")
 
@@ -123,7 +123,8 @@ def _introduce(made: Page, comment: str) -> None:
             rules.append((word, meaning.strip()))
         else:
             rules[-1] = (rules[-1][0], f"{rules[-1][1]} {meaning.strip()}")
-    made.table(("", ""), [(f"**{word}**", made.text(meaning)) for word, meaning in rules])
+    for word, meaning in rules:
+        made.add(f"**{word}.** {made.text(meaning)}")
     made.add("## Types")
 
 
