@@ -5,7 +5,7 @@
 namespace mjenv {
 namespace {
 
-constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20, kMostSamples = 64;
+constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20;
 static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
 static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
 

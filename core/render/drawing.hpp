@@ -12,6 +12,9 @@
 
 namespace mjenv {
 
+// More than any OpenGL has; MuJoCo takes as many as there are.
+constexpr int kMostSamples = 64;
+
 struct Drawing {
   mjModel model;  // shares the model's arrays
   mjvCamera camera{};

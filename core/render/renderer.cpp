@@ -62,7 +62,7 @@ mjenv_render_settings render_defaults(const Model& model, const Camera& camera) 
   settings.width = settings.height = 480;
   settings.camera = MJENV_CAMERA_DEFAULT;
   settings.max_geom = 1000;
-  settings.samples = model.get()->vis.quality.offsamples;
+  settings.samples = std::clamp(model.get()->vis.quality.offsamples, 0, kMostSamples);
   settings.shadows = settings.reflections = 1;
   std::copy(camera.lookat.begin(), camera.lookat.end(), settings.lookat);
   settings.distance = camera.distance;

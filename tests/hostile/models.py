@@ -899,6 +899,7 @@ def of_kind(kind: str, attribute: str, folder: str, content: bytes) -> Iterator[
 
 def good() -> Iterator[Case]:
     yield Case("good-plain", model(), expect="works")
+    yield Case("good-samples", model(sections='<visual><quality offsamples="1024"/></visual>'), expect="works")
     yield Case("good-rich", RICH, expect="works")
     yield Case("good-text", model(), expect="works", arguments=("text",))
     yield Case("good-rich-text", RICH, expect="works", arguments=("text",))

@@ -207,7 +207,7 @@ typedef struct mjenv_render_settings {
   int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE, or MJENV_CAMERA_DEFAULT: the one
                               called "track" if the model has it, else the free one */
   int32_t max_geom;        /* geoms drawn at most, 1000 */
-  int32_t samples;         /* a pixel, the model's offsamples (4); 0: no multisampling */
+  int32_t samples;         /* a pixel, at most 64: the model's offsamples (4); 0: no multisampling */
   int32_t shadows;         /* 0 or 1; with samples 0 and shadows 0 drawing is fastest */
   int32_t reflections;     /* 0 or 1 */
   const char *camera_name; /* a camera of the model, instead of its index; NULL: none */

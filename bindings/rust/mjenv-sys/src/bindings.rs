@@ -1204,7 +1204,7 @@ pub struct mjenv_render_settings {
     pub camera: i32,
     #[doc = " geoms drawn at most, 1000"]
     pub max_geom: i32,
-    #[doc = " a pixel, the model's offsamples (4); 0: no multisampling"]
+    #[doc = " a pixel, at most 64: the model's offsamples (4); 0: no multisampling"]
     pub samples: i32,
     #[doc = " 0 or 1; with samples 0 and shadows 0 drawing is fastest"]
     pub shadows: i32,
