@@ -42,8 +42,9 @@ static void draw(mjenv_env* env) {
     settings.height = HEIGHT;
     if (all) memset(settings.visual, 1, sizeof settings.visual);
     TRY(mjenv_renderer_create(env, &settings, &renderer));
-    TRY(mjenv_render(renderer, 1, rgb, sizeof rgb, depth, WIDTH * HEIGHT));
+    const mjenv_status status = mjenv_render(renderer, 1, rgb, sizeof rgb, depth, WIDTH * HEIGHT);
     mjenv_renderer_destroy(renderer);
+    TRY(status);
   }
 }
 
