@@ -82,7 +82,8 @@ class Pool:
 
     def __init__(self, id: str, rows: int, seed: int, state: State | None = None) -> None:
         torch.set_num_threads(1)
-        self._envs = mjenv.make_vec(id, rows, autoreset_mode=AutoresetMode.SAME_STEP)
+        # "plain": the same bits on every node, whatever its CPU.
+        self._envs = mjenv.make_vec(id, rows, autoreset_mode=AutoresetMode.SAME_STEP, norm="plain")
         self._noise = torch.Generator()
         sizes = self._envs.single_observation_space.shape[0], self._envs.single_action_space.shape[0]
         with torch.random.fork_rng(devices=[]):  # its weights come from the brain

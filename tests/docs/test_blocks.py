@@ -207,6 +207,6 @@ def test_commands(page: str, pytestconfig: pytest.Config) -> None:
 
 def installing(folder: Path) -> dict[str, str]:
     """A virtual environment to install packages into."""
-    venv = folder / "venv"
+    venv = folder / ".venv"  # where the documents make it
     subprocess.run([setup("python"), "-m", "venv", "--clear", venv], check=True)
     return {"PATH": f"{venv / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": "", "MJENV_LIBRARY": ""}

@@ -156,8 +156,8 @@ end
     restore!(env, image; row = 1)
 
 Continues a row, or with `row = :` all rows, from a [`snapshot`](@ref), bit for bit, also in another process and with
-another number of threads. The environment must have the id, the options and the model of the one the image was taken from, and
-as many rows if the image is of all. Returns `env`.
+another number of threads. The environment must have the id, the model and the options (`num_threads`, `cpu_affinity`, `arrays`
+aside) of the one the image was taken from, and as many rows if the image is of all. Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)

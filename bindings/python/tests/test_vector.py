@@ -193,6 +193,11 @@ def test_views_or_copies() -> None:
 # ---- what there is ----
 
 
+def test_modes_in_the_librarys_spelling() -> None:
+    for name in mjenv.options("Ant-v5")["autoreset_mode"].choices:
+        assert mjenv.make_vec("Ant-v5", 1, autoreset_mode=name).metadata["autoreset_mode"].name.lower() == name
+
+
 def test_spaces_and_spec() -> None:
     envs = mjenv.make_vec("Ant-v5", 3, num_threads=2, autoreset_mode="SameStep", frame_skip=2, max_episode_steps=9)
     one = mjenv.make("Ant-v5", frame_skip=2)

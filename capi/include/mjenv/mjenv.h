@@ -1,12 +1,14 @@
 /* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
  *
- * Rows       An environment holds one or many independent rows. A row is one episode: a few hundred bytes of state.
+ * Rows       An environment holds one or many independent rows. A row is one episode: 200 bytes to 2 KB of state.
  *            The threads that step rows own the MuJoCo work space, so rows are cheap, and their bits do not depend on
  *            the number of threads (the option "num_threads").
  * Numbers    For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
  * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
  *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
- *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed.
+ *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed; those that
+ *            read or change rows MJENV_E_STATE while rows are under way (mjenv_send), or in a forked child that lacks
+ *            the environment's threads.
  * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
  *            A const char * or const double * result is borrowed from the handle it came from.
  *            *_destroy waits for a call that is inside on another thread; later ones are refused.
@@ -42,7 +44,7 @@ typedef enum mjenv_status {
   MJENV_E_TYPE = -3,      /* the option holds another kind of value */
   MJENV_E_VALUE = -4,     /* a value outside its bounds, or a NaN where a number is needed */
   MJENV_E_SIZE = -5,      /* an array of another length than needed */
-  MJENV_E_STATE = -6,     /* not now: a step before the first reset or after the end of the episode */
+  MJENV_E_STATE = -6,     /* not now: before the first reset, after the end of the episode, while rows are under way */
   MJENV_E_BUSY = -7,      /* another thread is inside this environment */
   MJENV_E_MODEL = -8,     /* a model file that is missing, malformed or lacks what the task needs */
   MJENV_E_PHYSICS = -9,   /* MuJoCo reported an error, or a row diverged */
@@ -282,7 +284,8 @@ MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, co
 
 /* ---- Environment ---- */
 
-/* Builds an environment of rows >= 1 rows. Errors: ARGUMENT, VALUE, MODEL, MEMORY. */
+/* Builds an environment of rows >= 1 rows. Errors: ARGUMENT, NAME (in the option "arrays"), VALUE, MODEL, MEMORY, BUSY
+ * (another thread sets the options). */
 MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
 
 MJENV_API void mjenv_destroy(mjenv_env *env);
@@ -365,8 +368,8 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_
 
 /* Reads an array of the row's mjData or of the mjModel, by its MuJoCo name ("xpos", "body_mass", "nq", "opt.timestep"),
  * as Gymnasium's env.unwrapped.data holds it after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may
- * hold anything. count receives the length; values may be NULL when
- * capacity is 0, to ask for the length alone. Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
+ * hold anything. count receives the length; values may be NULL when capacity is 0, to ask for the length alone.
+ * Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
                                   size_t *count);
 
@@ -388,8 +391,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Errors: ARGUMENT, VALUE (row, frames < 1), SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
 
-/* Writes the observations of all rows as they are, without stepping: out's obs alone. Errors: ARGUMENT, SIZE, PHYSICS,
- * BUSY. */
+/* Writes the observations of all rows as they are, without stepping: out's obs and arrays alone. Errors: ARGUMENT,
+ * SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* Makes the rows where to_mask[rows] is not 0 equal to the row from: simulation, random stream, counters.
@@ -405,8 +408,8 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
                                       size_t *size_bytes);
 
 /* Continues a row, or all, from an image, bit for bit, also in another process and with another number of threads. The
- * environment must have the id, the options and the model of the one the image was taken from, and as many rows if the
- * image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
+ * environment must have the id, the model and the options ("num_threads", "cpu_affinity", "arrays" aside) of the one
+ * the image was taken from, and as many rows if the image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 /* ---- Pictures ----

@@ -1,8 +1,9 @@
 /* mjenv.hpp - mjenv.h for C++17: handles that free themselves, exceptions, buffers of the right sizes.
  *
  * Header-only: it calls the C functions and nothing else, so it adds nothing to the ABI. mjenv.h documents shapes,
- * units and errors; handle() gives what its other functions take. An error throws mjenv::Error. Moved-from handles may
- * only be destroyed or assigned to. */
+ * units and errors; handle() gives what its other functions take. What the library refuses throws mjenv::Error; a mask
+ * of another length std::length_error, a row that a Batch lacks std::out_of_range. Moved-from handles may only be
+ * destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
 

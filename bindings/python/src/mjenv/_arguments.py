@@ -36,6 +36,8 @@ def count_of(num_envs: Any) -> int:
 
 
 def autoreset_mode_of(mode: Any) -> AutoresetMode:
+    if isinstance(mode, str) and mode.upper() in AutoresetMode.__members__:
+        return AutoresetMode[mode.upper()]  # as the library spells it
     try:
         return AutoresetMode(mode)
     except ValueError:

@@ -56,7 +56,7 @@ class _ReadOnly:
     __slots__ = ()
 
     def __setattr__(self, name: str, value: Any) -> NoReturn:
-        raise AttributeError(f"{name!r} is read-only; set_state changes the state")
+        raise AttributeError(f"{name!r} is read-only; set_state changes the state, xml_file or xml_string the model")
 
     def _missing(self, name: str) -> AttributeError:
         return AttributeError(f"{type(self).__name__} has no {name!r}; dir() lists what there is")

@@ -35,7 +35,7 @@ pub const MJENV_E_TYPE: mjenv_status = -3;
 pub const MJENV_E_VALUE: mjenv_status = -4;
 #[doc = " an array of another length than needed"]
 pub const MJENV_E_SIZE: mjenv_status = -5;
-#[doc = " not now: a step before the first reset or after the end of the episode"]
+#[doc = " not now: before the first reset, after the end of the episode, while rows are under way"]
 pub const MJENV_E_STATE: mjenv_status = -6;
 #[doc = " another thread is inside this environment"]
 pub const MJENV_E_BUSY: mjenv_status = -7;
@@ -1605,7 +1605,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Builds an environment of rows >= 1 rows. Errors: ARGUMENT, VALUE, MODEL, MEMORY."]
+    #[doc = " Builds an environment of rows >= 1 rows. Errors: ARGUMENT, NAME (in the option \"arrays\"), VALUE, MODEL, MEMORY, BUSY"]
+    #[doc = " (another thread sets the options)."]
     pub fn mjenv_create(
         options: *const mjenv_options,
         rows: i64,
@@ -1764,8 +1765,8 @@ extern "C" {
 extern "C" {
     #[doc = " Reads an array of the row's mjData or of the mjModel, by its MuJoCo name (\"xpos\", \"body_mass\", \"nq\", \"opt.timestep\"),"]
     #[doc = " as Gymnasium's env.unwrapped.data holds it after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may"]
-    #[doc = " hold anything. count receives the length; values may be NULL when"]
-    #[doc = " capacity is 0, to ask for the length alone. Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY."]
+    #[doc = " hold anything. count receives the length; values may be NULL when capacity is 0, to ask for the length alone."]
+    #[doc = " Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY."]
     pub fn mjenv_read(
         env: *mut mjenv_env,
         row: i64,
@@ -1820,8 +1821,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes the observations of all rows as they are, without stepping: out's obs alone. Errors: ARGUMENT, SIZE, PHYSICS,"]
-    #[doc = " BUSY."]
+    #[doc = " Writes the observations of all rows as they are, without stepping: out's obs and arrays alone. Errors: ARGUMENT,"]
+    #[doc = " SIZE, PHYSICS, BUSY."]
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
@@ -1842,8 +1843,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Continues a row, or all, from an image, bit for bit, also in another process and with another number of threads. The"]
-    #[doc = " environment must have the id, the options and the model of the one the image was taken from, and as many rows if the"]
-    #[doc = " image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY."]
+    #[doc = " environment must have the id, the model and the options (\"num_threads\", \"cpu_affinity\", \"arrays\" aside) of the one"]
+    #[doc = " the image was taken from, and as many rows if the image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,

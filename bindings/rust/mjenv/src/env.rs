@@ -28,7 +28,7 @@ unsafe impl Send for Env {}
 
 impl Env {
     /// Builds an environment of `rows` >= 1 rows. The options are copied. Errors: [`Status::Value`] (rows),
-    /// [`Status::Model`], [`Status::Memory`].
+    /// [`Status::Name`] (in the option `arrays`), [`Status::Model`], [`Status::Memory`].
     pub fn new(options: &Options, rows: usize) -> Result<Self> {
         let mut raw = ptr::null_mut();
         // SAFETY: all pointers are valid for the call.
@@ -348,7 +348,7 @@ impl Env {
     }
 
     /// Continues a row from an image of a row, bit for bit, also in another process. The environment must have the id,
-    /// the options and the model of the one that the image was taken from; the number of threads may differ.
+    /// the model and the options (`num_threads`, `cpu_affinity`, `arrays` aside) of the one that the image was taken from.
     /// Errors: [`Status::Value`] (row), [`Status::Snapshot`].
     pub fn restore(&mut self, row: usize, image: &[u8]) -> Result<()> {
         self.set_image(int64(row), image)
