@@ -24,19 +24,16 @@
 
 namespace mjenv {
 
-struct HeldOptions {
-  Options options;
-  bool borrowed = false;  // from an environment, which destroys them; they do not change
-};
-
 struct HeldEnv;
 
 }  // namespace mjenv
 
-struct mjenv_options : mjenv::Slot<mjenv::HeldOptions> {
+struct mjenv_options : mjenv::Slot<mjenv::Options> {
   static constexpr const char* kName = "options";
   static constexpr const char* kThing = "options handle";
   static constexpr bool kReadersSeeChanges = true;
+
+  std::atomic<bool> borrowed{false};  // from an environment, which destroys them; they do not change
 };
 
 struct mjenv_env : mjenv::Slot<mjenv::HeldEnv> {
@@ -59,8 +56,9 @@ struct HeldEnv {
   mjenv_options* options;  // as the environment was built with
 
   HeldEnv(const Options& chosen, std::int64_t rows)
-      : env(chosen, rows),
-        options(handles<mjenv_options>.add(std::make_unique<HeldOptions>(HeldOptions{env.options(), true}))) {}
+      : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {
+    options->borrowed = true;
+  }
   ~HeldEnv() {
     handles<mjenv_options>.destroy(options);
     const std::lock_guard lock(link->mutex);

@@ -17,7 +17,7 @@ template <typename F>
 mjenv_status read_options(const mjenv_options* handle, const F& body) noexcept {
   return guard([&] {
     const Reading options(handle);
-    body((*options).options);
+    body(*options);
   });
 }
 
@@ -25,8 +25,8 @@ template <typename F>
 mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
   return guard([&] {
     const Entered options(handle);
-    if ((*options).borrowed) fail(MJENV_E_ARGUMENT, "options are an environment's, which do not change");
-    body((*options).options);
+    if (handle->borrowed) fail(MJENV_E_ARGUMENT, "options are an environment's, which do not change");
+    body(*options);
   });
 }
 
@@ -146,15 +146,17 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
 mjenv_status mjenv_options_create(const char* id, mjenv_options** options) {
   return guard([&] {
     need(options, "options");
-    *options =
-        handles<mjenv_options>.add(std::make_unique<HeldOptions>(HeldOptions{default_options(id_of(text(id, "id")))}));
+    auto made = std::make_unique<Options>(default_options(id_of(text(id, "id"))));
+    *options = handles<mjenv_options>.add(std::move(made));
+    (*options)->borrowed = false;
   });
 }
 
 void mjenv_options_destroy(mjenv_options* options) {
   if (!options) return;
   const Uncancelled uncancelled;
-  if (!answer(true, [&] { return (*Reading(options)).borrowed; })) handles<mjenv_options>.destroy(options);
+  auto& all = handles<mjenv_options>;
+  if (all.contains(options) && !options->borrowed) all.destroy(options);
 }
 
 std::int64_t mjenv_options_count(const mjenv_options* options) {

@@ -15,6 +15,9 @@ void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void*
   const std::int64_t nu = task_.model->nu();
   if (!rows_sent) row_count = static_cast<std::size_t>(rows());
   const auto row_at = [&](std::size_t i) { return rows_sent ? rows_sent[i] : static_cast<std::int64_t>(i); };
+  if (row_count > static_cast<std::size_t>(rows()))  // so that no product of it overflows
+    fail(MJENV_E_SIZE,
+         "row_count is " + std::to_string(row_count) + ", but there are " + std::to_string(rows()) + " row(s)");
   check_count("the action's count", static_cast<std::int64_t>(count), static_cast<std::int64_t>(row_count) * nu);
   check_out(out, rows(), info_);
   const Action all{action, dtype, static_cast<Eigen::Index>(count)};

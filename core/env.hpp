@@ -165,7 +165,8 @@ class Env {
   void check_out(const mjenv_batch* out, std::int64_t rows, const std::vector<Field>& info) const;
   void check_steppable(std::int64_t row, bool resets) const;
   void check_finite(std::int64_t row, const Action& action) const;
-  bool awaits_reset(std::int64_t row) const { return autoreset_ == Autoreset::next_step && heads_[row].ended; }
+  // In same_step a row that could not be reset, or that a rollout ended.
+  bool awaits_reset(std::int64_t row) const { return autoreset_ != Autoreset::disabled && heads_[row].ended; }
 
   // Calls body(worker, row) for all rows: each worker for a block of its own, then for what is left of the others'
   // blocks. A failing row does not stop the others.

@@ -108,13 +108,14 @@ void Env::begin_episode(Worker& worker, std::int64_t row) {
   Start drawn{{layout_.qpos(start), static_cast<Eigen::Index>(layout_.nq)},
               {layout_.qvel(start), static_cast<Eigen::Index>(layout_.nv)}};
   task_.reset(drawn, rng);
+  Head& head = heads_[row];
+  head.rng = rng;  // even if MuJoCo fails now: else every further try would begin, and fail, alike
+  head.seeded = true;
   work.load(start);
   work.forward();
   commit(worker, row, Origin::forward);
-  Head& head = heads_[row];
-  head.rng = rng;
   head.steps = 0;
-  head.seeded = head.ready = true;
+  head.ready = true;
   head.ended = false;
 }
 
@@ -153,6 +154,7 @@ void Env::step(const void* action, std::size_t count, mjenv_dtype dtype, const m
 void Env::step_row(Worker& worker, std::int64_t row, const Action& action, const Place& place) {
   const mjenv_batch* out = place.out;
   if (awaits_reset(row)) {
+    if (out) put<std::int32_t>(out->status, place, MJENV_E_PHYSICS);  // until it has gone well
     begin_episode(worker, row);
     if (!out) return;
     put<double>(out->reward, place, 0);
@@ -177,8 +179,12 @@ void Env::step_row(Worker& worker, std::int64_t row, const Action& action, const
     if (out->final_info) copy_fields(info_, out->info, out->final_info, place);
     copy_fields(info_, nullptr, out->info, place);
   }
+  std::int32_t status = MJENV_OK;  // of the step; the row's is also that of the reset
+  if (out && out->status) status = std::exchange(out->status[place.index], MJENV_E_PHYSICS);
   begin_episode(worker, row);
-  if (out) write_reset(worker, out->reset_info, place);
+  if (!out) return;
+  put<std::int32_t>(out->status, place, status);
+  write_reset(worker, out->reset_info, place);
 }
 
 // The step itself: reward, flags, status and info.

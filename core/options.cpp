@@ -88,6 +88,7 @@ void Options::set_integer(const std::string& name, std::int64_t value) {
     refuse_type(option, "an integer");
   check_bounds(option, real);
   option.given_as_integer = true;
+  option.text.clear();
   if (option.kind == MJENV_REALS)
     option.reals[0] = real;
   else
@@ -116,6 +117,7 @@ void Options::set_string(const std::string& name, const std::string& value) {
       fail(MJENV_E_VALUE, "option " + quoted(name) + " is one of " + listed(names) + ", not " + quoted(value));
   }
   option.text = value;
+  option.integer = 0;
   option.given_as_integer = false;
 }
 

@@ -41,6 +41,7 @@ void pin(std::thread& thread, int cpu) {
 }  // namespace
 
 Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
+  const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // nothing may fail once there are threads
   // The threads take no signals: handlers belong to the caller's own threads.
   sigset_t all, before;
   sigfillset(&all);
@@ -55,7 +56,6 @@ Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (!pinned) return;
-  const auto cpus = allowed_cpus();
   for (std::size_t i = 0; i < threads_.size(); ++i) pin(threads_[i], cpus[(i + 1) % cpus.size()]);
 }
 

@@ -7,6 +7,12 @@
 #include "hash.hpp"
 
 namespace mjenv {
+namespace {
+
+// Of an episode; more than any will have.
+constexpr std::int64_t kMostSteps = std::int64_t{1} << 62;
+
+}  // namespace
 
 struct Env::Stamp {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
@@ -96,8 +102,12 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
     std::memcpy(&head, from + sizeof stamp + i * row_size, sizeof head);
     return head;
   };
-  for (std::uint64_t i = 0; !damaged && i < count; ++i)
-    damaged = head_at(i).flags[0] > static_cast<std::uint8_t>(Origin::set) || head_at(i).steps < 0;
+  for (std::uint64_t i = 0; !damaged && i < count; ++i) {
+    const RowStamp head = head_at(i);
+    const bool constant = head.flags[1] != 0 && head.rng.words()[2] % 2 == 0;  // a reset might draw from it for ever
+    damaged =
+        head.flags[0] > static_cast<std::uint8_t>(Origin::set) || head.steps < 0 || head.steps > kMostSteps || constant;
+  }
   if (damaged) fail(MJENV_E_SNAPSHOT, "the image is damaged");
 
   for (std::uint64_t i = 0; i < count; ++i) {

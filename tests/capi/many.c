@@ -183,6 +183,9 @@ static void test_under_way(void** state) {
   assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
+  // 2^61 rows of 8 numbers: their product is 0 in 64 bits.
+  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, (size_t)1 << 61, action, 0, MJENV_FLOAT32, &out->step),
+                 "row_count");
   assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_FLOAT32, &out->step), "row 4", "0..3");
   assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_FLOAT32, &out->step), "row 1");
   assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_FLOAT32, &out->step), "count", "11", "12");

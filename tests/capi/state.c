@@ -234,6 +234,36 @@ static void test_damaged(void** state) {
   golden_free(golden);
 }
 
+// FNV-1a, as the checksum of an image.
+static uint64_t checksum(const unsigned char* bytes, size_t size) {
+  uint64_t sum = 0xcbf29ce484222325;
+  for (size_t i = 0; i < size; ++i) sum = (sum ^ bytes[i]) * 0x100000001b3;
+  return sum;
+}
+
+// What no row can hold, under a checksum that fits: a stream of one number, from which a reset would draw for ever,
+// and a count of steps that the next one would overflow.
+static void test_forged(void** state) {
+  (void)state;
+  enum { CHECKSUM = 32, STREAM = 40, STREAM_SIZE = 32, STEPS = STREAM + STREAM_SIZE };
+  mjenv_env* env = env_of_id("Reacher-v5", 1);
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int forgery = 0; forgery < 3; ++forgery) {
+    struct image image = image_of(env, 0);
+    if (forgery == 0) memset(image.bytes + STREAM, 0, STREAM_SIZE);
+    if (forgery == 1) memset(image.bytes + STEPS, 0x7f, 8);
+    const uint64_t sum = checksum(image.bytes + STREAM, image.size - STREAM);
+    memcpy(image.bytes + CHECKSUM, &sum, sizeof sum);
+    if (forgery < 2)
+      assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image.bytes, image.size), "damaged");
+    else  // nothing forged: this is how the checksum is made
+      assert_ok(mjenv_restore(env, 0, image.bytes, image.size));
+    free(image.bytes);
+  }
+  mjenv_destroy(env);
+}
+
 static void test_of_another(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Hopper-v5", 1);
@@ -255,8 +285,19 @@ static void test_of_another(void** state) {
   mjenv_env* twin = env_of_options(same, 1);
   assert_ok(mjenv_restore(twin, 0, image.bytes, image.size));
   free(xml);
-  free(image.bytes);
   mjenv_destroy(twin);
+  // An option set to something and back is as if it had never been set.
+  mjenv_options* again = options_of_id("Ant-v5");
+  mjenv_env* ant = env_of_id("Ant-v5", 1);
+  struct image of_ant = image_of(ant, 0);
+  assert_ok(mjenv_options_set_string(again, "main_body", "torso"));
+  assert_ok(mjenv_options_set_integer(again, "main_body", 1));
+  mjenv_env* back = env_of_options(again, 1);
+  assert_ok(mjenv_restore(back, 0, of_ant.bytes, of_ant.size));
+  mjenv_destroy(back);
+  mjenv_destroy(ant);
+  free(of_ant.bytes);
+  free(image.bytes);
   mjenv_destroy(env);
 }
 
@@ -307,8 +348,9 @@ int main(void) {
   const struct CMUnitTest others[] = {
       cmocka_unit_test(test_continue),          cmocka_unit_test(test_derived_arrays),
       cmocka_unit_test(test_condition_is_kept), cmocka_unit_test(test_step_count_is_kept),
-      cmocka_unit_test(test_damaged),           cmocka_unit_test(test_of_another),
-      cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
+      cmocka_unit_test(test_damaged),           cmocka_unit_test(test_forged),
+      cmocka_unit_test(test_of_another),        cmocka_unit_test(test_size_of_image),
+      cmocka_unit_test(test_streams),
   };
   char** paths = golden_list("state");
   size_t count = 0;

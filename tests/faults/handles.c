@@ -288,7 +288,7 @@ static void* set_until_stopped(void* argument) {
     const mjenv_status status =
         mjenv_options_set_string(user->options, "xml_file", "a text that needs some memory of its own");
     if (status != MJENV_OK && status != MJENV_E_BUSY) user->other = status;
-    if (status == MJENV_OK) ++user->started;
+    if (status == MJENV_OK) __atomic_add_fetch(&user->started, 1, __ATOMIC_RELEASE);
   }
   return NULL;
 }
@@ -313,6 +313,21 @@ static void test_options_of_two_threads(void** state) {
   assert_int_equal(user.other, MJENV_OK);
   assert_true(read > 0);
   mjenv_options_destroy(user.options);
+}
+
+// Destroyed while another thread sets them: it is waited for, and then the handle is no more.
+static void test_options_destroyed_in_use(void** state) {
+  (void)state;
+  for (int time = 0; time < 50; ++time) {
+    struct user user = {.options = options_of_id("Hopper-v5")};
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, set_until_stopped, &user), 0);
+    while (__atomic_load_n(&user.started, __ATOMIC_ACQUIRE) < 100) sched_yield();
+    mjenv_options_destroy(user.options);
+    assert_int_equal(mjenv_options_count(user.options), 0);
+    __atomic_store_n(&user.refused, 1, __ATOMIC_RELEASE);
+    pthread_join(thread, NULL);
+  }
 }
 
 // ---- Fork ----
@@ -365,6 +380,7 @@ int main(void) {
       cmocka_unit_test(test_destroyed_in_use),
       cmocka_unit_test(test_destroyed_by_several),
       cmocka_unit_test(test_options_of_two_threads),
+      cmocka_unit_test(test_options_destroyed_in_use),
       cmocka_unit_test(test_forked_in_use),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

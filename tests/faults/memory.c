@@ -73,6 +73,7 @@ static mjenv_status create_with_threads(void) {
   mjenv_options* options = NULL;
   mjenv_status status = mjenv_options_create("Reacher-v5", &options);
   if (status == MJENV_OK) status = mjenv_options_set_integer(options, "num_threads", 3);
+  if (status == MJENV_OK) status = mjenv_options_set_integer(options, "cpu_affinity", 1);
   if (status == MJENV_OK) status = mjenv_options_set_string(options, "arrays", "xpos cfrc_ext");
   if (status == MJENV_OK) status = mjenv_create(options, 4, &s.built);
   mjenv_options_destroy(options);

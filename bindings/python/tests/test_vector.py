@@ -697,6 +697,28 @@ def test_a_row_that_mujoco_fails_in() -> None:
     envs.step(action)
 
 
+def test_a_row_that_cannot_be_reset() -> None:
+    """It says so, and is reset by the next step for which that can be done, whose action is ignored."""
+    still = BOX.replace("0.01", "1e-6")  # only where an episode begins decides whether there are contacts
+    envs = mjenv.make_vec(
+        "HalfCheetah-v5", 1, autoreset_mode="SameStep", xml_string=still, max_episode_steps=1, reset_noise_scale=5.0
+    )
+    envs.reset(seed=0)
+    fails = failed = 0
+    for _ in range(100):
+        try:
+            _, rewards, _, truncations, _ = envs.step(np.ones((1, 1)))
+        except mjenv.PhysicsError:
+            assert envs.statuses.tolist() == [Status.E_PHYSICS]
+            failed = True
+            fails += 1
+            continue
+        assert envs.statuses.tolist() == [Status.OK]
+        assert (truncations[0], rewards[0] == 0) == (not failed, failed)
+        failed = False
+    assert 5 < fails < 50
+
+
 # ---- bad input ----
 
 
@@ -713,7 +735,7 @@ def test_a_row_that_mujoco_fails_in() -> None:
         (("Ant-v5", 2), {"num_threads": -1}, ValueError, Status.E_VALUE, "num_threads"),
         (("Ant-v5", 2), {"num_threads": 1025}, ValueError, Status.E_VALUE, "num_threads"),
         (("Ant-v5", 2), {"num_threads": 1.5}, TypeError, Status.E_TYPE, "num_threads"),
-        (("Ant-v5", 2), {"autoreset_mode": "next_step"}, ValueError, Status.E_VALUE, "NextStep.*SameStep.*Disabled"),
+        (("Ant-v5", 2), {"autoreset_mode": "nextstep"}, ValueError, Status.E_VALUE, "NextStep.*SameStep.*Disabled"),
         (("Ant-v5", 2), {"autoreset_mode": None}, ValueError, Status.E_VALUE, "autoreset_mode"),
         (("Ant-v5", 2), {"dtype": np.float16}, TypeError, Status.E_TYPE, "dtype"),
         (("Ant-v5", 2), {"dtype": None}, TypeError, Status.E_TYPE, "dtype"),

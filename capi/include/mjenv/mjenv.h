@@ -7,8 +7,8 @@
  * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
  *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
  *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed; those that
- *            read or change rows MJENV_E_STATE while rows are under way (mjenv_send), or in a forked child that lacks
- *            the environment's threads.
+ *            read or change rows MJENV_E_STATE while rows are under way (mjenv_send); those that need the environment's
+ *            threads do so in a forked child, which lacks them.
  * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
  *            A const char * or const double * result is borrowed from the handle it came from.
  *            *_destroy waits for a call that is inside on another thread; later ones are refused.
