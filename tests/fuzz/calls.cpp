@@ -218,8 +218,8 @@ class Calls {
     const mjenv_batch* out = s.out && bytes_.below(4) ? &s.out->batch : batch(s, changed, false);
     const bool all = bytes_.flag();
     const std::size_t sent = all ? static_cast<std::size_t>(mjenv_rows(s.env.get())) : row_count;
-    check(mjenv_send(s.env.get(), all ? nullptr : rows, all ? size(sent) : sent, maybe(action.data()),
-                     size(sent * s.actuators), MJENV_FLOAT64, out));
+    check(mjenv_send(s.env.get(), all ? nullptr : rows, size(sent), maybe(action.data()), size(sent * s.actuators),
+                     MJENV_FLOAT64, out));
   }
 
   void receive() {
