@@ -19,7 +19,7 @@ void check_range(const char* name, std::int64_t value, std::int64_t low, std::in
 
 double or_default(double value, double otherwise) { return std::isnan(value) ? otherwise : value; }
 
-Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings) : model(*shared.get()) {
+Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings) : Drawing(*shared.get()) {
   check_range("width", settings.width, 1, kMostPixelsASide);
   check_range("height", settings.height, 1, kMostPixelsASide);
   check_range("max_geom", settings.max_geom, 0, kMostGeoms);
@@ -41,6 +41,13 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings) : m
   scene.flags[mjRND_REFLECTION] = settings.reflections != 0;
 }
 
+Drawing::~Drawing() {
+  mjv_freeScene(&scene);
+  // What a context that was not finished, or is lost, has outside OpenGL; null after mjr_freeContext.
+  for (unsigned* names : {context.skinvertVBO, context.skinnormalVBO, context.skintexcoordVBO, context.skinfaceVBO})
+    mju_free(names);
+}
+
 void Drawing::make_context(int framebuffer) {
   drawing([&] {
     mjr_makeContext(&model, &context, mjFONTSCALE_150);
@@ -53,7 +60,7 @@ void Drawing::free_in(gl::Context& owner) noexcept {
   try {
     const gl::Current current(owner);
     mjr_freeContext(&context);
-  } catch (const Error&) {
+  } catch (...) {  // lost, with all that it held
   }
 }
 

@@ -25,7 +25,7 @@ struct Drawing {
 
   // Checks the settings that MuJoCo does not.
   Drawing(const Model& shared, const mjenv_render_settings& settings);
-  ~Drawing() { mjv_freeScene(&scene); }
+  ~Drawing();
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
@@ -35,6 +35,10 @@ struct Drawing {
   void free_in(gl::Context& owner) noexcept;
 
   void update(mjData* data);
+
+ private:
+  // What others delegate to, so that the destructor frees what they leave when they fail.
+  explicit Drawing(const mjModel& shared) : model(shared) {}
 };
 
 void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high);
