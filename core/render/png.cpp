@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <system_error>
 #include <vector>
 
 #include "error.hpp"
@@ -77,11 +78,20 @@ Bytes png_of(const std::uint8_t* rgb, int width, int height) {
   return png;
 }
 
+std::filesystem::path temporary_folder() {
+  std::error_code error;
+  auto folder = std::filesystem::temp_directory_path(error);
+  if (!error) return folder;
+  const char* chosen = std::getenv("TMPDIR");
+  fail(MJENV_E_RENDER, "no folder to save a picture in: the environment variable TMPDIR is " +
+                           (chosen ? mjenv::quoted(chosen) : "unset") + " (" + error.message() + ")");
+}
+
 }  // namespace
 
 std::string save_png(const std::uint8_t* rgb, int width, int height) {
   const Bytes png = png_of(rgb, width, height);
-  std::string path = std::filesystem::temp_directory_path() / "frame_XXXXXX.png";
+  std::string path = temporary_folder() / "frame_XXXXXX.png";
   const int descriptor = mkstemps(path.data(), 4);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(descriptor < 0 ? nullptr : fdopen(descriptor, "wb"),
                                                              std::fclose);
