@@ -81,20 +81,20 @@ auto bind(Binding& bound, mjenv_gl back_end, const Open& open_context) {
   return context;
 }
 
-std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end, int width, int height) {
+std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end) {
   return bind(bound, back_end, [&]() -> std::unique_ptr<Context> {
     if (back_end == MJENV_GL_EGL) return open_egl();
-    if (back_end == MJENV_GL_OSMESA) return open_osmesa(width, height);
-    return std::make_unique<GlfwContext>(width, height, "mjenv", false);
+    if (back_end == MJENV_GL_OSMESA) return open_osmesa();
+    return std::make_unique<GlfwContext>(1, 1, "mjenv", false);  // pictures have a framebuffer of their own
   });
 }
 
-std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice, int width, int height) {
-  if (choice != MJENV_GL_AUTO) return open_one(bound, choice, width, height);
+std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice) {
+  if (choice != MJENV_GL_AUTO) return open_one(bound, choice);
   std::string reasons;
   for (const auto& candidate : back_ends) {
     try {
-      return open_one(bound, candidate.number, width, height);
+      return open_one(bound, candidate.number);
     } catch (const Error& error) {
       reasons += std::string("; ") + error.what();
     }
@@ -121,8 +121,8 @@ auto first_or_next(const Open& open_context) {
 
 }  // namespace
 
-std::unique_ptr<Context> open(std::int32_t back_end, int width, int height) {
-  return first_or_next([&](Binding& bound) { return open_chosen(bound, chosen(back_end), width, height); });
+std::unique_ptr<Context> open(std::int32_t back_end) {
+  return first_or_next([&](Binding& bound) { return open_chosen(bound, chosen(back_end)); });
 }
 
 std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title) {

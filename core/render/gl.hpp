@@ -38,7 +38,7 @@ class Current {
 };
 
 // A context of that back end, an mjenv_gl.
-std::unique_ptr<Context> open(std::int32_t back_end, int width, int height);
+std::unique_ptr<Context> open(std::int32_t back_end);
 
 // OpenGL was first used in this process; a forked child cannot go on with it.
 bool here();
@@ -52,7 +52,7 @@ Traits traits_of(const Context& current);
 
 // The back ends; they fail with MJENV_E_RENDER and the reason.
 std::unique_ptr<Context> open_egl();
-std::unique_ptr<Context> open_osmesa(int width, int height);
+std::unique_ptr<Context> open_osmesa();
 
 // A shared library, for good: drivers do not survive being unloaded. Fails with the Debian packages to install.
 class Library {

@@ -1,5 +1,4 @@
-#include <cstddef>
-#include <vector>
+#include <array>
 
 #include "error.hpp"
 #include "render/gl.hpp"
@@ -34,13 +33,7 @@ struct OsMesa {
 
 class OsMesaContext : public Context {
  public:
-  // With the window that MuJoCo's Python package gives it: four floats a pixel.
-  OsMesaContext(const OsMesa& osmesa, int width, int height)
-      : osmesa_(osmesa),
-        width_(width),
-        height_(height),
-        window_(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-        context_(osmesa.create(kRgba, 24, 8, 0, nullptr)) {
+  explicit OsMesaContext(const OsMesa& osmesa) : osmesa_(osmesa), context_(osmesa.create(kRgba, 24, 8, 0, nullptr)) {
     if (!context_) fail(MJENV_E_RENDER, "osmesa: no context could be made");
   }
 
@@ -55,7 +48,7 @@ class OsMesaContext : public Context {
       osmesa_.get_integer(kType, &previous_type_);
       osmesa_.get_color_buffer(previous_, &previous_width_, &previous_height_, &format, &previous_window_);
     }
-    if (!osmesa_.make_current(context_, window_.data(), kFloat, width_, height_))
+    if (!osmesa_.make_current(context_, window_.data(), kFloat, 1, 1))
       fail(MJENV_E_RENDER, "osmesa: the context cannot be made current");
   }
 
@@ -72,8 +65,7 @@ class OsMesaContext : public Context {
 
  private:
   const OsMesa& osmesa_;
-  int width_, height_;
-  std::vector<float> window_;
+  std::array<float, 4> window_{};  // of one pixel, as pictures are drawn in a framebuffer of their own
   Handle context_;
   Handle previous_ = nullptr;  // what the thread that entered had current
   int previous_type_ = 0, previous_width_ = 0, previous_height_ = 0;
@@ -82,9 +74,9 @@ class OsMesaContext : public Context {
 
 }  // namespace
 
-std::unique_ptr<Context> open_osmesa(int width, int height) {
+std::unique_ptr<Context> open_osmesa() {
   static const OsMesa* const osmesa = new OsMesa;
-  return std::make_unique<OsMesaContext>(*osmesa, width, height);
+  return std::make_unique<OsMesaContext>(*osmesa);
 }
 
 }  // namespace mjenv::gl

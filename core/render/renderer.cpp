@@ -84,7 +84,7 @@ Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settin
   mjvCamera& camera = drawing_->camera;
   camera.fixedcamid = camera_of(*model_, settings);
   camera.type = camera.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
-  context_ = gl::open(settings.gl, width_, height_);
+  context_ = gl::open(settings.gl);
   const gl::Current current(*context_);
   traits_ = gl::traits_of(*context_);
   check_size();

@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <math.h>
 #include <pthread.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -162,6 +163,13 @@ static int with_osmesa(mjenv_env* env) {
   CHECK(strncmp(mjenv_renderer_gl(renderer), "osmesa, ", 8) == 0);
   settings.gl = MJENV_GL_EGL;
   CHECK(mjenv_renderer_create(env, &settings, &other) == MJENV_E_RENDER && said("already"));
+  settings.gl = MJENV_GL_OSMESA;
+  settings.width = settings.height = 30000;
+  CHECK(mjenv_renderer_create(env, &settings, &other) == MJENV_E_VALUE && said("this OpenGL"));
+  struct rusage usage;
+  CHECK(getrusage(RUSAGE_SELF, &usage) == 0 && usage.ru_maxrss < 1000 * 1000);  // kB: refused before it is allocated
+  settings.width = WIDTH;
+  settings.height = HEIGHT;
   settings.gl = MJENV_GL_AUTO;
   setenv("MUJOCO_GL", "osmesa", 1);
   CHECK(mjenv_renderer_create(env, &settings, &other) == MJENV_OK);

@@ -16,7 +16,7 @@ import imageio.v3 as imageio
 import mujoco
 import numpy as np
 import pytest
-from library import LIBRARY, Env, check
+from library import LIBRARY, Env, Renderer, check
 from numpy.typing import NDArray
 
 import mjenv
@@ -241,3 +241,24 @@ def test_sizes_refused(width: int, height: int) -> None:
     settings.width, settings.height = width, height
     with closing(env), pytest.raises(RuntimeError, match=r"E_VALUE: (width|height) is"):
         check(LIBRARY.mjenv_window_create(env.handle, byref(settings), byref(c_void_p())))
+
+
+def test_pictures_of_an_invisible_window() -> None:
+    """Equal to those without a display, of any size that OpenGL draws."""
+    env = Env("Hopper-v5")
+    env.reset(4)
+    with closing(env):
+        for width, height in ((WIDTH, HEIGHT), (1500, 1100)):
+            with (
+                closing(Renderer(env, width, height, gl=_abi.Gl.GL_GLFW)) as ours,
+                closing(Renderer(env, width, height, gl=_abi.Gl.GL_EGL)) as other,
+            ):
+                for mine, theirs in zip(ours.render(), other.render(), strict=True):
+                    assert np.array_equal(mine, theirs)
+
+
+@pytest.mark.parametrize(("width", "height"), [(65535, 5), (65536, 5), (5, 65536), (65536, 65536)])
+def test_sizes_refused_of_an_invisible_window(width: int, height: int) -> None:
+    env = Env("Reacher-v5")
+    with closing(env), pytest.raises(RuntimeError, match=r"E_VALUE: .* more than .* this OpenGL draws \(glfw,"):
+        Renderer(env, width, height, gl=_abi.Gl.GL_GLFW)
