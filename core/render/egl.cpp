@@ -26,6 +26,7 @@ constexpr unsigned kOpenglApi = 0x30A2, kPlatformDevice = 0x313F, kPlatformSurfa
 constexpr const char* kPackages = "libegl1 libgl1-mesa-dri";
 
 struct Egl {
+  Library library{"libEGL.so.1", kPackages};
   unsigned (*initialize)(Display, Int*, Int*);
   unsigned (*bind_api)(unsigned);
   unsigned (*query_api)();
@@ -43,7 +44,6 @@ struct Egl {
   Display (*get_platform_display)(unsigned, void*, const Int*);
 
   Egl() {
-    const Library library("libEGL.so.1", kPackages);
     library.find(initialize, "eglInitialize");
     library.find(bind_api, "eglBindAPI");
     library.find(query_api, "eglQueryAPI");
@@ -139,6 +139,7 @@ class EglContext : public Context {
   }
 
   void* function(const char* name) const override { return egl_.get_proc_address(name); }
+  void show() const override { egl_.library.show(); }
   const char* name() const override { return "egl"; }
 
  private:

@@ -77,6 +77,7 @@ auto bind(Binding& bound, mjenv_gl back_end, const Open& open_context) {
   if (bound.back_end != MJENV_GL_AUTO) check_binding(bound, back_end);
   auto context = open_context();
   check_binding(bound, back_end);
+  context->show();  // now that it works, as what is shown excludes others
   bound.back_end = back_end;
   return context;
 }
@@ -153,12 +154,13 @@ Traits traits_of(const Context& current) {
   return traits;
 }
 
-Library::Library(const char* file, const char* packages)
-    : file_(file), handle_(dlopen(file, RTLD_NOW | RTLD_GLOBAL)) {  // global: MuJoCo asks the process for functions
+Library::Library(const char* file, const char* packages) : file_(file), handle_(dlopen(file, RTLD_NOW | RTLD_LOCAL)) {
   if (handle_) return;
   const char* reason = dlerror();
   fail(MJENV_E_RENDER, std::string(reason ? reason : file) + " (Debian: apt-get install " + packages + ")");
 }
+
+void Library::show() const { dlopen(file_, RTLD_NOW | RTLD_GLOBAL); }
 
 void* Library::symbol(const char* name) const {
   if (void* found = dlsym(handle_, name)) return found;

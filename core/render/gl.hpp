@@ -22,6 +22,8 @@ class Context {
   virtual void leave() noexcept = 0;
   // The OpenGL function of that name.
   virtual void* function(const char* name) const = 0;
+  // Puts its functions where MuJoCo looks for them, for good.
+  virtual void show() const = 0;
   // "egl", "osmesa" or "glfw"
   virtual const char* name() const = 0;
 };
@@ -62,6 +64,8 @@ class Library {
   void find(F& function, const char* name) const {
     function = reinterpret_cast<F>(symbol(name));
   }
+  // To the whole process, as if it had been linked to it.
+  void show() const;
 
  private:
   const char* file_;

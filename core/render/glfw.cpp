@@ -1,5 +1,7 @@
 #include "render/glfw.hpp"
 
+#include <dlfcn.h>
+
 #include "error.hpp"
 
 namespace mjenv::gl {
@@ -54,6 +56,12 @@ GlfwContext::GlfwContext(int width, int height, const char* title, bool visible)
 
 GlfwContext::~GlfwContext() {
   if (here()) glfw.destroy_window(window_);
+}
+
+void GlfwContext::show() const {
+  // What GLFW has loaded for this window: MuJoCo's own search would take an OSMesa that was tried and given up.
+  for (const char* file : {"libGLX.so.0", "libGL.so.1", "libEGL.so.1"})
+    if (dlopen(file, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD)) return;
 }
 
 void GlfwContext::enter() {

@@ -61,6 +61,7 @@ class GlfwContext : public Context {
   void enter() override;
   void leave() noexcept override { glfw.make_context_current(previous_); }
   void* function(const char* name) const override { return glfw.get_proc_address(name); }
+  void show() const override;
   const char* name() const override { return "glfw"; }
   GLFWwindow* window() const { return window_; }
 

@@ -11,6 +11,7 @@ constexpr unsigned kRgba = 0x1908, kFloat = 0x1406;
 constexpr int kType = 0x23;
 
 struct OsMesa {
+  Library library{"libOSMesa.so.8", "libosmesa6"};
   Handle (*create)(unsigned, int, int, int, Handle);
   void (*destroy)(Handle);
   unsigned char (*make_current)(Handle, void*, unsigned, int, int);
@@ -20,7 +21,6 @@ struct OsMesa {
   void* (*get_proc_address)(const char*);
 
   OsMesa() {
-    const Library library("libOSMesa.so.8", "libosmesa6");
     library.find(create, "OSMesaCreateContextExt");
     library.find(destroy, "OSMesaDestroyContext");
     library.find(make_current, "OSMesaMakeCurrent");
@@ -61,6 +61,7 @@ class OsMesaContext : public Context {
   }
 
   void* function(const char* name) const override { return osmesa_.get_proc_address(name); }
+  void show() const override { osmesa_.library.show(); }
   const char* name() const override { return "osmesa"; }
 
  private:

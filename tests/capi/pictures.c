@@ -144,6 +144,14 @@ static int without_driver(mjenv_env* env) {
   CHECK(mjenv_renderer_create(env, NULL, &renderer) == MJENV_E_VALUE && said("MUJOCO_EGL_DEVICE_ID"));
   float action[3] = {0};
   CHECK(mjenv_step(env, action, 3, MJENV_FLOAT32, NULL) == MJENV_OK);
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  unsetenv("MUJOCO_GL");
+  CHECK(mjenv_renderer_create(env, NULL, &renderer) == MJENV_OK);  // the first that works
+  CHECK(strncmp(mjenv_renderer_gl(renderer), "osmesa, ", 8) == 0);
+  static uint8_t rgb[480 * 480 * 3];
+  CHECK(mjenv_render(renderer, 0, rgb, sizeof rgb, NULL, 0) == MJENV_OK);
+  mjenv_renderer_destroy(renderer);
   return 0;
 }
 
