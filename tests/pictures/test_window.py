@@ -243,6 +243,17 @@ def test_sizes_refused(width: int, height: int) -> None:
         check(LIBRARY.mjenv_window_create(env.handle, byref(settings), byref(c_void_p())))
 
 
+def test_screenshot_without_a_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = Env("Reacher-v5")
+    env.reset(0)
+    with closing(env), closing(Window(env)) as window:
+        monkeypatch.setenv("TMPDIR", "/nowhere")
+        tell("key", "t")
+        with pytest.raises(RuntimeError, match=r'E_RENDER: .*TMPDIR is "/nowhere"'):
+            window.draw_until(lambda: False)
+        window.draw()
+
+
 def test_pictures_of_an_invisible_window() -> None:
     """Equal to those without a display, of any size that OpenGL draws."""
     env = Env("Hopper-v5")
