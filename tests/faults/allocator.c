@@ -4,7 +4,9 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <link.h>
+#include <pthread.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 // The C library's own, under the names by which they can be called when the usual ones are replaced.
@@ -21,8 +23,14 @@ static struct {
 } plan;
 static long live;
 static struct {
-  uintptr_t function, begin, end;  // an address in the library whose allocations fail, and its code; 0: all fail
-} only;
+  bool chosen;  // false: all allocations fail
+  struct {
+    uintptr_t function, begin, end;  // an address in a library whose allocations fail, and its code
+  } libraries[ALLOCATOR_LIBRARIES];
+  pthread_mutex_t mutex;
+  void* blocks[1 << 12];  // theirs, in no order
+  size_t count;
+} only = {.mutex = PTHREAD_MUTEX_INITIALIZER};
 static __thread bool refused;  // the next allocation, of operator new
 
 static int find_code(struct dl_phdr_info* library, size_t size, void* data) {
@@ -30,18 +38,45 @@ static int find_code(struct dl_phdr_info* library, size_t size, void* data) {
   for (int i = 0; i < library->dlpi_phnum; ++i) {
     const ElfW(Phdr)* part = &library->dlpi_phdr[i];
     const uintptr_t begin = library->dlpi_addr + part->p_vaddr;
-    if (part->p_type != PT_LOAD || only.function < begin || only.function >= begin + part->p_memsz) continue;
-    only.begin = begin;
-    only.end = begin + part->p_memsz;
+    for (int j = 0; j < ALLOCATOR_LIBRARIES; ++j) {
+      if (part->p_type != PT_LOAD || only.libraries[j].function - begin >= part->p_memsz) continue;
+      only.libraries[j].begin = begin;
+      only.libraries[j].end = begin + part->p_memsz;
+    }
   }
   return 0;
 }
 
-void allocator_only(void (*function)(void)) {
-  memset(&only, 0, sizeof only);
-  if (!function) return;
-  only.function = (uintptr_t)function;
+void allocator_only(void (*const functions[ALLOCATOR_LIBRARIES])(void)) {
+  memset(only.libraries, 0, sizeof only.libraries);
+  only.count = 0;
+  only.chosen = functions;
+  if (!functions) return;
+  for (int i = 0; i < ALLOCATOR_LIBRARIES; ++i) only.libraries[i].function = (uintptr_t)functions[i];
   dl_iterate_phdr(find_code, NULL);
+}
+
+static bool is_chosen(const void* caller) {
+  for (int i = 0; i < ALLOCATOR_LIBRARIES; ++i)
+    if ((uintptr_t)caller >= only.libraries[i].begin && (uintptr_t)caller < only.libraries[i].end) return true;
+  return false;
+}
+
+static void* keep(void* memory, const void* caller) {
+  if (!memory || !is_chosen(caller)) return memory;
+  pthread_mutex_lock(&only.mutex);
+  if (only.count == sizeof only.blocks / sizeof *only.blocks) abort();
+  only.blocks[only.count++] = memory;
+  pthread_mutex_unlock(&only.mutex);
+  return memory;
+}
+
+static void forget(const void* memory) {
+  if (!memory || !only.chosen) return;
+  pthread_mutex_lock(&only.mutex);
+  for (size_t i = 0; i < only.count; ++i)
+    if (only.blocks[i] == memory) only.blocks[i] = only.blocks[--only.count];
+  pthread_mutex_unlock(&only.mutex);
 }
 
 void allocator_arm(enum failing failing, size_t first) {
@@ -59,7 +94,7 @@ bool allocator_disarm(void) {
 
 size_t allocator_count(void) { return plan.count; }
 
-long allocator_live(void) { return __atomic_load_n(&live, __ATOMIC_RELAXED); }
+long allocator_live(void) { return only.chosen ? (long)only.count : __atomic_load_n(&live, __ATOMIC_RELAXED); }
 
 static bool fails(const void* caller) {
   if (refused) {
@@ -67,7 +102,7 @@ static bool fails(const void* caller) {
     return true;
   }
   if (!__atomic_load_n(&plan.armed, __ATOMIC_ACQUIRE)) return false;
-  if (only.function && ((uintptr_t)caller < only.begin || (uintptr_t)caller >= only.end)) return false;
+  if (only.chosen && !is_chosen(caller)) return false;
   const size_t number = __atomic_fetch_add(&plan.count, 1, __ATOMIC_RELAXED);
   if (plan.failing == ONE ? number != plan.first : number < plan.first) return false;
   __atomic_store_n(&plan.failed, true, __ATOMIC_RELAXED);
@@ -77,23 +112,26 @@ static bool fails(const void* caller) {
 
 #define CALLER __builtin_return_address(0)
 
-static void* counted(void* memory) {
+static void* counted(void* memory, const void* caller) {
   if (memory) __atomic_add_fetch(&live, 1, __ATOMIC_RELAXED);
-  return memory;
+  return keep(memory, caller);
 }
 
-void* malloc(size_t size) { return fails(CALLER) ? NULL : counted(__libc_malloc(size)); }
+void* malloc(size_t size) { return fails(CALLER) ? NULL : counted(__libc_malloc(size), CALLER); }
 
-void* calloc(size_t number, size_t size) { return fails(CALLER) ? NULL : counted(__libc_calloc(number, size)); }
+void* calloc(size_t number, size_t size) { return fails(CALLER) ? NULL : counted(__libc_calloc(number, size), CALLER); }
 
 void* realloc(void* memory, size_t size) {
   if (fails(CALLER)) return NULL;
+  forget(memory);
   void* moved = __libc_realloc(memory, size);
-  return memory ? moved : counted(moved);
+  if (!memory) return counted(moved, CALLER);
+  keep(moved ? moved : memory, CALLER);
+  return moved;
 }
 
 static void* aligned(size_t alignment, size_t size, const void* caller) {
-  return fails(caller) ? NULL : counted(__libc_memalign(alignment, size));
+  return fails(caller) ? NULL : counted(__libc_memalign(alignment, size), caller);
 }
 
 void* memalign(size_t alignment, size_t size) { return aligned(alignment, size, CALLER); }
@@ -107,8 +145,8 @@ void* _Znwm(size_t size) {
     void* found = dlsym(RTLD_NEXT, "_Znwm");
     memcpy(&next, &found, sizeof next);
   }
-  refused = only.function && fails(CALLER);
-  return next(size);
+  refused = only.chosen && fails(CALLER);
+  return keep(next(size), CALLER);
 }
 
 int posix_memalign(void** memory, size_t alignment, size_t size) {
@@ -120,5 +158,6 @@ int posix_memalign(void** memory, size_t alignment, size_t size) {
 
 void free(void* memory) {
   if (memory) __atomic_sub_fetch(&live, 1, __ATOMIC_RELAXED);
+  forget(memory);
   __libc_free(memory);
 }

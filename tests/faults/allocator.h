@@ -12,9 +12,11 @@ enum failing {
 
 // Of this process's allocations from now on, number `first` fails (0: the next).
 void allocator_arm(enum failing failing, size_t first);
-// From now on nothing fails but what the library that holds the function asks for itself, by malloc or operator new;
-// NULL: what any asks for.
-void allocator_only(void (*function)(void));
+enum { ALLOCATOR_LIBRARIES = 2 };
+
+// From now on nothing fails, and nothing counts as live, but what the libraries that hold the functions (or NULL) ask
+// for themselves, by malloc or operator new; NULL: what any asks for.
+void allocator_only(void (*const functions[ALLOCATOR_LIBRARIES])(void));
 // From now on nothing fails. False when nothing did since allocator_arm.
 bool allocator_disarm(void);
 // Allocations since allocator_arm.
