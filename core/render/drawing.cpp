@@ -1,5 +1,6 @@
 #include "render/drawing.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mjenv {
@@ -36,7 +37,9 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings) : D
   mjv_defaultPerturb(&perturbation);
   mjr_defaultContext(&context);
   mjv_defaultScene(&scene);
-  drawing([&] { mjv_makeScene(&model, &scene, settings.max_geom); });
+  // MuJoCo sorts the geoms of a scene without room for any by a null pointer.
+  drawing([&] { mjv_makeScene(&model, &scene, std::max(settings.max_geom, 1)); });
+  scene.maxgeom = settings.max_geom;
   scene.flags[mjRND_SHADOW] = settings.shadows != 0;
   scene.flags[mjRND_REFLECTION] = settings.reflections != 0;
 }

@@ -89,7 +89,7 @@ static void test_environments(void** state) {
   for (int64_t i = 0; i < environments; ++i) create_and_destroy(i);
   print_message("%" PRId64 " environments in %.0f s\n", environments, seconds() - start);
   // What glibc keeps at hand for threads that come again counts as in use.
-  assert_held("environments", before, SCATTER, 16384);
+  assert_held("environments", before, SCATTER, 32768);
 }
 
 // Bad input, whose messages are allocated.
