@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <string_view>
 #include <vector>
@@ -150,8 +151,11 @@ class Obj {
       for (int i = 0; i < 3; ++i) coordinate(word(text));
     } else if (keyword == "vn") {
       ++normals_;
+      for (int i = 0; i < 3; ++i) coordinate(word(text));
     } else if (keyword == "vt") {
       ++texcoords_;
+      coordinate(word(text));
+      if (const std::string_view second = word(text); !second.empty()) coordinate(second);
     } else if (keyword == "f") {
       face(text);
     } else if (keyword == "l" || keyword == "p" || keyword == "t" || keyword == "vw") {
@@ -163,7 +167,11 @@ class Obj {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     double x = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), x);
-    if (read.ec != std::errc()) refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" for a number");
+    // tinyobjloader makes NaN of 0e999 and infinity of what has hundreds of digits.
+    const std::size_t e = std::min(text.find_first_of("eE"), text.size());
+    const std::string exponent(text.substr(std::min(e + 1, text.size())));
+    if (read.ec != std::errc() || text.size() > 100 || std::strtol(exponent.c_str(), nullptr, 10) > 99)
+      refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" for a number");
     check_coordinate(x);
   }
 

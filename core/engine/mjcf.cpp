@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -225,18 +224,25 @@ class Check {
     return text ? std::strtoll(text, nullptr, 10) : otherwise;
   }
 
-  static double real(const XMLElement& element, const char* attribute, double otherwise) {
-    std::string text = text_of(element, attribute);
-    text.erase(0, text.find_first_not_of(" \t\r\n+"));
-    std::from_chars(text.data(), text.data() + text.size(), otherwise);
-    return otherwise;
+  // As MuJoCo reads the first of an attribute's numbers: a word, of which 1e-400 is 0.
+  double real(const XMLElement& element, const char* attribute, double otherwise) const {
+    if (!element.Attribute(attribute)) return otherwise;
+    std::istringstream text(text_of(element, attribute));
+    std::string word;
+    text >> word;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    if (strcasecmp(word.c_str(), "inf") == 0) return infinity;
+    if (strcasecmp(word.c_str(), "-inf") == 0) return -infinity;
+    std::istringstream from(word);
+    double value = 0;
+    if (!(from >> value) || !from.eof()) refuse(&element, std::string("attribute '") + attribute + "' is not a number");
+    return value;
   }
 
-  // The numbers at the front of the text.
+  // The numbers at the front of the text, by a stream in the process's locale as MuJoCo has it.
   template <typename T>
   static std::vector<T> list(const std::string& text) {
     std::istringstream from(text);
-    from.imbue(std::locale::classic());
     std::vector<T> values;
     for (T value; from >> value;) values.push_back(value);
     return values;
@@ -301,7 +307,7 @@ class Check {
     for (const auto* a = element.FirstAttribute(); a; a = a->Next()) {
       std::string_view text = a->Value();
       while (!text.empty()) {
-        const std::size_t end = std::min(text.find_first_of(" \t\r\n"), text.size());
+        const std::size_t end = std::min(text.find_first_of(" \t\n\v\f\r"), text.size());
         std::string_view token = text.substr(0, end);
         if (!token.empty() && (token[0] == '-' || token[0] == '+')) token.remove_prefix(1);
         if (token.size() == 3 && strncasecmp(token.data(), "nan", 3) == 0)

@@ -438,6 +438,23 @@ def counts() -> Iterator[Case]:
             model(sections=muscles + ranges + '<option timestep="1e-300"/>'),
             expect="refused",
         )
+    # As MuJoCo reads them: 1e-400 is 0, and a vertical tab and a form feed are white space.
+    for name, ranges in {
+        "underflow": 'timestep="1e-400"',
+        "tab": 'timestep="&#11;1e-9"',
+        "feed": 'timestep="&#12;1e-9"',
+        "plus": 'timestep="+1e-9"',
+        "total": 'inttotal="&#11;1e12"',
+        "rest": 'timestep="1e-9garbage"',
+        "hexadecimal": 'timestep="0x1p-30"',
+        "comma": 'timestep="0,01"',
+        "overflow": 'timestep="1e400"',
+        "blank": 'timestep=" "',
+        "infinity": 'inttotal="infinity"',
+    }.items():
+        words = ("lengths",) if name in ("underflow", "tab", "feed", "plus", "total") else ("not a number",)
+        sections = f'{muscles}<compiler><lengthrange {ranges}/></compiler><option timestep="1e-9"/>'
+        yield Case(f"muscles-{name}", model(sections=sections), expect="refused", words=words)
     for stack in ("30", "60", "100", "200", "400"):
         sections = muscles + f'<size nstack="{stack}"/><compiler><lengthrange mode="all" inttotal="1"/></compiler>'
         yield Case(f"muscles-stack-{stack}", model(sections=sections))
@@ -481,6 +498,10 @@ def texts() -> Iterator[Case]:
     yield Case("text-entity-bomb", f"<mujoco model='{'&lt;' * 1_000_000}'/>", expect="refused")
     yield Case("text-byte-order-mark", "\ufeff" + model(), expect="works")
     yield Case("text-comments", "<!-- a -->" + model() + "<!-- </mujoco> -->", expect="works")
+    for name, space in {"space": " ", "tab": "&#9;", "vertical-tab": "&#11;", "form-feed": "&#12;"}.items():
+        for nan in ("nan", "-NaN"):
+            body = f'<body pos="0 0{space}{nan}"><geom size="1"/></body>'
+            yield Case(f"text-{nan}-{name}", model(body), expect="refused", words=("not a number",))
     for name, body in {
         "cycle": '<geom name="a" size="1" class="none"/>',
         "body-named-world": '<body name="world"><geom size="1"/></body>',
@@ -586,6 +607,9 @@ def meshes() -> Iterator[Case]:
         "vertex-far": b"v 1e30 0 0\n" + obj(),
         "vertex-nan": b"v nan 0 0\n" + obj(),
         "vertex-text": b"v a b c\n" + obj(),
+        "vertex-zero-times-infinity": b"v 0e999 0 0\n" + obj(),
+        "vertex-long": b"v 1" + b"0" * 400 + b"e-399 0 0\n" + obj(),
+        "normal-zero-times-infinity": obj("vn 0e+999 0 1\n", "f 1//1 3//1 2//1\nf 1//1 2//1 4//1\n"),
         "line": obj("l 1 2 99\n"),
         "points": obj("p 99999999\n"),
         "tag": obj("t name 9/9/9 1 2\n"),
@@ -595,6 +619,7 @@ def meshes() -> Iterator[Case]:
         "nul": b"\0" + obj(),
     }.items():
         yield mesh(f"obj-{name}", content, file="m.obj")
+    yield mesh("obj-exponents", b"v 1.5e-005 -2E+000 .5e1\n" + obj(), "works", file="m.obj")
     yield mesh("obj-no-faces", obj(faces=""), "works", file="m.obj")
     yield mesh("obj-quads", obj(faces="f 1 2 3 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"), "either", file="m.obj")
     yield mesh("obj-polygon-collapsed", b"v 0 0 0\nf 1 1 1 1 1\n", file="m.obj")
