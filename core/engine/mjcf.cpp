@@ -61,6 +61,7 @@ class Check {
     included_.push_back(model_.path);
     enter(*root, 1, "");
     check_files();
+    dofs_ += untyped_joints_ * default_dofs_;
     check_sums();
     if (!runs_threads_) return model_.text;
     // Errors in MuJoCo's threads would end the process.
@@ -90,6 +91,7 @@ class Check {
   std::int64_t bodies_ = 1, joints_ = 0, geoms_ = 0, sites_ = 0, cameras_ = 0, tendons_ = 0, actuators_ = 0,
                sensors_ = 0, equalities_ = 0, dofs_ = 0, keys_ = 0, keys_wanted_ = 0, numbers_ = 0, user_data_ = 0,
                rows_ = 500, stack_ = 0, contacts_ = 100;
+  std::int64_t untyped_joints_ = 0, default_dofs_ = 1;  // the most of any class
   std::array<std::int64_t, 8> user_{};  // numbers of each body, joint, geom, site, camera, tendon, actuator, sensor
   std::int64_t iterations_ = 100, noslip_ = 0;
   std::string solver_ = "Newton";
@@ -255,6 +257,12 @@ class Check {
     largest = std::max(largest, count);
   }
 
+  void add_numbers(const XMLElement& element, const char* attribute) {
+    std::int64_t count = 0;
+    check_count(element, attribute, count, 1'000'000);
+    numbers_ += count;
+  }
+
   void add_file(const XMLElement& element, File::Kind kind, const char* attribute) {
     const char* name = element.Attribute(attribute);
     if (!name || !*name) return;
@@ -284,8 +292,8 @@ class Check {
     if (name == "skin" && parent != "composite") return surface(element, File::Kind::skin);
     if (name == "hfield") return heights(element);
     if (name == "texture") return texture(element);
-    if (name == "numeric") return check_count(element, "size", numbers_, 1'000'000);
-    if (name == "user" && parent == "sensor") check_count(element, "dim", numbers_, 1'000'000);
+    if (name == "numeric") return add_numbers(element, "size");
+    if (name == "user" && parent == "sensor") add_numbers(element, "dim");
     if (name == "quality" || name == "global") return picture(element);
     if (name == "key") ++keys_;
     if (name == "body") ++bodies_;
@@ -296,7 +304,7 @@ class Check {
     if (parent == "tendon") ++tendons_;
     if (parent == "sensor") ++sensors_;
     if (parent == "actuator") ++actuators_;
-    if (name == "freejoint" || (name == "joint" && parent != "equality" && parent != "fixed")) joint(element);
+    if (name == "freejoint" || (name == "joint" && parent != "equality" && parent != "fixed")) joint(element, parent);
     for (const char* attribute : {"gaintype", "biastype"})
       if (const auto type = text_of(element, attribute); type == "muscle" || type == "user") runs_threads_ = true;
     if (name == "muscle") runs_threads_ = true;
@@ -358,10 +366,16 @@ class Check {
       check_count(element, attribute, largest, 1024);
   }
 
-  void joint(const XMLElement& element) {
+  void joint(const XMLElement& element, const std::string& parent) {
     const std::string type = text_of(element, "type");
+    const std::int64_t dofs = element.Value()[0] == 'f' || type == "free" ? 6 : type == "ball" ? 3 : 1;
     ++joints_;
-    dofs_ += element.Value()[0] == 'f' || type == "free" ? 6 : type == "ball" ? 3 : 1;
+    if (parent == "default")
+      default_dofs_ = std::max(default_dofs_, dofs);
+    else if (element.Value()[0] == 'j' && type.empty())
+      ++untyped_joints_;
+    else
+      dofs_ += dofs;
   }
 
   // Whatever it makes of each of its elements, it is no more than this.

@@ -352,6 +352,12 @@ def sizes() -> Iterator[Case]:
         expect="refused",
     )
     yield Case(
+        "user-sensors",
+        model(sections="<sensor>" + '<user objtype="body" objname="torso" dim="1000000"/>' * 3000 + "</sensor>"),
+        expect="refused",
+        words=("user data",),
+    )
+    yield Case(
         "user-sensor-negative",
         model(sections='<sensor><user objtype="body" objname="torso" dim="-5"/></sensor>'),
         expect="refused",
@@ -390,6 +396,23 @@ def counts() -> Iterator[Case]:
         model(sections="<worldbody>" + '<body><freejoint/><geom size="1"/></body>' * 600 + "</worldbody>"),
         expect="refused",
         words=("degrees of freedom",),
+    )
+    for kind in ("free", "ball"):
+        bodies = '<body><joint/><geom size="0.01"/></body>' * 1100
+        nested = f'<default><default class="a"><joint type="{kind}"/></default></default>'
+        for name, default in {"": f'<default><joint type="{kind}"/></default>', "-class": nested}.items():
+            yield Case(
+                f"wide-default-{kind}{name}",
+                f"<mujoco>{default}<worldbody>{bodies}</worldbody></mujoco>",
+                expect="refused",
+                words=("degrees of freedom",),
+            )
+    yield Case(
+        "default-free",
+        "<mujoco><default><joint type='free'/></default><worldbody>"
+        + "".join(f"<body pos='{i} 0 0'><joint/><geom size='0.1'/></body>" for i in range(20))
+        + "</worldbody></mujoco>",
+        expect="works",
     )
     yield Case("wide-sites", model('<site size="0.1"/>' * 20_000), expect="works")
     yield Case(
