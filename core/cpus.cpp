@@ -25,18 +25,21 @@ double quota_of(const std::string& folder) {
 
 }  // namespace
 
-double cpu_quota(const std::string& root) {
-  const std::string unified = root + "/sys/fs/cgroup", cpu = unified + "/cpu";
-  double least = std::min(quota_of(unified), quota_of(cpu));
+double least_of_cgroups(const std::string& root, const std::string& controller,
+                        double (*of)(const std::string& folder)) {
+  const std::string unified = root + "/sys/fs/cgroup", own = unified + "/" + controller;
+  double least = std::min(of(unified), of(own));
   std::ifstream groups(root + "/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {
     std::string path = line.substr(line.rfind(':') + 1);
-    const std::string& hierarchy = line.rfind("0::", 0) == 0 ? unified : cpu;
+    const std::string& hierarchy = line.rfind("0::", 0) == 0 ? unified : own;
     for (; path.size() > 1 && path[0] == '/'; path.erase(path.rfind('/')))
-      least = std::min(least, quota_of(hierarchy + path));
+      least = std::min(least, of(hierarchy + path));
   }
   return least;
 }
+
+double cpu_quota(const std::string& root) { return least_of_cgroups(root, "cpu", quota_of); }
 
 std::vector<int> allowed_cpus() {
   std::vector<int> cpus;

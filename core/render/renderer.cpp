@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include "error.hpp"
+#include "memory.hpp"
 #include "render/drawing.hpp"
 
 namespace mjenv {
@@ -35,16 +35,6 @@ double median(std::vector<double> values) {
     return std::numeric_limits<double>::quiet_NaN();
   std::sort(values.begin(), values.end());
   return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
-}
-
-// Bytes that can be had without the system killing somebody for them.
-double available_memory() {
-  std::ifstream file("/proc/meminfo");
-  for (std::string key; file >> key;) {
-    double kilobytes = 0;
-    if (key == "MemAvailable:" && file >> kilobytes) return 1024 * kilobytes;
-  }
-  return std::numeric_limits<double>::infinity();
 }
 
 template <typename T>
@@ -104,7 +94,7 @@ void Renderer::check_size() const {
                             std::to_string(traits_.height) + " that this OpenGL draws (" + traits_.text + ")");
   const double bytes_a_pixel = 8.0 * (2 + drawing_->model.vis.quality.offsamples) + 7;
   const double needed = static_cast<double>(pixels()) * bytes_a_pixel;
-  if (needed > available_memory())
+  if (needed > free_memory())
     fail(MJENV_E_MEMORY, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " needs " +
                              number(std::ceil(needed / 1e9)) + " GB, more than is free");
 }

@@ -1,4 +1,5 @@
-// How many CPUs a process may use: its affinity, and the quotas of the control groups that it is in.
+// How many CPUs and how much memory a process may use: its affinity, and the limits of the control groups that it is
+// in.
 #include <cmath>
 #include <csetjmp>
 #include <cstdarg>
@@ -14,6 +15,7 @@ extern "C" {
 }
 
 #include "cpus.hpp"
+#include "memory.hpp"
 #include "run.hpp"
 
 namespace {
@@ -36,6 +38,7 @@ class Root {
     std::ofstream(path) << text;
   }
   double quota() const { return mjenv::cpu_quota(path_.string()); }
+  double memory() const { return mjenv::free_memory(path_.string()); }
 
  private:
   std::filesystem::path path_;
@@ -91,6 +94,32 @@ bool quotas_are_found() {
 
 void test_quotas(void**) { assert_true(quotas_are_found()); }
 
+void test_memory(void**) {
+  const Root machine;
+  assert_true(machine.memory() == HUGE_VAL);
+  machine.write("proc/meminfo", "MemTotal: 9000 kB\nMemFree: 1000 kB\nMemAvailable: 4000 kB\n");
+  assert_true(machine.memory() == 4000.0 * 1024);
+
+  const Root own;  // of version 2
+  own.write("proc/self/cgroup", "0::/user/job\n");
+  own.write("sys/fs/cgroup/user/job/memory.max", "max\n");
+  own.write("sys/fs/cgroup/user/job/memory.current", "900000\n");
+  assert_true(own.memory() == HUGE_VAL);
+  own.write("sys/fs/cgroup/user/memory.max", "5000000\n");
+  own.write("sys/fs/cgroup/user/memory.current", "1000000\n");
+  assert_true(own.memory() == 4000000);
+  own.write("sys/fs/cgroup/user/memory.stat", "active_file 7\ninactive_file 500000\n");
+  assert_true(own.memory() == 4500000);
+  own.write("sys/fs/cgroup/user/job/memory.max", "800000\n");
+  assert_true(own.memory() == 0);
+
+  const Root old;  // of version 1
+  old.write("proc/self/cgroup", "5:memory:/docker/a\n4:cpu,cpuacct:/docker/b\n");
+  old.write("sys/fs/cgroup/memory/docker/a/memory.limit_in_bytes", "3000000\n");
+  old.write("sys/fs/cgroup/memory/docker/a/memory.usage_in_bytes", "1000000\n");
+  assert_true(old.memory() == 2000000);
+}
+
 void test_usable(void**) {
   assert_true(mjenv::usable_cpus() >= 1);
   assert_true(mjenv::usable_cpus() <= static_cast<int>(mjenv::allowed_cpus().size()));
@@ -99,6 +128,7 @@ void test_usable(void**) {
 }  // namespace
 
 int run_cpus() {
-  const CMUnitTest tests[] = {cmocka_unit_test(test_quotas), cmocka_unit_test(test_usable)};
+  const CMUnitTest tests[] = {cmocka_unit_test(test_quotas), cmocka_unit_test(test_memory),
+                              cmocka_unit_test(test_usable)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

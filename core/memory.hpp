@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace mjenv {
+
+// Bytes that this process can still have: of the machine, its cgroups and its address space. root: where proc/ and sys/
+// are.
+double free_memory(const std::string& root = "");
+
+}  // namespace mjenv
