@@ -362,8 +362,9 @@ class Check {
     std::int64_t largest = 0;
     for (const char* attribute : {"shadowsize", "offwidth", "offheight"})
       check_count(element, attribute, largest, 16'384);
-    for (const char* attribute : {"numslices", "numstacks", "numquads", "offsamples"})
-      check_count(element, attribute, largest, 1024);
+    for (const char* attribute : {"numslices", "numstacks", "numquads"})
+      check_count(element, attribute, largest, model_.trusted ? 1024 : 128);
+    check_count(element, "offsamples", largest, 1024);
   }
 
   void joint(const XMLElement& element, const std::string& parent) {

@@ -247,12 +247,12 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
     const std::string given = checked(xml_file, {path, text, trusted});
     mjModel* model = given == text ? load(xml_file, path.c_str(), nullptr)
                                    : load_text(xml_file, path.substr(0, path.find_last_of("/\\") + 1), given);
-    return std::shared_ptr<const Model>(new Model(xml_file, model, false));
+    return std::shared_ptr<const Model>(new Model(xml_file, model, false, trusted));
   }
   std::vector<std::string> names;
   for (std::size_t i = 0; i < asset_count; ++i) {
     if (xml_file == assets[i].name)
-      return std::shared_ptr<const Model>(new Model(xml_file, load_text(xml_file, "", assets[i].text), true));
+      return std::shared_ptr<const Model>(new Model(xml_file, load_text(xml_file, "", assets[i].text), true, true));
     names.emplace_back(assets[i].name);
   }
   fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
@@ -261,16 +261,17 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
 
 std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool trusted) {
   const std::string text = checked(label, {"", xml, trusted});
-  return std::shared_ptr<const Model>(new Model(label, load_text(label, "", text), false));
+  return std::shared_ptr<const Model>(new Model(label, load_text(label, "", text), false, trusted));
 }
 
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 
 Model::~Model() = default;
 
-Model::Model(std::string label, mjModel_* model, bool built_in)
+Model::Model(std::string label, mjModel_* model, bool built_in, bool trusted)
     : label_(std::move(label)),
       model_(model),
+      trusted_(trusted),
       pairs_(explicit_pairs(*model, built_in)),
       stepped_(stepped_view(*model, pairs_, sameframe_)),
       arrays_(arrays_of(model)),

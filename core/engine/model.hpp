@@ -56,6 +56,7 @@ class Model {
   const mjModel_* get() const { return model_.get(); }
   // The same model as it is stepped: equal bits in less time.
   const mjModel_* stepped() const { return stepped_.get(); }
+  bool trusted() const { return trusted_; }
   const std::string& label() const { return label_; }
   const std::vector<Array>& arrays() const { return arrays_; }
 
@@ -88,13 +89,14 @@ class Model {
   };
   std::string label_;
   std::unique_ptr<mjModel_, Delete> model_;
+  bool trusted_;
   std::optional<Pairs> pairs_;
   std::vector<unsigned char> sameframe_;
   std::unique_ptr<const mjModel_> stepped_;  // shares model_'s arrays
   std::vector<Array> arrays_;
   int nq_ = 0, nv_ = 0, na_ = 0, nu_ = 0, nbody_ = 0;
 
-  Model(std::string label, mjModel_* model, bool built_in);
+  Model(std::string label, mjModel_* model, bool built_in, bool trusted);
   std::vector<double> action_bound(int side) const;
 };
 

@@ -10,6 +10,20 @@ constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20;
 static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
 static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
 
+// The model as it is to be drawn.
+mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
+  check_range("width", settings.width, 1, kMostPixelsASide);
+  check_range("height", settings.height, 1, kMostPixelsASide);
+  check_range("max_geom", settings.max_geom, 0, kMostGeoms);
+  check_range("samples", settings.samples, 0, kMostSamples);
+  mjModel model = shared;
+  model.vis.global.offwidth = settings.width;
+  model.vis.global.offheight = settings.height;
+  model.vis.quality.offsamples = settings.samples;
+  if (!settings.shadows) model.vis.quality.shadowsize = 0;
+  return model;
+}
+
 }  // namespace
 
 void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
@@ -20,15 +34,8 @@ void check_range(const char* name, std::int64_t value, std::int64_t low, std::in
 
 double or_default(double value, double otherwise) { return std::isnan(value) ? otherwise : value; }
 
-Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings) : Drawing(*shared.get()) {
-  check_range("width", settings.width, 1, kMostPixelsASide);
-  check_range("height", settings.height, 1, kMostPixelsASide);
-  check_range("max_geom", settings.max_geom, 0, kMostGeoms);
-  check_range("samples", settings.samples, 0, kMostSamples);
-  model.vis.global.offwidth = settings.width;
-  model.vis.global.offheight = settings.height;
-  model.vis.quality.offsamples = settings.samples;
-  if (!settings.shadows) model.vis.quality.shadowsize = 0;
+Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
+    : Drawing(set(*shared.get(), settings), shared.trusted()) {
   mjv_defaultCamera(&camera);
   camera.azimuth = or_default(settings.azimuth, camera.azimuth);
   camera.elevation = or_default(settings.elevation, camera.elevation);
@@ -69,6 +76,7 @@ void Drawing::free_in(gl::Context& owner) noexcept {
 
 void Drawing::update(mjData* data) {
   drawing([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
+  budget.check(scene);
 }
 
 }  // namespace mjenv

@@ -8,6 +8,7 @@
 #include "engine/model.hpp"
 #include "error.hpp"
 #include "mjenv/mjenv.h"
+#include "render/budget.hpp"
 #include "render/gl.hpp"
 
 namespace mjenv {
@@ -17,13 +18,14 @@ constexpr int kMostSamples = 64;
 
 struct Drawing {
   mjModel model;  // shares the model's arrays
+  Budget budget;
   mjvCamera camera{};
   mjvOption options{};
   mjvPerturb perturbation{};
   mjvScene scene{};
   mjrContext context{};
 
-  // Checks the settings that MuJoCo does not.
+  // Checks the settings that MuJoCo does not, and what the model takes.
   Drawing(const Model& shared, const mjenv_render_settings& settings);
   ~Drawing();
   Drawing(const Drawing&) = delete;
@@ -38,7 +40,7 @@ struct Drawing {
 
  private:
   // What others delegate to, so that the destructor frees what they leave when they fail.
-  explicit Drawing(const mjModel& shared) : model(shared) {}
+  Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted) {}
 };
 
 void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high);

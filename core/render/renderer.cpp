@@ -93,7 +93,7 @@ void Renderer::check_size() const {
                             " is more than the " + std::to_string(traits_.width) + " x " +
                             std::to_string(traits_.height) + " that this OpenGL draws (" + traits_.text + ")");
   const double bytes_a_pixel = 8.0 * (2 + drawing_->model.vis.quality.offsamples) + 7;
-  const double needed = static_cast<double>(pixels()) * bytes_a_pixel;
+  const double needed = static_cast<double>(pixels()) * bytes_a_pixel + drawing_->budget.bytes();
   if (needed > free_memory())
     fail(MJENV_E_MEMORY, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " needs " +
                              number(std::ceil(needed / 1e9)) + " GB, more than is free");

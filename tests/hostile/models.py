@@ -806,6 +806,38 @@ def meshes() -> Iterator[Case]:
         yield texture(f"cut-{number}", png(8, 8)[: 10 * number + 7], "refused")
 
 
+def pictures() -> Iterator[Case]:
+    """What loads and steps at once, but would take OpenGL all memory or hours."""
+
+    def scene(name: str, world: str, words: str = "", *, assets: str = "", quality: str = "", trust: bool = False) -> Case:
+        visual = f"<visual><quality {quality}/></visual>"
+        body = '<body name="torso"><freejoint/><geom size="0.1" contype="0" conaffinity="0"/></body>'
+        xml = f"<mujoco>{visual}<asset>{assets}</asset><worldbody>{world}{body}</worldbody></mujoco>"
+        expect = "refused" if words else "works"
+        return Case(f"picture-{name}", xml, {}, expect, (words,) if words else (), ("trust",) if trust else ())
+
+    plane, light = '<geom type="plane" size="0 0 1"/>', '<light pos="0 0 3"/>'
+    yield scene("planes-2000", plane * 2000, "vertices")
+    yield scene("planes-10000", plane * 10_000, "vertices")
+    yield scene("planes-10000-trusted", plane * 10_000, "GB, more than is free", trust=True)
+    yield scene("planes-infinite", '<geom type="plane" size="inf inf 1"/>' + plane * 2000, "vertices")
+    yield scene("planes-small", '<geom type="plane" size="9 9 1"/>' * 2000)
+    yield scene("planes-odd", "".join(f'<geom type="plane" size="{s} 1"/>' for s in ("inf 1", "1e300 1e-300", "1 0")))
+    field = '<hfield name="h" nrow="{0}" ncol="{0}" size="1 1 1 1"/>'
+    terrain = '<geom type="hfield" hfield="h" contype="0" conaffinity="0"/>'
+    yield scene("heights-8000", terrain, "vertices", assets=field.format(8000))
+    yield scene("heights-300", terrain, assets=field.format(300))
+    spheres = '<geom size="0.1" contype="0" conaffinity="0"/>'
+    yield scene("lights-100", light * 100 + spheres * 900, "lights", quality='numslices="128" numstacks="128"')
+    yield scene("lights-100-shadows", light * 100, "lights", quality='shadowsize="16384"')
+    yield scene("lights-100-bare", '<light castshadow="false"/>' * 100 + spheres * 100)
+    for attribute in ("numslices", "numstacks", "numquads"):
+        yield scene(f"{attribute}-129", "", attribute, quality=f'{attribute}="129"')
+        yield scene(f"{attribute}-128", spheres, quality=f'{attribute}="128"')
+        yield scene(f"{attribute}-129-trusted", spheres, quality=f'{attribute}="129"', trust=True)
+        yield scene(f"{attribute}-0", spheres, quality=f'{attribute}="0"')
+
+
 def access() -> Iterator[Case]:
     """Files that a stranger's model has no business with."""
     inside = "<mujocoinclude><worldbody><geom size='1'/></worldbody></mujocoinclude>"
@@ -955,5 +987,5 @@ def good() -> Iterator[Case]:
 
 
 def cases() -> Iterator[Case]:
-    for kind in (good, texts, sizes, counts, meshes, access, damaged, swept):
+    for kind in (good, texts, sizes, counts, meshes, pictures, access, damaged, swept):
         yield from kind()

@@ -423,7 +423,9 @@ MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_
 /* Builds a renderer with an OpenGL context of its own; null settings: the defaults. The caller destroys it, before or
  * after the environment. Renderers of one environment draw at the same time on different threads; a renderer draws on
  * any thread, on one at a time. What the calling thread has current in OpenGL stays so. A process that was forked after
- * OpenGL was used cannot use it. Errors: ARGUMENT, NAME (camera_name), VALUE, RENDER, MEMORY. */
+ * OpenGL was used cannot use it. What MuJoCo makes of the model for OpenGL must fit into free memory (MEMORY) and,
+ * unless the option "trust_xml" is 1, have at most 2^25 vertices (RENDER). Errors: ARGUMENT, NAME (camera_name), VALUE,
+ * RENDER, MEMORY. */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 
@@ -435,9 +437,10 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 /* Draws a row: colours into rgb[height][width][3], and the depth buffer, 0 (near) to 1 (far), into
  * depth[height][width], the top row first. Either may be NULL; the counts say how many elements there is room for. A
  * depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, near and far being the model's
- * vis.map.znear and vis.map.zfar times stat.extent. Errors: ARGUMENT, VALUE (row), SIZE, STATE (never reset, under
- * way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is inside the renderer or steps the
- * environment). */
+ * vis.map.znear and vis.map.zfar times stat.extent. A picture of a model that is not trusted may take 2^30 vertices
+ * and pixels of shadow maps, each light that casts shadows drawing all twice (RENDER). Errors: ARGUMENT, VALUE (row),
+ * SIZE, STATE (never reset, under way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is
+ * inside the renderer or steps the environment). */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
 

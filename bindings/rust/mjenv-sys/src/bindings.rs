@@ -1863,7 +1863,9 @@ extern "C" {
     #[doc = " Builds a renderer with an OpenGL context of its own; null settings: the defaults. The caller destroys it, before or"]
     #[doc = " after the environment. Renderers of one environment draw at the same time on different threads; a renderer draws on"]
     #[doc = " any thread, on one at a time. What the calling thread has current in OpenGL stays so. A process that was forked after"]
-    #[doc = " OpenGL was used cannot use it. Errors: ARGUMENT, NAME (camera_name), VALUE, RENDER, MEMORY."]
+    #[doc = " OpenGL was used cannot use it. What MuJoCo makes of the model for OpenGL must fit into free memory (MEMORY) and,"]
+    #[doc = " unless the option \"trust_xml\" is 1, have at most 2^25 vertices (RENDER). Errors: ARGUMENT, NAME (camera_name), VALUE,"]
+    #[doc = " RENDER, MEMORY."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
@@ -1881,9 +1883,10 @@ extern "C" {
     #[doc = " Draws a row: colours into rgb[height][width][3], and the depth buffer, 0 (near) to 1 (far), into"]
     #[doc = " depth[height][width], the top row first. Either may be NULL; the counts say how many elements there is room for. A"]
     #[doc = " depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, near and far being the model's"]
-    #[doc = " vis.map.znear and vis.map.zfar times stat.extent. Errors: ARGUMENT, VALUE (row), SIZE, STATE (never reset, under"]
-    #[doc = " way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is inside the renderer or steps the"]
-    #[doc = " environment)."]
+    #[doc = " vis.map.znear and vis.map.zfar times stat.extent. A picture of a model that is not trusted may take 2^30 vertices"]
+    #[doc = " and pixels of shadow maps, each light that casts shadows drawing all twice (RENDER). Errors: ARGUMENT, VALUE (row),"]
+    #[doc = " SIZE, STATE (never reset, under way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is"]
+    #[doc = " inside the renderer or steps the environment)."]
     pub fn mjenv_render(
         renderer: *mut mjenv_renderer,
         row: i64,

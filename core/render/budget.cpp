@@ -1,0 +1,108 @@
+#include "render/budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "error.hpp"
+#include "memory.hpp"
+
+namespace mjenv {
+namespace {
+
+// Of a stranger's model: vertices that OpenGL keeps, and those and pixels of shadow maps that a picture takes.
+constexpr double kMostVertices = 1 << 25, kMostDrawn = 1 << 30;
+// With Mesa's software renderer a height field takes the most, 54 bytes; planes take 13.
+constexpr double kBytesAVertex = 64;
+// Red, green, blue, alpha and smaller copies, and a copy while those are made.
+constexpr double kBytesAPixel = 8;
+
+// MuJoCo divides a plane into cells of its third size, an infinite one into as many as it can.
+double cells(const mjtNum* size, int axis) {
+  const double half = size[axis];
+  const double cell = std::max({size[2], half / (mjMAXPLANEGRID - 2), mjMINVAL});
+  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2) : mjMAXPLANEGRID;  // inf / inf, too
+}
+
+double texture_bytes(const mjModel& m) {
+  double pixels = 0;
+  for (int i = 0; i < m.ntex; ++i) {
+    const double width = m.tex_width[i];
+    pixels += m.tex_type[i] == mjTEXTURE_2D ? width * m.tex_height[i] : 6 * width * width;
+  }
+  return kBytesAPixel * pixels;
+}
+
+double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+void check_most(bool trusted, const std::string& what, double count, const std::string& unit, double most) {
+  if (!trusted && !(count <= most))
+    fail(MJENV_E_RENDER, what + " takes " + number(count) + " " + unit + ", of which there may be " + number(most) +
+                             "; set the option \"trust_xml\" if the model comes from a friend");
+}
+
+}  // namespace
+
+Budget::Budget(const mjModel& m, bool trusted)
+    : trusted_(trusted),
+      shadow_(std::pow(std::max(m.vis.quality.shadowsize, 0), 2)),
+      bytes_(0),
+      round_(4.0 * std::max(m.vis.quality.numslices, 0) * (std::max(m.vis.quality.numstacks, 0) + 2.0)),
+      quads_(4 * std::pow(std::max(m.vis.quality.numquads, 0), 2)) {
+  for (int i = 0; i < m.ngeom; ++i)
+    if (m.geom_type[i] == mjGEOM_PLANE)
+      planes_.push_back(4 * cells(m.geom_size + 3 * i, 0) * cells(m.geom_size + 3 * i, 1));
+  for (int i = 0; i < m.nmesh; ++i) {
+    const int hull = m.mesh_graphadr[i];
+    meshes_.push_back(3.0 * m.mesh_facenum[i]);
+    meshes_.push_back(hull < 0 ? 0 : 3.0 * m.mesh_graph[hull + 1]);
+  }
+  for (int i = 0; i < m.nhfield; ++i) {
+    const double rows = m.hfield_nrow[i] - 1.0, columns = m.hfield_ncol[i] - 1.0;
+    fields_.push_back(6 * rows * columns + 8 * (rows + columns) + quads_);
+  }
+  for (int i = 0; i < m.nskin; ++i) skins_.push_back(3.0 * m.skin_facenum[i] + m.skin_vertnum[i]);
+  check_most(trusted, "drawing the model", of_model(), "vertices", kMostVertices);
+  bytes_ = kBytesAVertex * of_model() + texture_bytes(m) + 4 * shadow_;
+  if (bytes_ > free_memory())
+    fail(MJENV_E_MEMORY, "drawing the model needs " + number(std::ceil(bytes_ / 1e9)) + " GB, more than is free");
+}
+
+// The primitives together are less than seven spheres and seven sides.
+double Budget::of_model() const {
+  return sum(planes_) + sum(meshes_) + sum(fields_) + sum(skins_) + 7 * (round_ + quads_);
+}
+
+double Budget::of(const mjvGeom& geom) const {
+  const auto at = [](const std::vector<double>& counts, int i) {
+    return i >= 0 && static_cast<std::size_t>(i) < counts.size() ? counts[static_cast<std::size_t>(i)] : 0;
+  };
+  switch (geom.type) {
+    case mjGEOM_PLANE: return geom.dataid < 0 ? quads_ : at(planes_, geom.dataid);
+    case mjGEOM_HFIELD: return at(fields_, geom.dataid);
+    case mjGEOM_MESH: return at(meshes_, geom.dataid);
+    case mjGEOM_SKIN: return at(skins_, geom.objid);
+    case mjGEOM_SPHERE:
+    case mjGEOM_ELLIPSOID: return round_;
+    case mjGEOM_CAPSULE:
+    case mjGEOM_CYLINDER: return 2 * round_;
+    case mjGEOM_BOX: return 6 * quads_;
+    case mjGEOM_ARROW:
+    case mjGEOM_ARROW1:
+    case mjGEOM_ARROW2: return 5 * round_;
+    default: return 0;
+  }
+}
+
+void Budget::check(const mjvScene& scene) const {
+  double vertices = 0, shadows = 0;
+  for (int i = 0; i < scene.ngeom; ++i) vertices += of(scene.geoms[i]);
+  for (int i = 0; i < scene.nlight; ++i) shadows += scene.lights[i].castshadow != 0;
+  if (shadow_ == 0 || !scene.flags[mjRND_SHADOW]) shadows = 0;
+  // For each light that casts shadows MuJoCo draws all of it twice; so it does what is transparent or reflected.
+  check_most(trusted_, "a picture with " + number(shadows) + " lights that cast shadows",
+             2 * (vertices + shadows * (vertices + shadow_)), "vertices and pixels of shadow maps", kMostDrawn);
+}
+
+}  // namespace mjenv
