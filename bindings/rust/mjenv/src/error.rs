@@ -23,7 +23,8 @@ pub enum Status {
     Size,
     /// Not now: a step before the first reset or after the end of the episode, for instance.
     State,
-    /// Another thread is inside the environment. The borrow checker keeps this crate's users from it.
+    /// Another thread is inside the environment: a [`Renderer`](crate::Renderer), as of all else the borrow checker
+    /// keeps two threads apart.
     Busy,
     /// A model file that is missing, malformed or lacks what the task needs.
     Model,

@@ -142,9 +142,13 @@ impl<T: Real> Pipeline<T> {
     /// Waits for the rows under way, and gives the environment and its outputs back. Where MuJoCo failed,
     /// [`Batch::failed`] tells.
     pub fn finish(mut self) -> (Env, Batch<T>) {
-        if self.count > 0 {
-            // Only MuJoCo can fail here; or the threads were left behind by a fork, and will never write.
-            let _ = self.recv(self.count);
+        while self.count > 0 {
+            match self.recv(self.count) {
+                // A renderer on another thread is inside, if only to be told that rows are under way.
+                Err(error) if error.status() == Status::Busy => std::thread::yield_now(),
+                // Only MuJoCo can fail here; or the threads were left behind by a fork, and will never write.
+                _ => break,
+            }
         }
         (self.env, self.batch)
     }
