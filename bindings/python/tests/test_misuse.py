@@ -130,6 +130,21 @@ def test_data_outlives_the_environment() -> None:
         _ = data.qvel
 
 
+def test_dropped_while_rows_are_under_way_and_a_thread_reads() -> None:
+    """What the library's threads write to stays until they have ended."""
+    envs = mjenv.make_vec("HumanoidStandup-v5", num_envs=64, num_threads=2)
+    envs.reset(seed=1)
+    rows, outputs = envs._rows, weakref.ref(envs._outputs)
+    envs.send(np.zeros((64, 17), np.float32))
+    with rows.entered():  # as a thread is that reads envs.envs[0].data
+        del envs
+        gc.collect()
+        assert outputs() is not None
+    del rows
+    gc.collect()
+    assert outputs() is None
+
+
 def test_collected_in_a_callback_of_the_collector() -> None:
     made = []
 
@@ -157,6 +172,14 @@ ENDINGS = {
 import atexit
 env = mjenv.make('Hopper-v5')
 atexit.register(lambda: env.reset(seed=1))""",
+    "rows under way while data is read": """
+import numpy
+envs = mjenv.make_vec('HumanoidStandup-v5', num_envs=64, num_threads=2)
+envs.reset(seed=1)
+data, rows = envs.envs[0].data, envs._rows
+envs.send(numpy.zeros((64, 17)))
+with rows.entered():
+    del envs""",
     "closed at exit": """
 import atexit
 env = mjenv.make('Hopper-v5')

@@ -246,6 +246,7 @@ class Rows:
         self.count: int = count
         self.pointer: int | None = handle.value
         self.lock: threading.Lock = threading.Lock()
+        self.written: object = None  # what the library's threads write to, kept until they have ended
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._destroy = _destroy_with(self, LIBRARY.mjenv_destroy, handle.value)
@@ -289,6 +290,10 @@ class Rows:
             self._destroy()
         finally:
             self.lock.release()
+
+    def close_at_exit(self) -> None:
+        """Frees the handle with its last user, and at the end of the process at the latest."""
+        self._destroy.atexit = True  # type: ignore[misc, unused-ignore]
 
     def frame_skip(self) -> int:
         with self.entered() as env:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import copy as copying
 import operator
 import os
@@ -187,8 +186,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self._under_way: BoolArray = np.zeros(self.num_envs, np.bool_)
         self._sent_float32: BoolArray = np.zeros(self.num_envs, np.bool_)
         self._process = os.getpid()
-        # The handle goes before the arrays that its threads write, at the end of the process, too.
-        self._finalizer = weakref.finalize(self, _close, rows, self._outputs)
+        # The handle goes before the arrays that its threads write, at the end of the process, too; and with it they
+        # stay where another thread, reading a row's data, keeps it from being closed.
+        rows.written = self._outputs
+        self._finalizer = weakref.finalize(self, _close, rows)
 
     # ---- gymnasium.vector.VectorEnv ----
 
@@ -528,7 +529,9 @@ def _missing(seeds: NDArray[np.object_]) -> BoolArray:
     return np.fromiter((seed is None for seed in seeds), np.bool_, len(seeds))
 
 
-def _close(rows: Rows, outputs: Outputs) -> None:
-    """Ends the threads that write to the outputs; a daemon thread that is inside at the end of the process stays."""
-    with contextlib.suppress(BusyError):
+def _close(rows: Rows) -> None:
+    """Ends the threads that write to the outputs."""
+    try:
         rows.close()
+    except BusyError:
+        rows.close_at_exit()
