@@ -258,6 +258,10 @@ def test_do_simulation(env: mjenv.MujocoEnv) -> None:
         env.do_simulation(np.zeros(7), 5)
     with refused(ValueError, Status.E_VALUE, "frames"):
         env.do_simulation(np.zeros(8), 0)
+    for frames in (2**64 + 1, -(2**64) + 1):
+        with refused(ValueError, Status.E_VALUE, str(frames)):
+            env.do_simulation(np.zeros(8), frames)
+    assert env.data.time == 0
     with pytest.raises(TypeError):
         env.do_simulation(np.zeros(8), 1.5)  # type: ignore[arg-type]
 
@@ -271,6 +275,9 @@ def test_unknown_arrays_and_objects(env: mjenv.MujocoEnv) -> None:
         env.get_body_com("nose")
     with refused(IndexError, Status.E_NAME, "99"):
         env.data.body(99)
+    for index in (2**64, 1 - 2**64):
+        with pytest.raises(IndexError):
+            env.data.body(index)
     with pytest.raises(TypeError):
         env.data.body(1.0)  # type: ignore[arg-type]
     with pytest.raises(AttributeError, match="read-only"):

@@ -456,6 +456,9 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
         envs.recv()
 
     envs.send(np.zeros((2, 2)), [0, 2])
+    for least in (3, 2**64, 2**64 + 1):
+        with refused(ValueError, Status.E_SIZE, "2 under way"):
+            envs.recv(least)
     for use in (
         lambda: envs.send(np.zeros((1, 2)), [2]),
         lambda: envs.send(np.zeros((4, 2))),

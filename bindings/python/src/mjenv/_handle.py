@@ -83,6 +83,11 @@ def pointer_to(array: NDArray[Any], kind: type[Any]) -> Any:
     return array.ctypes.data_as(POINTER(kind))
 
 
+def _int64(number: int) -> int:
+    """The nearest that the library takes, where ctypes would take the lowest 64 bits."""
+    return max(-(2**63), min(number, 2**63 - 1))
+
+
 def _destroy_with(owner: object, destroy: Any, handle: int | None) -> weakref.finalize[Any, Any]:
     """Destroys a handle once its owner is gone, though not at exit, when a daemon thread may still be inside."""
     finalizer = weakref.finalize(owner, destroy, handle)
@@ -369,7 +374,7 @@ class Rows:
     def object_name(self, kind: str, index: int) -> str:
         name = c_char_p()
         with self.entered() as env:
-            status = LIBRARY.mjenv_object_name(env, kind.encode(), index, byref(name))
+            status = LIBRARY.mjenv_object_name(env, kind.encode(), _int64(index), byref(name))
             check(Status.E_NAME if status == Status.E_VALUE else status)
             return _text(name.value)
 
@@ -382,6 +387,8 @@ class Rows:
             check(LIBRARY.mjenv_set_state(env, row, pointers[0], q.size, pointers[1], v.size))
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
+        if frames != _int64(frames):
+            raise InvalidValueError(f"{frames} frames are more than can be counted", Status.E_VALUE)
         with self.entered() as env:
             check(LIBRARY.mjenv_simulate(env, row, pointer_to(ctrl, c_double), ctrl.size, frames))
 

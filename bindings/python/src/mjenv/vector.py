@@ -282,7 +282,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     ) -> tuple[NDArray[np.int64], Array, Float64Array, BoolArray, BoolArray, Info]:
         """Waits until `least` of the rows that were sent have been stepped, None for all, and returns all that have:
         their numbers, ascending, then what step returns, as copies, for these rows alone."""
-        wanted = self._pending if least is None else operator.index(least)
+        wanted = self._pending if least is None else min(operator.index(least), 2**63)
         if wanted < 0:
             raise InvalidValueError(f"least is {wanted}, less than 0", Status.E_VALUE)
         with self._rows.entered() as env:
