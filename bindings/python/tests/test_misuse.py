@@ -5,12 +5,14 @@ import importlib.util
 import multiprocessing
 import os
 import random
+import signal
 import subprocess
 import sys
 import threading
 import time
 import weakref
-from contextlib import closing
+from collections.abc import Callable
+from contextlib import closing, suppress
 from typing import Any
 
 import numpy as np
@@ -91,6 +93,61 @@ def test_closed_under_a_thread() -> None:
             continue
     thread.join()
     assert isinstance(raised[0], mjenv.ClosedError)
+
+
+# ---- Interrupts ----
+
+
+def interrupted(use: Callable[[], Any], mend: Callable[[], Any]) -> None:
+    """Interrupts uses at moments of all kinds; afterwards the environment works."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    rng = random.Random(3)
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        for _ in range(1500):
+            with suppress(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, rng.uniform(2e-5, 2e-4))
+                while True:
+                    use()
+            mend()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_an_interrupted_environment_works() -> None:
+    with mjenv.make("InvertedPendulum-v5", strict=False) as env:
+        env.reset(seed=1)
+        interrupted(lambda: env.step(np.zeros(1, np.float32)), lambda: env.reset(seed=1))
+        interrupted(lambda: env.data.qpos, lambda: env.step(np.zeros(1)))
+
+
+def test_an_interrupted_vector_environment_works() -> None:
+    with closing(mjenv.make_vec("InvertedPendulum-v5", num_envs=2)) as envs:
+        envs.reset(seed=1)
+        actions = np.zeros((2, 1), np.float32)
+        interrupted(lambda: envs.step(actions), lambda: envs.reset(seed=1))
+
+
+def test_interrupted_between_send_and_recv() -> None:
+    """Rows are under way or they are not, and the environment knows."""
+    with closing(mjenv.make_vec("InvertedPendulum-v5", num_envs=2)) as envs:
+        envs.reset(seed=1)
+        actions = np.zeros((2, 1), np.float32)
+
+        def use() -> None:
+            envs.send(actions)
+            envs.recv()
+
+        def mend() -> None:
+            with suppress(mjenv.NoAsyncCallError):
+                envs.recv()
+            envs.reset(seed=1)
+
+        interrupted(use, mend)
 
 
 # ---- Garbage ----

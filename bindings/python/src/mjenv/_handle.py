@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,10 @@ from mjenv._library import LIBRARY
 from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError, check
 
 Float64Array = NDArray[np.float64]
+
+# For map(lock.acquire, NOT_WAITING), to be unpacked: an interrupt may be raised as a call returns, when the lock would
+# be taken and nobody know it, but not between unpacking and assigning.
+NOT_WAITING = (False,)
 
 DTYPES: dict[int, type[np.generic]] = {
     Type.NUMPY_FLOAT64: np.float64,
@@ -264,15 +268,26 @@ class Rows:
         return self
 
     def __enter__(self) -> int:
-        if not self.lock.acquire(False):
-            raise self.busy()
-        if self.pointer is None:
-            self.lock.release()
-            raise self.closed()
-        return self.pointer
+        taken = False
+        try:
+            (taken,) = map(self.lock.acquire, NOT_WAITING)
+            if not taken:
+                raise self.busy()
+            if self.pointer is None:
+                raise self.closed()
+            return self.pointer
+        except BaseException:
+            if taken:
+                self.lock.release()
+            raise
 
-    def __exit__(self, *exception: object) -> None:
-        self.lock.release()
+    if TYPE_CHECKING:
+
+        def __exit__(self, *exception: object) -> None: ...
+
+    else:
+        # The lock's own: a function in Python can be interrupted before its first line.
+        __exit__ = property(operator.attrgetter("lock.__exit__"))
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         """A call with the handle and these arguments, which are converted once. Only for a thread that has entered."""
@@ -288,13 +303,16 @@ class Rows:
 
     def close(self) -> None:
         """Frees the handle. Closing twice is fine."""
-        if not self.lock.acquire(blocking=False):
-            raise self.busy()
+        taken = False
         try:
+            (taken,) = map(self.lock.acquire, NOT_WAITING)
+            if not taken:
+                raise self.busy()
             self.pointer = None
             self._destroy()
         finally:
-            self.lock.release()
+            if taken:
+                self.lock.release()
 
     def close_at_exit(self) -> None:
         """Frees the handle with its last user, and at the end of the process at the latest."""

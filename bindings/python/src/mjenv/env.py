@@ -14,7 +14,7 @@ from gymnasium.spaces import Box, Space
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Dtype, Role, Status, Type
-from mjenv._handle import Batch, Field, Float64Array, Rows, camera_config
+from mjenv._handle import NOT_WAITING, Batch, Field, Float64Array, Rows, camera_config
 from mjenv._mujoco import Data, Model
 from mjenv._pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures
 from mjenv.errors import InvalidValueError, OptionError, last_error
@@ -172,9 +172,11 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             raise InvalidValueError(
                 f"the action has the shape {np.shape(action)}; {self._rows.id} takes {exchange.shape}", Status.E_SIZE
             )
-        if not exchange.acquire(False):
-            raise self._rows.busy()
+        taken = False
         try:
+            (taken,) = map(exchange.acquire, NOT_WAITING)
+            if not taken:
+                raise self._rows.busy()
             if self._rows.pointer is None:
                 raise self._rows.closed()
             source.buffer[...] = action
@@ -186,7 +188,8 @@ class MujocoEnv(gymnasium.Env[Float64Array, NDArray[Any]]):
             terminated, truncated = exchange.ended.tolist()
             info = source.read(exchange.info)
         finally:
-            exchange.release()
+            if taken:
+                exchange.release()
         if exchange.convert_reward:
             reward = exchange.convert_reward(reward)
         if self._in_window:

@@ -28,7 +28,7 @@ from mjenv._arguments import (
     reset_mask_of,
     row_numbers,
 )
-from mjenv._handle import Batch, Float64Array, Rows, pointer_to
+from mjenv._handle import NOT_WAITING, Batch, Float64Array, Rows, pointer_to
 from mjenv._library import LIBRARY
 from mjenv._outputs import FLOATS, BoolArray, Info, Outputs
 from mjenv._pictures import RENDER_MODES, Picture, Pictures
@@ -225,9 +225,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             source = self._inputs[actions.dtype]
         if actions.shape != self._shape:  # type: ignore[union-attr]
             raise self._bad_shape(actions, self._shape)
-        if not self._acquire(False):
-            raise self._rows.busy()
+        taken = False
         try:
+            (taken,) = map(self._acquire, NOT_WAITING)
+            if not taken:
+                raise self._rows.busy()
             if self._rows.pointer is None:
                 raise self._rows.closed()
             source.buffer[...] = actions
@@ -243,7 +245,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
                 outputs.step_infos(source.dtype),
             )
         finally:
-            self._release()
+            if taken:
+                self._release()
         if self._in_windows:
             self.render()
         return results
@@ -269,13 +272,18 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         action = self._actions(actions, (count, self._shape[1]))
         code = FLOATS[action.dtype]
         pointer = None if numbers is None else pointer_to(numbers, c_int64)
+        part = slice(None) if numbers is None else numbers
+        address, size = action.ctypes.data, action.size
+        status = Status.OK  # should an interrupt come as the call returns: then the rows are under way
         with self._rows.entered() as env:
-            status = LIBRARY.mjenv_send(env, pointer, count, action.ctypes.data, action.size, code, self._out)
+            try:
+                status = LIBRARY.mjenv_send(env, pointer, count, address, size, code, self._out)
+            finally:
+                if not status:
+                    self._pending += count
+                    self._under_way[part] = True
+                    self._sent_float32[part] = action.dtype == np.float32
             self._check(status, numbers)
-            part = slice(None) if numbers is None else numbers
-            self._sent_float32[part] = action.dtype == np.float32
-            self._under_way[part] = True
-            self._pending += count
 
     def recv(
         self, least: int | None = None
@@ -290,11 +298,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
                 raise NoAsyncCallError("no rows are under way: send some first", Status.E_STATE)
             buffer = np.empty(self._pending, np.int64)
             count = c_size_t()
-            status = LIBRARY.mjenv_recv(env, wanted, pointer_to(buffer, c_int64), buffer.size, byref(count))
-            rows: NDArray[np.int64] = np.sort(buffer[: count.value])
-            self._under_way[rows] = False
-            self._pending -= len(rows)
+            pointer, size, received = pointer_to(buffer, c_int64), buffer.size, byref(count)
+            try:
+                status = LIBRARY.mjenv_recv(env, wanted, pointer, size, received)
+            finally:  # also when an interrupt comes as the call returns: the rows are not under way any more
+                self._pending -= count.value
+                self._under_way[buffer[: count.value]] = False
             self._check(status)
+            rows: NDArray[np.int64] = np.sort(buffer[: count.value])
             results = self._results_of(rows)
         if self._in_windows:
             for row in rows:
