@@ -53,6 +53,12 @@ TEST(sizes_and_descriptions) {
   EXPECT(batch.obs.size() == 3 * 105 && batch.reward.size() == 3 && batch.was_reset.size() == 3);
   EXPECT(batch.info.size() == 3 * env.count(MJENV_INFO) && batch.info_count == env.count(MJENV_INFO));
   EXPECT(batch.obs_of(2).data() == &batch.obs[210] && batch.obs_of(2).size() == 105);
+  // 105 times the last is 314 in 64 bits.
+  for (const std::size_t row : {std::size_t{3}, std::size_t{8081430737053708330U}}) try {
+      batch.obs_of(row);
+      return "the observation of a row that there is not";
+    } catch (const std::out_of_range&) {
+    }
   EXPECT(env.space(MJENV_ACTION).count == 8 && env.space(MJENV_ACTION).high[7] == 1.0);
   EXPECT(std::string(env.fields(MJENV_RESET_INFO).at(0).name) == "x_position");
   return "";
@@ -73,6 +79,11 @@ TEST(options_of_every_kind) {
   std::int64_t skip;
   mjenv::check(mjenv_options_get_integer(options.handle(), "frame_skip", &skip));
   EXPECT(skip == 3);
+  try {
+    options.set("ctrl_cost_weight", std::uint64_t{1} << 63);
+    return "an integer of 64 bits was taken for a negative one";
+  } catch (const std::out_of_range&) {
+  }
   EXPECT(mjenv_frame_skip(mjenv::Env(options).handle()) == 3);
   return "";
 }
@@ -160,6 +171,10 @@ TEST(automatic_resets_are_told) {
   EXPECT(!out.ended(0) && !out.was_reset[0]);
   env.step(action, out);
   EXPECT(out.ended(1) && out.was_reset[1]);
+  env.step(action, out);
+  EXPECT(!out.was_reset[1]);
+  env.reset(std::array<std::uint8_t, 2>{0, 1}, out);
+  EXPECT(!out.was_reset[0] && out.was_reset[1]);
   return "";
 }
 

@@ -2,8 +2,8 @@
  *
  * Header-only: it calls the C functions and nothing else, so it adds nothing to the ABI. mjenv.h documents shapes,
  * units and errors; handle() gives what its other functions take. What the library refuses throws mjenv::Error; a mask
- * of another length std::length_error, a row that a Batch lacks std::out_of_range. Moved-from handles may only be
- * destroyed or assigned to. */
+ * of another length std::length_error, a row that a Batch lacks and an integer that C's int64_t lacks
+ * std::out_of_range. Moved-from handles may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
 
@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -63,6 +64,8 @@ class Options {
   /* A flag, an integer, or the index in a STRING_OR_INT. */
   template <typename Integer, typename = std::enable_if_t<std::is_integral_v<Integer>>>
   Options &set(const std::string &name, Integer value) {
+    if (value > 0 && static_cast<std::uint64_t>(value) > std::numeric_limits<std::int64_t>::max())
+      throw std::out_of_range("an integer is at most 2^63 - 1");
     check(mjenv_options_set_integer(handle(), name.c_str(), static_cast<std::int64_t>(value)));
     return *this;
   }
@@ -110,7 +113,10 @@ struct Batch {
   const std::size_t obs_count, info_count, reset_info_count; /* elements of one row */
 
   bool ended(std::size_t row) const { return terminated.at(row) || truncated.at(row); }
-  Span<const double> obs_of(std::size_t row) const { return {&obs.at(row * obs_count), obs_count}; }
+  Span<const double> obs_of(std::size_t row) const {
+    if (row >= reward.size()) throw std::out_of_range("a row that the batch lacks");
+    return {obs.data() + row * obs_count, obs_count};
+  }
 
   /* For the functions of mjenv.h: as a step writes it. */
   mjenv_batch as_step() { return as(info, info_count, true); }
@@ -130,10 +136,10 @@ struct Batch {
     batch.truncated = truncated.data();
     batch.info = written.data();
     batch.status = status.data();
+    batch.was_reset = was_reset.data();
     if (resets) {
       batch.reset_info_count = static_cast<std::int64_t>(reset_info_count);
       batch.reset_info = reset_info.data();
-      batch.was_reset = was_reset.data();
     }
     return batch;
   }
