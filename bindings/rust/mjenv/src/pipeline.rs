@@ -116,7 +116,8 @@ impl<T: Real> Pipeline<T> {
         // SAFETY: there is as much room as is told.
         let status = unsafe { sys::mjenv_recv(self.env.raw_mut(), least, rows, room, &mut count) };
         let result = check(status);
-        if status == sys::MJENV_OK || status == sys::MJENV_E_PHYSICS {
+        // A failure in a row, for want of memory, too, is told as the rows are; any other tells none.
+        if status == sys::MJENV_OK || count > 0 {
             self.received.clear();
             self.received.extend(self.raw_rows[..count].iter().map(|&row| size(row)));
             self.received.iter().for_each(|&row| self.under_way[row] = false);

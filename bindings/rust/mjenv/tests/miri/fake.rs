@@ -13,6 +13,8 @@ const ACTUATORS: usize = 2;
 /// Name and number of elements, for every role alike.
 const FIELDS: [(&[u8], usize); 2] = [(b"place\0", 2), (b"speed\0", 1)];
 const ELEMENTS: usize = 3;
+/// The num_threads of an environment in which all rows that are sent fail for want of memory.
+pub const SHORT_OF_MEMORY: i64 = 99;
 const OPTIONS: [(&[u8], mjenv_kind); 4] = [
     (b"num_threads\0", MJENV_INTEGER),
     (b"strict\0", MJENV_FLAG),
@@ -369,6 +371,9 @@ unsafe extern "C" fn mjenv_recv(
     for (i, (row, thread)) in env.sent.drain(..least).enumerate() {
         thread.join().unwrap();
         *rows.add(i) = row;
+    }
+    if options_of(env.options as *const mjenv_options).threads == SHORT_OF_MEMORY {
+        return MJENV_E_MEMORY;
     }
     MJENV_OK
 }

@@ -114,3 +114,19 @@ fn dropped_under_way() {
     pipeline.reset().unwrap();
     pipeline.send(&[0.5f32; 6]).unwrap();
 }
+
+/// Rows that failed are reported: they are under way no more.
+#[test]
+fn rows_that_fail_for_want_of_memory() {
+    let mut options = Options::new("Fake-v5").unwrap();
+    options.set("num_threads", fake::SHORT_OF_MEMORY).unwrap();
+    let mut pipeline = Env::new(&options, 2).unwrap().pipeline();
+    for _ in 0..2 {
+        pipeline.send(&[0.0f32; 4]).unwrap();
+        assert_eq!(pipeline.recv(2).unwrap_err().status(), Status::Memory);
+        assert_eq!((pipeline.received(), pipeline.under_way()), (&[0, 1][..], 0));
+    }
+    pipeline.send(&[0.0f32; 4]).unwrap();
+    let (_env, batch) = pipeline.finish();
+    assert_eq!(batch.rows(), 2);
+}
