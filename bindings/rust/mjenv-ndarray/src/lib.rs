@@ -85,7 +85,8 @@ impl EnvArrays for Env {
 }
 
 fn of_rows<T>(rows: usize, values: &[T]) -> ArrayView2<'_, T> {
-    ArrayView2::from_shape((rows, values.len() / rows), values).expect("a batch holds the same for each row")
+    let count = values.len().checked_div(rows).unwrap_or(0);
+    ArrayView2::from_shape((rows, count), values).expect("a batch holds the same for each row")
 }
 
 #[cfg(test)]
@@ -132,6 +133,14 @@ mod tests {
             other.step_array(columns.view(), &mut same).unwrap();
             assert_eq!(batch.observations(), same.observations());
         }
+    }
+
+    #[test]
+    fn a_rollout_of_no_steps() {
+        let (env, _) = ant();
+        let none = env.rollout_batch(0);
+        assert_eq!(none.obs_array().len(), 0);
+        assert_eq!(none.info_array("x_position").unwrap().len(), 0);
     }
 
     #[test]
