@@ -22,6 +22,7 @@ threads in the same one, the later gets an `MJEnvError` of status `MJENV_E_BUSY`
 mutable struct Env
     handle::Ptr{mjenv_env}
     callers::Threads.Atomic{Int}  # calls that are inside the library now; negative once closed
+    halves::Threads.Atomic{Int}  # calls that change what is under way: one at a time
     id::String
     rows::Int
     frame_skip::Int
@@ -47,7 +48,7 @@ mutable struct Env
             end
             check(mjenv_create(handle, rows, created))
         end
-        env = finalizer(destroy, new(created[], Threads.Atomic{Int}(0), id, rows))
+        env = finalizer(destroy, new(created[], Threads.Atomic{Int}(0), Threads.Atomic{Int}(0), id, rows))
         describe!(env)
         return env
     end

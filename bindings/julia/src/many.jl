@@ -73,19 +73,36 @@ function send!(
     numbers = Int64[row_index(env, row) for row in rows]
     isempty(numbers) && return env
     fields = env.info_fields
-    GC.@preserve batch begin
-        out = raw(batch, env, fields)
-        check(inside(env) do handle
-            mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)), out)
-        end)
-        env.under_way += length(numbers)
-        env.written = (
-            batch.obs, batch.reward, batch.terminated, batch.truncated, batch.status, batch.was_reset,
-            batch.step_info, batch.reset_info, batch.final_obs, batch.final_info, batch.arrays,
-        )
-        note!(batch, env, MJENV_OK, fields, eltype(given))
+    alone(env) do
+        GC.@preserve batch send_and_keep!(batch, env, fields, numbers, given)
     end
     return env
+end
+
+function send_and_keep!(batch, env, fields, numbers, given)
+    out = raw(batch, env, fields)
+    check(inside(env) do handle
+        mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)), out)
+    end)
+    env.under_way += length(numbers)
+    env.written = (
+        batch.obs, batch.reward, batch.terminated, batch.truncated, batch.status, batch.was_reset,
+        batch.step_info, batch.reset_info, batch.final_obs, batch.final_info, batch.arrays,
+    )
+    note!(batch, env, MJENV_OK, fields, eltype(given))
+    return
+end
+
+# Calls f unless another thread is between a call of the library and the note of what it put under way.
+function alone(f, env::Env)
+    if Threads.atomic_cas!(env.halves, 0, 1) != 0
+        throw(MJEnvError(MJENV_E_BUSY, "another thread is inside this environment"))
+    end
+    try
+        return f()
+    finally
+        env.halves[] = 0
+    end
 end
 
 @noinline function refuse_sent(env, action, count)
@@ -100,10 +117,13 @@ Waits until at least `least` rows that were sent have been stepped. Writes the n
 as fit, and 0 behind them; returns a view of the numbers. Where MuJoCo fails in some of them an `MJEnvError` of status
 `MJENV_E_PHYSICS` is thrown after `rows` was written, and `status` in the batch tells which.
 """
-function recv!(rows::Vector{Int64}, env::Env; least::Integer = 1)
+recv!(rows::Vector{Int64}, env::Env; least::Integer = 1) = alone(() -> receive!(rows, env, least), env)
+
+function receive!(rows, env, least)
     received = Ref{Csize_t}(0)
     status = inside(handle -> mjenv_recv(handle, least, rows, length(rows), received), env)
-    status == MJENV_OK || status == MJENV_E_PHYSICS || check(status)
+    # A failure in a row, for want of memory, too, is told as the rows are; any other tells none.
+    status == MJENV_OK || received[] > 0 || check(status)
     count = Int(received[])
     rows[1:count] .+= 1
     rows[(count + 1):end] .= 0

@@ -172,6 +172,75 @@ end
     GC.gc()
 end
 
+# ---- What other threads do, at the moments that matter ----
+
+# Calls f with a stand-in for the library's function of that name.
+function standing_in(f, name, pointer)
+    index = findfirst(==(name), MJEnv.FUNCTIONS)
+    real = MJEnv.address(index)
+    MJEnv.addresses[index] = pointer
+    try
+        return f(real)
+    finally
+        MJEnv.addresses[index] = real
+    end
+end
+
+const REAL = Ref{Ptr{Cvoid}}(C_NULL)
+const MEANWHILE = Ref{Any}(nothing)
+
+function send_and_then(env, rows, row_count, action, count, dtype, out)
+    status = ccall(REAL[], Int32, (Ptr{Cvoid}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, Int32, Ptr{Cvoid}),
+                   env, rows, row_count, action, count, dtype, out)
+    MEANWHILE[]()
+    return status
+end
+
+function receive_short_of_memory(env, least, rows, capacity, count)
+    ccall(REAL[], Int32, (Ptr{Cvoid}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}), env, least, rows, capacity, count)
+    return Int32(MJEnv.MJENV_E_MEMORY)
+end
+
+# The arrays that rows under way write are those that are kept, whoever sends and receives meanwhile.
+@testset "send and receive while another thread sends" begin
+    env = Env("Reacher-v5"; num_threads = 1)
+    first, second, rows = reset!(Batch(env), env), Batch(env), zeros(Int, 1)
+    errors = Any[]
+    attempt(f) = try f() catch e; push!(errors, e) end
+    MEANWHILE[] = function ()
+        attempt(() -> recv!(rows, env))
+        attempt(() -> send!(second, env, zeros(2)))
+    end
+    pointer = @cfunction(send_and_then, Int32,
+                         (Ptr{Cvoid}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, Int32, Ptr{Cvoid}))
+    standing_in(:mjenv_send, pointer) do real
+        REAL[] = real
+        again = MEANWHILE[]
+        MEANWHILE[] = () -> (MEANWHILE[] = () -> nothing; again())
+        send!(first, env, zeros(2))
+    end
+    # The rows under way write to the batch that the library does not take for another.
+    kept = env.written[1] === first.obs ? first : second
+    @test refuses(() -> send!(kept, env, zeros(2)), MJENV_E_STATE, "already")
+    @test env.under_way == 1
+    @test length(errors) == 2 && all(e -> e isa MJEnvError && e.status == MJENV_E_BUSY, errors)
+    @test recv!(rows, env) == [1]
+    @test env.written === nothing
+end
+
+@testset "rows that failed for want of memory" begin
+    env = Env("Reacher-v5"; rows = 2)
+    batch, rows = reset!(Batch(env), env), zeros(Int, 2)
+    send!(batch, env, zeros(2, 2))
+    pointer = @cfunction(receive_short_of_memory, Int32, (Ptr{Cvoid}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}))
+    standing_in(:mjenv_recv, pointer) do real
+        REAL[] = real
+        @test refuses(() -> recv!(rows, env; least = 2), MJEnv.MJENV_E_MEMORY)
+    end
+    @test rows == [1, 2]
+    @test env.under_way == 0 && env.written === nothing
+end
+
 # ---- Copies, images of all rows, streams, exported arrays ----
 
 @testset "copies and images of all rows: $name" for name in ("Ant-v5", "Humanoid-v5")
