@@ -809,7 +809,9 @@ def meshes() -> Iterator[Case]:
 def pictures() -> Iterator[Case]:
     """What loads and steps at once, but would take OpenGL all memory or hours."""
 
-    def scene(name: str, world: str, words: str = "", *, assets: str = "", quality: str = "", trust: bool = False) -> Case:
+    def scene(
+        name: str, world: str, words: str = "", *, assets: str = "", quality: str = "", trust: bool = False
+    ) -> Case:
         visual = f"<visual><quality {quality}/></visual>"
         body = '<body name="torso"><freejoint/><geom size="0.1" contype="0" conaffinity="0"/></body>'
         xml = f"<mujoco>{visual}<asset>{assets}</asset><worldbody>{world}{body}</worldbody></mujoco>"

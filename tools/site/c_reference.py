@@ -45,7 +45,8 @@ class Page:
 
     def text(self, comment: str | None) -> str:
         """A comment as Markdown, in one line, with links."""
-        words = " ".join(re.sub(r"^\*(?: |$)", "", line.strip()).strip() for line in (comment or "").splitlines()).strip()
+        lines = (line.strip() for line in (comment or "").splitlines())
+        words = " ".join("" if line == "*" else line.removeprefix("* ").strip() for line in lines).strip()
         prose, errors, listed = words.partition("Errors: ")
         return self._linked(prose) + (errors and f"<br>**Errors**: {self._errors(listed)}")
 
