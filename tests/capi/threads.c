@@ -41,11 +41,12 @@ static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double*
   static const uint8_t no_row[ROWS];
   static const uint64_t seeds[ROWS], words[4] = {1, 2, 3, 4};
   static const uint32_t digit = 1;
+  static const double actions[ROWS * 32];  // not values, which holds an image's bytes after a snapshot
   const double numbers[64] = {0, 0, 1, 1};
   uint64_t stream[4];
   size_t count;
   switch (which) {
-    case 0: return mjenv_step(env, values, ROWS * nu, MJENV_FLOAT64, &out->step);
+    case 0: return mjenv_step(env, actions, ROWS * nu, MJENV_FLOAT64, &out->step);
     case 1: return mjenv_reset(env, no_row, &out->reset);
     case 2: return mjenv_read(env, 3, "xpos", values, 1000, &count);
     case 3: return mjenv_observe(env, &out->step);
