@@ -35,11 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       case 0: check(mjenv_step(env, bytes.list<float>(count).data(), count, MJENV_FLOAT32, &out.batch)); break;
       case 1: check(mjenv_step(env, bytes.list<double>(count).data(), count, MJENV_FLOAT64, &out.batch)); break;
       case 2: {
-        double sizes[2];
-        std::size_t one = 0;
-        REQUIRE(mjenv_read(env, 0, "nq", &sizes[0], 1, &one) == MJENV_OK);
-        REQUIRE(mjenv_read(env, 0, "nv", &sizes[1], 1, &one) == MJENV_OK);
-        const auto nq = static_cast<std::size_t>(sizes[0]), nv = static_cast<std::size_t>(sizes[1]);
+        const std::size_t nq = number(env, "nq"), nv = number(env, "nv");
         const auto qpos = bytes.list<double>(nq), qvel = bytes.list<double>(nv);
         check(mjenv_set_state(env, 0, qpos.data(), nq, qvel.data(), nv));
         break;

@@ -95,12 +95,8 @@ class Calls {
     made.env = EnvHandle(env);
     made.out = std::make_unique<Outputs>(env, mjenv_rows(env));
     made.actuators = static_cast<std::size_t>(mjenv_field_count(env, MJENV_ACTION));
-    std::size_t one = 0;
-    double value = 0;
-    REQUIRE(mjenv_read(env, 0, "nq", &value, 1, &one) == MJENV_OK);
-    made.nq = static_cast<std::size_t>(value);
-    REQUIRE(mjenv_read(env, 0, "nv", &value, 1, &one) == MJENV_OK);
-    made.nv = static_cast<std::size_t>(value);
+    made.nq = number(env, "nq");
+    made.nv = number(env, "nv");
   }
 
   void describe() {

@@ -23,12 +23,8 @@ Sample& sample_of(std::size_t index) {
   REQUIRE(mjenv_options_set_integer(options.get(), "strict", 0) == MJENV_OK);
   sample.env = create(options, 2);
   REQUIRE(mjenv_reset(sample.env.get(), nullptr, nullptr) == MJENV_OK);
-  for (const auto& [row, image] : {std::pair{std::int64_t{0}, &sample.one}, {MJENV_ALL_ROWS, &sample.all}}) {
-    std::size_t size = 0;
-    REQUIRE(mjenv_snapshot(sample.env.get(), row, nullptr, 0, &size) == MJENV_OK);
-    image->resize(size);
-    REQUIRE(mjenv_snapshot(sample.env.get(), row, image->data(), size, &size) == MJENV_OK);
-  }
+  sample.one = image_of(sample.env.get(), 0);
+  sample.all = image_of(sample.env.get(), MJENV_ALL_ROWS);
   return sample;
 }
 

@@ -52,6 +52,22 @@ inline EnvHandle create(const OptionsHandle& options, std::int64_t rows) {
   return EnvHandle(env);
 }
 
+// A number of the model: "nq", "nv".
+inline std::size_t number(mjenv_env* env, const char* name) {
+  double value = 0;
+  std::size_t one = 0;
+  REQUIRE(mjenv_read(env, 0, name, &value, 1, &one) == MJENV_OK);
+  return static_cast<std::size_t>(value);
+}
+
+inline std::vector<unsigned char> image_of(mjenv_env* env, std::int64_t row) {
+  std::size_t size = 0;
+  REQUIRE(mjenv_snapshot(env, row, nullptr, 0, &size) == MJENV_OK);
+  std::vector<unsigned char> image(size);
+  REQUIRE(mjenv_snapshot(env, row, image.data(), size, &size) == MJENV_OK);
+  return image;
+}
+
 inline std::int64_t total(const mjenv_env* env, mjenv_role role) {
   std::int64_t count = 0;
   for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
