@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <string>
+
+#include "cgroups.hpp"
 
 namespace mjenv {
 namespace {
-
-constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 double ratio(double quota, double period) { return quota > 0 && period > 0 ? quota / period : kUnlimited; }
 
@@ -24,20 +23,6 @@ double quota_of(const std::string& folder) {
 }
 
 }  // namespace
-
-double least_of_cgroups(const std::string& root, const std::string& controller,
-                        double (*of)(const std::string& folder)) {
-  const std::string unified = root + "/sys/fs/cgroup", own = unified + "/" + controller;
-  double least = std::min(of(unified), of(own));
-  std::ifstream groups(root + "/proc/self/cgroup");
-  for (std::string line; std::getline(groups, line);) {
-    std::string path = line.substr(line.rfind(':') + 1);
-    const std::string& hierarchy = line.rfind("0::", 0) == 0 ? unified : own;
-    for (; path.size() > 1 && path[0] == '/'; path.erase(path.rfind('/')))
-      least = std::min(least, of(hierarchy + path));
-  }
-  return least;
-}
 
 double cpu_quota(const std::string& root) { return least_of_cgroups(root, "cpu", quota_of); }
 

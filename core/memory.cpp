@@ -4,14 +4,11 @@
 
 #include <algorithm>
 #include <fstream>
-#include <limits>
 
-#include "cpus.hpp"
+#include "cgroups.hpp"
 
 namespace mjenv {
 namespace {
-
-constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 // The number behind a word of a file.
 double counter(const std::string& file, const std::string& word, double otherwise) {
