@@ -82,7 +82,7 @@ Tape record(const char* id, std::size_t nu) {
   return tape;
 }
 
-void play(const Case& c, const Tape& tape, const mjenv::Model& model, std::size_t lever, mjData* d) {
+void play(const Case& c, const Tape& tape, const mjenv::core::Model& model, std::size_t lever, mjData* d) {
   const mjModel* stock = model.get();
   mjModel m = *stock;
   if (lever >= 3) {
@@ -115,7 +115,7 @@ void play(const Case& c, const Tape& tape, const mjenv::Model& model, std::size_
 }
 
 void run(const Case& c) {
-  const auto model = mjenv::Model::open(c.model);
+  const auto model = mjenv::core::Model::open(c.model);
   const mjModel* m = model->get();
   const Tape tape = record(c.id, static_cast<std::size_t>(m->nu));
   std::array<mjData*, levers.size()> data{};

@@ -53,7 +53,7 @@ void run(const Case& c) {
   check(mjenv_seed_actions(env, seed));
   check(mjenv_reset(env, nullptr, nullptr));
 
-  const auto model = mjenv::Model::open(c.model);
+  const auto model = mjenv::core::Model::open(c.model);
   const mjModel* m = model->get();
   mjData* d = mj_makeData(m);
   const auto qpos = read(env, "qpos"), qvel = read(env, "qvel");

@@ -16,19 +16,19 @@
 #include <string>
 
 #include "engine/model.hpp"
-#include "env.hpp"
+#include "env/env.hpp"
 #include "error.hpp"
 #include "handles.hpp"
 #include "mjenv/mjenv.h"
-#include "options.hpp"
+#include "task/options.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 struct HeldEnv;
 
-}  // namespace mjenv
+}  // namespace mjenv::core
 
-struct mjenv_options : mjenv::Slot<mjenv::Options> {
+struct mjenv_options : mjenv::core::Slot<mjenv::core::Options> {
   static constexpr const char* kName = "options";
   static constexpr const char* kThing = "options handle";
   static constexpr bool kReadersSeeChanges = true;
@@ -36,13 +36,13 @@ struct mjenv_options : mjenv::Slot<mjenv::Options> {
   std::atomic<bool> borrowed{false};  // from an environment, which destroys them; they do not change
 };
 
-struct mjenv_env : mjenv::Slot<mjenv::HeldEnv> {
+struct mjenv_env : mjenv::core::Slot<mjenv::core::HeldEnv> {
   static constexpr const char* kName = "env";
   static constexpr const char* kThing = "environment";
   static constexpr bool kReadersSeeChanges = false;
 };
 
-namespace mjenv {
+namespace mjenv::core {
 
 // What renderers hold of an environment that may be destroyed before them.
 struct Link {
@@ -68,9 +68,9 @@ struct HeldEnv {
   HeldEnv& operator=(const HeldEnv&) = delete;
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core
 
-namespace mjenv::firewall {
+namespace mjenv::core::firewall {
 
 // Plain memory, so that an unloaded library leaves no destructor behind.
 inline thread_local std::array<char, 8192> last_error{};
@@ -219,4 +219,4 @@ void deliver(std::size_t available, std::size_t capacity, const void* target, st
   *count = available;
 }
 
-}  // namespace mjenv::firewall
+}  // namespace mjenv::core::firewall

@@ -17,7 +17,7 @@
 
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // On a cache line of its own, as different handles may be used by different threads.
 template <typename T>
@@ -202,4 +202,4 @@ class Reading {
   void leave() { --handle_->readers; }
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

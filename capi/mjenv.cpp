@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "firewall.hpp"
-#include "registry.hpp"
+#include "task/registry.hpp"
 #include "version.hpp"
 
-using namespace mjenv;
-using namespace mjenv::firewall;
+using namespace mjenv::core;
+using namespace mjenv::core::firewall;
 
 namespace {
 

@@ -5,10 +5,10 @@
 #include "render/renderer.hpp"
 #include "render/window.hpp"
 
-using namespace mjenv;
-using namespace mjenv::firewall;
+using namespace mjenv::core;
+using namespace mjenv::core::firewall;
 
-namespace mjenv {
+namespace mjenv::core {
 
 struct HeldRenderer {
   Renderer renderer;
@@ -26,7 +26,7 @@ struct HeldWindow {
       : window(env.env.shared_model(), settings), link(env.link) {}
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core
 
 struct mjenv_window : Slot<HeldWindow> {
   static constexpr const char* kName = "window";

@@ -12,12 +12,12 @@ function(mjenv_embed_assets output)
   file(CONFIGURE OUTPUT ${output} @ONLY CONTENT
 "#include \"engine/assets.hpp\"
 
-namespace mjenv {
+namespace mjenv::core {
 
 const Asset assets[] = {
 @entries@};
 const std::size_t asset_count = @count@;
 
-}  // namespace mjenv
+}  // namespace mjenv::core
 ")
 endfunction()

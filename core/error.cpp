@@ -3,7 +3,7 @@
 #include <array>
 #include <charconv>
 
-namespace mjenv {
+namespace mjenv::core {
 
 std::string listed(const std::vector<std::string>& names) {
   std::string text;
@@ -17,4 +17,4 @@ std::string number(double value) {
   return {text.data(), end};
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -8,7 +8,7 @@
 
 #include "mjenv/mjenv.h"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // What the firewall of the C interface turns into a status and a message.
 class Error : public std::exception {
@@ -41,4 +41,4 @@ inline void check_count(const char* what, std::int64_t given, std::int64_t neede
     fail(MJENV_E_SIZE, std::string(what) + " is " + std::to_string(given) + ", not " + std::to_string(needed));
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace mjenv {
+namespace mjenv::core {
 
 inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325;
 
@@ -15,4 +15,4 @@ inline std::uint64_t hash(const void* bytes, std::size_t count, std::uint64_t st
   return value;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace mjenv {
+namespace mjenv::core {
 
 // One MJCF file of assets/, compiled into the library.
 struct Asset {
@@ -13,4 +13,4 @@ struct Asset {
 extern const Asset assets[];
 extern const std::size_t asset_count;
 
-}  // namespace mjenv
+}  // namespace mjenv::core

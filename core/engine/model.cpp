@@ -13,8 +13,8 @@
 #include <new>
 
 #include "engine/assets.hpp"
-#include "engine/files.hpp"
-#include "engine/mjcf.hpp"
+#include "engine/untrusted/files.hpp"
+#include "engine/untrusted/mjcf.hpp"
 #include "error.hpp"
 #include "hash.hpp"
 
@@ -29,7 +29,7 @@ void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // MuJoCo's messages of failed allocations: "Could not allocate ...", "mj_...: could not allocate ...".
@@ -333,4 +333,4 @@ std::uint64_t Model::fingerprint() const {
 
 const char* mujoco_version() { return mj_versionString(); }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

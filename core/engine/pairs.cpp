@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // Beyond this, MuJoCo's search beats going through a list.
@@ -92,4 +92,4 @@ std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
   return pairs;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

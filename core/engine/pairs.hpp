@@ -7,7 +7,7 @@
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 struct mjModel_;
 
-namespace mjenv {
+namespace mjenv::core {
 
 // Explicit pairs for mjModel's pair_* arrays, in the order in which MuJoCo's search finds them and with the parameters
 // that it would mix, so that the contacts are the same bit for bit.
@@ -20,4 +20,4 @@ struct Pairs {
 // which could miss a touch of less than 1e-7 m; models for which that has been found without consequence are trusted.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <new>
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 constexpr std::array<mjtWarning, 3> divergence{mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
@@ -174,4 +174,4 @@ bool Sim::finite() const {
   return all_finite(qpos()) && all_finite(qvel());
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "engine/model.hpp"
-#include "sim.hpp"
+#include "task/sim.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // What MuJoCo needs to go on: time, qpos, qvel, act, qacc_warmstart, ctrl, one after the other.
 class StateLayout {
@@ -68,4 +68,4 @@ class Work {
   void clear_warnings();
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-namespace mjenv::np {
+namespace mjenv::core::np {
 
 double power2(double x) {
   volatile double two = 2;  // a constant exponent would be folded to x * x
@@ -31,4 +31,4 @@ Norm Norm::as_numpy_here() {
   return Norm(has_avx512());
 }
 
-}  // namespace mjenv::np
+}  // namespace mjenv::core::np

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace mjenv::np {
+namespace mjenv::core::np {
 
 // numpy.sum of term(0) ... term(n - 1): one after the other below 8, eight accumulators up to 128, halves beyond.
 template <typename Term>
@@ -103,4 +103,4 @@ class Scalar {
   Scalar(double value, bool narrow) : value_(value), narrow_(narrow) {}
 };
 
-}  // namespace mjenv::np
+}  // namespace mjenv::core::np

@@ -8,7 +8,7 @@
 #include "error.hpp"
 #include "numpy/ziggurat.hpp"
 
-namespace mjenv::np {
+namespace mjenv::core::np {
 namespace {
 
 __extension__ using uint128 = unsigned __int128;
@@ -119,4 +119,4 @@ double Generator::normal_tail(bool negative) {
   }
 }
 
-}  // namespace mjenv::np
+}  // namespace mjenv::core::np

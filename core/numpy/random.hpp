@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace mjenv::np {
+namespace mjenv::core::np {
 
 // One random stream; plain memory, so that a row's image can hold it.
 class Generator {
@@ -37,4 +37,4 @@ class Generator {
   double normal_tail(bool negative);
 };
 
-}  // namespace mjenv::np
+}  // namespace mjenv::core::np

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace mjenv::np::ziggurat {
+namespace mjenv::core::np::ziggurat {
 
 // clang-format off
 inline constexpr double tail_start = 0x1.d3bb48209ad33p+1;    // the edge of the lowest layer
@@ -166,4 +166,4 @@ inline constexpr double fi[256] = {
 };
 // clang-format on
 
-}  // namespace mjenv::np::ziggurat
+}  // namespace mjenv::core::np::ziggurat

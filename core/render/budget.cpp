@@ -6,9 +6,9 @@
 #include <string>
 
 #include "error.hpp"
-#include "memory.hpp"
+#include "system/memory.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // Of a stranger's model: vertices that OpenGL keeps, and those and pixels of shadow maps that a picture takes.
@@ -105,4 +105,4 @@ void Budget::check(const mjvScene& scene) const {
              2 * (vertices + shadows * (vertices + shadow_)), "vertices and pixels of shadow maps", kMostDrawn);
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace mjenv {
+namespace mjenv::core {
 
 class Budget {
  public:
@@ -29,4 +29,4 @@ class Budget {
   double of(const mjvGeom& geom) const;
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

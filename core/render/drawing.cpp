@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20;
@@ -79,4 +79,4 @@ void Drawing::update(mjData* data) {
   budget.check(scene);
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -11,7 +11,7 @@
 #include "render/budget.hpp"
 #include "render/gl.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // More than any OpenGL has; MuJoCo takes as many as there are.
 constexpr int kMostSamples = 64;
@@ -58,4 +58,4 @@ void drawing(const F& body) {
   }
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -7,7 +7,7 @@
 #include "error.hpp"
 #include "render/gl.hpp"
 
-namespace mjenv::gl {
+namespace mjenv::core::gl {
 namespace {
 
 // What is needed of EGL's headers, so that building does not need them.
@@ -159,4 +159,4 @@ std::unique_ptr<Context> open_egl() {
   return std::make_unique<EglContext>(*egl);
 }
 
-}  // namespace mjenv::gl
+}  // namespace mjenv::core::gl

@@ -12,7 +12,7 @@
 #include "error.hpp"
 #include "render/glfw.hpp"
 
-namespace mjenv::gl {
+namespace mjenv::core::gl {
 namespace {
 
 constexpr unsigned kVendor = 0x1F00, kRenderer = 0x1F01, kVersion = 0x1F02;
@@ -167,4 +167,4 @@ void* Library::symbol(const char* name) const {
   fail(MJENV_E_RENDER, std::string(file_) + " has no " + name);
 }
 
-}  // namespace mjenv::gl
+}  // namespace mjenv::core::gl

@@ -7,7 +7,7 @@
 
 #include "mjenv/mjenv.h"
 
-namespace mjenv::gl {
+namespace mjenv::core::gl {
 
 // A context to draw in. It may be used from any thread, by one at a time.
 class Context {
@@ -74,4 +74,4 @@ class Library {
   void* symbol(const char* name) const;
 };
 
-}  // namespace mjenv::gl
+}  // namespace mjenv::core::gl

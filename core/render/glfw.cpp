@@ -4,7 +4,7 @@
 
 #include "error.hpp"
 
-namespace mjenv::gl {
+namespace mjenv::core::gl {
 
 Glfw::Glfw() {
   const Library library("libglfw.so.3", "libglfw3");
@@ -71,4 +71,4 @@ void GlfwContext::enter() {
   if (glfw.get_current_context() != window_) glfw.refuse("the window's context cannot be made current");
 }
 
-}  // namespace mjenv::gl
+}  // namespace mjenv::core::gl

@@ -10,7 +10,7 @@ struct GLFWwindow;
 struct GLFWmonitor;
 // NOLINTEND(bugprone-reserved-identifier)
 
-namespace mjenv::gl {
+namespace mjenv::core::gl {
 
 struct Glfw {
   using OnKey = void (*)(GLFWwindow*, int key, int scancode, int action, int modifiers);
@@ -75,4 +75,4 @@ class GlfwContext : public Context {
 // A visible window, whatever the back end of other pictures is.
 std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title);
 
-}  // namespace mjenv::gl
+}  // namespace mjenv::core::gl

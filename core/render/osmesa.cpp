@@ -3,7 +3,7 @@
 #include "error.hpp"
 #include "render/gl.hpp"
 
-namespace mjenv::gl {
+namespace mjenv::core::gl {
 namespace {
 
 using Handle = void*;
@@ -80,4 +80,4 @@ std::unique_ptr<Context> open_osmesa() {
   return std::make_unique<OsMesaContext>(*osmesa);
 }
 
-}  // namespace mjenv::gl
+}  // namespace mjenv::core::gl

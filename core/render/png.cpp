@@ -12,7 +12,7 @@
 
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -84,7 +84,7 @@ std::filesystem::path temporary_folder() {
   if (!error) return folder;
   const char* chosen = std::getenv("TMPDIR");
   fail(MJENV_E_RENDER, "no folder to save a picture in: the environment variable TMPDIR is " +
-                           (chosen ? mjenv::quoted(chosen) : "unset") + " (" + error.message() + ")");
+                           (chosen ? mjenv::core::quoted(chosen) : "unset") + " (" + error.message() + ")");
 }
 
 }  // namespace
@@ -96,8 +96,8 @@ std::string save_png(const std::uint8_t* rgb, int width, int height) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(descriptor < 0 ? nullptr : fdopen(descriptor, "wb"),
                                                              std::fclose);
   if (!file || std::fwrite(png.data(), 1, png.size(), file.get()) != png.size() || std::fflush(file.get()) != 0)
-    fail(MJENV_E_RENDER, "the picture " + mjenv::quoted(path) + " cannot be written");
+    fail(MJENV_E_RENDER, "the picture " + mjenv::core::quoted(path) + " cannot be written");
   return path;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

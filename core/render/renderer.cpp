@@ -5,10 +5,10 @@
 #include <limits>
 
 #include "error.hpp"
-#include "memory.hpp"
+#include "system/memory.hpp"
 #include "render/drawing.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // The number of the camera, MJENV_CAMERA_FREE for the free one.
@@ -133,4 +133,4 @@ void Renderer::draw(std::uint8_t* rgb, float* depth) {
   if (depth) copy_top_first(depth_, depth, static_cast<std::size_t>(height_));
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

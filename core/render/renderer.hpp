@@ -10,9 +10,9 @@
 
 #include "engine/model.hpp"
 #include "render/gl.hpp"
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 struct Drawing;
 
@@ -50,4 +50,4 @@ class Renderer {
   void place_camera(const mjData_& data);
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

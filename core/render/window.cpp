@@ -8,7 +8,7 @@
 
 #include "render/png.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // GLFW's numbers.
@@ -217,4 +217,4 @@ void Window::zoom(double amount) {
   mjv_moveCamera(&drawing_.model, mjMOUSE_ZOOM, 0, amount, &drawing_.scene, &drawing_.camera);
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

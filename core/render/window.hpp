@@ -9,7 +9,7 @@
 #include "render/drawing.hpp"
 #include "render/glfw.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 class Window {
  public:
@@ -55,4 +55,4 @@ class Window {
   void zoom(double amount);
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

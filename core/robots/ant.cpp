@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A four-legged robot in space, rewarded for moving its torso along +x (Schulman et al., 2015).
 void ant(Robot& r) {
@@ -72,4 +72,4 @@ void ant(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

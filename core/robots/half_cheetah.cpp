@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A planar two-legged runner, rewarded for its velocity along +x (Wawrzynski, 2009).
 void half_cheetah(Robot& r) {
@@ -34,4 +34,4 @@ void half_cheetah(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A planar one-legged jumper, rewarded for its velocity along +x (Erez, Tassa and Todorov, 2011).
 void hopper(Robot& r) {
@@ -55,4 +55,4 @@ void hopper(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A humanoid in space, rewarded for walking along +x without falling (Tassa, Erez and Todorov, 2012).
 void humanoid(Robot& r) {
@@ -75,4 +75,4 @@ void humanoid(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

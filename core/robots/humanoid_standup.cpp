@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // The humanoid on its back, rewarded for the height of its torso.
 void humanoid_standup(Robot& r) {
@@ -54,4 +54,4 @@ void humanoid_standup(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,8 +1,8 @@
 #include <cmath>
 
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // Two poles on a cart, rewarded for keeping their tip up and still.
 void inverted_double_pendulum(Robot& r) {
@@ -38,4 +38,4 @@ void inverted_double_pendulum(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

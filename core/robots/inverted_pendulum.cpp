@@ -1,8 +1,8 @@
 #include <cmath>
 
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A pole on a cart, rewarded for each step it stands (Barto, Sutton and Anderson, 1983).
 void inverted_pendulum(Robot& r) {
@@ -29,4 +29,4 @@ void inverted_pendulum(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // An arm that pushes a cylinder to a goal on a table.
 void pusher(Robot& r) {
@@ -49,4 +49,4 @@ void pusher(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

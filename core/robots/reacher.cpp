@@ -1,8 +1,8 @@
 #include <cmath>
 
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A two-joint arm whose fingertip reaches for a target in the plane.
 void reacher(Robot& r) {
@@ -44,4 +44,4 @@ void reacher(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

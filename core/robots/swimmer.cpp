@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // Three links in a viscous plane, rewarded for moving along +x (Coulom, 2002).
 void swimmer(Robot& r) {
@@ -43,4 +43,4 @@ void swimmer(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,6 +1,6 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // A planar two-legged walker, rewarded for its velocity along +x (Levine and Koltun, 2013).
 void walker2d(Robot& r) {
@@ -51,4 +51,4 @@ void walker2d(Robot& r) {
   });
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

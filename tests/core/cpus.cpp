@@ -14,8 +14,8 @@ extern "C" {
 #include <cmocka.h>
 }
 
-#include "cpus.hpp"
-#include "memory.hpp"
+#include "system/cpus.hpp"
+#include "system/memory.hpp"
 #include "run.hpp"
 
 namespace {
@@ -37,8 +37,8 @@ class Root {
     std::filesystem::create_directories(path.parent_path());
     std::ofstream(path) << text;
   }
-  double quota() const { return mjenv::cpu_quota(path_.string()); }
-  double memory() const { return mjenv::free_memory(path_.string()); }
+  double quota() const { return mjenv::core::cpu_quota(path_.string()); }
+  double memory() const { return mjenv::core::free_memory(path_.string()); }
 
  private:
   std::filesystem::path path_;
@@ -121,8 +121,8 @@ void test_memory(void**) {
 }
 
 void test_usable(void**) {
-  assert_true(mjenv::usable_cpus() >= 1);
-  assert_true(mjenv::usable_cpus() <= static_cast<int>(mjenv::allowed_cpus().size()));
+  assert_true(mjenv::core::usable_cpus() >= 1);
+  assert_true(mjenv::core::usable_cpus() <= static_cast<int>(mjenv::core::allowed_cpus().size()));
 }
 
 }  // namespace

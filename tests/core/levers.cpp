@@ -27,8 +27,8 @@ extern "C" {
 
 namespace {
 
-using mjenv::Model;
-using mjenv::Work;
+using mjenv::core::Model;
+using mjenv::core::Work;
 
 constexpr int kEpisodes = 3;
 constexpr int kSteps = 120;
@@ -55,7 +55,7 @@ struct Data {
 };
 
 // How much of an array has a meaning: as many rows as there are constraints.
-std::size_t length(const mjenv::Array& array, const mjData& d) {
+std::size_t length(const mjenv::core::Array& array, const mjData& d) {
   if (array.name.rfind("efc_", 0) != 0) return array.count();
   static const char* const dense[] = {"efc_type",       "efc_id",    "efc_pos",  "efc_margin", "efc_frictionloss",
                                       "efc_diagApprox", "efc_D",     "efc_R",    "efc_vel",    "efc_aref",
@@ -100,7 +100,7 @@ std::string difference(Work& work, const mjData& plain) {
 
 // Plays episodes both ways; says where they part, "" if nowhere.
 std::string play(const std::shared_ptr<const Model>& model) {
-  const mjenv::ErrorTrap trap;
+  const mjenv::core::ErrorTrap trap;
   const mjModel* m = model->get();
   Work work(model, kFrames);
   const auto& layout = work.layout();
@@ -148,9 +148,9 @@ std::string failures;
 
 void test_built_in(void** /*state*/) {
   failures.clear();
-  for (std::size_t i = 0; i < mjenv::asset_count; ++i) {
-    const std::string found = play(Model::open(mjenv::assets[i].name));
-    if (!found.empty()) failures += std::string(mjenv::assets[i].name) + ": " + found + "\n";
+  for (std::size_t i = 0; i < mjenv::core::asset_count; ++i) {
+    const std::string found = play(Model::open(mjenv::core::assets[i].name));
+    if (!found.empty()) failures += std::string(mjenv::core::assets[i].name) + ": " + found + "\n";
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }

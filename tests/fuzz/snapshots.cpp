@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::copy(patch.begin(), patch.end(), image.begin() + static_cast<std::ptrdiff_t>(at));
   }
   if (fits && image.size() >= kHeader) {
-    const std::uint64_t sum = mjenv::hash(image.data() + kHeader, image.size() - kHeader);
+    const std::uint64_t sum = mjenv::core::hash(image.data() + kHeader, image.size() - kHeader);
     std::memcpy(&image[kChecksum], &sum, sizeof sum);
   }
   const std::int64_t row = all ? MJENV_ALL_ROWS : 1;

@@ -6,7 +6,7 @@
 #include <condition_variable>
 #include <mutex>
 
-namespace mjenv {
+namespace mjenv::core {
 
 inline void wait(std::condition_variable& condition, std::unique_lock<std::mutex>& lock) {
   pthread_cond_wait(condition.native_handle(), lock.mutex()->native_handle());
@@ -17,4 +17,4 @@ void wait(std::condition_variable& condition, std::unique_lock<std::mutex>& lock
   while (!fulfilled()) wait(condition, lock);
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "options.hpp"
-#include "robot.hpp"
+#include "task/options.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 struct Id {
   std::string name, robot;
@@ -26,4 +26,4 @@ void declare_env_options(Options& options);
 Task outline(const Id& id);
 Task build_task(Options& options);
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <iterator>
 
-#include "robot.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 struct Meaning {
@@ -65,4 +65,4 @@ const char* meaning(const std::string& name) {
   return found != std::end(kMeanings) && found->name == name ? found->text : "";
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

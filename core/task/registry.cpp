@@ -1,10 +1,10 @@
-#include "registry.hpp"
+#include "task/registry.hpp"
 
 #include <algorithm>
 
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 #define ROBOT(name, define) void define(Robot&);
 #include "robots/all.def"
@@ -57,4 +57,4 @@ Task build_task(Options& options) {
   return robot.take();
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

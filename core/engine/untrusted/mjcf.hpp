@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace mjenv {
+namespace mjenv::core {
 
 struct Mjcf {
   std::string path;  // names the folder that its files are looked for in; "" for a model from memory
@@ -18,4 +18,4 @@ std::int64_t most_text(bool trusted);
 // Fails with MJENV_E_MODEL. The result is the text that MuJoCo is to load.
 std::string checked(const Mjcf& model);
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "env.hpp"
+#include "env/env.hpp"
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // Makes what the work space holds the row's state; scratch holds the state before the last evaluation.
 void Env::commit(Worker& worker, std::int64_t row, Origin origin) {
@@ -129,4 +129,4 @@ void Env::simulate(std::int64_t row, const double* ctrl, std::size_t count, std:
   commit(worker, row, Origin::step);
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

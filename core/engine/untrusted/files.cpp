@@ -1,4 +1,4 @@
-#include "engine/files.hpp"
+#include "engine/untrusted/files.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -14,10 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/inflate.hpp"
+#include "engine/untrusted/inflate.hpp"
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMiB = std::int64_t{1} << 20;
@@ -345,4 +345,4 @@ std::int64_t check_image(const std::string& path, const std::string& content, co
   return first * second;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

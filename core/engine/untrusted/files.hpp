@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace mjenv {
+namespace mjenv::core {
 
 // What a stranger's file may hold; a trusted one is only kept from crashing MuJoCo.
 struct FileLimits {
@@ -21,4 +21,4 @@ void check_skin(const std::string& content, const FileLimits& limits);
 // The result is how many pixels, or heights, it has.
 std::int64_t check_image(const std::string& path, const std::string& content, const FileLimits& limits, bool heights);
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,4 +1,4 @@
-#include "pool.hpp"
+#include "system/pool.hpp"
 
 #include <pthread.h>
 #include <signal.h>
@@ -6,11 +6,11 @@
 
 #include <string>
 
-#include "cpus.hpp"
+#include "system/cpus.hpp"
 #include "error.hpp"
-#include "wait.hpp"
+#include "system/wait.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // Some 20 microseconds: jobs that follow each other closely need no wake-up, idle threads cost nothing.
@@ -120,4 +120,4 @@ void Pool::work(int worker) {
   }
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

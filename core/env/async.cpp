@@ -3,11 +3,11 @@
 #include <cstring>
 #include <utility>
 
-#include "env.hpp"
+#include "env/env.hpp"
 #include "error.hpp"
-#include "wait.hpp"
+#include "system/wait.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const void* action, std::size_t count,
                mjenv_dtype dtype, const mjenv_batch* out) {
@@ -120,4 +120,4 @@ void Env::receive(std::size_t least, std::int64_t* rows_done, std::size_t capaci
   failures.raise();
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

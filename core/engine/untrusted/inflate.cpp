@@ -1,12 +1,12 @@
 // Counts what a deflate stream unpacks to, without unpacking it: a few kilobytes can stand for gigabytes.
-#include "engine/inflate.hpp"
+#include "engine/untrusted/inflate.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // Thrown at the end of the stream and where it makes no sense.
@@ -165,4 +165,4 @@ bool inflates_within(const unsigned char* stream, std::size_t size, std::size_t 
   return total <= most;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

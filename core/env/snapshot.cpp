@@ -2,11 +2,11 @@
 #include <array>
 #include <cstring>
 
-#include "env.hpp"
+#include "env/env.hpp"
 #include "error.hpp"
 #include "hash.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // Of an episode; more than any will have.
@@ -133,4 +133,4 @@ void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
   }
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-namespace mjenv {
+namespace mjenv::core {
 
 class Pool {
  public:
@@ -48,4 +48,4 @@ class Pool {
   void end();
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,8 +1,8 @@
-#include "robot.hpp"
+#include "task/robot.hpp"
 
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // The reset draws from [-noise, noise]: its width must be finite.
@@ -131,4 +131,4 @@ void Robot::structure(int skipped_qpos) {
   task_.skipped_qpos = skipped_qpos;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,4 +1,4 @@
-#include "engine/mjcf.hpp"
+#include "engine/untrusted/mjcf.hpp"
 
 #include <strings.h>
 #include <tinyxml2.h>
@@ -14,10 +14,10 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/files.hpp"
+#include "engine/untrusted/files.hpp"
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 using tinyxml2::XMLDocument;
@@ -464,4 +464,4 @@ std::int64_t most_text(bool trusted) { return trusted ? trusted_.text : stranger
 
 std::string checked(const Mjcf& model) { return Check(model).run(); }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

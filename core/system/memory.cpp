@@ -1,13 +1,13 @@
-#include "memory.hpp"
+#include "system/memory.hpp"
 
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <fstream>
 
-#include "cgroups.hpp"
+#include "system/cgroups.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 // The number behind a word of a file.
@@ -42,4 +42,4 @@ double free_memory(const std::string& root) {
   return std::min({machine, addresses_left(root), least_of_cgroups(root, "memory", left_in)});
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -4,10 +4,10 @@
 #include <limits>
 #include <utility>
 
-#include "env.hpp"
+#include "env/env.hpp"
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 template <typename T>
@@ -264,4 +264,4 @@ void Env::observe(const mjenv_batch& out) {
   }
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

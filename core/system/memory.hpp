@@ -2,10 +2,10 @@
 
 #include <string>
 
-namespace mjenv {
+namespace mjenv::core {
 
 // Bytes that this process can still have: of the machine, its cgroups and its address space. root: where proc/ and sys/
 // are.
 double free_memory(const std::string& root = "");
 
-}  // namespace mjenv
+}  // namespace mjenv::core

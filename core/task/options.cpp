@@ -1,11 +1,11 @@
-#include "options.hpp"
+#include "task/options.hpp"
 
 #include <algorithm>
 #include <sstream>
 
 #include "error.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 constexpr const char* kind_name(mjenv_kind kind) {
@@ -121,4 +121,4 @@ void Options::set_string(const std::string& name, const std::string& value) {
   option.given_as_integer = false;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -10,7 +10,7 @@
 
 #include "mjenv/mjenv.h"
 
-namespace mjenv {
+namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -59,4 +59,4 @@ class Options {
   static void check_bounds(const Option& option, double value);
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace mjenv {
+namespace mjenv::core {
 
 // The CPUs that this process may run on, by its affinity.
 std::vector<int> allowed_cpus();
@@ -15,4 +15,4 @@ double cpu_quota(const std::string& root = "");
 // How many of them it may use at once: the affinity, bounded by the cgroup's quota.
 int usable_cpus();
 
-}  // namespace mjenv
+}  // namespace mjenv::core

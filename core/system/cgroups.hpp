@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-namespace mjenv {
+namespace mjenv::core {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
@@ -13,4 +13,4 @@ constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 double least_of_cgroups(const std::string& root, const std::string& controller,
                         double (*of)(const std::string& folder));
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,9 +1,9 @@
-#include "cgroups.hpp"
+#include "system/cgroups.hpp"
 
 #include <algorithm>
 #include <fstream>
 
-namespace mjenv {
+namespace mjenv::core {
 
 double least_of_cgroups(const std::string& root, const std::string& controller,
                         double (*of)(const std::string& folder)) {
@@ -19,4 +19,4 @@ double least_of_cgroups(const std::string& root, const std::string& controller,
   return least;
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

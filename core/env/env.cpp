@@ -1,4 +1,4 @@
-#include "env.hpp"
+#include "env/env.hpp"
 
 #include <unistd.h>
 
@@ -6,11 +6,11 @@
 #include <cmath>
 #include <sstream>
 
-#include "cpus.hpp"
+#include "system/cpus.hpp"
 #include "error.hpp"
-#include "registry.hpp"
+#include "task/registry.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMostThreads = 1024;
@@ -268,4 +268,4 @@ void Env::sample_actions(float* action, std::size_t count) {
     action[i] = static_cast<float>(action_rng_.uniform(low[i % low.size()], high[i % low.size()]));
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

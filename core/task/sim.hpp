@@ -7,7 +7,7 @@
 #include "mjenv/mjenv.h"
 #include "numpy/math.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 class Work;
 
@@ -86,4 +86,4 @@ class Sim {
   }
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

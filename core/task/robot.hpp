@@ -15,10 +15,10 @@
 #include "engine/model.hpp"
 #include "numpy/math.hpp"
 #include "numpy/random.hpp"
-#include "options.hpp"
-#include "sim.hpp"
+#include "task/options.hpp"
+#include "task/sim.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 using Rng = np::Generator;
 
@@ -227,4 +227,4 @@ class Robot {
   bool trusts_xml() const { return options_.get("trust_xml").integer != 0; }
 };
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -13,11 +13,11 @@
 
 #include "engine/work.hpp"
 #include "error.hpp"
-#include "options.hpp"
-#include "pool.hpp"
-#include "robot.hpp"
+#include "task/options.hpp"
+#include "system/pool.hpp"
+#include "task/robot.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 
 // Where a call writes one row's outputs: element `index` of arrays laid out for `rows`.
 struct Place {
@@ -209,4 +209,4 @@ void Env::attempt(Worker& worker, std::int64_t row, const Body& body) noexcept {
   }
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core

@@ -1,4 +1,4 @@
-#include "cpus.hpp"
+#include "system/cpus.hpp"
 
 #include <sched.h>
 
@@ -7,9 +7,9 @@
 #include <fstream>
 #include <string>
 
-#include "cgroups.hpp"
+#include "system/cgroups.hpp"
 
-namespace mjenv {
+namespace mjenv::core {
 namespace {
 
 double ratio(double quota, double period) { return quota > 0 && period > 0 ? quota / period : kUnlimited; }
@@ -42,4 +42,4 @@ int usable_cpus() {
   return static_cast<int>(std::max(1.0, std::min(allowed, std::ceil(cpu_quota()))));
 }
 
-}  // namespace mjenv
+}  // namespace mjenv::core
