@@ -73,7 +73,6 @@ fn built() -> PathBuf {
     let dir = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("build");
     let mut configure = Command::new("cmake");
     configure.arg("-S").arg(&root).arg("-B").arg(&dir);
-    configure.args(["-DMJENV_BUILD_TESTS=OFF", "-DMJENV_BUILD_BENCHMARKS=OFF"]);
     if env::var_os("CMAKE_GENERATOR").is_none() && has_ninja() {
         configure.arg("-GNinja");
     }
