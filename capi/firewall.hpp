@@ -20,6 +20,7 @@
 #include "error.hpp"
 #include "handles.hpp"
 #include "mjenv/mjenv.h"
+#include "system/floats.hpp"
 #include "task/options.hpp"
 
 namespace mjenv::core {
@@ -97,6 +98,7 @@ class Uncancelled {
 template <typename F>
 mjenv_status guard(const F& body) noexcept {  // MuJoCo's errors are trapped, too
   const Uncancelled uncancelled;
+  const DefaultFloats floats;
   const ErrorTrap trap;
   try {
     body();

@@ -8,6 +8,7 @@
 
 #include "system/cpus.hpp"
 #include "error.hpp"
+#include "system/floats.hpp"
 #include "system/wait.hpp"
 
 namespace mjenv::core {
@@ -103,6 +104,7 @@ void Pool::run(const std::function<void(int)>& job) {
 }
 
 void Pool::work(int worker) {
+  const DefaultFloats floats;
   std::uint64_t seen = 0;
   const auto called = [&] { return stop_.load() || generation_.load() != seen; };
   for (;;) {

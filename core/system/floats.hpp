@@ -1,0 +1,55 @@
+// The floating-point environment: rounding, traps, and whether tiny numbers become zero.
+#pragma once
+
+#include <cfenv>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace mjenv::core {
+
+// Computes in the default environment while it lives, so that the host's settings neither change bits nor raise
+// signals.
+class DefaultFloats {
+ public:
+  DefaultFloats() {
+    if (is_default()) return;  // costs nanoseconds; all else costs a hundred
+    changed_ = true;
+    std::fegetenv(&before_);
+    std::fesetenv(FE_DFL_ENV);
+#if defined(__x86_64__)
+    _mm_setcsr(kDefaultMxcsr);  // older C libraries leave "tiny numbers are zero" as it is
+#endif
+  }
+  ~DefaultFloats() {
+    if (changed_) std::fesetenv(&before_);
+  }
+  DefaultFloats(const DefaultFloats&) = delete;
+  DefaultFloats& operator=(const DefaultFloats&) = delete;
+
+ private:
+  bool changed_ = false;
+  std::fenv_t before_;
+
+#if defined(__x86_64__)
+  // The control bits; below them MXCSR counts exceptions that occurred.
+  static constexpr unsigned kMxcsrControl = 0xffc0, kDefaultMxcsr = 0x1f80, kDefaultX87 = 0x037f;
+
+  static bool is_default() {
+    unsigned short x87 = 0;
+    __asm__ volatile("fnstcw %0" : "=m"(x87));
+    return (_mm_getcsr() & kMxcsrControl) == kDefaultMxcsr && x87 == kDefaultX87;
+  }
+#elif defined(__aarch64__)
+  static bool is_default() {
+    unsigned long control = 0;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(control));
+    return control == 0;
+  }
+#else
+  static bool is_default() { return false; }
+#endif
+};
+
+}  // namespace mjenv::core
