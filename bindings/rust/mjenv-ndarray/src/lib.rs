@@ -33,13 +33,13 @@ pub trait BatchArrays<T> {
     /// The rewards, `[rows]`.
     fn reward_array(&self) -> ArrayView1<'_, f64>;
 
-    /// An info of the last step, `[rows, count]`; `count` is 1 for most. Errors: [`mjenv::Status::Name`].
+    /// An info of the last step, `[rows, count]`; `count` is 1 for most. Errors: [`mjenv::ErrorKind::Name`].
     fn info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// An info of the last reset of each row, `[rows, count]`. Errors: [`mjenv::Status::Name`].
+    /// An info of the last reset of each row, `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
     fn reset_info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// An mjData array that the option `arrays` names, `[rows, count]`. Errors: [`mjenv::Status::Name`].
+    /// An mjData array that the option `arrays` names, `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
     fn data_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 }
 

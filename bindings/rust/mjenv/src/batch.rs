@@ -4,7 +4,7 @@ use mjenv_sys as sys;
 
 use crate::describe::{int64, size_of};
 use crate::env::Env;
-use crate::error::{Error, Result, Status};
+use crate::error::{Error, ErrorKind, Result};
 use crate::{Field, Role};
 
 mod sealed {
@@ -167,7 +167,7 @@ impl<T: Real> Batch<T> {
     }
 
     /// An info of the last step: `[rows][count]`, where most have one number a row; 0 where the step reset the row.
-    /// Errors: [`Status::Name`].
+    /// Errors: [`ErrorKind::Name`].
     pub fn info(&self, name: &str) -> Result<&[f64]> {
         self.info.get("info", name)
     }
@@ -182,7 +182,7 @@ impl<T: Real> Batch<T> {
         &self.was_reset
     }
 
-    /// An info of the last reset of each row: `[rows][count]`. Errors: [`Status::Name`].
+    /// An info of the last reset of each row: `[rows][count]`. Errors: [`ErrorKind::Name`].
     pub fn reset_info(&self, name: &str) -> Result<&[f64]> {
         self.reset_info.get("reset info", name)
     }
@@ -203,17 +203,17 @@ impl<T: Real> Batch<T> {
     }
 
     /// An info of the last step of the episode, `[rows][count]`, for the rows that have a [`Batch::final_obs`].
-    /// Errors: [`Status::Name`], [`Status::State`] (another autoreset_mode).
+    /// Errors: [`ErrorKind::Name`], [`ErrorKind::State`] (another autoreset_mode).
     pub fn final_info(&self, name: &str) -> Result<&[f64]> {
         self.last()?.info.get("final info", name)
     }
 
     pub(crate) fn last(&self) -> Result<&Last<T>> {
         let message = "final info needs the option \"autoreset_mode\" at \"same_step\"";
-        self.last.as_ref().ok_or_else(|| Error::new(Status::State, message.to_string()))
+        self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::State, message.to_string()))
     }
 
-    /// An mjData array that the option `arrays` names: `[rows][count]`. Errors: [`Status::Name`].
+    /// An mjData array that the option `arrays` names: `[rows][count]`. Errors: [`ErrorKind::Name`].
     pub fn array(&self, name: &str) -> Result<&[f64]> {
         self.arrays.get("exported array", name)
     }
@@ -264,7 +264,7 @@ impl Record {
         self.fields.iter().find(|field| field.name == name).ok_or_else(|| {
             let names: Vec<_> = self.fields.iter().map(|field| field.name.as_str()).collect();
             let names = if names.is_empty() { "none".to_string() } else { names.join(", ") };
-            Error::new(Status::Name, format!("no {what} {name:?}; there are {names}"))
+            Error::new(ErrorKind::Name, format!("no {what} {name:?}; there are {names}"))
         })
     }
 

@@ -1,14 +1,13 @@
 use std::borrow::Cow;
 use std::ffi::CStr;
 use std::fmt;
-use std::mem::ManuallyDrop;
 use std::os::raw::c_void;
 use std::ptr::{self, NonNull};
 
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
-use crate::error::{check, check_length, Error, Result, Status};
+use crate::error::{check, check_length, Error, ErrorKind, Result};
 use crate::text::{c_string, lossy};
 use crate::{Batch, Dtype, Field, Options, Pipeline, Real, Role, Space, Spec};
 
@@ -17,7 +16,7 @@ use crate::{Batch, Dtype, Field, Options, Pipeline, Real, Role, Space, Spec};
 /// Rows and actuators are counted from 0. Actions and outputs are row-major: one row behind the other.
 pub struct Env {
     raw: NonNull<sys::mjenv_env>,
-    options: ManuallyDrop<Options>,
+    options: Options,
     rows: usize,
 }
 
@@ -27,23 +26,18 @@ pub struct Env {
 unsafe impl Send for Env {}
 
 impl Env {
-    /// Builds an environment of `rows` >= 1 rows. The options are copied. Errors: [`Status::Value`] (rows),
-    /// [`Status::Name`] (in the option `arrays`), [`Status::Model`], [`Status::Memory`].
+    /// Builds an environment of `rows` >= 1 rows. The options are copied. Errors: [`ErrorKind::Value`] (rows),
+    /// [`ErrorKind::Name`] (in the option `arrays`), [`ErrorKind::Model`], [`ErrorKind::Memory`].
     pub fn new(options: &Options, rows: usize) -> Result<Self> {
+        let options = options.try_clone()?;
         let mut raw = ptr::null_mut();
         // SAFETY: all pointers are valid for the call.
         check(unsafe { sys::mjenv_create(options.raw(), int64(rows), &mut raw) })?;
         let raw = NonNull::new(raw).expect("libmjenv creates an environment or fails");
-        // SAFETY: the options live as long as the environment, whose last use is in drop.
-        let options = unsafe { Options::of_env(sys::mjenv_options_of(raw.as_ptr()), options.spec()) };
         Ok(Self { raw, options, rows })
     }
 
-    pub(crate) fn raw(&self) -> *const sys::mjenv_env {
-        self.raw.as_ptr()
-    }
-
-    pub(crate) fn raw_mut(&mut self) -> *mut sys::mjenv_env {
+    pub(crate) fn raw(&self) -> *mut sys::mjenv_env {
         self.raw.as_ptr()
     }
 
@@ -151,70 +145,70 @@ impl Env {
     }
 
     /// Gives every row a new random stream from its own seed, NumPy's `default_rng(seed)`. A row that is never seeded
-    /// takes entropy from the system. Errors: [`Status::Size`].
+    /// takes entropy from the system. Errors: [`ErrorKind::Size`].
     pub fn seed(&mut self, seeds: &[u64]) -> Result<()> {
         check_length("seeds", seeds.len(), self.rows)?;
         // SAFETY: there is a seed for each row; a null mask stands for all rows.
-        check(unsafe { sys::mjenv_seed(self.raw_mut(), seeds.as_ptr(), ptr::null()) })
+        check(unsafe { sys::mjenv_seed(self.raw(), seeds.as_ptr(), ptr::null()) })
     }
 
     /// Like [`Env::seed`], for the rows where `mask` is true; there is a seed for each row all the same.
-    /// Errors: [`Status::Size`].
+    /// Errors: [`ErrorKind::Size`].
     pub fn seed_where(&mut self, mask: &[bool], seeds: &[u64]) -> Result<()> {
         check_length("mask", mask.len(), self.rows)?;
         check_length("seeds", seeds.len(), self.rows)?;
         // SAFETY: there are a seed and a flag for each row.
-        check(unsafe { sys::mjenv_seed(self.raw_mut(), seeds.as_ptr(), mask.as_ptr() as *const u8) })
+        check(unsafe { sys::mjenv_seed(self.raw(), seeds.as_ptr(), mask.as_ptr() as *const u8) })
     }
 
     /// Seeds one row from an integer of any size: its 32-bit digits, the least significant first.
-    /// Errors: [`Status::Value`] (row), [`Status::Size`] (no digits).
+    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::Size`] (no digits).
     pub fn seed_digits(&mut self, row: usize, digits: &[u32]) -> Result<()> {
         // SAFETY: the pointer is valid for as many digits as are told.
-        check(unsafe { sys::mjenv_seed_digits(self.raw_mut(), int64(row), digits.as_ptr(), digits.len()) })
+        check(unsafe { sys::mjenv_seed_digits(self.raw(), int64(row), digits.as_ptr(), digits.len()) })
     }
 
     /// The random stream of a row as NumPy's PCG64 has it: state low and high, increment low and high.
-    /// Errors: [`Status::Value`] (row), [`Status::State`] (neither seeded nor reset).
-    pub fn stream(&mut self, row: usize) -> Result<[u64; 4]> {
+    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::State`] (neither seeded nor reset).
+    pub fn stream(&self, row: usize) -> Result<[u64; 4]> {
         let mut words = [0; 4];
         // SAFETY: the pointer is valid for as many words as are told.
-        check(unsafe { sys::mjenv_get_stream(self.raw_mut(), int64(row), words.as_mut_ptr(), words.len()) })?;
+        check(unsafe { sys::mjenv_get_stream(self.raw(), int64(row), words.as_mut_ptr(), words.len()) })?;
         Ok(words)
     }
 
-    /// Replaces the random stream of a row. Errors: [`Status::Value`] (row, an even increment).
+    /// Replaces the random stream of a row. Errors: [`ErrorKind::Value`] (row, an even increment).
     pub fn set_stream(&mut self, row: usize, words: &[u64; 4]) -> Result<()> {
         // SAFETY: the pointer is valid for as many words as are told.
-        check(unsafe { sys::mjenv_set_stream(self.raw_mut(), int64(row), words.as_ptr(), words.len()) })
+        check(unsafe { sys::mjenv_set_stream(self.raw(), int64(row), words.as_ptr(), words.len()) })
     }
 
     /// Begins a new episode in every row, going on with the row's random stream. Writes the observation and the reset
-    /// info. Errors: [`Status::Size`] (a batch of another environment), [`Status::Physics`].
+    /// info. Errors: [`ErrorKind::Size`] (a batch of another environment), [`ErrorKind::Physics`].
     pub fn reset<T: Real>(&mut self, out: &mut Batch<T>) -> Result<()> {
         let out = out.reset_raw();
         // SAFETY: the arrays of the batch have the sizes that it tells.
-        check(unsafe { sys::mjenv_reset(self.raw_mut(), ptr::null(), &out) })
+        check(unsafe { sys::mjenv_reset(self.raw(), ptr::null(), &out) })
     }
 
     /// Like [`Env::reset`], for the rows where `mask` is true; the outputs of the others stay as they are.
-    /// Errors: [`Status::Size`], [`Status::Physics`].
+    /// Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn reset_where<T: Real>(&mut self, mask: &[bool], out: &mut Batch<T>) -> Result<()> {
         check_length("mask", mask.len(), self.rows)?;
         let out = out.reset_raw();
         // SAFETY: the arrays of the batch have the sizes that it tells; there is a flag for each row.
-        check(unsafe { sys::mjenv_reset(self.raw_mut(), mask.as_ptr() as *const u8, &out) })
+        check(unsafe { sys::mjenv_reset(self.raw(), mask.as_ptr() as *const u8, &out) })
     }
 
     /// Steps every row with its action: `[rows][action_space().count()]`. Whether it is `f32` or `f64` takes part in the
     /// arithmetic, as it does in NumPy. The option `autoreset_mode` resets finished rows, as Gymnasium's SyncVectorEnv
-    /// does. When MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] tells so, and the others are stepped. Errors: [`Status::Size`], [`Status::State`], [`Status::Value`] (a non-finite
-    /// action), [`Status::Physics`].
+    /// does. When MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] tells so, and the others are stepped. Errors: [`ErrorKind::Size`], [`ErrorKind::State`], [`ErrorKind::Value`] (a non-finite
+    /// action), [`ErrorKind::Physics`].
     pub fn step<A: Real, T: Real>(&mut self, actions: &[A], out: &mut Batch<T>) -> Result<()> {
         let out = out.step_raw();
         let action = actions.as_ptr() as *const c_void;
         // SAFETY: the arrays of the batch have the sizes that it tells; so have the actions, of which the type is told.
-        check(unsafe { sys::mjenv_step(self.raw_mut(), action, actions.len(), A::DTYPE, &out) })
+        check(unsafe { sys::mjenv_step(self.raw(), action, actions.len(), A::DTYPE, &out) })
     }
 
     /// Plays actions `[rows][steps][action_space().count()]` from the rows' present states and leaves the rows at their
@@ -222,36 +216,36 @@ impl Env {
     /// rewards and infos are 0. No row is reset. Errors: those of [`Env::step`].
     pub fn rollout<A: Real, T: Real>(&mut self, actions: &[A], steps: usize, out: &mut Batch<T>) -> Result<()> {
         let out = out.step_raw();
-        let (env, action, count) = (self.raw_mut(), actions.as_ptr() as *const c_void, actions.len());
+        let (env, action, count) = (self.raw(), actions.as_ptr() as *const c_void, actions.len());
         // SAFETY: the arrays of the batch have the sizes that it tells; so have the actions, of which the type is told.
         check(unsafe { sys::mjenv_rollout(env, action, int64(steps), count, A::DTYPE, &out) })
     }
 
     /// Writes the observations of all rows as they are, without stepping, and the exported arrays; the other outputs stay.
-    /// Errors: [`Status::Size`], [`Status::Physics`].
-    pub fn observe<T: Real>(&mut self, out: &mut Batch<T>) -> Result<()> {
+    /// Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    pub fn observe<T: Real>(&self, out: &mut Batch<T>) -> Result<()> {
         let out = out.step_raw();
         // SAFETY: the arrays of the batch have the sizes that it tells.
-        check(unsafe { sys::mjenv_observe(self.raw_mut(), &out) })
+        check(unsafe { sys::mjenv_observe(self.raw(), &out) })
     }
 
     /// Seeds the stream of [`Env::sample_actions`], as Gymnasium's `action_space.seed` does.
     pub fn seed_actions(&mut self, seed: u64) -> Result<()> {
         // SAFETY: the handle is alive.
-        check(unsafe { sys::mjenv_seed_actions(self.raw_mut(), seed) })
+        check(unsafe { sys::mjenv_seed_actions(self.raw(), seed) })
     }
 
     /// Draws one action a row, as Gymnasium's `action_space.sample()` does: row by row from one stream, into
-    /// `[rows][action_space().count()]`. Errors: [`Status::Size`], [`Status::State`] (an unbounded actuator).
+    /// `[rows][action_space().count()]`. Errors: [`ErrorKind::Size`], [`ErrorKind::State`] (an unbounded actuator).
     pub fn sample_actions(&mut self, actions: &mut [f32]) -> Result<()> {
         // SAFETY: the pointer is valid for as many numbers as are told.
-        check(unsafe { sys::mjenv_sample_actions(self.raw_mut(), actions.as_mut_ptr(), actions.len()) })
+        check(unsafe { sys::mjenv_sample_actions(self.raw(), actions.as_mut_ptr(), actions.len()) })
     }
 
     /// Reads an array of the row's mjData or of the mjModel by its MuJoCo name (`"xpos"`, `"body_mass"`, `"nq"`,
     /// `"opt.timestep"`), as Gymnasium's `env.unwrapped.data` holds it after the last step; [`Role::Data`] and
-    /// [`Role::Model`] list them. Errors: [`Status::Name`], [`Status::Value`] (row), [`Status::Physics`].
-    pub fn read(&mut self, row: usize, array: &str) -> Result<Vec<f64>> {
+    /// [`Role::Model`] list them. Errors: [`ErrorKind::Name`], [`ErrorKind::Value`] (row), [`ErrorKind::Physics`].
+    pub fn read(&self, row: usize, array: &str) -> Result<Vec<f64>> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let mut values = vec![0.0; self.read_raw(row, &name, &mut [])?];
         self.read_raw(row, &name, &mut values)?;
@@ -259,28 +253,28 @@ impl Env {
     }
 
     /// Like [`Env::read`], into the first elements of `values`; returns how many. Errors: those of [`Env::read`],
-    /// [`Status::Size`] (too few elements).
-    pub fn read_into(&mut self, row: usize, array: &str, values: &mut [f64]) -> Result<usize> {
+    /// [`ErrorKind::Size`] (too few elements).
+    pub fn read_into(&self, row: usize, array: &str, values: &mut [f64]) -> Result<usize> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let count = self.read_raw(row, &name, values)?;
         if values.is_empty() && count > 0 {
             let message = format!("there is room for 0, but array {array:?} has {count} element(s)");
-            return Err(Error::new(Status::Size, message));
+            return Err(Error::new(ErrorKind::Size, message));
         }
         Ok(count)
     }
 
     /// Tells the array's length alone if `values` is empty.
-    fn read_raw(&mut self, row: usize, array: &CStr, values: &mut [f64]) -> Result<usize> {
+    fn read_raw(&self, row: usize, array: &CStr, values: &mut [f64]) -> Result<usize> {
         let mut count = 0;
         let (to, room) = (values.as_mut_ptr(), values.len());
         // SAFETY: all pointers are valid for the call, and there is as much room as is told.
-        check(unsafe { sys::mjenv_read(self.raw_mut(), int64(row), array.as_ptr(), to, room, &mut count) })?;
+        check(unsafe { sys::mjenv_read(self.raw(), int64(row), array.as_ptr(), to, room, &mut count) })?;
         Ok(count)
     }
 
     /// The index of a named object: `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`, `"actuator"`,
-    /// `"tendon"`, `"sensor"` or `"light"`. Errors: [`Status::Name`].
+    /// `"tendon"`, `"sensor"` or `"light"`. Errors: [`ErrorKind::Name`].
     pub fn object_index(&self, kind: &str, name: &str) -> Result<usize> {
         let (kind, name) =
             (c_string(format_args!("type {kind:?}"), kind)?, c_string(format_args!("name {name:?}"), name)?);
@@ -290,7 +284,7 @@ impl Env {
         Ok(size(index))
     }
 
-    /// The name of an object, empty if it has none. Errors: [`Status::Name`] (kind), [`Status::Value`] (index).
+    /// The name of an object, empty if it has none. Errors: [`ErrorKind::Name`] (kind), [`ErrorKind::Value`] (index).
     pub fn object_name(&self, kind: &str, index: usize) -> Result<Cow<'_, str>> {
         let kind = c_string(format_args!("type {kind:?}"), kind)?;
         let mut name = ptr::null();
@@ -301,60 +295,60 @@ impl Env {
     }
 
     /// Sets positions and velocities of a row and computes what follows from them, as Gymnasium's `set_state` does. The
-    /// step count goes on; a row that was never reset, or had ended, may be stepped again. Errors: [`Status::Value`]
-    /// (row, a non-finite number), [`Status::Size`], [`Status::Physics`].
+    /// step count goes on; a row that was never reset, or had ended, may be stepped again. Errors: [`ErrorKind::Value`]
+    /// (row, a non-finite number), [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn set_state(&mut self, row: usize, qpos: &[f64], qvel: &[f64]) -> Result<()> {
-        let env = self.raw_mut();
+        let env = self.raw();
         // SAFETY: the pointers are valid for as many numbers as are told.
         check(unsafe { sys::mjenv_set_state(env, int64(row), qpos.as_ptr(), qpos.len(), qvel.as_ptr(), qvel.len()) })
     }
 
     /// `frames` times mj_step of a row under `ctrl`, one number for each actuator, as Gymnasium's `do_simulation` does:
-    /// no step is counted and the task sees only the new state. Errors: [`Status::Value`] (row, no frames),
-    /// [`Status::Size`], [`Status::Physics`].
+    /// no step is counted and the task sees only the new state. Errors: [`ErrorKind::Value`] (row, no frames),
+    /// [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn simulate(&mut self, row: usize, ctrl: &[f64], frames: usize) -> Result<()> {
-        let (env, frames) = (self.raw_mut(), int64(frames));
+        let (env, frames) = (self.raw(), int64(frames));
         // SAFETY: the pointer is valid for as many numbers as are told.
         check(unsafe { sys::mjenv_simulate(env, int64(row), ctrl.as_ptr(), ctrl.len(), frames) })
     }
 
     /// Makes the rows where `to` is true equal to the row `from`: simulation, random stream, counters.
-    /// Errors: [`Status::Value`] (row), [`Status::Size`].
+    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::Size`].
     pub fn copy_row(&mut self, from: usize, to: &[bool]) -> Result<()> {
         check_length("mask", to.len(), self.rows)?;
         // SAFETY: there is a flag for each row.
-        check(unsafe { sys::mjenv_copy_row(self.raw_mut(), int64(from), to.as_ptr() as *const u8) })
+        check(unsafe { sys::mjenv_copy_row(self.raw(), int64(from), to.as_ptr() as *const u8) })
     }
 
-    /// Copies a row into an image: simulation, random stream, counters. Errors: [`Status::Value`] (row).
-    pub fn snapshot(&mut self, row: usize) -> Result<Vec<u8>> {
+    /// Copies a row into an image: simulation, random stream, counters. Errors: [`ErrorKind::Value`] (row).
+    pub fn snapshot(&self, row: usize) -> Result<Vec<u8>> {
         self.image(int64(row))
     }
 
     /// Copies all rows into one image.
-    pub fn snapshot_all(&mut self) -> Result<Vec<u8>> {
+    pub fn snapshot_all(&self) -> Result<Vec<u8>> {
         self.image(sys::MJENV_ALL_ROWS.into())
     }
 
-    fn image(&mut self, row: i64) -> Result<Vec<u8>> {
+    fn image(&self, row: i64) -> Result<Vec<u8>> {
         let mut size = 0;
         // SAFETY: all pointers are valid for the call; nothing but the size is asked for.
-        check(unsafe { sys::mjenv_snapshot(self.raw_mut(), row, ptr::null_mut(), 0, &mut size) })?;
+        check(unsafe { sys::mjenv_snapshot(self.raw(), row, ptr::null_mut(), 0, &mut size) })?;
         let mut image = vec![0u8; size];
         let (to, room) = (image.as_mut_ptr() as *mut c_void, image.len());
         // SAFETY: all pointers are valid for the call, and there is as much room as is told.
-        check(unsafe { sys::mjenv_snapshot(self.raw_mut(), row, to, room, &mut size) })?;
+        check(unsafe { sys::mjenv_snapshot(self.raw(), row, to, room, &mut size) })?;
         Ok(image)
     }
 
     /// Continues a row from an image of a row, bit for bit, also in another process. The environment must have the id,
     /// the model and the options (`num_threads`, `cpu_affinity`, `arrays` aside) of the one that the image was taken from.
-    /// Errors: [`Status::Value`] (row), [`Status::Snapshot`].
+    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::Snapshot`].
     pub fn restore(&mut self, row: usize, image: &[u8]) -> Result<()> {
         self.set_image(int64(row), image)
     }
 
-    /// Continues all rows from an image of as many, as [`Env::restore`] does. Errors: [`Status::Snapshot`].
+    /// Continues all rows from an image of as many, as [`Env::restore`] does. Errors: [`ErrorKind::Snapshot`].
     pub fn restore_all(&mut self, image: &[u8]) -> Result<()> {
         self.set_image(sys::MJENV_ALL_ROWS.into(), image)
     }
@@ -362,13 +356,13 @@ impl Env {
     fn set_image(&mut self, row: i64, image: &[u8]) -> Result<()> {
         let (from, size) = (image.as_ptr() as *const c_void, image.len());
         // SAFETY: the pointer is valid for as many bytes as are told.
-        check(unsafe { sys::mjenv_restore(self.raw_mut(), row, from, size) })
+        check(unsafe { sys::mjenv_restore(self.raw(), row, from, size) })
     }
 }
 
 impl Drop for Env {
     fn drop(&mut self) {
-        // SAFETY: the handle is alive and owned; nobody uses it or its options after this.
+        // SAFETY: the handle is alive and owned; nobody uses it after this.
         unsafe { sys::mjenv_destroy(self.raw.as_ptr()) }
     }
 }

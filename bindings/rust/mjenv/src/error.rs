@@ -10,7 +10,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// What kind of failure it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Status {
+pub enum ErrorKind {
     /// A text with a NUL character inside.
     Argument,
     /// No such id, option, array, field or object; the message lists the valid ones.
@@ -40,7 +40,7 @@ pub enum Status {
     Internal,
 }
 
-impl Status {
+impl ErrorKind {
     fn from_raw(raw: sys::mjenv_status) -> Self {
         match raw {
             sys::MJENV_E_ARGUMENT => Self::Argument,
@@ -63,18 +63,18 @@ impl Status {
 /// Why a call failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    status: Status,
+    kind: ErrorKind,
     message: String,
 }
 
 impl Error {
-    pub(crate) fn new(status: Status, message: String) -> Self {
-        Self { status, message }
+    pub(crate) fn new(kind: ErrorKind, message: String) -> Self {
+        Self { kind, message }
     }
 
     /// What kind of failure it was.
-    pub fn status(&self) -> Status {
-        self.status
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
     }
 
     /// The reason, naming the culprit and the valid choices.
@@ -98,7 +98,7 @@ pub(crate) fn check(status: sys::mjenv_status) -> Result<()> {
     }
     // SAFETY: the text is valid until this thread's next failing call; it is copied here. It may quote a model's names.
     let message = unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned();
-    Err(Error::new(Status::from_raw(status), message))
+    Err(Error::new(ErrorKind::from_raw(status), message))
 }
 
 pub(crate) fn check_abi() -> Result<()> {
@@ -108,12 +108,15 @@ pub(crate) fn check_abi() -> Result<()> {
         return Ok(());
     }
     let needed = sys::MJENV_ABI_VERSION;
-    Err(Error::new(Status::Internal, format!("libmjenv has ABI version {found}, this program was built for {needed}")))
+    Err(Error::new(
+        ErrorKind::Internal,
+        format!("libmjenv has ABI version {found}, this program was built for {needed}"),
+    ))
 }
 
 pub(crate) fn check_length(what: &str, given: usize, needed: usize) -> Result<()> {
     if given == needed {
         return Ok(());
     }
-    Err(Error::new(Status::Size, format!("{what} has {given} element(s), not {needed}")))
+    Err(Error::new(ErrorKind::Size, format!("{what} has {given} element(s), not {needed}")))
 }

@@ -70,7 +70,7 @@ mod text;
 pub use batch::{Batch, Real};
 pub use describe::{Dtype, Field, Role, Space, ValueType};
 pub use env::Env;
-pub use error::{Error, Result, Status};
+pub use error::{Error, ErrorKind, Result};
 pub use options::{Kind, OptionInfo, Options, Value};
 pub use pipeline::{Pipeline, Row};
 pub use render::{Camera, Gl, Image, RenderSettings, Renderer, Window};
@@ -107,7 +107,7 @@ pub struct Spec {
     pub reward_threshold: Option<f64>,
 }
 
-/// What an id promises. Errors: [`Status::Name`].
+/// What an id promises. Errors: [`ErrorKind::Name`].
 pub fn spec(id: &str) -> Result<Spec> {
     error::check_abi()?;
     let id = text::c_string(format_args!("id {id:?}"), id)?;

@@ -1,12 +1,12 @@
+use std::collections::BTreeMap;
 use std::ffi::CStr;
 use std::fmt;
-use std::mem::ManuallyDrop;
 use std::ptr::{self, NonNull};
 
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
-use crate::error::{check, Error, Result, Status};
+use crate::error::{check, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string};
 use crate::Spec;
 
@@ -87,9 +87,39 @@ impl From<bool> for Value {
     }
 }
 
-impl From<i64> for Value {
-    fn from(integer: i64) -> Self {
-        Self::Integer(integer)
+/// The integers that always fit into an `i64`.
+macro_rules! integers {
+    ($($type:ty)*) => {$(
+        impl From<$type> for Value {
+            fn from(integer: $type) -> Self {
+                Self::Integer(integer.into())
+            }
+        }
+    )*};
+}
+
+integers!(i8 i16 i32 i64 u8 u16 u32);
+
+/// The integers that may not fit into an `i64`.
+macro_rules! wide_integers {
+    ($($type:ty)*) => {$(
+        /// Fails for a number that does not fit into an `i64`.
+        impl TryFrom<$type> for Value {
+            type Error = Error;
+
+            fn try_from(integer: $type) -> Result<Self> {
+                let too_wide = |_| Error::new(ErrorKind::Value, format!("{integer} does not fit into an i64"));
+                integer.try_into().map(Self::Integer).map_err(too_wide)
+            }
+        }
+    )*};
+}
+
+wide_integers!(isize u64 usize i128 u128);
+
+impl From<f32> for Value {
+    fn from(real: f32) -> Self {
+        Self::Reals(vec![real.into()])
     }
 }
 
@@ -99,21 +129,24 @@ impl From<f64> for Value {
     }
 }
 
-impl<const N: usize> From<[f64; N]> for Value {
-    fn from(reals: [f64; N]) -> Self {
-        Self::Reals(reals.to_vec())
+/// Numbers of any type that an `f64` holds exactly.
+impl<T: Into<f64> + Copy> From<&[T]> for Value {
+    fn from(reals: &[T]) -> Self {
+        Self::Reals(reals.iter().map(|&real| real.into()).collect())
     }
 }
 
-impl From<&[f64]> for Value {
-    fn from(reals: &[f64]) -> Self {
-        Self::Reals(reals.to_vec())
+/// Numbers of any type that an `f64` holds exactly.
+impl<T: Into<f64> + Copy, const N: usize> From<[T; N]> for Value {
+    fn from(reals: [T; N]) -> Self {
+        reals[..].into()
     }
 }
 
-impl From<Vec<f64>> for Value {
-    fn from(reals: Vec<f64>) -> Self {
-        Self::Reals(reals)
+/// Numbers of any type that an `f64` holds exactly.
+impl<T: Into<f64> + Copy> From<Vec<T>> for Value {
+    fn from(reals: Vec<T>) -> Self {
+        reals[..].into()
     }
 }
 
@@ -140,16 +173,23 @@ impl TryFrom<Value> for bool {
     }
 }
 
-impl TryFrom<Value> for i64 {
-    type Error = Value;
+/// Fails for a number that the type does not hold.
+macro_rules! integers_of_values {
+    ($($type:ty)*) => {$(
+        impl TryFrom<Value> for $type {
+            type Error = Value;
 
-    fn try_from(value: Value) -> std::result::Result<Self, Value> {
-        match value {
-            Value::Integer(integer) => Ok(integer),
-            other => Err(other),
+            fn try_from(value: Value) -> std::result::Result<Self, Value> {
+                match value {
+                    Value::Integer(integer) => integer.try_into().map_err(|_| value),
+                    other => Err(other),
+                }
+            }
         }
-    }
+    )*};
 }
+
+integers_of_values!(i8 i16 i32 i64 i128 isize u8 u16 u32 u64 u128 usize);
 
 impl TryFrom<Value> for f64 {
     type Error = Value;
@@ -200,14 +240,19 @@ impl TryFrom<Value> for String {
 pub struct Options {
     raw: NonNull<sys::mjenv_options>,
     spec: Spec,
+    /// What was set: a copy of the options repeats it. Reading the options instead would not tell that a real number
+    /// was given as an integer.
+    changes: BTreeMap<String, Value>,
 }
 
-// SAFETY: the library ties options to no thread, and distinct handles are independent. They are not Sync, as the
-// library does not promise that two threads may use the same options at once.
+// SAFETY: the library ties options to no thread, and distinct handles are independent.
 unsafe impl Send for Options {}
 
+// SAFETY: `&Options` only reads, which the library lets any number of threads do at once; to change them takes `&mut`.
+unsafe impl Sync for Options {}
+
 impl Options {
-    /// The options of an id at their defaults. Errors: [`Status::Name`], [`Status::Memory`].
+    /// The options of an id at their defaults. Errors: [`ErrorKind::Name`], [`ErrorKind::Memory`].
     pub fn new(id: &str) -> Result<Self> {
         let spec = crate::spec(id)?;
         let id = c_string(format_args!("id {id:?}"), id)?;
@@ -215,16 +260,16 @@ impl Options {
         // SAFETY: both pointers are valid for the call.
         check(unsafe { sys::mjenv_options_create(id.as_ptr(), &mut raw) })?;
         let raw = NonNull::new(raw).expect("libmjenv creates options or fails");
-        Ok(Self { raw, spec })
+        Ok(Self { raw, spec, changes: BTreeMap::new() })
     }
 
-    /// The options of an environment, which owns them: they must not be dropped.
-    ///
-    /// # Safety
-    /// `raw` lives as long as the result is used.
-    pub(crate) unsafe fn of_env(raw: *const sys::mjenv_options, spec: Spec) -> ManuallyDrop<Self> {
-        let raw = NonNull::new(raw as *mut _).expect("an environment has options");
-        ManuallyDrop::new(Self { raw, spec })
+    /// Like [`Clone::clone`], with an error instead of a panic where memory runs out.
+    pub(crate) fn try_clone(&self) -> Result<Self> {
+        let mut copy = Self::new(self.spec.id)?;
+        for (name, value) in &self.changes {
+            copy.set(name, value.clone())?;
+        }
+        Ok(copy)
     }
 
     pub(crate) fn raw(&self) -> *const sys::mjenv_options {
@@ -262,36 +307,47 @@ impl Options {
         }
     }
 
-    /// Sets an option, to be chained with `?`. Errors: [`Status::Name`], [`Status::Type`], [`Status::Value`],
-    /// [`Status::Size`], [`Status::Argument`].
-    pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<&mut Self> {
+    /// Sets an option; returns the options, so that calls can be chained with `?`.
+    ///
+    /// `value` is a `bool`, a text, an integer of any type, an `f32` or `f64`, or for several numbers an array, a slice
+    /// or a `Vec`. Errors: [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`] (also for an integer that
+    /// does not fit into an `i64`), [`ErrorKind::Size`], [`ErrorKind::Argument`].
+    pub fn set<V>(&mut self, name: &str, value: V) -> Result<&mut Self>
+    where
+        V: TryInto<Value>,
+        V::Error: fmt::Display,
+    {
+        let refusal = |reason| Error::new(ErrorKind::Value, format!("option {name:?}: {reason}"));
+        let value = value.try_into().map_err(refusal)?;
         let name_c = c_string(format_args!("option {name:?}"), name)?;
         let (raw, key) = (self.raw.as_ptr(), name_c.as_ptr());
         // SAFETY: all pointers are valid for the call, and the library keeps none of them.
         check(unsafe {
-            match value.into() {
-                Value::Flag(flag) => sys::mjenv_options_set_integer(raw, key, flag.into()),
-                Value::Integer(integer) => sys::mjenv_options_set_integer(raw, key, integer),
+            match &value {
+                Value::Flag(flag) => sys::mjenv_options_set_integer(raw, key, (*flag).into()),
+                Value::Integer(integer) => sys::mjenv_options_set_integer(raw, key, *integer),
                 Value::Reals(reals) => sys::mjenv_options_set_reals(raw, key, reals.as_ptr(), reals.len()),
                 Value::Text(text) => {
-                    let text = c_string(format_args!("the text for option {name:?}"), &text)?;
+                    let text = c_string(format_args!("the text for option {name:?}"), text)?;
                     sys::mjenv_options_set_string(raw, key, text.as_ptr())
                 }
             }
         })?;
+        self.changes.insert(name.to_string(), value);
         Ok(self)
     }
 
-    /// Reads an option as a `bool`, `i64`, `f64`, `Vec<f64>` or `String`. Errors: [`Status::Name`], [`Status::Type`],
-    /// [`Status::Argument`].
+    /// Reads an option as a `bool`, an integer of any type, an `f64`, a `Vec<f64>` or a `String`.
+    /// Errors: [`ErrorKind::Name`], [`ErrorKind::Type`] (also for an integer that the type does not hold),
+    /// [`ErrorKind::Argument`].
     pub fn get<T: TryFrom<Value, Error = Value>>(&self, name: &str) -> Result<T> {
         T::try_from(self.value(name)?).map_err(|held| {
             let message = format!("option {name:?} holds {held:?}, not a {}", std::any::type_name::<T>());
-            Error::new(Status::Type, message)
+            Error::new(ErrorKind::Type, message)
         })
     }
 
-    /// Reads whatever an option holds. Errors: [`Status::Name`], [`Status::Argument`].
+    /// Reads whatever an option holds. Errors: [`ErrorKind::Name`], [`ErrorKind::Argument`].
     pub fn value(&self, name: &str) -> Result<Value> {
         let kind = self.schema().find(|option| option.name == name).map(|option| option.kind);
         let name = c_string(format_args!("option {name:?}"), name)?;
@@ -330,6 +386,14 @@ impl Options {
         check(unsafe { sys::mjenv_options_get_string(self.raw(), name.as_ptr(), &mut text) })?;
         // SAFETY: the text lives until the option is set again; it is copied here.
         Ok(Value::Text(unsafe { borrowed(text) }.to_string()))
+    }
+}
+
+/// # Panics
+/// If memory runs out.
+impl Clone for Options {
+    fn clone(&self) -> Self {
+        self.try_clone().expect("the library has taken these options before")
     }
 }
 

@@ -5,7 +5,7 @@ use mjenv_sys as sys;
 
 use crate::batch::Record;
 use crate::describe::{int64, size};
-use crate::error::{check, Error, Result, Status};
+use crate::error::{check, Error, ErrorKind, Result};
 use crate::{Batch, Env, Real};
 
 /// Steps in two halves, so that rows are simulated while the caller computes: [`Pipeline::send`] returns at once,
@@ -64,18 +64,18 @@ impl<T: Real> Pipeline<T> {
         self.count
     }
 
-    /// As [`Env::reset`], into the outputs. Errors: those of it, [`Status::State`] (rows are under way).
+    /// As [`Env::reset`], into the outputs. Errors: those of it, [`ErrorKind::State`] (rows are under way).
     pub fn reset(&mut self) -> Result<()> {
         self.env.reset(&mut self.batch)
     }
 
-    /// As [`Env::reset_where`], into the outputs. Errors: those of it, [`Status::State`] (rows are under way).
+    /// As [`Env::reset_where`], into the outputs. Errors: those of it, [`ErrorKind::State`] (rows are under way).
     pub fn reset_where(&mut self, mask: &[bool]) -> Result<()> {
         self.env.reset_where(mask, &mut self.batch)
     }
 
     /// Begins a step of every row: actions `[rows][action_space().count()]`, which are copied. Errors: those of
-    /// [`Env::step`] but for [`Status::Physics`], which [`Pipeline::recv`] tells; [`Status::State`] (a row is under way).
+    /// [`Env::step`] but for [`ErrorKind::Physics`], which [`Pipeline::recv`] tells; [`ErrorKind::State`] (a row is under way).
     pub fn send<A: Real>(&mut self, actions: &[A]) -> Result<()> {
         self.send_raw(None, actions)?;
         self.under_way.fill(true);
@@ -84,11 +84,11 @@ impl<T: Real> Pipeline<T> {
     }
 
     /// Begins a step of some rows: actions `[rows.len()][action_space().count()]`. Errors: those of [`Pipeline::send`],
-    /// [`Status::Value`] (row), [`Status::Size`].
+    /// [`ErrorKind::Value`] (row), [`ErrorKind::Size`].
     pub fn send_rows<A: Real>(&mut self, rows: &[usize], actions: &[A]) -> Result<()> {
         if rows.len() > self.rows() {
             let message = format!("{} rows were given, of {}", rows.len(), self.rows());
-            return Err(Error::new(Status::Size, message));
+            return Err(Error::new(ErrorKind::Size, message));
         }
         self.raw_rows.iter_mut().zip(rows).for_each(|(raw, &row)| *raw = int64(row));
         self.send_raw(Some(rows.len()), actions)?;
@@ -101,7 +101,7 @@ impl<T: Real> Pipeline<T> {
     fn send_raw<A: Real>(&mut self, count: Option<usize>, actions: &[A]) -> Result<()> {
         let out = self.batch.step_raw();
         let rows = count.map_or(std::ptr::null(), |_| self.raw_rows.as_ptr());
-        let (action, env) = (actions.as_ptr() as *const c_void, self.env.raw_mut());
+        let (action, env) = (actions.as_ptr() as *const c_void, self.env.raw());
         // SAFETY: rows and actions hold as many elements as are told, and are copied. The arrays of the batch have the
         // sizes that it tells. The library's threads write a row of them until it is received: until then `row` gives no
         // reference into it, and the batch outlives the environment, whose drop waits for the threads.
@@ -109,12 +109,12 @@ impl<T: Real> Pipeline<T> {
     }
 
     /// Waits until at least `least` rows have been stepped, and tells the numbers of all that have. Errors:
-    /// [`Status::State`] (nothing is under way), [`Status::Size`] (fewer are under way), [`Status::Physics`] (MuJoCo
+    /// [`ErrorKind::State`] (nothing is under way), [`ErrorKind::Size`] (fewer are under way), [`ErrorKind::Physics`] (MuJoCo
     /// failed in rows, which [`Row::failed`] tells; [`Pipeline::received`] has the numbers).
     pub fn recv(&mut self, least: usize) -> Result<&[usize]> {
         let (rows, room, mut count) = (self.raw_rows.as_mut_ptr(), self.raw_rows.len(), 0);
         // SAFETY: there is as much room as is told.
-        let status = unsafe { sys::mjenv_recv(self.env.raw_mut(), least, rows, room, &mut count) };
+        let status = unsafe { sys::mjenv_recv(self.env.raw(), least, rows, room, &mut count) };
         let result = check(status);
         // A failure in a row, for want of memory, too, is told as the rows are; any other tells none.
         if status == sys::MJENV_OK || count > 0 {
@@ -146,7 +146,7 @@ impl<T: Real> Pipeline<T> {
         while self.count > 0 {
             match self.recv(self.count) {
                 // A renderer on another thread is inside, if only to be told that rows are under way.
-                Err(error) if error.status() == Status::Busy => std::thread::yield_now(),
+                Err(error) if error.kind() == ErrorKind::Busy => std::thread::yield_now(),
                 // Only MuJoCo can fail here; or the threads were left behind by a fork, and will never write.
                 _ => break,
             }
@@ -204,12 +204,12 @@ impl<'a, T: Real> Row<'a, T> {
         self.one(&self.batch.was_reset)
     }
 
-    /// An info of the step; 0 where the step reset the row. Errors: [`Status::Name`].
+    /// An info of the step; 0 where the step reset the row. Errors: [`ErrorKind::Name`].
     pub fn info(&self, name: &str) -> Result<&'a [f64]> {
         self.field(&self.batch.info, "info", name)
     }
 
-    /// An info of the row's last reset. Errors: [`Status::Name`].
+    /// An info of the row's last reset. Errors: [`ErrorKind::Name`].
     pub fn reset_info(&self, name: &str) -> Result<&'a [f64]> {
         self.field(&self.batch.reset_info, "reset info", name)
     }
@@ -220,13 +220,13 @@ impl<'a, T: Real> Row<'a, T> {
         (self.was_reset() && self.ended()).then(|| self.part(&last.obs, 0, self.batch.obs_count))
     }
 
-    /// An info of the last step of that episode: see [`Batch::final_info`]. Errors: [`Status::Name`],
-    /// [`Status::State`] (another autoreset_mode).
+    /// An info of the last step of that episode: see [`Batch::final_info`]. Errors: [`ErrorKind::Name`],
+    /// [`ErrorKind::State`] (another autoreset_mode).
     pub fn final_info(&self, name: &str) -> Result<&'a [f64]> {
         self.field(&self.batch.last()?.info, "final info", name)
     }
 
-    /// An mjData array that the option `arrays` names. Errors: [`Status::Name`].
+    /// An mjData array that the option `arrays` names. Errors: [`ErrorKind::Name`].
     pub fn array(&self, name: &str) -> Result<&'a [f64]> {
         self.field(&self.batch.arrays, "exported array", name)
     }

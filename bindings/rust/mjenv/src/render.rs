@@ -215,7 +215,7 @@ impl Image<[u8; 3]> {
 ///
 /// It reads the environment when it draws and changes nothing in it. It may be used on another thread than the
 /// environment, also after the environment's end; but while another thread is inside the environment, it answers
-/// [`Status::Busy`](crate::Status::Busy). Renderers of one environment draw at the same time.
+/// [`ErrorKind::Busy`](crate::ErrorKind::Busy). Renderers of one environment draw at the same time.
 pub struct Renderer {
     raw: NonNull<sys::mjenv_renderer>,
     width: usize,
@@ -226,13 +226,13 @@ pub struct Renderer {
 unsafe impl Send for Renderer {}
 
 impl Renderer {
-    /// Builds a renderer. Errors: [`Status::Value`](crate::Status::Value), [`Status::Name`](crate::Status::Name) (the
-    /// camera), [`Status::Render`](crate::Status::Render), [`Status::Memory`](crate::Status::Memory).
+    /// Builds a renderer. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Name`](crate::ErrorKind::Name) (the
+    /// camera), [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
         settings.with_raw(|settings| {
             // SAFETY: all pointers are valid for the call, which only reads the environment.
-            check(unsafe { sys::mjenv_renderer_create(env.raw() as *mut _, settings, &mut raw) })
+            check(unsafe { sys::mjenv_renderer_create(env.raw(), settings, &mut raw) })
         })?;
         let raw = NonNull::new(raw).expect("libmjenv creates a renderer or fails");
         Ok(Self { raw, width: settings.width, height: settings.height })
@@ -244,9 +244,9 @@ impl Renderer {
         unsafe { borrowed(sys::mjenv_renderer_gl(self.raw.as_ptr())) }
     }
 
-    /// The colours of a row. Errors: [`Status::Value`](crate::Status::Value) (row),
-    /// [`Status::State`](crate::Status::State), [`Status::Render`](crate::Status::Render),
-    /// [`Status::Busy`](crate::Status::Busy).
+    /// The colours of a row. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value) (row),
+    /// [`ErrorKind::State`](crate::ErrorKind::State), [`ErrorKind::Render`](crate::ErrorKind::Render),
+    /// [`ErrorKind::Busy`](crate::ErrorKind::Busy).
     pub fn render(&mut self, row: usize) -> Result<Image<[u8; 3]>> {
         let mut colours = Image::new(self.width, self.height);
         self.draw(row, Some(&mut colours), None)?;
@@ -298,13 +298,13 @@ pub struct Window {
 }
 
 impl Window {
-    /// Opens a window. Its camera is always free. Errors: [`Status::Value`](crate::Status::Value),
-    /// [`Status::Render`](crate::Status::Render), [`Status::Memory`](crate::Status::Memory).
+    /// Opens a window. Its camera is always free. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value),
+    /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
         settings.with_raw(|settings| {
             // SAFETY: all pointers are valid for the call, which only reads the environment.
-            check(unsafe { sys::mjenv_window_create(env.raw() as *mut _, settings, &mut raw) })
+            check(unsafe { sys::mjenv_window_create(env.raw(), settings, &mut raw) })
         })?;
         Ok(Self { raw: NonNull::new(raw).expect("libmjenv opens a window or fails") })
     }

@@ -5,10 +5,10 @@ use std::ffi::{CStr, CString};
 use std::fmt;
 use std::os::raw::c_char;
 
-use crate::error::{Error, Result, Status};
+use crate::error::{Error, ErrorKind, Result};
 
 pub(crate) fn c_string(what: fmt::Arguments<'_>, text: &str) -> Result<CString> {
-    CString::new(text).map_err(|_| Error::new(Status::Argument, format!("{what} contains a NUL character")))
+    CString::new(text).map_err(|_| Error::new(ErrorKind::Argument, format!("{what} contains a NUL character")))
 }
 
 /// A text that the library wrote or was given by this crate.

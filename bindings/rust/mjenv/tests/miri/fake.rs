@@ -30,7 +30,7 @@ struct Options {
 }
 
 struct Env {
-    options: *mut Options,
+    options: Options,
     state: Vec<f64>,
     sent: Vec<(i64, JoinHandle<()>)>,
 }
@@ -179,7 +179,7 @@ unsafe extern "C" fn mjenv_options_get_string(
 unsafe extern "C" fn mjenv_create(options: *const mjenv_options, rows: i64, env: *mut *mut mjenv_env) -> mjenv_status {
     let given = options_of(options);
     let copy = Options { threads: given.threads, range: given.range, mode: given.mode.clone() };
-    let made = Env { options: Box::into_raw(Box::new(copy)), state: vec![0.0; rows as usize], sent: Vec::new() };
+    let made = Env { options: copy, state: vec![0.0; rows as usize], sent: Vec::new() };
     *env = Box::into_raw(Box::new(made)) as *mut mjenv_env;
     MJENV_OK
 }
@@ -188,12 +188,6 @@ unsafe extern "C" fn mjenv_create(options: *const mjenv_options, rows: i64, env:
 unsafe extern "C" fn mjenv_destroy(env: *mut mjenv_env) {
     let env = Box::from_raw(env as *mut Env);
     env.sent.into_iter().for_each(|(_, thread)| thread.join().unwrap());
-    drop(Box::from_raw(env.options));
-}
-
-#[no_mangle]
-unsafe extern "C" fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options {
-    (&*(env as *const Env)).options as *const mjenv_options
 }
 
 #[no_mangle]
@@ -372,7 +366,7 @@ unsafe extern "C" fn mjenv_recv(
         thread.join().unwrap();
         *rows.add(i) = row;
     }
-    if options_of(env.options as *const mjenv_options).threads == SHORT_OF_MEMORY {
+    if env.options.threads == SHORT_OF_MEMORY {
         return MJENV_E_MEMORY;
     }
     MJENV_OK

@@ -5,7 +5,7 @@ mod fake;
 
 use std::thread;
 
-use mjenv::{Env, Options, Role, Status};
+use mjenv::{Env, ErrorKind, Options, Role};
 
 fn env(rows: usize) -> Env {
     Env::new(&Options::new("Fake-v5").unwrap(), rows).unwrap()
@@ -22,8 +22,10 @@ fn options() {
     let names: Vec<_> = options.schema().map(|option| option.name).collect();
     assert_eq!(names, ["num_threads", "strict", "range", "autoreset_mode"]);
     let error = options.set("nothing", 1).unwrap_err();
-    assert_eq!((error.status(), error.message()), (Status::Name, "no such thing"));
-    assert!(format!("{options:?}").contains("disabled"));
+    assert_eq!((error.kind(), error.message()), (ErrorKind::Name, "no such thing"));
+    let copy = options.clone();
+    drop(options);
+    assert!(format!("{copy:?}").contains("disabled"));
 }
 
 #[test]
@@ -58,10 +60,10 @@ fn steps() {
     env.step(&[1.0f32; 6], &mut rounded).unwrap();
     assert_eq!(rounded.obs(2), [2.0f32; 3]);
     assert_eq!(kept.obs(2), [4.0; 3]);
-    assert_eq!(env.step(&[0.0f32; 5], &mut batch).unwrap_err().status(), Status::Size);
+    assert_eq!(env.step(&[0.0f32; 5], &mut batch).unwrap_err().kind(), ErrorKind::Size);
     let image = env.snapshot(0).unwrap();
     env.restore(1, &image).unwrap();
-    assert_eq!(env.restore(1, &image[1..]).unwrap_err().status(), Status::Snapshot);
+    assert_eq!(env.restore(1, &image[1..]).unwrap_err().kind(), ErrorKind::Snapshot);
 }
 
 #[test]
@@ -102,7 +104,7 @@ fn rows_under_way() {
         }
         pipeline.send_rows(&rows, &vec![0.5f64; 2 * rows.len()]).unwrap();
     }
-    assert_eq!(pipeline.send_rows(&[0], &[0.0f32; 2]).unwrap_err().status(), Status::State);
+    assert_eq!(pipeline.send_rows(&[0], &[0.0f32; 2]).unwrap_err().kind(), ErrorKind::State);
     let (env, batch) = pipeline.finish();
     drop(env);
     assert_eq!(batch.observations().len(), 12);
@@ -123,7 +125,7 @@ fn rows_that_fail_for_want_of_memory() {
     let mut pipeline = Env::new(&options, 2).unwrap().pipeline();
     for _ in 0..2 {
         pipeline.send(&[0.0f32; 4]).unwrap();
-        assert_eq!(pipeline.recv(2).unwrap_err().status(), Status::Memory);
+        assert_eq!(pipeline.recv(2).unwrap_err().kind(), ErrorKind::Memory);
         assert_eq!((pipeline.received(), pipeline.under_way()), (&[0, 1][..], 0));
     }
     pipeline.send(&[0.0f32; 4]).unwrap();

@@ -3,6 +3,7 @@
 mod allocation;
 mod golden;
 mod misuse;
+mod options;
 mod pictures;
 mod pipeline;
 mod refusals;

@@ -5,7 +5,7 @@ use std::panic::{self, AssertUnwindSafe};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-use mjenv::{Env, Options, Status};
+use mjenv::{Env, ErrorKind, Options};
 
 fn env_of(id: &str, rows: usize, threads: i64) -> Env {
     let mut options = Options::new(id).unwrap();
@@ -98,7 +98,7 @@ fn dropped_and_forgotten_under_way() {
 fn outputs_of_another_environment_are_refused() {
     let mut env = env_of("Reacher-v5", 2, 1);
     for mut other in [env_of("Hopper-v5", 2, 1).batch(), env_of("Reacher-v5", 3, 1).batch()] {
-        assert_eq!(env.reset(&mut other).unwrap_err().status(), Status::Size);
+        assert_eq!(env.reset(&mut other).unwrap_err().kind(), ErrorKind::Size);
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use mjenv::{Camera, Env, Image, Options, RenderSettings, Renderer, Status};
+use mjenv::{Camera, Env, ErrorKind, Image, Options, RenderSettings, Renderer};
 
 fn ready(id: &str, rows: usize) -> Env {
     let mut env = Env::new(&Options::new(id).unwrap(), rows).unwrap();
@@ -96,17 +96,17 @@ fn rows_are_drawn_on_threads() {
 #[test]
 fn what_cannot_be_drawn_is_refused() {
     let env = ready("Ant-v4", 1);
-    let status = |settings: RenderSettings| Renderer::new(&env, &settings).unwrap_err().status();
-    assert_eq!(status(small(&env).size(0, 5)), Status::Value);
-    assert_eq!(status(small(&env).size(5, usize::MAX)), Status::Value);
-    assert_eq!(status(small(&env).camera(Camera::Index(7))), Status::Value);
-    assert_eq!(status(small(&env).camera(Camera::Index(-2))), Status::Value);
-    assert_eq!(status(small(&env).camera(Camera::Name("front".to_owned()))), Status::Name);
-    assert_eq!(status(small(&env).camera(Camera::Name("a\0b".to_owned()))), Status::Argument);
+    let status = |settings: RenderSettings| Renderer::new(&env, &settings).unwrap_err().kind();
+    assert_eq!(status(small(&env).size(0, 5)), ErrorKind::Value);
+    assert_eq!(status(small(&env).size(5, usize::MAX)), ErrorKind::Value);
+    assert_eq!(status(small(&env).camera(Camera::Index(7))), ErrorKind::Value);
+    assert_eq!(status(small(&env).camera(Camera::Index(-2))), ErrorKind::Value);
+    assert_eq!(status(small(&env).camera(Camera::Name("front".to_owned()))), ErrorKind::Name);
+    assert_eq!(status(small(&env).camera(Camera::Name("a\0b".to_owned()))), ErrorKind::Argument);
     let mut renderer = Renderer::new(&env, &small(&env)).unwrap();
-    assert_eq!(renderer.render(1).unwrap_err().status(), Status::Value);
+    assert_eq!(renderer.render(1).unwrap_err().kind(), ErrorKind::Value);
     drop(env);
-    assert_eq!(renderer.render(0).unwrap_err().status(), Status::State);
+    assert_eq!(renderer.render(0).unwrap_err().kind(), ErrorKind::State);
 }
 
 /// The outputs that a pipeline gives back are nobody else's, also when a renderer is inside the environment just then.
@@ -136,7 +136,7 @@ fn a_pipeline_is_finished_while_another_thread_draws() {
             finished.store(true, Ordering::Relaxed);
             let mut batch = env.batch();
             while let Err(error) = env.reset(&mut batch) {
-                assert_eq!(error.status(), Status::Busy, "{error}");
+                assert_eq!(error.kind(), ErrorKind::Busy, "{error}");
             }
         });
     }

@@ -1,6 +1,6 @@
 //! Steps in two halves: all rows are what Gymnasium recorded, whichever are received first.
 
-use mjenv::{Env, Options, Pipeline, Status};
+use mjenv::{Env, ErrorKind, Options, Pipeline};
 
 use crate::golden::{assert_bits, Actions, Golden};
 use crate::replay::Recording;
@@ -149,27 +149,27 @@ fn finishing_waits() {
 fn refusals() {
     let golden = Golden::of("Reacher-v5");
     let mut pipeline = pipeline(&golden, 2);
-    let status = |result: Result<(), mjenv::Error>| result.unwrap_err().status();
+    let status = |result: Result<(), mjenv::Error>| result.unwrap_err().kind();
     let action = [0.0f32; ROWS * 2];
-    assert_eq!(status(pipeline.recv(1).map(drop)), Status::State);
-    assert_eq!(status(pipeline.send(&action[1..])), Status::Size);
-    assert_eq!(status(pipeline.send(&[f32::NAN; ROWS * 2])), Status::Value);
-    assert_eq!(status(pipeline.send_rows(&[ROWS], &action[..2])), Status::Value);
-    assert_eq!(status(pipeline.send_rows(&[1, 1], &action[..4])), Status::State);
-    assert_eq!(status(pipeline.send_rows(&[0; ROWS + 1], &[0.0f32; ROWS * 2 + 2])), Status::Size);
+    assert_eq!(status(pipeline.recv(1).map(drop)), ErrorKind::State);
+    assert_eq!(status(pipeline.send(&action[1..])), ErrorKind::Size);
+    assert_eq!(status(pipeline.send(&[f32::NAN; ROWS * 2])), ErrorKind::Value);
+    assert_eq!(status(pipeline.send_rows(&[ROWS], &action[..2])), ErrorKind::Value);
+    assert_eq!(status(pipeline.send_rows(&[1, 1], &action[..4])), ErrorKind::State);
+    assert_eq!(status(pipeline.send_rows(&[0; ROWS + 1], &[0.0f32; ROWS * 2 + 2])), ErrorKind::Size);
     pipeline.send_rows(&[3, 1], &action[..4]).unwrap();
-    assert_eq!(status(pipeline.send(&action)), Status::State);
-    assert_eq!(status(pipeline.send_rows(&[1], &action[..2])), Status::State);
-    assert_eq!(status(pipeline.recv(3).map(drop)), Status::Size);
-    assert_eq!(status(pipeline.reset()), Status::State);
-    assert_eq!(status(pipeline.reset_where(&[true; ROWS])), Status::State);
+    assert_eq!(status(pipeline.send(&action)), ErrorKind::State);
+    assert_eq!(status(pipeline.send_rows(&[1], &action[..2])), ErrorKind::State);
+    assert_eq!(status(pipeline.recv(3).map(drop)), ErrorKind::Size);
+    assert_eq!(status(pipeline.reset()), ErrorKind::State);
+    assert_eq!(status(pipeline.reset_where(&[true; ROWS])), ErrorKind::State);
     assert!(pipeline.row(1).is_none() && pipeline.row(0).is_some());
     let mut received = pipeline.recv(2).unwrap().to_vec();
     received.sort_unstable();
     assert_eq!(received, [1, 3]);
     let row = pipeline.row(1).unwrap();
-    assert_eq!(row.info("nothing").unwrap_err().status(), Status::Name);
-    assert_eq!(row.final_info("reward_dist").unwrap_err().status(), Status::State);
+    assert_eq!(row.info("nothing").unwrap_err().kind(), ErrorKind::Name);
+    assert_eq!(row.final_info("reward_dist").unwrap_err().kind(), ErrorKind::State);
     assert_eq!(format!("{row:?}"), "Row { row: 1 }");
 }
 

@@ -2,12 +2,12 @@
 
 use std::fmt::Debug;
 
-use mjenv::{Batch, Env, Error, Options, Result, Status};
+use mjenv::{Batch, Env, Error, ErrorKind, Options, Result};
 
 #[track_caller]
-fn assert_refused<T: Debug>(result: Result<T>, status: Status, culprits: &[&str]) {
+fn assert_refused<T: Debug>(result: Result<T>, status: ErrorKind, culprits: &[&str]) {
     let error: Error = result.unwrap_err();
-    assert_eq!(error.status(), status, "{error}");
+    assert_eq!(error.kind(), status, "{error}");
     for culprit in culprits {
         assert!(error.message().contains(culprit), "{culprit:?} is not in {:?}", error.message());
     }
@@ -61,7 +61,7 @@ impl Pair {
     #[track_caller]
     fn refuses<T: Debug>(
         &mut self,
-        status: Status,
+        status: ErrorKind,
         culprits: &[&str],
         input: impl FnOnce(&mut Env, &mut Batch) -> Result<T>,
     ) {
@@ -74,9 +74,9 @@ impl Pair {
 
 #[test]
 fn ids() {
-    assert_refused(Options::new("Ant-v9"), Status::Name, &["Ant-v9", "Ant-v4", "Walker2d-v5"]);
-    assert_refused(mjenv::spec(""), Status::Name, &["Reacher-v5"]);
-    assert_refused(Options::new("Ant-v4\0"), Status::Argument, &[r#""Ant-v4\0""#, "NUL"]);
+    assert_refused(Options::new("Ant-v9"), ErrorKind::Name, &["Ant-v9", "Ant-v4", "Walker2d-v5"]);
+    assert_refused(mjenv::spec(""), ErrorKind::Name, &["Reacher-v5"]);
+    assert_refused(Options::new("Ant-v4\0"), ErrorKind::Argument, &[r#""Ant-v4\0""#, "NUL"]);
 }
 
 #[test]
@@ -87,35 +87,35 @@ fn options() {
         assert_refused(options.set(name, value).map(|_| ()), status, culprits);
         assert_eq!(format!("{options:?}"), before);
     };
-    refuses("healthy_z", 1.0.into(), Status::Name, &["healthy_z", "Ant-v5", "healthy_z_range"]);
-    refuses("a\0b", 1.0.into(), Status::Argument, &[r#""a\0b""#]);
-    refuses("frame_skip", "five".into(), Status::Type, &["frame_skip", "integer"]);
-    refuses("frame_skip", 5.0.into(), Status::Type, &["frame_skip", "integer"]);
-    refuses("xml_file", 5.into(), Status::Type, &["xml_file", "text"]);
-    refuses("terminate_when_unhealthy", 0.5.into(), Status::Type, &["terminate_when_unhealthy", "flag"]);
-    refuses("healthy_z_range", 1.into(), Status::Type, &["healthy_z_range"]);
-    refuses("healthy_z_range", [0.0; 3].into(), Status::Size, &["healthy_z_range", "2", "3"]);
-    refuses("healthy_z_range", Vec::new().into(), Status::Size, &["healthy_z_range", "2", "0"]);
-    refuses("frame_skip", 0.into(), Status::Value, &["frame_skip", "[1, ", "0"]);
-    refuses("max_episode_steps", (-1).into(), Status::Value, &["max_episode_steps", "-1"]);
-    refuses("num_threads", (-1).into(), Status::Value, &["num_threads", "-1"]);
-    refuses("num_threads", 1025.into(), Status::Value, &["num_threads", "1024"]);
-    refuses("terminate_when_unhealthy", 2.into(), Status::Value, &["terminate_when_unhealthy", "2"]);
-    refuses("reset_noise_scale", f64::NAN.into(), Status::Value, &["reset_noise_scale", "nan"]);
-    refuses("norm", "fuzed".into(), Status::Value, &["norm", "fuzed", "auto, fused, plain"]);
-    refuses("xml_string", "<mujoco>\0</mujoco>".into(), Status::Argument, &["xml_string", "NUL"]);
+    refuses("healthy_z", 1.0.into(), ErrorKind::Name, &["healthy_z", "Ant-v5", "healthy_z_range"]);
+    refuses("a\0b", 1.0.into(), ErrorKind::Argument, &[r#""a\0b""#]);
+    refuses("frame_skip", "five".into(), ErrorKind::Type, &["frame_skip", "integer"]);
+    refuses("frame_skip", 5.0.into(), ErrorKind::Type, &["frame_skip", "integer"]);
+    refuses("xml_file", 5.into(), ErrorKind::Type, &["xml_file", "text"]);
+    refuses("terminate_when_unhealthy", 0.5.into(), ErrorKind::Type, &["terminate_when_unhealthy", "flag"]);
+    refuses("healthy_z_range", 1.into(), ErrorKind::Type, &["healthy_z_range"]);
+    refuses("healthy_z_range", [0.0; 3].into(), ErrorKind::Size, &["healthy_z_range", "2", "3"]);
+    refuses("healthy_z_range", Vec::<f64>::new().into(), ErrorKind::Size, &["healthy_z_range", "2", "0"]);
+    refuses("frame_skip", 0.into(), ErrorKind::Value, &["frame_skip", "[1, ", "0"]);
+    refuses("max_episode_steps", (-1).into(), ErrorKind::Value, &["max_episode_steps", "-1"]);
+    refuses("num_threads", (-1).into(), ErrorKind::Value, &["num_threads", "-1"]);
+    refuses("num_threads", 1025.into(), ErrorKind::Value, &["num_threads", "1024"]);
+    refuses("terminate_when_unhealthy", 2.into(), ErrorKind::Value, &["terminate_when_unhealthy", "2"]);
+    refuses("reset_noise_scale", f64::NAN.into(), ErrorKind::Value, &["reset_noise_scale", "nan"]);
+    refuses("norm", "fuzed".into(), ErrorKind::Value, &["norm", "fuzed", "auto, fused, plain"]);
+    refuses("xml_string", "<mujoco>\0</mujoco>".into(), ErrorKind::Argument, &["xml_string", "NUL"]);
 
-    assert_refused(options.get::<f64>("weight"), Status::Name, &["weight", "ctrl_cost_weight"]);
-    assert_refused(options.get::<f64>("healthy_z_range"), Status::Type, &["healthy_z_range", "f64"]);
-    assert_refused(options.get::<bool>("frame_skip"), Status::Type, &["frame_skip", "bool"]);
+    assert_refused(options.get::<f64>("weight"), ErrorKind::Name, &["weight", "ctrl_cost_weight"]);
+    assert_refused(options.get::<f64>("healthy_z_range"), ErrorKind::Type, &["healthy_z_range", "f64"]);
+    assert_refused(options.get::<bool>("frame_skip"), ErrorKind::Type, &["frame_skip", "bool"]);
     assert!(Env::new(&options, 1).is_ok());
 }
 
 #[test]
 fn rows() {
     let options = Options::new("Reacher-v4").unwrap();
-    assert_refused(Env::new(&options, 0), Status::Value, &["rows", "0"]);
-    assert_refused(Env::new(&options, usize::MAX), Status::Memory, &["rows"]);
+    assert_refused(Env::new(&options, 0), ErrorKind::Value, &["rows", "0"]);
+    assert_refused(Env::new(&options, usize::MAX), ErrorKind::Memory, &["rows"]);
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn models() {
     let refuses = |id: &str, option: &str, value: &str, culprits: &[&str]| {
         let mut options = Options::new(id).unwrap();
         options.set(option, value).unwrap();
-        assert_refused(Env::new(&options, 1), Status::Model, culprits);
+        assert_refused(Env::new(&options, 1), ErrorKind::Model, culprits);
     };
     refuses("Ant-v5", "xml_file", "/no/such/model.xml", &["/no/such/model.xml"]);
     refuses("Ant-v5", "xml_file", "antt.xml", &["antt.xml", "ant.xml", "reacher.xml"]);
@@ -134,7 +134,7 @@ fn models() {
     refuses("Pusher-v5", "xml_file", "humanoid.xml", &["Pusher-v5", "tips_arm"]);
 
     let mut options = Options::new("Ant-v5").unwrap();
-    assert_refused(Env::new(options.set("main_body", 99).unwrap(), 1), Status::Model, &["main_body", "99", "14"]);
+    assert_refused(Env::new(options.set("main_body", 99).unwrap(), 1), ErrorKind::Model, &["main_body", "99", "14"]);
     assert!(Env::new(options.set("main_body", 1).unwrap(), 1).is_ok());
 }
 
@@ -143,16 +143,16 @@ fn steps_out_of_time() {
     let mut options = Options::new("InvertedPendulum-v5").unwrap();
     let mut env = Env::new(options.set("max_episode_steps", 2).unwrap(), 2).unwrap();
     let mut batch = env.batch();
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), Status::State, &["row 0", "reset"]);
+    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::State, &["row 0", "reset"]);
     env.reset_where(&[true, false], &mut batch).unwrap();
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), Status::State, &["row 1", "reset"]);
+    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::State, &["row 1", "reset"]);
     env.reset(&mut batch).unwrap();
     for _ in 0..2 {
         env.step(&[0.0f32; 2], &mut batch).unwrap();
     }
     assert_eq!(batch.truncated(), [true, true]);
     let before = bits(&batch);
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), Status::State, &["row 0", "ended", "strict"]);
+    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::State, &["row 0", "ended", "strict"]);
     assert_eq!(bits(&batch), before);
     env.reset(&mut batch).unwrap();
     env.step(&[0.0f32; 2], &mut batch).unwrap();
@@ -172,13 +172,13 @@ fn actions() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut actions = [0.5f32; 12];
         actions[9] = bad;
-        pair.refuses(Status::Value, &["row 1", "action[3]", "strict"], |env, out| env.step(&actions, out));
+        pair.refuses(ErrorKind::Value, &["row 1", "action[3]", "strict"], |env, out| env.step(&actions, out));
         let wide = actions.map(f64::from);
-        pair.refuses(Status::Value, &["row 1", "action[3]"], |env, out| env.step(&wide, out));
+        pair.refuses(ErrorKind::Value, &["row 1", "action[3]"], |env, out| env.step(&wide, out));
     }
-    pair.refuses(Status::Size, &["action", "6", "12"], |env, out| env.step(&[0.0f32; 6], out));
-    pair.refuses(Status::Size, &["action", "0", "12"], |env, out| env.step::<f64, _>(&[], out));
-    pair.refuses(Status::Size, &["action", "13", "12"], |env, _| env.sample_actions(&mut [0.0; 13]));
+    pair.refuses(ErrorKind::Size, &["action", "6", "12"], |env, out| env.step(&[0.0f32; 6], out));
+    pair.refuses(ErrorKind::Size, &["action", "0", "12"], |env, out| env.step::<f64, _>(&[], out));
+    pair.refuses(ErrorKind::Size, &["action", "13", "12"], |env, _| env.sample_actions(&mut [0.0; 13]));
 }
 
 #[test]
@@ -189,13 +189,13 @@ fn outputs_of_another_environment() {
     options.set("exclude_current_positions_from_observation", false).unwrap();
     let mut other = Env::new(&options, 2).unwrap().batch();
     let before = (bits(&single), bits(&other));
-    pair.refuses(Status::Size, &["rows", "1", "2"], |env, _| env.step(&[0.0f32; 12], &mut single));
-    pair.refuses(Status::Size, &["obs_count", "18", "17"], |env, _| env.step(&[0.0f32; 12], &mut other));
-    pair.refuses(Status::Size, &["rows"], |env, _| env.reset(&mut single));
-    pair.refuses(Status::Size, &["obs_count"], |env, _| env.observe(&mut other));
+    pair.refuses(ErrorKind::Size, &["rows", "1", "2"], |env, _| env.step(&[0.0f32; 12], &mut single));
+    pair.refuses(ErrorKind::Size, &["obs_count", "18", "17"], |env, _| env.step(&[0.0f32; 12], &mut other));
+    pair.refuses(ErrorKind::Size, &["rows"], |env, _| env.reset(&mut single));
+    pair.refuses(ErrorKind::Size, &["obs_count"], |env, _| env.observe(&mut other));
     assert_eq!((bits(&single), bits(&other)), before);
-    pair.refuses(Status::Name, &["x_speed", "x_velocity"], |_, out| out.info("x_speed").map(<[f64]>::to_vec));
-    pair.refuses(Status::Name, &["reward_ctrl", "x_position"], |_, out| {
+    pair.refuses(ErrorKind::Name, &["x_speed", "x_velocity"], |_, out| out.info("x_speed").map(<[f64]>::to_vec));
+    pair.refuses(ErrorKind::Name, &["reward_ctrl", "x_position"], |_, out| {
         out.reset_info("reward_ctrl").map(<[f64]>::to_vec)
     });
 }
@@ -208,108 +208,108 @@ fn outputs_without_room_for_arrays_or_reset_infos() {
     let mut batch = env.batch();
     env.reset(&mut batch).unwrap();
     let needs = ["arrays_count", "0", "24"];
-    assert_refused(env.step(&[0.0f32; 6], &mut plain), Status::Size, &needs);
-    assert_refused(env.reset(&mut plain), Status::Size, &needs);
-    assert_refused(env.reset_where(&[true], &mut plain), Status::Size, &needs);
-    assert_refused(env.observe(&mut plain), Status::Size, &needs);
-    assert_refused(env.rollout(&[0.0f32; 6], 1, &mut plain), Status::Size, &needs);
+    assert_refused(env.step(&[0.0f32; 6], &mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.reset(&mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.reset_where(&[true], &mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.observe(&mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.rollout(&[0.0f32; 6], 1, &mut plain), ErrorKind::Size, &needs);
     env.step(&[0.0f32; 6], &mut batch).unwrap();
-    assert_refused(batch.array("qpos").map(<[f64]>::to_vec), Status::Name, &["qpos", "xpos"]);
-    assert_refused(batch.final_info("x_velocity").map(<[f64]>::to_vec), Status::State, &["autoreset_mode"]);
+    assert_refused(batch.array("qpos").map(<[f64]>::to_vec), ErrorKind::Name, &["qpos", "xpos"]);
+    assert_refused(batch.final_info("x_velocity").map(<[f64]>::to_vec), ErrorKind::State, &["autoreset_mode"]);
 
     // Equal in all but their reset infos.
     let old = Env::new(&Options::new("HalfCheetah-v4").unwrap(), 1).unwrap();
     let mut new = Env::new(&Options::new("HalfCheetah-v5").unwrap(), 1).unwrap();
-    assert_refused(new.reset(&mut old.batch()), Status::Size, &["info_count", "0", "1"]);
+    assert_refused(new.reset(&mut old.batch()), ErrorKind::Size, &["info_count", "0", "1"]);
     new.reset(&mut new.batch()).unwrap();
-    assert_refused(new.step(&[0.0f32; 6], &mut old.batch()), Status::Size, &["reset_info_count", "0", "1"]);
+    assert_refused(new.step(&[0.0f32; 6], &mut old.batch()), ErrorKind::Size, &["reset_info_count", "0", "1"]);
 
     let mut other = Options::new("HalfCheetah-v5").unwrap();
     other.set("arrays", "xposs").unwrap();
-    assert_refused(Env::new(&other, 1), Status::Name, &["arrays", "xposs", "xpos"]);
+    assert_refused(Env::new(&other, 1), ErrorKind::Name, &["arrays", "xposs", "xpos"]);
 }
 
 #[test]
 fn rollouts() {
     let mut pair = Pair::new("HalfCheetah-v4", 2);
     let mut out = pair.env.rollout_batch(3);
-    pair.refuses(Status::Size, &["action", "12", "36"], |env, _| env.rollout(&[0.0f32; 12], 3, &mut out));
-    pair.refuses(Status::Size, &["rows", "2", "6"], |env, batch| env.rollout(&[0.0f32; 36], 3, batch));
-    pair.refuses(Status::Value, &["steps", "0"], |env, _| env.rollout::<f32, _>(&[], 0, &mut out));
-    pair.refuses(Status::Value, &["steps"], |env, _| env.rollout(&[0.0f32; 36], usize::MAX, &mut out));
-    pair.refuses(Status::Value, &["nan"], |env, _| env.rollout(&[f64::NAN; 36], 3, &mut out));
+    pair.refuses(ErrorKind::Size, &["action", "12", "36"], |env, _| env.rollout(&[0.0f32; 12], 3, &mut out));
+    pair.refuses(ErrorKind::Size, &["rows", "2", "6"], |env, batch| env.rollout(&[0.0f32; 36], 3, batch));
+    pair.refuses(ErrorKind::Value, &["steps", "0"], |env, _| env.rollout::<f32, _>(&[], 0, &mut out));
+    pair.refuses(ErrorKind::Value, &["steps"], |env, _| env.rollout(&[0.0f32; 36], usize::MAX, &mut out));
+    pair.refuses(ErrorKind::Value, &["nan"], |env, _| env.rollout(&[f64::NAN; 36], 3, &mut out));
 }
 
 #[test]
 fn streams_and_simulations() {
     let mut pair = Pair::new("Swimmer-v4", 2);
-    pair.refuses(Status::Value, &["row 2"], |env, _| env.stream(2));
-    pair.refuses(Status::Value, &["increment", "2"], |env, _| env.set_stream(0, &[0, 0, 2, 0]));
-    pair.refuses(Status::Size, &["1", "2"], |env, _| env.simulate(0, &[0.0], 1));
-    pair.refuses(Status::Value, &["frames", "0"], |env, _| env.simulate(0, &[0.0; 2], 0));
-    let mut fresh = Env::new(&Options::new("Swimmer-v4").unwrap(), 1).unwrap();
-    assert_refused(fresh.stream(0), Status::State, &["row 0", "seeded"]);
+    pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.stream(2));
+    pair.refuses(ErrorKind::Value, &["increment", "2"], |env, _| env.set_stream(0, &[0, 0, 2, 0]));
+    pair.refuses(ErrorKind::Size, &["1", "2"], |env, _| env.simulate(0, &[0.0], 1));
+    pair.refuses(ErrorKind::Value, &["frames", "0"], |env, _| env.simulate(0, &[0.0; 2], 0));
+    let fresh = Env::new(&Options::new("Swimmer-v4").unwrap(), 1).unwrap();
+    assert_refused(fresh.stream(0), ErrorKind::State, &["row 0", "seeded"]);
 }
 
 #[test]
 fn seeds_and_masks() {
     let mut pair = Pair::new("Swimmer-v5", 2);
-    pair.refuses(Status::Size, &["seeds", "1", "2"], |env, _| env.seed(&[1]));
-    pair.refuses(Status::Size, &["seeds", "3", "2"], |env, _| env.seed_where(&[true; 2], &[1; 3]));
-    pair.refuses(Status::Size, &["mask", "0", "2"], |env, _| env.seed_where(&[], &[1; 2]));
-    pair.refuses(Status::Size, &["mask", "1", "2"], |env, out| env.reset_where(&[true], out));
-    pair.refuses(Status::Size, &["digit"], |env, _| env.seed_digits(0, &[]));
-    pair.refuses(Status::Value, &["row 2", "0..1"], |env, _| env.seed_digits(2, &[1]));
+    pair.refuses(ErrorKind::Size, &["seeds", "1", "2"], |env, _| env.seed(&[1]));
+    pair.refuses(ErrorKind::Size, &["seeds", "3", "2"], |env, _| env.seed_where(&[true; 2], &[1; 3]));
+    pair.refuses(ErrorKind::Size, &["mask", "0", "2"], |env, _| env.seed_where(&[], &[1; 2]));
+    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, out| env.reset_where(&[true], out));
+    pair.refuses(ErrorKind::Size, &["digit"], |env, _| env.seed_digits(0, &[]));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.seed_digits(2, &[1]));
 }
 
 #[test]
 fn arrays_and_objects() {
     let mut pair = Pair::new("Pusher-v4", 2);
-    pair.refuses(Status::Name, &["xposs", "xpos", "body_mass"], |env, _| env.read(0, "xposs"));
-    pair.refuses(Status::Argument, &["qpos", "NUL"], |env, _| env.read(0, "qpos\0"));
-    pair.refuses(Status::Value, &["row 2", "0..1"], |env, _| env.read(2, "qpos"));
-    pair.refuses(Status::Value, &["row"], |env, _| env.read(usize::MAX, "qpos"));
+    pair.refuses(ErrorKind::Name, &["xposs", "xpos", "body_mass"], |env, _| env.read(0, "xposs"));
+    pair.refuses(ErrorKind::Argument, &["qpos", "NUL"], |env, _| env.read(0, "qpos\0"));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.read(2, "qpos"));
+    pair.refuses(ErrorKind::Value, &["row"], |env, _| env.read(usize::MAX, "qpos"));
     let mut short = [7.0; 3];
-    pair.refuses(Status::Size, &["3", "11"], |env, _| env.read_into(1, "qpos", &mut short));
+    pair.refuses(ErrorKind::Size, &["3", "11"], |env, _| env.read_into(1, "qpos", &mut short));
     assert_eq!(short, [7.0; 3]);
-    pair.refuses(Status::Size, &["0", "11"], |env, _| env.read_into(1, "qpos", &mut []));
-    pair.refuses(Status::Name, &["bodi", "body, joint"], |env, _| env.object_index("bodi", "goal"));
-    pair.refuses(Status::Name, &["gaol", "goal"], |env, _| env.object_index("body", "gaol"));
-    pair.refuses(Status::Value, &["13", "0..12"], |env, _| env.object_name("body", 13).map(|_| ()));
+    pair.refuses(ErrorKind::Size, &["0", "11"], |env, _| env.read_into(1, "qpos", &mut []));
+    pair.refuses(ErrorKind::Name, &["bodi", "body, joint"], |env, _| env.object_index("bodi", "goal"));
+    pair.refuses(ErrorKind::Name, &["gaol", "goal"], |env, _| env.object_index("body", "gaol"));
+    pair.refuses(ErrorKind::Value, &["13", "0..12"], |env, _| env.object_name("body", 13).map(|_| ()));
 }
 
 #[test]
 fn states() {
     let mut pair = Pair::new("Hopper-v4", 2);
-    pair.refuses(Status::Size, &["nq", "5", "6"], |env, _| env.set_state(0, &[0.0; 5], &[0.0; 6]));
-    pair.refuses(Status::Size, &["nv", "0", "6"], |env, _| env.set_state(0, &[0.0; 6], &[]));
-    pair.refuses(Status::Value, &["qvel[2]", "nan"], |env, _| {
+    pair.refuses(ErrorKind::Size, &["nq", "5", "6"], |env, _| env.set_state(0, &[0.0; 5], &[0.0; 6]));
+    pair.refuses(ErrorKind::Size, &["nv", "0", "6"], |env, _| env.set_state(0, &[0.0; 6], &[]));
+    pair.refuses(ErrorKind::Value, &["qvel[2]", "nan"], |env, _| {
         env.set_state(1, &[1.0; 6], &[0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0])
     });
-    pair.refuses(Status::Value, &["qpos[0]", "inf"], |env, _| env.set_state(1, &[f64::INFINITY; 6], &[0.0; 6]));
-    pair.refuses(Status::Value, &["row 2"], |env, _| env.set_state(2, &[0.0; 6], &[0.0; 6]));
+    pair.refuses(ErrorKind::Value, &["qpos[0]", "inf"], |env, _| env.set_state(1, &[f64::INFINITY; 6], &[0.0; 6]));
+    pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.set_state(2, &[0.0; 6], &[0.0; 6]));
 }
 
 #[test]
 fn images() {
     let mut pair = Pair::new("HalfCheetah-v4", 2);
     let image = pair.env.snapshot(0).unwrap();
-    let mut other = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
+    let other = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
     let foreign = other.snapshot(0).unwrap();
-    pair.refuses(Status::Snapshot, &["0 bytes", "short"], |env, _| env.restore(0, &[]));
-    pair.refuses(Status::Snapshot, &["not an image"], |env, _| env.restore(0, &[0x5a; 4096]));
-    pair.refuses(Status::Snapshot, &["HalfCheetah-v4"], |env, _| env.restore(0, &foreign));
-    pair.refuses(Status::Snapshot, &["damaged"], |env, _| env.restore(1, &image[..image.len() - 1]));
-    pair.refuses(Status::Value, &["row 2"], |env, _| env.restore(2, &image));
-    pair.refuses(Status::Value, &["row 9"], |env, _| env.snapshot(9));
-    pair.refuses(Status::Snapshot, &["1 row(s)", "2"], |env, _| env.restore_all(&image));
+    pair.refuses(ErrorKind::Snapshot, &["0 bytes", "short"], |env, _| env.restore(0, &[]));
+    pair.refuses(ErrorKind::Snapshot, &["not an image"], |env, _| env.restore(0, &[0x5a; 4096]));
+    pair.refuses(ErrorKind::Snapshot, &["HalfCheetah-v4"], |env, _| env.restore(0, &foreign));
+    pair.refuses(ErrorKind::Snapshot, &["damaged"], |env, _| env.restore(1, &image[..image.len() - 1]));
+    pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.restore(2, &image));
+    pair.refuses(ErrorKind::Value, &["row 9"], |env, _| env.snapshot(9));
+    pair.refuses(ErrorKind::Snapshot, &["1 row(s)", "2"], |env, _| env.restore_all(&image));
     let all = pair.env.snapshot_all().unwrap();
-    pair.refuses(Status::Snapshot, &["2 row(s)", "1"], |env, _| env.restore(0, &all));
-    pair.refuses(Status::Value, &["row 2"], |env, _| env.copy_row(2, &[true; 2]));
-    pair.refuses(Status::Size, &["mask", "1", "2"], |env, _| env.copy_row(0, &[true]));
+    pair.refuses(ErrorKind::Snapshot, &["2 row(s)", "1"], |env, _| env.restore(0, &all));
+    pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.copy_row(2, &[true; 2]));
+    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, _| env.copy_row(0, &[true]));
     for position in (0..image.len()).step_by(image.len() / 40) {
         let mut damaged = image.clone();
         damaged[position] ^= 0x10;
-        pair.refuses(Status::Snapshot, &[], |env, _| env.restore(0, &damaged));
+        pair.refuses(ErrorKind::Snapshot, &[], |env, _| env.restore(0, &damaged));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mjenv::{Dtype, Env, Kind, Options, Role, Space, Status, Value, ValueType};
+use mjenv::{Dtype, Env, ErrorKind, Kind, Options, Role, Space, Value, ValueType};
 
 use crate::golden::{folder, real, value_type, Info};
 use crate::replay::described;
@@ -136,7 +136,7 @@ fn options_read_back_as_they_were_set() {
     assert_eq!(options.value("main_body").unwrap(), Value::Text("torso".to_string()));
     assert!(!options.get::<bool>("terminate_when_unhealthy").unwrap());
     assert_eq!(options.set("main_body", 2).unwrap().value("main_body").unwrap(), Value::Integer(2));
-    assert_eq!(options.get::<i64>("ctrl_cost_weight").unwrap_err().status(), Status::Type);
+    assert_eq!(options.get::<i64>("ctrl_cost_weight").unwrap_err().kind(), ErrorKind::Type);
 
     let norm = options.schema().find(|option| option.name == "norm").unwrap();
     assert_eq!(norm.choices().collect::<Vec<_>>(), ["auto", "fused", "plain"]);

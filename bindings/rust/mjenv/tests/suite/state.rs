@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mjenv::{Env, Options, Status};
+use mjenv::{Env, ErrorKind, Options};
 
 use crate::golden::{assert_bits, folder, Actions, Golden};
 use crate::replay::{check_infos, Replay};
@@ -129,6 +129,27 @@ fn set_state_sets_what_is_observed() {
     assert_bits("qvel", &env.read(1, "qvel").unwrap(), &[0.3, -0.4]);
 }
 
+/// Reading needs no exclusive access: several borrowers may do it.
+#[test]
+fn reading_takes_a_shared_reference() {
+    let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 2).unwrap();
+    let mut batch = env.batch();
+    env.seed(&[1, 2]).unwrap();
+    env.reset(&mut batch).unwrap();
+    let (first, second) = (&env, &env);
+    let space = first.action_space();
+    let mut out = first.batch();
+    second.observe(&mut out).unwrap();
+    assert_bits("obs", out.observations(), batch.observations());
+    let mut values = [0.0; 4];
+    first.read_into(1, "qpos", &mut values).unwrap();
+    assert_bits("qpos", &second.read(1, "qpos").unwrap(), &values);
+    assert_eq!(first.snapshot(0).unwrap(), second.snapshot(0).unwrap());
+    assert_eq!(first.snapshot_all().unwrap(), second.snapshot_all().unwrap());
+    assert_ne!(first.stream(0).unwrap(), second.stream(1).unwrap());
+    assert_eq!(space.count(), 2);
+}
+
 #[test]
 fn a_seed_may_be_given_in_digits() {
     let golden = Golden::of("Hopper-v4.options");
@@ -142,7 +163,7 @@ fn a_seed_may_be_given_in_digits() {
 
 #[test]
 fn arrays_and_objects_have_mujocos_names() {
-    let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 1).unwrap();
+    let env = Env::new(&Options::new("Reacher-v5").unwrap(), 1).unwrap();
     assert_eq!(env.read(0, "nq").unwrap(), [4.0]);
     assert_eq!(env.read(0, "opt.timestep").unwrap(), [0.01]);
     let mut values = [-1.0; 5];
@@ -186,7 +207,7 @@ fn a_row_that_mujoco_fails_in_keeps_its_state_and_the_others_go_on() {
     }
     env.set_state(1, &[0.0, -2.6, 0.0], &[0.0, -10.0, 0.0]).unwrap();
     let refused = env.step(&[1.0f32; 3], &mut batch).unwrap_err();
-    assert_eq!(refused.status(), Status::Physics);
+    assert_eq!(refused.kind(), ErrorKind::Physics);
     assert!(refused.to_string().contains("row 1"), "{refused}");
     whole.step(&[1.0f32; 3], &mut wanted).unwrap();
     assert_eq!([0, 1, 2].map(|row| batch.failed(row)), [false, true, false]);

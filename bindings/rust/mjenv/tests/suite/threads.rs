@@ -1,8 +1,8 @@
-//! A handle may move between threads; no two threads can share one, so that the library never has to answer BUSY.
+//! Handles move between threads. No two threads can be inside one environment, so the library never answers BUSY.
 
 use std::thread;
 
-use mjenv::{Batch, Env, Error, Options, Renderer, Status};
+use mjenv::{Batch, Env, Error, ErrorKind, Options, Renderer};
 
 use crate::golden::Golden;
 use crate::replay::Replay;
@@ -14,6 +14,7 @@ fn is_sync<T: Sync>() {}
 fn handles_are_send_and_results_are_both() {
     is_send::<Env>();
     is_send::<Options>();
+    is_sync::<Options>();
     is_send::<Renderer>();
     is_send::<Batch<f32>>();
     is_sync::<Batch<f32>>();
@@ -37,7 +38,6 @@ macro_rules! assert_not_sync {
 }
 
 assert_not_sync!(Env);
-assert_not_sync!(Options);
 assert_not_sync!(Renderer);
 
 #[test]
@@ -50,7 +50,7 @@ fn an_episode_goes_on_in_another_thread() {
                 .spawn(move || {
                     replay.step(step);
                     let error = replay.env.step(&[0.0f32], &mut replay.batch).unwrap_err();
-                    assert_eq!(error.status(), Status::Size);
+                    assert_eq!(error.kind(), ErrorKind::Size);
                     replay
                 })
                 .join()
