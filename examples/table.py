@@ -1,4 +1,4 @@
-"""Prints the examples' results, the first FULL ids in a table each, and fails unless all equal what Gymnasium gave.
+"""Prints the results of the examples, with a table for each of the first FULL ids; fails unless all equal Gymnasium's.
 
 Usage: table.py EXPECTED RESULTS FULL ID...
 """

@@ -1,4 +1,4 @@
-/* Plays three seeded episodes of each id through a library loaded at run time: nothing is linked.
+/* Plays three seeded episodes of each id with a library that it loads at run time by dlopen.
  *
  *   episodes LIBRARY NORM ID...
  *
@@ -14,7 +14,7 @@
 
 enum { EPISODES = 3, SEED = 42 };
 
-/* The functions used here, each as mjenv.h declares it. */
+/* The functions that this program uses; each pointer has the type that mjenv.h declares. */
 #define FUNCTIONS(X)          \
   X(mjenv_last_error)         \
   X(mjenv_options_create)     \

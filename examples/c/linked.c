@@ -1,4 +1,4 @@
-/* Plays three seeded episodes of an id, linked with the library: the shared one or libmjenv.a, the source is the same.
+/* Plays three seeded episodes of an id. The same source links with libmjenv.so or libmjenv.a.
  *
  *   linked ID
  *

@@ -1,10 +1,11 @@
-// Plays a policy that examples/python/train_*.py saved: no Python, no learning library.
+// Plays a policy that examples/python/train_*.py saved. It needs neither Python nor a learning library.
 //
 //     deploy POLICY [EPISODES [SEED]]        (3 episodes from seed 100)
 //
-// Prints a line an episode: length, return as a hexadecimal float, and a checksum over the bits of all actions. Each
-// equals what examples/python/deploy.py prints: both evaluate in float64 and round every operation on its own, so
-// compile without fused multiply-add (-ffp-contract=off). docs/training.md describes the file.
+// Prints a line for each episode: its length, its return as a hexadecimal float, and a checksum over the bits of all
+// actions. examples/python/deploy.py prints the same, because both evaluate the policy in float64 and round each
+// operation separately. So compile this without fused multiply-add (-ffp-contract=off). docs/training.md describes the
+// file.
 #include <mjenv/mjenv.hpp>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ using Numbers = std::vector<double>;
 
 struct Layer {
   std::size_t inputs = 0;
-  bool squashes = false;  // by tanh
+  bool squashes = false;  // whether tanh follows
   Numbers bias;
   Numbers weights;  // [outputs][inputs]
 
@@ -104,7 +105,7 @@ Policy load(const std::string& path) {
   return policy;
 }
 
-// Refuses a policy whose arrays do not fit each other and the environment.
+// Throws unless the sizes of the policy's arrays fit each other and the environment.
 void check(const Policy& policy, std::size_t observations, std::size_t actions) {
   std::size_t width = observations;
   for (const auto& layer : policy.layers) {

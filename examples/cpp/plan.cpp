@@ -1,10 +1,11 @@
-// Plans while it plays, by model-predictive path integral control (MPPI): noisy copies of the present plan are played
-// from the present state by mjenv_rollout, and their mean, weighted by what they returned, becomes the plan.
+// Plans while it plays, with model-predictive path integral control (MPPI). mjenv_rollout plays noisy copies of the
+// present plan from the present state; their mean, weighted by their returns, becomes the new plan.
 //
-//   plan ID STEPS SEED [CSV]        plan Hopper-v5 250 1 hopper.csv
+//   plan ID STEPS SEED [CSV]        for example: plan Hopper-v5 250 1 hopper.csv
 //
-// Prints the return of the plan after STEPS steps, or when it falls, and the highest of 1000 random players, each of
-// whom plays until it falls. CSV receives a line a step: step, planned, random_best, random_mean, returns so far.
+// Prints two returns after STEPS steps: that of the planner, and the highest of 1000 players that act at random. A
+// player that falls stops earning. Writes a line for each step to CSV: the step, then the returns so far of the planner
+// (planned), of the best random player (random_best), and their mean (random_mean).
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,16 +19,18 @@ namespace {
 
 constexpr std::size_t kSamples = 128;
 constexpr std::size_t kPlayers = 1000;
-constexpr double kHorizon = 1.25;   // s that a plan looks ahead
-constexpr double kReplan = 0.04;    // s that are played before the plan is improved
-constexpr double kKnot = 0.2;       // s between the knots of the noise, which is linear between them
-constexpr double kSpread = 1;       // standard deviation of the noisiest sample, in halves of an actuator's range
-constexpr std::size_t kElite = 16;  // samples that count, more or less: the weights fall by 1/e within a tenth of the
-constexpr double kGreed = 0.1;      // distance from the best sample's score to this one's
-constexpr double kFall = 3;         // taken off a sample's score for each step after a fall
-constexpr int kFirstRounds = 10;    // of improvement before the first step; one a plan afterwards
+constexpr double kHorizon = 1.25;  // how far a plan looks ahead, s
+constexpr double kReplan = 0.04;   // how long a plan is played before it is improved, s
+constexpr double kKnot = 0.2;      // time between two knots of the noise, which is interpolated linearly, s
+constexpr double kSpread = 1;      // standard deviation of the noisiest sample, in halves of an actuator's range
+// A sample's weight falls by 1/e for each kGreed of the distance in score between the best sample and number kElite,
+// so about kElite samples count.
+constexpr std::size_t kElite = 16;
+constexpr double kGreed = 0.1;
+constexpr double kFall = 3;       // subtracted from a sample's score for each step after a fall
+constexpr int kFirstRounds = 10;  // rounds of improvement before the first step; later plans take one round
 
-// Rows reset from the seeds seed, seed + 1, ...; only a fall ends their episodes.
+// An environment whose rows were reset with the seeds seed, seed + 1, ...; only a fall ends their episodes.
 mjenv::Env make(const std::string& id, std::size_t rows, std::uint64_t seed) {
   mjenv::Env env(mjenv::Options(id).set("num_threads", 0).set("max_episode_steps", 0), static_cast<std::int64_t>(rows));
   mjenv::Batch out = env.batch();
@@ -36,13 +39,13 @@ mjenv::Env make(const std::string& id, std::size_t rows, std::uint64_t seed) {
   return env;
 }
 
-// How many steps, at least one, last so long.
+// The number of steps that take this long, at least one.
 std::size_t steps_in(double seconds, mjenv::Env& env) {
   const double step = env.read(0, "opt.timestep")[0] * static_cast<double>(mjenv_frame_skip(env.handle()));
   return static_cast<std::size_t>(std::max(1L, std::lround(seconds / step)));
 }
 
-// What actions [rows][steps][nu] lead to: [rows][steps].
+// The results of playing actions [rows][steps][nu]; each array is [rows][steps].
 struct Rollout {
   Rollout(std::size_t rows, std::size_t step_count)
       : reward(rows * step_count), fell(rows * step_count), steps(step_count) {}
@@ -76,7 +79,7 @@ class Planner {
         tried_(kSamples * plan_.size()),
         outcome_(kSamples, horizon_) {}
 
-  // The actions to play from that state, of one row, until the next plan: [steps][nu].
+  // Plans from the state of a row and returns the actions to play until the next plan: [steps][nu].
   std::vector<double> next(const std::vector<std::byte>& state) {
     for (int round = rounds_; round > 0; --round) improve(state);
     rounds_ = 1;
@@ -97,7 +100,7 @@ class Planner {
     average(weights());
   }
 
-  // The plan itself for sample 0, the plan and noise for the others, from little to much.
+  // Sample 0 is the plan itself; the others add noise, from little to much.
   void disturb(std::size_t sample) {
     const double spread = kSpread * static_cast<double>(sample) / (kSamples - 1);
     std::normal_distribution<double> normal;
@@ -140,7 +143,7 @@ class Planner {
   int rounds_ = kFirstRounds;
 };
 
-// The return after each step; it stays after a fall.
+// The return after each step; it no longer changes after a fall.
 std::vector<double> planned_returns(const std::string& id, std::size_t steps, std::uint64_t seed) {
   mjenv::Env env = make(id, 1, seed);
   Planner planner(id, seed);

@@ -1,6 +1,6 @@
-"""Draws what plan wrote, a panel a file: plot.py TITLE=CSV... >picture.svg
+"""Draws the CSV files that plan wrote, each in its own panel: plot.py TITLE=CSV... >picture.svg
 
-docs/planning.svg: plan HalfCheetah-v5 200 1, plan Hopper-v5 300 1.
+docs/planning.svg shows plan HalfCheetah-v5 200 1 and plan Hopper-v5 300 1.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CURVES = {
 
 
 def ticks(low: float, high: float) -> list[float]:
-    """Round numbers within the bounds, some five of them."""
+    """About five round numbers within the bounds."""
     raw = (high - low) / 5
     unit = 10 ** math.floor(math.log10(raw))
     step = next(unit * factor for factor in (1, 2, 5, 10) if unit * factor >= raw)

@@ -1,8 +1,8 @@
-"""Pools of environments as Ray actors, and a crew of them that survives the loss of actors and nodes.
+"""Pools of environments as Ray actors, and a crew of pools that survives the loss of actors and nodes.
 
-What a pool gives depends on its state and on the brain that it is sent, on nothing else. The crew keeps the state that
-each pool had after its last batch; a pool that fails is started again from there and asked again, on any node, and
-gives the bits that the failed one would have given.
+The batches of a pool depend only on its state and on the brain that it receives. The crew keeps the state that each
+pool had after its last batch. When a pool fails, the crew starts it again from that state, on any node, and requests
+the batch again, which then has the same bits as the lost one.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from train_cleanrl import Agent, Moments
 
 Array = np.ndarray[Any, Any]
 LOST = (ray.exceptions.RayActorError, ray.exceptions.ObjectLostError, ray.exceptions.NodeDiedError)
-ATTEMPTS = 5  # of one batch, before the crew gives up
+ATTEMPTS = 5  # how often the crew requests a batch before it gives up
 
 
 @dataclass(frozen=True)
 class Brain:
-    """What the driver broadcasts: the networks and the normalization of observations."""
+    """What the driver sends to all pools: the networks and the normalization of observations."""
 
     weights: dict[str, Array]
     mean: Array
@@ -38,18 +38,18 @@ class Brain:
 
 @dataclass(frozen=True)
 class State:
-    """All that a pool goes on from."""
+    """The state from which a pool continues."""
 
-    image: bytes  # the rows: simulation, random streams, step counts
-    noise: bytes  # the generator of exploration
+    image: bytes  # a snapshot of the rows: simulation, random streams, step counts
+    noise: bytes  # the state of the random generator of exploration
     observations: Array
-    totals: Array  # return of each row's episode so far
+    totals: Array  # the return of each row's present episode so far
     discounted: Array
 
 
 @dataclass(frozen=True)
 class Batch:
-    """One rollout of a pool: arrays [steps][rows], observations normalized, rewards as they came."""
+    """One rollout of a pool: arrays [steps][rows] with normalized observations and unchanged rewards."""
 
     observations: Array
     actions: Array
@@ -57,11 +57,11 @@ class Batch:
     values: Array
     rewards: Array
     going_on: Array
-    cut_off: Array  # value of the last observation where an episode was truncated, else 0
-    discounted: Array  # running discounted returns, by whose variance rewards are scaled
+    cut_off: Array  # the value of the last observation where an episode was truncated, otherwise 0
+    discounted: Array  # running discounted returns; rewards are scaled by their variance
     last_values: Array  # [rows]
     moments: tuple[Array, Array]  # mean and variance of the observations before normalization
-    returns: list[float]  # of the episodes that ended
+    returns: list[float]  # the returns of the episodes that ended
 
     def arrays(self) -> list[Array]:
         return [value for value in self.__dict__.values() if isinstance(value, np.ndarray)]
@@ -69,7 +69,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Report:
-    """Who made a batch, and how long it took."""
+    """Which pool made a batch, where, and how long it took."""
 
     node: str
     host: str
@@ -78,15 +78,15 @@ class Report:
 
 
 class Pool:
-    """Rows of one id with a policy of their own."""
+    """Rows of one id and the policy that steps them."""
 
     def __init__(self, id: str, rows: int, seed: int, state: State | None = None) -> None:
         torch.set_num_threads(1)
-        # "plain": the same bits on every node, whatever its CPU.
+        # norm="plain" gives the same bits on every node, whatever its CPU.
         self._envs = mjenv.make_vec(id, rows, autoreset_mode=AutoresetMode.SAME_STEP, norm="plain")
         self._noise = torch.Generator()
         sizes = self._envs.single_observation_space.shape[0], self._envs.single_action_space.shape[0]
-        with torch.random.fork_rng(devices=[]):  # its weights come from the brain
+        with torch.random.fork_rng(devices=[]):  # the random weights are replaced by the brain's
             self._agent = Agent(*sizes)
         if state is None:
             self._noise.manual_seed(seed)
@@ -103,7 +103,7 @@ class Pool:
 
     @torch.no_grad()
     def collect(self, brain: Brain, steps: int, gamma: float) -> tuple[Batch, State, Report]:
-        """A rollout, and the state after it."""
+        """Plays a rollout and returns it with the state after it."""
         start = time.perf_counter()
         # Arrays from Ray's store are read-only.
         self._agent.load_state_dict({name: torch.tensor(array) for name, array in brain.weights.items()})
@@ -160,7 +160,7 @@ def _report(steps: int, seconds: float) -> Report:
 
 
 class Crew:
-    """Pools on all nodes, that give the same whatever fails."""
+    """Pools on all nodes, whose results do not depend on which of them fail."""
 
     def __init__(self, id: str, pools: int, rows: int, seed: int) -> None:
         self._id, self._rows, self._seed = id, rows, seed
@@ -174,12 +174,12 @@ class Crew:
         return actor.remote(self._id, self._rows, self._seed + index * self._rows, self._states[index])
 
     def begin(self, brain: Brain, steps: int, gamma: float) -> list[Any]:
-        """Broadcasts the brain and begins a rollout in every pool; end() returns what they give."""
+        """Sends the brain to every pool and begins a rollout there; end() returns the batches."""
         self._request = ray.put(brain), steps, gamma
         return [pool.collect.remote(*self._request) for pool in self.pools]
 
     def end(self, calls: Sequence[Any]) -> list[Batch]:
-        """The batches, in the order of the pools."""
+        """Waits for the batches and returns them in the order of the pools."""
         return [self._result(index, call) for index, call in enumerate(calls)]
 
     def collect(self, brain: Brain, steps: int, gamma: float) -> list[Batch]:
@@ -202,7 +202,7 @@ class Crew:
         raise AssertionError("unreachable")
 
     def throughput(self) -> list[tuple[str, str, int, int, float]]:
-        """For each node: its name, its host, batches, steps, and steps in a second of a pool's work."""
+        """For each node: its name, its host, batches, steps, and steps per second while its pools work."""
         found = []
         for node in dict.fromkeys(report.node for report in self.reports):
             own = [report for report in self.reports if report.node == node]

@@ -1,8 +1,8 @@
-"""RLlib's PPO on mjenv's vector environment: each environment runner steps its rows inside the library.
+"""Trains with RLlib's PPO on mjenv's vector environment; each environment runner steps its rows inside the library.
 
     rllib_ppo.py [ID] [--iterations N] [--runners N] [--rows N]
 
-By ray job submit, or with RAY_ADDRESS set, it runs on that cluster, else on a local one.
+Runs on a cluster when started by `ray job submit` or with RAY_ADDRESS set, otherwise on a local one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ def config(id: str, runners: int, rows: int) -> PPOConfig:
     """The lines that differ from a configuration for Gymnasium: the id and gym_env_vectorize_mode."""
     return (
         PPOConfig()
-        # Before the colon: the module that every worker imports, which registers the ids.
+        # Every worker imports the module before the colon, which registers the ids.
         .environment(f"mjenv:mjenv/{id}")
         .env_runners(
             num_env_runners=runners,

@@ -1,9 +1,9 @@
-"""PPO on Ray: pools of environments on all nodes, one learner that sends them its weights and takes their batches.
+"""Trains with PPO on Ray: one learner sends its weights to pools of environments on all nodes and takes their batches.
 
     train.py [ID] [--pools 2] [--rows 8] [--updates N] [--seed 1] [--out FOLDER]
 
-By `ray job submit`, or with RAY_ADDRESS set, it runs on that cluster, else on this machine alone. Every node needs
-mjenv and PyTorch. Writes curve.csv and policy.txt as train_cleanrl.py does; prints the throughput of each node.
+Runs on a cluster when started by `ray job submit` or with RAY_ADDRESS set, otherwise on this machine alone. Every node
+needs mjenv and PyTorch. Writes curve.csv and policy.txt as train_cleanrl.py does; prints the throughput of each node.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from mjenv.policy import Policy, layers_of
 from pool import Array, Batch, Crew
 from train_cleanrl import Agent, Experience, Moments, Settings
 
-# Other nodes have no copy of these files.
+# Sends the code of these modules to the workers, because other nodes have no copy of the files.
 for module in (pool, train_cleanrl):
     ray.cloudpickle.register_pickle_by_value(module)
 
 
 def experience_of(batches: list[Batch], scale: float, gamma: float) -> tuple[Experience, torch.Tensor]:
-    """The batches side by side, with rewards scaled, and the values after them."""
+    """Joins the batches, scales their rewards, and returns them with the values of the observations after them."""
 
     def joined(arrays: list[Array]) -> torch.Tensor:
         return torch.tensor(np.concatenate(arrays, axis=1), dtype=torch.float32)
@@ -60,7 +60,7 @@ class Learner:
         return pool.brain_of(self.agent, self.moments)
 
     def learn(self, batches: list[Batch], progress: float) -> None:
-        """One update; progress from 0 to 1 lowers the rate of learning."""
+        """Makes one update; progress from 0 to 1 lowers the learning rate."""
         for batch in batches:
             self.moments.merge(*batch.moments, batch.rewards.size)
             self._returns.add(batch.discounted.reshape(-1, 1))
@@ -71,7 +71,7 @@ class Learner:
 
 
 def train(id: str, pools: int, rows: int, updates: int | None, seed: int, out: Path) -> Crew:
-    """Trains, and returns the crew with its reports."""
+    """Trains and returns the crew with its reports."""
     settings = replace(train_cleanrl.SETTINGS.get(id, Settings()), envs=pools * rows)
     updates = updates or -(-settings.steps // (settings.rollout * settings.envs))
     envs = train_cleanrl.make(id, 1, "mjenv")
@@ -108,7 +108,7 @@ def main() -> None:
     parser.add_argument("id", nargs="?", default="InvertedPendulum-v5")
     parser.add_argument("--pools", type=int, default=2)
     parser.add_argument("--rows", type=int, default=8, help="environments in a pool")
-    parser.add_argument("--updates", type=int, help="as many as the id's number of steps takes if not given")
+    parser.add_argument("--updates", type=int, help="default: as many as the id's number of steps takes")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("trained"))
     given = parser.parse_args()

@@ -51,7 +51,7 @@ function main(arguments)
         println(stderr, "usage: episodes.jl [--norm auto|fused|plain] ID...; the ids are ", join(MJEnv.ids(), ' '))
         exit(2)
     end
-    # Compiles everything, so that no figure holds the compiler's time.
+    # Makes Julia compile everything first, so that the measured times do not include the compiler.
     Env(play, first(arguments); max_episode_steps = 1)
     for id in arguments
         println(stderr, "playing ", id, " ...")
@@ -65,5 +65,5 @@ function main(arguments)
     end
 end
 
-# The tests include this file for play alone.
+# The tests include this file only for the function play.
 abspath(PROGRAM_FILE) == @__FILE__() && main(ARGS)

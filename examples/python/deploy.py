@@ -1,8 +1,9 @@
-"""Plays a saved policy without a learning library; examples/cpp/deploy.cpp does the same without Python.
+"""Plays a saved policy and needs no learning library; examples/cpp/deploy.cpp does the same without Python.
 
     deploy.py POLICY [--backend mjenv|gymnasium] [--episodes 3] [--seed 100]
 
-Prints a line an episode: length, return as a hexadecimal float in C's form, and a checksum over all actions' bits.
+Prints a line for each episode: its length, its return as a hexadecimal float in C's format, and a checksum over the
+bits of all actions.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def make(id: str, backend: str) -> Any:
 
 
 def play(policy: Policy, backend: str, episodes: int, seed: int) -> list[tuple[int, float, int]]:
-    """Length, return and checksum of each episode; the first begins from the seed, the others go on from there."""
+    """Length, return and checksum of each episode; only the first reset is seeded."""
     env = make(policy.id, backend)
     played = []
     for episode in range(episodes):

@@ -1,4 +1,4 @@
-"""Plays three seeded episodes of each id, as one does with Gymnasium.
+"""Plays three seeded episodes of each id with mjenv.make.
 
     episodes.py --norm plain ID...
 

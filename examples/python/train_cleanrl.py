@@ -1,4 +1,4 @@
-"""PPO in one file, in the manner of CleanRL. The backends differ in make() alone; what they learn is equal bit for bit.
+"""Trains with PPO in one file, in the manner of CleanRL. Only make() depends on the backend; both learn the same bits.
 
     train_cleanrl.py Hopper-v5 [--backend mjenv|gymnasium] [--steps N] [--seed 1] [--out FOLDER]
 
@@ -28,12 +28,12 @@ WINDOW = 20  # episodes
 class Settings:
     steps: int = 500_000
     envs: int = 8
-    rollout: int = 512  # steps of each environment between two updates
+    rollout: int = 512  # the steps of each environment between two updates
     epochs: int = 10
     minibatch: int = 256
-    rate: float = 5e-4  # of learning; falls to 0 linearly
+    rate: float = 5e-4  # the learning rate, which falls linearly to 0
     gamma: float = 0.99
-    trace: float = 0.95  # lambda of the advantage estimation
+    trace: float = 0.95  # the lambda of the advantage estimation
     clip: float = 0.2
     value_weight: float = 0.5
     greatest_gradient: float = 0.5
@@ -59,7 +59,7 @@ def make(id: str, envs: int, backend: str) -> Any:
 
 
 class Moments:
-    """Running mean and variance over batches."""
+    """The running mean and variance of batches."""
 
     def __init__(self, size: int) -> None:
         self.mean, self.variance, self.count = np.zeros(size), np.ones(size), 1e-4
@@ -74,7 +74,7 @@ class Moments:
 
 
 class Normalizer:
-    """Observations to mean 0 and variance 1; rewards to a discounted return of variance 1. Both clipped to +-10."""
+    """Scales observations to mean 0, variance 1 and rewards to discounted returns of variance 1; clips both to +-10."""
 
     def __init__(self, size: int, envs: int, gamma: float) -> None:
         self.observations, self._returns, self._gamma = Moments(size), Moments(1), gamma
@@ -129,7 +129,7 @@ class Agent(nn.Module):
 
 
 class Experience:
-    """What an update needs of a rollout: arrays [steps][environments]."""
+    """The data of a rollout that an update needs; the arrays are [steps][environments]."""
 
     def __init__(self, steps: int, envs: int, observations: int, actions: int) -> None:
         self.observations = torch.zeros(steps, envs, observations)
@@ -138,7 +138,7 @@ class Experience:
         self.going_on = torch.zeros(steps, envs)  # 0 where the episode ended with the step
 
     def advantages(self, last_value: Tensor, gamma: float, trace: float) -> Tensor:
-        """Generalized advantage estimation; last_value is that of the observations after the rollout."""
+        """Generalized advantage estimation; last_value is the value of the observations after the rollout."""
         found, ahead, following = torch.zeros_like(self.rewards), torch.zeros_like(last_value), last_value
         for step in reversed(range(len(self.rewards))):
             error = self.rewards[step] + gamma * following * self.going_on[step] - self.values[step]
@@ -148,7 +148,7 @@ class Experience:
 
 
 class Rollout:
-    """Steps all environments, again and again."""
+    """Plays rollouts in all environments."""
 
     def __init__(self, envs: Any, agent: Agent, normalizer: Normalizer, settings: Settings, seed: int) -> None:
         self._envs, self._agent, self._normalizer, self._settings = envs, agent, normalizer, settings
@@ -184,7 +184,7 @@ class Rollout:
         self._totals[ended] = 0
 
     def _add_values_cut_off(self, step: int, truncated: np.ndarray[Any, Any], infos: dict[str, Any]) -> None:
-        """An episode that was truncated would have gone on: its last observation is worth what the critic says."""
+        """Values the last observation of a truncated episode by the critic, because the episode would have gone on."""
         rows = np.flatnonzero(truncated)
         if len(rows):
             last = self._normalizer.observe(np.stack(infos["final_obs"][rows]), learn=False)
@@ -247,7 +247,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("id")
     parser.add_argument("--backend", choices=("mjenv", "gymnasium"), default="mjenv")
-    parser.add_argument("--steps", type=int, help="environment steps, the id's own number if not given")
+    parser.add_argument("--steps", type=int, help="environment steps; the default depends on the id")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("trained"))
     given = parser.parse_args()

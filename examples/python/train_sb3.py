@@ -1,4 +1,4 @@
-"""Trains with Stable-Baselines3's PPO. The backends differ in make() alone; what they learn is equal bit for bit.
+"""Trains with the PPO of Stable-Baselines3. Only make() depends on the backend; both learn the same bits.
 
     train_sb3.py InvertedPendulum-v5 [--backend mjenv|gymnasium] [--steps N] [--seed 1] [--out FOLDER]
 
@@ -44,7 +44,7 @@ def make(id: str, backend: str) -> Any:
 
 
 class Curve(BaseCallback):
-    """Writes a line after each rollout."""
+    """Writes a line of curve.csv after each rollout."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -68,7 +68,7 @@ class Curve(BaseCallback):
 
 
 def policy_of(model: PPO, envs: VecNormalize, id: str) -> Policy:
-    """The deterministic policy with the normalization of its observations."""
+    """The deterministic policy, together with the normalization of its observations."""
     first, _, second, _ = model.policy.mlp_extractor.policy_net
     return Policy(
         id=id,
@@ -98,7 +98,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("id")
     parser.add_argument("--backend", choices=("mjenv", "gymnasium"), default="mjenv")
-    parser.add_argument("--steps", type=int, help="environment steps, the id's own number if not given")
+    parser.add_argument("--steps", type=int, help="environment steps; the default depends on the id")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("trained"))
     given = parser.parse_args()
