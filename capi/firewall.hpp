@@ -55,6 +55,7 @@ struct HeldEnv {
   Env env;
   std::shared_ptr<Link> link = std::make_shared<Link>();
   mjenv_options* options;  // as the environment was built with
+  mjenv_batch pending{};   // where rows under way will be written
 
   HeldEnv(const Options& chosen, std::int64_t rows)
       : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {
@@ -187,7 +188,9 @@ void hand_out(T* to, const char* name, T value, std::size_t least = sizeof(T)) {
 }
 
 // A batch from the caller, who may know less or more of it than this library.
-inline mjenv_batch taken(const mjenv_batch& from) {
+inline mjenv_batch taken(const mjenv_batch* given) {
+  if (!given) return {};
+  const mjenv_batch& from = *given;
   checked_size(from.struct_size, offsetof(mjenv_batch, reset_info_count), "out");
   mjenv_batch batch{};
   // Whole fields: half a pointer points anywhere.
@@ -197,13 +200,12 @@ inline mjenv_batch taken(const mjenv_batch& from) {
   return batch;
 }
 
-// The same, with the batch that the call writes to, null if there is none.
+// The same, with the batch that the call writes to: nulls if the caller gave none.
 template <typename F>
 mjenv_status enter(mjenv_env* handle, const mjenv_batch* out, const F& body) noexcept {
   return enter(handle, [&](Env& env) {
-    if (!out) return body(env, nullptr);
-    const mjenv_batch batch = taken(*out);
-    body(env, &batch);
+    mjenv_batch batch = taken(out);
+    body(env, batch);
   });
 }
 

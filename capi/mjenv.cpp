@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "firewall.hpp"
 #include "task/registry.hpp"
@@ -48,6 +49,10 @@ std::int64_t look_up(const mjenv_env* handle, const F& body) noexcept {
 }
 
 std::string text(const char* value, const char* name) { return &need(value, name); }
+
+Action action_of(const void* values, std::size_t count, mjenv_dtype dtype, const char* name = "action") {
+  return {need_memory(values, count, name), known(dtype), static_cast<Eigen::Index>(count)};
+}
 
 void fill(mjenv_field* to, const Field& field) {
   mjenv_field out{};
@@ -247,19 +252,20 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
       fail(MJENV_E_ARGUMENT, "a space is of MJENV_OBSERVATION or MJENV_ACTION, not " + std::to_string(given));
     mjenv_space out{};
     out.dtype = role == MJENV_OBSERVATION ? MJENV_FLOAT64 : MJENV_FLOAT32;
-    out.count = static_cast<std::int64_t>(e.low(role).size());
-    out.low = e.low(role).data();
-    out.high = e.high(role).data();
+    const Space& bounds = e.schema().space(role);
+    out.count = static_cast<std::int64_t>(bounds.low.size());
+    out.low = bounds.low.data();
+    out.high = bounds.high.data();
     hand_out(space, "space", out);
   });
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return look_up(env, [&](const Env& e) { return static_cast<std::int64_t>(e.fields(known(role)).size()); });
+  return look_up(env, [&](const Env& e) { return static_cast<std::int64_t>(e.schema().fields(known(role)).size()); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return look(env, [&](const Env& e) { fill(field, at(e.fields(known(role)), index, "field")); });
+  return look(env, [&](const Env& e) { fill(field, at(e.schema().fields(known(role)), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
@@ -271,33 +277,42 @@ mjenv_status mjenv_seed_digits(mjenv_env* env, std::int64_t row, const std::uint
 }
 
 mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch* batch) { e.reset(mask, batch); });
+  return enter(env, out, [&](Env& e, mjenv_batch& batch) {
+    batch.reset_info = std::exchange(batch.info, nullptr);
+    batch.reset_info_count = batch.info_count;
+    e.reset(mask, batch);
+  });
 }
 
 mjenv_status mjenv_step(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype,
                         const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
-    e.step(need_memory(action, count, "action"), count, known(dtype), batch);
-  });
+  return enter(env, out,
+               [&](Env& e, const mjenv_batch& batch) { e.step(nullptr, action_of(action, count, dtype), batch); });
 }
 
 mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::size_t row_count, const void* action,
                         std::size_t count, mjenv_dtype dtype, const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
-    e.send(rows, row_count, need_memory(action, count, "action"), count, known(dtype), batch);
+  return guard([&] {
+    const Entered entered(env);
+    const mjenv_batch batch = taken(out);
+    (*entered).env.schema().check(batch, (*entered).env.rows());
+    (*entered).env.send(rows, row_count, action_of(action, count, dtype));
+    (*entered).pending = batch;
   });
 }
 
 mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, std::int64_t* rows, std::size_t capacity,
                         std::size_t* count) {
-  return enter(env, [&](Env& e) { e.receive(least, &need(rows, "rows"), capacity, &need(count, "count")); });
+  return guard([&] {
+    const Entered entered(env);
+    (*entered).env.receive(least, -1, &need(rows, "rows"), capacity, &need(count, "count"), (*entered).pending);
+  });
 }
 
 mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::int64_t steps, std::size_t count, mjenv_dtype dtype,
                            const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch* batch) {
-    e.rollout(need_memory(action, count, "action"), steps, count, known(dtype), batch);
-  });
+  return enter(env, out,
+               [&](Env& e, const mjenv_batch& batch) { e.rollout(action_of(action, count, dtype), steps, batch); });
 }
 
 mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* words, std::size_t count) {
@@ -349,11 +364,14 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
 
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
                             std::int64_t frames) {
-  return enter(env, [&](Env& e) { e.simulate(row, need_array(ctrl, count, "ctrl"), count, frames); });
+  return enter(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_FLOAT64, "ctrl"), frames); });
 }
 
 mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {
-  return enter(env, [&](Env& e) { e.observe(taken(need(out, "out"))); });
+  return enter(env, out, [&](Env& e, const mjenv_batch& batch) {
+    need(out, "out");
+    e.observe(batch);
+  });
 }
 
 mjenv_status mjenv_copy_row(mjenv_env* env, std::int64_t from, const std::uint8_t* to_mask) {

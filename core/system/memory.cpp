@@ -3,20 +3,25 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
+#include "error.hpp"
 #include "system/cgroups.hpp"
 
 namespace mjenv::core {
 namespace {
 
+// Less than this is not checked, because the check reads files and the allocation will tell.
+constexpr double kSmall = 1 << 26;
+
 // The number behind a word of a file.
-double counter(const std::string& file, const std::string& word, double otherwise) {
+double counter(const std::string& file, const std::string& word, double fallback) {
   std::ifstream from(file);
   double value = 0;
   for (std::string key; from >> key;)
     if (key == word && from >> value) return value;
-  return otherwise;
+  return fallback;
 }
 
 // What a cgroup folder leaves; it gives up files' pages that were not used for long.
@@ -40,6 +45,15 @@ double addresses_left(const std::string& root) {
 double free_memory(const std::string& root) {
   const double machine = 1024 * counter(root + "/proc/meminfo", "MemAvailable:", kUnlimited);
   return std::min({machine, addresses_left(root), least_of_cgroups(root, "memory", left_in)});
+}
+
+void check_memory(std::int64_t count, const char* what, std::size_t bytes_each) {
+  const double needed = static_cast<double>(count) * static_cast<double>(bytes_each);
+  if (needed < kSmall) return;
+  const double free = free_memory();
+  if (needed > free)
+    fail(MJENV_E_MEMORY, std::to_string(count) + what + " need " + number(std::ceil(needed / 1e6)) + " MB, but only " +
+                             number(std::floor(free / 1e6)) + " MB are free for this process");
 }
 
 }  // namespace mjenv::core

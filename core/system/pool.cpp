@@ -6,10 +6,9 @@
 
 #include <string>
 
-#include "system/cpus.hpp"
 #include "error.hpp"
+#include "system/cpus.hpp"
 #include "system/floats.hpp"
-#include "system/wait.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -32,6 +31,12 @@ bool spin_until(const Condition& condition) {
   return condition();
 }
 
+// Debuggers and top show the name. Linux cuts names at 15 characters.
+void name(std::thread& thread, int worker) {
+  const std::string text = "mjenv-" + std::to_string(worker);
+  pthread_setname_np(thread.native_handle(), text.c_str());
+}
+
 void pin(std::thread& thread, int cpu) {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -48,7 +53,10 @@ Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
   try {
-    for (int worker = 1; worker < threads; ++worker) threads_.emplace_back([this, worker] { work(worker); });
+    for (int worker = 1; worker < threads; ++worker) {
+      threads_.emplace_back([this, worker] { work(worker); });
+      name(threads_.back(), worker);
+    }
   } catch (const std::exception&) {
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
     end();
@@ -93,7 +101,7 @@ void Pool::finish() {
   const auto done = [&] { return running_.load() == 0; };
   if (spin_until(done)) return;
   std::unique_lock lock(mutex_);
-  wait(done_, lock, done);
+  done_.wait_until(lock, done);
 }
 
 void Pool::run(const std::function<void(int)>& job) {
@@ -110,7 +118,7 @@ void Pool::work(int worker) {
   for (;;) {
     if (!spin_until(called)) {
       std::unique_lock lock(mutex_);
-      wait(wake_, lock, called);
+      wake_.wait_until(lock, called);
     }
     if (stop_) return;
     seen = generation_;

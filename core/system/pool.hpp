@@ -4,12 +4,13 @@
 #include <sys/types.h>
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "system/condition.hpp"
 
 namespace mjenv::core {
 
@@ -41,7 +42,7 @@ class Pool {
   std::atomic<int> running_{0};
   std::atomic<bool> stop_{false};
   std::mutex mutex_;
-  std::condition_variable wake_, done_;
+  Condition wake_, done_;
   std::vector<std::thread> threads_;
 
   void work(int worker);

@@ -14,11 +14,19 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// What an option changes. An image of a row fits environments that have the same values of the options of `episodes`.
+enum class Scope {
+  episodes,  // what rows compute
+  service    // only how rows are served, or something that an image's identity holds in another way
+};
+
 struct Option {
-  Option(mjenv_kind of, std::string called, std::string meaning, double least = -kInfinity, double most = kInfinity)
-      : kind(of), name(std::move(called)), doc(std::move(meaning)), low(least), high(most) {}
+  Option(mjenv_kind of, std::string called, std::string meaning, Scope changes, double least = -kInfinity,
+         double most = kInfinity)
+      : kind(of), scope(changes), name(std::move(called)), doc(std::move(meaning)), low(least), high(most) {}
 
   mjenv_kind kind;
+  Scope scope;
   std::string name, doc;
   double low, high;
   std::string choices;  // separated by blanks; empty when any text may be tried
@@ -36,12 +44,14 @@ class Options {
   const std::string& id() const { return id_; }
   const std::vector<Option>& all() const { return options_; }
 
-  // Declare an option with its default, unless it is there; return it as it stands.
-  const Option& flag(const char* name, bool value, const char* doc);
-  const Option& integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high, const char* doc);
+  // These declare an option with its default, unless it is declared already, and return it with its present value.
+  const Option& flag(const char* name, bool value, const char* doc, Scope scope = Scope::episodes);
+  const Option& integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high, const char* doc,
+                        Scope scope = Scope::episodes);
   const Option& reals(const char* name, std::vector<double> values, const char* doc, double low = -kInfinity,
                       double high = kInfinity);
-  const Option& text(const char* name, const char* value, const char* doc, const char* choices = "");
+  const Option& text(const char* name, const char* value, const char* doc, const char* choices = "",
+                     Scope scope = Scope::episodes);
   const Option& text_or_index(const char* name, std::int64_t value, const char* doc);
 
   const Option& get(const std::string& name) const;

@@ -21,6 +21,15 @@ void Info::learn(const char* name, mjenv_type type, std::vector<std::int64_t> sh
   learned_->push_back({name, "", type, std::move(shape), offset, count});
 }
 
+void Info::refuse(const char* name, std::int64_t count) const {
+  const auto text = [](const std::string& field, std::int64_t numbers) {
+    return quoted(field) + " (" + std::to_string(numbers) + " number(s))";
+  };
+  fail(MJENV_E_INTERNAL, "the task must write the same info in each step: " +
+                             (name ? "it wrote " + text(name, count) : std::string("it stopped")) + " where " +
+                             (field_ == end_ ? "nothing" : text(field_->name, field_->count)) + " was expected");
+}
+
 Robot& Robot::open(const std::string& xml_file) {
   if (build_ == Build::task) task_.model = Model::open(xml_file, takes_xml_ && trusts_xml());
   return *this;
@@ -28,7 +37,8 @@ Robot& Robot::open(const std::string& xml_file) {
 
 Robot& Robot::xml_file(const char* name) {
   takes_xml_ = true;
-  const auto& file = options_.text("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first");
+  const auto& file = options_.text("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first",
+                                   "", Scope::service);
   if (build_ == Build::options) return *this;
   const auto& text = options_.get("xml_string").text;
   if (text.empty()) return open(file.text);
@@ -86,10 +96,10 @@ int Robot::body_option(const char* name, int value, const char* doc) {
   return static_cast<int>(option.integer);
 }
 
-np::Norm Robot::norm() const {
-  if (build_ == Build::options) return np::Norm::as_numpy_here();
-  const auto& choice = options_.get("norm").text;
-  return choice == "auto" ? np::Norm::as_numpy_here() : np::Norm(choice == "fused");
+np::Norm Robot::norm() {
+  const std::string choice = build_ == Build::options ? "auto" : options_.get("norm").text;
+  task_.norm = choice == "auto" ? np::Norm::as_numpy_here() : np::Norm(choice == "fused");
+  return *task_.norm;
 }
 
 int Robot::body(const char* name) const {
@@ -109,17 +119,19 @@ int Robot::site(int index) const {
 }
 
 void Robot::declare_common() {
-  constexpr std::int64_t most = (std::int64_t{1} << 53) - 1;  // the bounds are doubles
+  constexpr std::int64_t max = (std::int64_t{1} << 53) - 1;  // the bounds are doubles
+  // An image's identity holds the model itself and the rounding in force, so these options have Scope::service.
   if (takes_xml_) {
-    options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none");
+    options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none", "", Scope::service);
     options_.flag("trust_xml", false,
-                  "let the model read files outside of its folder (xml_string: any at all), and be of any size");
+                  "let the model read files outside of its folder (xml_string: any at all), and be of any size",
+                  Scope::service);
   }
-  options_.integer("max_episode_steps", task_.time_limit, 0, most,
+  options_.integer("max_episode_steps", task_.time_limit, 0, max,
                    "steps after which an episode is truncated; 0: never");
   options_.text("norm", "auto",
                 "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
-                "auto fused plain");
+                "auto fused plain", Scope::service);
 }
 
 void Robot::observe_nothing(const char* name) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -41,14 +42,14 @@ struct Typed {
   mjenv_type type;
 };
 
-// Writes one row's info; the first time, it learns the fields.
+// Writes one row's info. A definition must name the same fields in the same order in each call.
 class Info {
  public:
   // Learns the fields from the calls that a definition makes.
   explicit Info(std::vector<Field>& learned) : learned_(&learned) {}
-  // Writes row `row` of `rows` into base, or nowhere.
+  // Writes element `row` of `rows` of the array `base`, which may be null.
   Info(const std::vector<Field>& fields, double* base, std::int64_t rows, std::int64_t row)
-      : field_(fields.data()), base_(base), rows_(rows), row_(row) {}
+      : field_(fields.data()), end_(field_ + fields.size()), base_(base), rows_(rows), row_(row) {}
 
   void operator()(const char* name, double value) { scalar(name, value, MJENV_NUMPY_FLOAT64); }
   void operator()(const char* name, np::Scalar value) { scalar(name, value, MJENV_ACTION_DTYPE); }
@@ -57,24 +58,31 @@ class Info {
   template <typename Derived>
   void operator()(const char* name, const Eigen::DenseBase<Derived>& values) {
     if (learned_) return learn(name, MJENV_NUMPY_FLOAT64, {values.size()});
-    if (double* to = next())
+    if (double* to = next(name, values.size()))
       for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
+  }
+  // Throws if a field has not been written.
+  void check_complete() const {
+    if (field_ != end_) refuse(nullptr, 0);
   }
 
  private:
   std::vector<Field>* learned_ = nullptr;
-  const Field* field_ = nullptr;
+  const Field *field_ = nullptr, *end_ = nullptr;
   double* base_ = nullptr;
   std::int64_t rows_ = 1, row_ = 0;
 
   void scalar(const char* name, double value, mjenv_type type) {
     if (learned_) return learn(name, type, {});
-    if (double* to = next()) *to = value;
+    if (double* to = next(name, 1)) *to = value;
   }
-  double* next() {
+  // Where the next field goes; null for nowhere. Checked, as another field would be written outside of this row.
+  double* next(const char* name, std::int64_t count) {
+    if (field_ == end_ || field_->name != name || field_->count != count) refuse(name, count);
     const Field& field = *field_++;
     return base_ ? base_ + field.offset * rows_ + row_ * field.count : nullptr;
   }
+  [[noreturn]] void refuse(const char* name, std::int64_t count) const;
   void learn(const char* name, mjenv_type type, std::vector<std::int64_t> shape);
 };
 
@@ -126,6 +134,7 @@ struct Task {
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
   Camera camera;
   mjenv_type reward_type = MJENV_NUMPY_FLOAT64;
+  std::optional<np::Norm> norm;  // if the task computes norms, which rounding it uses
 
   std::vector<Term> terms;
   bool has_structure = false;
@@ -170,7 +179,7 @@ class Robot {
   // A body by index or by name.
   int body_option(const char* name, int value, const char* doc);
   // The norm, rounded as the caller chose.
-  np::Norm norm() const;
+  np::Norm norm();
 
   // ---- objects of the model ----
   int body(const char* name) const;

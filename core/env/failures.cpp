@@ -1,0 +1,31 @@
+#include "env/failures.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "error.hpp"
+
+namespace mjenv::core {
+
+void Failures::add(mjenv_status status, const std::string& what) noexcept {
+  if (status_ == MJENV_OK || status == MJENV_E_MEMORY) status_ = status;
+  try {
+    text_ += (text_.empty() ? "" : "; ") + what;
+  } catch (const std::exception&) {  // the text is lost, the failure is not
+    status_ = MJENV_E_MEMORY;
+  }
+}
+
+void Failures::take(Failures& other) noexcept {
+  if (other.status_ == MJENV_OK) return;
+  add(other.status_, other.text_);
+  other = {};
+}
+
+void Failures::raise() {
+  if (status_ == MJENV_OK) return;
+  Failures all = std::exchange(*this, {});
+  fail(all.status_, std::move(all.text_));
+}
+
+}  // namespace mjenv::core

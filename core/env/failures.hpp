@@ -1,0 +1,24 @@
+// What went wrong in rows that were computed together.
+#pragma once
+
+#include <string>
+
+#include "mjenv/mjenv.h"
+
+namespace mjenv::core {
+
+class Failures {
+ public:
+  // Keeps the first status; MJENV_E_MEMORY takes precedence over all others.
+  void add(mjenv_status status, const std::string& what) noexcept;
+  // Moves the other's failures here and leaves it empty.
+  void take(Failures& other) noexcept;
+  // Throws one error for all of them and forgets them. Does nothing if there are none.
+  void raise();
+
+ private:
+  mjenv_status status_ = MJENV_OK;
+  std::string text_;
+};
+
+}  // namespace mjenv::core

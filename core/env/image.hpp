@@ -1,0 +1,31 @@
+// Images of rows: what mjenv_snapshot writes and mjenv_restore reads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "env/rows.hpp"
+#include "task/options.hpp"
+#include "task/robot.hpp"
+
+namespace mjenv::core {
+
+// What two environments must have in common to exchange images.
+struct Identity {
+  enum class Rounding : std::uint32_t { any, plain, fused };
+
+  std::uint64_t hash;  // of the id, the options and the model
+  Rounding rounding;   // of norms; `any` if the task computes none
+};
+
+Identity identity_of(const Options& options, const Task& task);
+
+// row: the row, or MJENV_ALL_ROWS.
+std::size_t image_size(const Rows& rows, std::int64_t row);
+void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image);
+// Checks the whole image before it changes anything. id: for messages.
+void read_image(Rows& rows, const Identity& identity, const std::string& id, std::int64_t row, const void* image,
+                std::size_t size);
+
+}  // namespace mjenv::core

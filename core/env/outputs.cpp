@@ -1,0 +1,63 @@
+#include "env/outputs.hpp"
+
+#include <algorithm>
+
+#include "system/memory.hpp"
+
+namespace mjenv::core {
+namespace {
+
+void deliver_obs(const double* from, std::int64_t count, std::int64_t row, void* to, const mjenv_batch& out) {
+  if (!from || !to) return;
+  const std::int64_t start = row * count;
+  if (out.obs_dtype == MJENV_FLOAT32)
+    std::transform(from + start, from + start + count, static_cast<float*>(to) + start,
+                   [](double x) { return static_cast<float>(x); });
+  else
+    std::copy_n(from + start, count, static_cast<double*>(to) + start);
+}
+
+}  // namespace
+
+Outputs::Outputs(const Schema& schema, const Episodes& episodes, std::int64_t rows) {
+  const std::int64_t obs = schema.observation_count(), info = schema.count(MJENV_INFO);
+  const std::int64_t reset_info = schema.count(MJENV_RESET_INFO), arrays = schema.count(MJENV_ARRAYS);
+  check_memory(rows, " rows under way",
+               static_cast<std::size_t>(2 * (obs + info) + reset_info + arrays + 2) * sizeof(double));
+  const auto allocate = [rows](auto& array, std::int64_t count) {
+    array.resize(static_cast<std::size_t>(rows * count));
+    return array.data();
+  };
+  batch_.struct_size = sizeof batch_;
+  batch_.obs_dtype = MJENV_FLOAT64;
+  batch_.rows = rows;
+  batch_.obs = allocate(obs_, obs);
+  batch_.reward = allocate(reward_, 1);
+  batch_.terminated = allocate(terminated_, 1);
+  batch_.truncated = allocate(truncated_, 1);
+  batch_.was_reset = allocate(was_reset_, 1);
+  batch_.status = allocate(status_, 1);
+  batch_.info = allocate(info_, info);
+  batch_.arrays = allocate(arrays_, arrays);
+  if (episodes.resets_itself()) batch_.reset_info = allocate(reset_info_, reset_info);
+  if (!episodes.resets_at_once()) return;
+  batch_.final_obs = allocate(final_obs_, obs);
+  batch_.final_info = allocate(final_info_, info);
+}
+
+void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch& out) const {
+  const Place from = at(row), to{out, batch_.rows, row};
+  to.put(out.status, from.get(batch_.status));
+  to.put(out.was_reset, from.get(batch_.was_reset));
+  to.put_result(from.get(batch_.reward), from.get(batch_.terminated) != 0, from.get(batch_.truncated) != 0);
+  deliver_obs(obs_.data(), schema.observation_count(), row, out.obs, out);
+  to.copy(schema.fields(MJENV_INFO), batch_.info, out.info);
+  to.copy(schema.fields(MJENV_ARRAYS), batch_.arrays, out.arrays);
+  if (!from.get(batch_.was_reset)) return;
+  to.copy(schema.fields(MJENV_RESET_INFO), batch_.reset_info, out.reset_info);
+  if (!batch_.final_obs) return;
+  deliver_obs(final_obs_.data(), schema.observation_count(), row, out.final_obs, out);
+  to.copy(schema.fields(MJENV_INFO), batch_.final_info, out.final_info);
+}
+
+}  // namespace mjenv::core

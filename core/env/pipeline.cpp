@@ -1,0 +1,164 @@
+#include "env/pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "error.hpp"
+
+namespace mjenv::core {
+namespace {
+
+// The row at position i of a caller's list; a null list names all rows.
+std::int64_t row_at(const std::int64_t* rows, std::size_t i) { return rows ? rows[i] : static_cast<std::int64_t>(i); }
+
+}  // namespace
+
+Pipeline::Pipeline(const Schema& schema, const Rows& rows, const Episodes& episodes, Workers& workers)
+    : schema_(schema),
+      rows_(rows),
+      episodes_(episodes),
+      workers_(workers),
+      nu_(static_cast<Eigen::Index>(schema.fields(MJENV_ACTION).size())) {}
+
+Pipeline::~Pipeline() {
+  bool serving = false;
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_count_ = 0;
+    serving = std::exchange(open_, false);
+  }
+  sent_.notify_all();
+  if (serving && workers_.count() > 1) workers_.pool().finish();
+}
+
+// Allocates for all rows at once, so that later calls cost what their own rows cost.
+void Pipeline::allocate() {
+  if (outputs_) return;
+  const auto rows = static_cast<std::size_t>(rows_.count());
+  under_way_.resize(rows);
+  dtypes_.resize(rows);
+  actions_.resize(rows * static_cast<std::size_t>(nu_));
+  ready_.reserve(rows);
+  waiting_.resize(rows);
+  outputs_.emplace(schema_, episodes_, rows_.count());
+}
+
+void Pipeline::check(const std::int64_t* rows, std::size_t row_count, const Action& actions) {
+  std::size_t marked = 0;
+  try {
+    for (std::size_t i = 0; i < row_count; ++i) {
+      const std::int64_t row = row_at(rows, i);
+      rows_.check(row);
+      if (under_way_[row] != 0) fail(MJENV_E_STATE, in_row(row, "it is under way already"));
+      episodes_.check_steppable(row, episodes_.resets_itself());
+      episodes_.check_finite(row, actions.part(static_cast<Eigen::Index>(i) * nu_, nu_));
+      under_way_[row] = 1;  // so that a row that is listed twice is found
+      ++marked;
+    }
+  } catch (...) {
+    for (std::size_t i = 0; i < marked; ++i) under_way_[row_at(rows, i)] = 0;
+    throw;
+  }
+}
+
+void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Action& actions) {
+  workers_.pool().check_here();
+  std::unique_lock lock(mutex_);
+  allocate();
+  check(rows, row_count, actions);
+  if (row_count == 0) return;
+
+  // From here on nothing can fail.
+  const std::size_t width = actions.dtype == MJENV_FLOAT32 ? sizeof(float) : sizeof(double);
+  for (std::size_t i = 0; i < row_count; ++i) {
+    const std::int64_t row = row_at(rows, i);
+    if (nu_ > 0)
+      std::memcpy(&actions_[row * nu_], actions.part(static_cast<Eigen::Index>(i) * nu_, nu_).values, width * nu_);
+    dtypes_[row] = actions.dtype;
+    waiting_[(first_ + waiting_count_++) % waiting_.size()] = row;
+  }
+  count_ += row_count;
+  const bool starts = !open_;
+  open_ = true;
+  lock.unlock();
+  if (starts && workers_.count() > 1)
+    workers_.pool().start([this](int index) {
+      const ErrorTrap trap;
+      serve(workers_[static_cast<std::size_t>(index)], {}, [] { return false; });
+    });
+  else
+    sent_.notify_all();
+}
+
+void Pipeline::step_next(Worker& worker, std::unique_lock<std::mutex>& lock) {
+  const std::int64_t row = waiting_[first_];
+  first_ = (first_ + 1) % waiting_.size();
+  --waiting_count_;
+  lock.unlock();
+  const Place place = outputs_->at(row);
+  place.put_result(0, false, false);
+  place.put<std::uint8_t>(place.out.was_reset, 0);
+  Workers::attempt(worker, row, [&](Worker& w, std::int64_t r) {
+    episodes_.step(w, r, {actions_.data() + r * nu_, dtypes_[r], nu_}, place);
+  });
+  lock.lock();
+  failures_.take(worker.failures);
+  ready_.push_back(row);
+  done_.notify_one();
+}
+
+void Pipeline::serve(Worker& worker, Deadline deadline, const std::function<bool()>& enough) {
+  const bool caller = worker.index == 0;
+  bool looks_at_clock = workers_.count() > 1;  // a single thread steps a row first, else it would never get on
+  std::unique_lock lock(mutex_);
+  while (!enough() && !(looks_at_clock && deadline.passed())) {
+    if (waiting_count_ > 0) {
+      step_next(worker, lock);
+      looks_at_clock = true;
+    } else if (open_) {
+      (caller ? done_ : sent_).wait(lock, deadline);
+    } else {
+      return;
+    }
+  }
+}
+
+void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity, std::size_t* count,
+                       const mjenv_batch& out) {
+  workers_.pool().check_here();
+  if (count_ == 0) fail(MJENV_E_STATE, "no rows are under way: send some first");
+  if (least > count_)
+    fail(MJENV_E_SIZE, std::to_string(least) + " row(s) wanted, but " + std::to_string(count_) + " under way");
+  if (capacity < std::max<std::size_t>(least, 1))
+    fail(MJENV_E_SIZE,
+         "there is room for " + std::to_string(capacity) + " row(s), but " + std::to_string(least) + " are wanted");
+  if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
+  schema_.check(out, rows_.count());
+  // Without other threads, a call that asks for no row still steps one: else polling would never get on.
+  const std::size_t wanted = workers_.count() == 1 ? std::max<std::size_t>(least, 1) : least;
+  serve(workers_[0], Deadline(timeout), [&] { return ready_.size() >= wanted; });
+
+  std::unique_lock lock(mutex_);
+  const std::size_t reported = std::min(capacity, ready_.size());
+  for (std::size_t i = 0; i < reported; ++i) {
+    rows[i] = ready_[i];
+    under_way_[ready_[i]] = 0;
+    outputs_->deliver(schema_, ready_[i], out);
+  }
+  ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(reported));
+  count_ -= reported;
+  *count = reported;
+  Failures failures;
+  failures.take(failures_);
+  if (count_ == 0) {
+    open_ = false;
+    lock.unlock();
+    sent_.notify_all();
+    if (workers_.count() > 1) workers_.pool().finish();
+  }
+  failures.raise();
+}
+
+}  // namespace mjenv::core

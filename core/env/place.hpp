@@ -1,0 +1,47 @@
+// Where one row's outputs go.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "mjenv/mjenv.h"
+#include "task/robot.hpp"
+
+namespace mjenv::core {
+
+// Element `index` of the caller's arrays, which are laid out for `rows`. Null arrays are skipped, so a call without
+// outputs uses a batch of nulls.
+struct Place {
+  const mjenv_batch& out;
+  std::int64_t rows, index;
+
+  template <typename T>
+  void put(T* array, T value) const {
+    if (array) array[index] = value;
+  }
+  template <typename T>
+  T get(const T* array) const {
+    return array[index];
+  }
+  void put_status(mjenv_status status) const { put<std::int32_t>(out.status, status); }
+  void put_result(double reward, bool terminated, bool truncated) const {
+    put<double>(out.reward, reward);
+    put<std::uint8_t>(out.terminated, terminated);
+    put<std::uint8_t>(out.truncated, truncated);
+  }
+  // Sets this element of an array that is laid out by fields to 0.
+  void clear(const std::vector<Field>& fields, double* array) const {
+    if (!array) return;
+    for (const auto& f : fields) std::fill_n(array + start(f), f.count, 0.0);
+  }
+  // Copies this element between two arrays that are laid out by the same fields.
+  void copy(const std::vector<Field>& fields, const double* from, double* to) const {
+    if (!from || !to) return;
+    for (const auto& f : fields) std::copy_n(from + start(f), f.count, to + start(f));
+  }
+  // The offset of this element's first number in an array that is laid out by fields.
+  std::int64_t start(const Field& f) const { return f.offset * rows + index * f.count; }
+};
+
+}  // namespace mjenv::core

@@ -1,0 +1,117 @@
+#include "env/schema.hpp"
+
+#include <algorithm>
+#include <sstream>
+
+#include "error.hpp"
+
+namespace mjenv::core {
+namespace {
+
+std::int64_t total(const std::vector<Field>& fields) {
+  return fields.empty() ? 0 : fields.back().offset + fields.back().count;
+}
+
+void append(std::vector<Field>& fields, const std::string& name, mjenv_type type, std::vector<std::int64_t> shape,
+            std::int64_t count) {
+  fields.push_back({name, "", type, std::move(shape), total(fields), count});
+}
+
+std::vector<Field> fields_of(const std::vector<Array>& arrays) {
+  std::vector<Field> fields;
+  for (const auto& a : arrays) fields.push_back({a.name, "", a.type, a.shape, 0, static_cast<std::int64_t>(a.count())});
+  return fields;
+}
+
+}  // namespace
+
+Schema::Schema(const Task& task, const std::string& exported, Work& work) {
+  learn(task, work);
+  const std::vector<Array> arrays = work.arrays();
+  data_ = fields_of(arrays);
+  model_ = fields_of(task.model->arrays());
+  choose(exported, arrays);
+}
+
+void Schema::learn(const Task& task, Work& work) {
+  const Model& model = *task.model;
+  const Sim& sim = work.sim();
+  std::vector<double> carried(static_cast<std::size_t>(task.carry_count));
+  work.begin();
+  work.forward();
+  if (task.reset_info) {
+    Info info(reset_info_);
+    task.reset_info(sim, info);
+  }
+  if (task.carry) task.carry(sim, carried.data());
+
+  const auto list = [](std::vector<Field>& fields, const char* name, std::int64_t count) {
+    append(fields, name, MJENV_NUMPY_FLOAT64, {count}, count);
+  };
+  if (task.has_structure && task.skipped_qpos >= 0) list(structure_, "skipped_qpos", task.skipped_qpos);
+  for (const auto& term : task.terms) {
+    const std::int64_t count = term.write(sim, nullptr);
+    if (count > 0) list(observation_, term.name, count);
+    if (task.has_structure) list(structure_, term.name, count);
+  }
+  observation_count_ = total(observation_);
+  observation_space_.low.assign(static_cast<std::size_t>(observation_count_), -kInfinity);
+  observation_space_.high.assign(static_cast<std::size_t>(observation_count_), kInfinity);
+
+  for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_ACTION_DTYPE, {}, i, 1});
+  action_space_ = {model.action_low(), model.action_high()};
+
+  const std::vector<double> zeros(static_cast<std::size_t>(model.nu()));
+  std::vector<double> before(work.layout().size);
+  work.step({zeros.data(), MJENV_FLOAT64, model.nu()}, task.frame_skip, before.data());
+  Info info(info_);
+  task.step(sim, Carried(carried.data(), task.carry_count), info);
+  reward_ = {{"reward", "", task.reward_type, {}, 0, 1}};
+  for (auto* fields : {&observation_, &info_, &reset_info_, &reward_, &structure_})
+    for (Field& field : *fields) field.doc = meaning(field.name);
+}
+
+void Schema::choose(const std::string& exported, const std::vector<Array>& arrays) {
+  std::istringstream names(exported);
+  for (std::string name; names >> name;) {
+    const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const Array& a) { return a.name == name; });
+    if (found == arrays.end()) {
+      std::vector<std::string> known;
+      for (const auto& a : arrays) known.push_back(a.name);
+      fail(MJENV_E_NAME, "option \"arrays\": no array " + quoted(name) + "; there are " + listed(known));
+    }
+    exported_.push_back(static_cast<std::size_t>(found - arrays.begin()));
+    append(arrays_, name, found->type, found->shape, static_cast<std::int64_t>(found->count()));
+    exports_on_demand_ = exports_on_demand_ || Work::on_demand(name);
+  }
+}
+
+const std::vector<Field>& Schema::fields(mjenv_role role) const {
+  switch (role) {
+    case MJENV_OBSERVATION: return observation_;
+    case MJENV_ACTION: return action_;
+    case MJENV_INFO: return info_;
+    case MJENV_RESET_INFO: return reset_info_;
+    case MJENV_REWARD: return reward_;
+    case MJENV_STRUCTURE: return structure_;
+    case MJENV_DATA: return data_;
+    case MJENV_MODEL: return model_;
+    case MJENV_ARRAYS: return arrays_;
+  }
+  fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
+}
+
+std::int64_t Schema::count(mjenv_role role) const { return total(fields(role)); }
+
+void Schema::check(const mjenv_batch& out, std::int64_t rows) const {
+  if (out.struct_size == 0) return;  // the caller gave no batch
+  check_count("rows", out.rows, rows);
+  if (out.obs || out.final_obs) check_count("obs_count", out.obs_count, observation_count_);
+  if (out.info || out.final_info) check_count("info_count", out.info_count, total(info_));
+  if (out.reset_info) check_count("reset_info_count", out.reset_info_count, total(reset_info_));
+  if (out.arrays) check_count("arrays_count", out.arrays_count, total(arrays_));
+  if (out.obs_dtype != MJENV_FLOAT64 && out.obs_dtype != MJENV_FLOAT32)
+    fail(MJENV_E_ARGUMENT, "obs_dtype is " + std::to_string(out.obs_dtype) + ", not MJENV_FLOAT64 or MJENV_FLOAT32");
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,147 @@
+#include "env/worker.hpp"
+
+#include <algorithm>
+
+namespace mjenv::core {
+
+Worker::Worker(std::int32_t i, const Task& task)
+    : index(i),
+      task_(task),
+      work_(task.model, task.frame_skip),
+      before_(work_.layout().size),
+      arrays_(work_.arrays()) {}
+
+void Worker::prepare(const Schema& schema) {
+  observation_.resize(static_cast<std::size_t>(schema.observation_count()));
+  for (const std::size_t i : schema.exported()) exported_.push_back(&arrays_[i]);
+}
+
+void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
+  const StateLayout& layout = work_.layout();
+  double* start = before_.data();
+  if (origin == Origin::set)
+    std::copy_n(layout.warmstart(start), layout.nv, std::copy_n(layout.qpos(start), layout.nq, rows.changed(row)));
+  else
+    std::copy_n(start, layout.size, rows.before(row));
+  work_.save(rows.state(row));
+  if (task_.carry) task_.carry(work_.sim(), rows.carried(row));
+  Rows::Head& head = rows.head(row);
+  head.origin = origin;
+  head.worker = index;
+  resident_ = row;
+}
+
+void Worker::hold(Rows& rows, std::int64_t row) {
+  if (holds(rows, row)) return;
+  release();  // in case MuJoCo fails
+  compute(rows, row);
+  rows.head(row).worker = index;
+  resident_ = row;
+}
+
+void Worker::compute(Rows& rows, std::int64_t row) {
+  switch (rows.head(row).origin) {
+    case Origin::cleared: return work_.clear();
+    case Origin::forward:
+      work_.begin();
+      work_.load(rows.before(row));
+      return work_.forward();
+    case Origin::step: work_.load(rows.before(row)); return work_.repeat_step();
+    case Origin::set:
+      work_.load(rows.before(row));
+      work_.repeat_step();
+      work_.complete_forces();
+      const StateLayout& layout = work_.layout();
+      double* start = before_.data();
+      std::copy_n(rows.state(row), layout.size, start);
+      std::copy_n(rows.changed(row), layout.nq, layout.qpos(start));
+      std::copy_n(rows.changed(row) + layout.nq, layout.nv, layout.warmstart(start));
+      work_.load(start);
+      return work_.forward();
+  }
+}
+
+void Worker::clear(Rows& rows) {
+  release();
+  work_.clear();
+  for (std::int64_t row = 0; row < rows.count(); ++row) work_.save(rows.state(row));
+}
+
+void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
+  const StateLayout& layout = work_.layout();
+  double* start = before_.data();
+  release();
+  work_.begin();
+  work_.save(start);
+  Start drawn{{layout.qpos(start), static_cast<Eigen::Index>(layout.nq)},
+              {layout.qvel(start), static_cast<Eigen::Index>(layout.nv)}};
+  task_.reset(drawn, rng);
+  // If MuJoCo fails now, the next try must not draw the same start again.
+  rows.head(row).rng = rng;
+  rows.head(row).seeded = true;
+  work_.load(start);
+  work_.forward();
+  save(rows, row, Origin::forward);
+}
+
+void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames) {
+  release();
+  work_.load(rows.state(row));
+  work_.step(action, frames, before_.data());
+}
+
+void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel) {
+  const StateLayout& layout = work_.layout();
+  const Origin last = rows.head(row).origin;
+  const bool in_episode = last == Origin::step || last == Origin::set;
+  const bool has_forces = in_episode && holds(rows, row);
+  double* start = before_.data();
+  std::copy_n(rows.state(row), layout.size, start);
+  std::copy_n(qpos, layout.nq, layout.qpos(start));
+  std::copy_n(qvel, layout.nv, layout.qvel(start));
+  release();
+  if (has_forces)
+    work_.complete_forces();
+  else
+    work_.begin();
+  work_.load(start);
+  work_.forward();
+  save(rows, row, in_episode ? Origin::set : Origin::forward);
+  if (in_episode && !has_forces) release();  // the forces of the last step are computed when they are asked for
+}
+
+void Worker::write_observation(void* to, const Place& place) {
+  if (!to) return;
+  const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
+  const bool narrow = place.out.obs_dtype == MJENV_FLOAT32;
+  double* wide = narrow ? observation_.data() : static_cast<double*>(to) + start;
+  Eigen::Index offset = 0;
+  for (const auto& term : task_.terms) offset += term.write(work_.sim(), wide + offset);
+  if (narrow)
+    std::transform(wide, wide + count, static_cast<float*>(to) + start, [](double x) { return static_cast<float>(x); });
+}
+
+void Worker::write_arrays(const Schema& schema, const Place& place) {
+  if (!place.out.arrays) return;
+  if (schema.exports_on_demand()) work_.complete();
+  const std::vector<Field>& fields = schema.fields(MJENV_ARRAYS);
+  for (std::size_t i = 0; i < fields.size(); ++i) exported_[i]->read(place.out.arrays + place.start(fields[i]));
+}
+
+const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name) {
+  const auto found = std::find_if(arrays_.begin(), arrays_.end(), [&](const Array& a) { return a.name == name; });
+  if (found == arrays_.end()) return nullptr;
+  hold(rows, row);
+  work_.complete();
+  return &*found;
+}
+
+void Worker::show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& look) {
+  hold(rows, row);
+  release();  // in case look fails
+  work_.complete();
+  look(work_.data());
+  resident_ = row;
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,48 @@
+// Waiting with a deadline.
+#pragma once
+
+#include <pthread.h>
+#include <time.h>
+
+#include <mutex>
+
+namespace mjenv::core {
+
+// A moment of the monotonic clock, or never.
+class Deadline {
+ public:
+  Deadline() = default;
+  // In so many seconds from now; never if the number is negative or beyond any clock.
+  explicit Deadline(double seconds);
+
+  bool is_set() const { return set_; }
+  bool passed() const;
+  const timespec& time() const { return time_; }
+
+ private:
+  bool set_ = false;
+  timespec time_{};
+};
+
+// A condition variable. std::condition_variable binds gcc 12's output to symbols that older systems lack.
+class Condition {
+ public:
+  Condition();
+  ~Condition() { pthread_cond_destroy(&condition_); }
+  Condition(const Condition&) = delete;
+  Condition& operator=(const Condition&) = delete;
+
+  void notify_one() { pthread_cond_signal(&condition_); }
+  void notify_all() { pthread_cond_broadcast(&condition_); }
+  // Returns when notified, at the deadline, or for no reason.
+  void wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline = {});
+  template <typename Predicate>
+  void wait_until(std::unique_lock<std::mutex>& lock, const Predicate& fulfilled) {
+    while (!fulfilled()) wait(lock);
+  }
+
+ private:
+  pthread_cond_t condition_;
+};
+
+}  // namespace mjenv::core
