@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   if (topic == "cpus") return run_cpus();
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
-  std::fputs("usage: test_core cpus|levers|numpy\n", stderr);
+  if (topic == "worker") return run_worker();
+  std::fputs("usage: test_core cpus|levers|numpy|worker\n", stderr);
   return 2;
 }

@@ -4,3 +4,4 @@
 int run_cpus();
 int run_levers();
 int run_numpy();
+int run_worker();

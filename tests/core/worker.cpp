@@ -1,0 +1,170 @@
+// A worker that computes several rows in turn shows each row's mjData as if that row had an mjData of its own: compared
+// with plain MuJoCo, which resets, steps and sets states as Gymnasium does.
+#include "env/worker.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "run.hpp"
+#include "task/registry.hpp"
+
+namespace {
+
+using namespace mjenv::core;
+
+constexpr std::int64_t kRows = 3;
+constexpr int kOperations = 400;
+
+// One row in plain MuJoCo.
+class Plain {
+ public:
+  explicit Plain(const Task& task) : task_(task), m_(task.model->get()), d_(mj_makeData(m_), mj_deleteData) {}
+
+  void reset(Rng rng) {
+    mj_resetData(m_, d_.get());
+    Start start{{d_->qpos, m_->nq}, {d_->qvel, m_->nv}};
+    task_.reset(start, rng);
+    mj_forward(m_, d_.get());
+  }
+  void step(const std::vector<double>& action) {
+    std::copy(action.begin(), action.end(), d_->ctrl);
+    for (int i = 0; i < task_.frame_skip; ++i) mj_step(m_, d_.get());
+    mj_rnePostConstraint(m_, d_.get());
+  }
+  void set_state(const std::vector<double>& qpos, const std::vector<double>& qvel) {
+    std::copy(qpos.begin(), qpos.end(), d_->qpos);
+    std::copy(qvel.begin(), qvel.end(), d_->qvel);
+    mj_forward(m_, d_.get());
+  }
+  const mjData& data() const { return *d_; }
+  const mjModel& model() const { return *m_; }
+
+ private:
+  const Task& task_;
+  const mjModel* m_;
+  std::unique_ptr<mjData, void (*)(mjData*)> d_;
+};
+
+bool same(const Array& array, const double* expected, int count) {
+  return array.count() == static_cast<std::size_t>(count) &&
+         std::memcmp(array.data, expected, static_cast<std::size_t>(count) * sizeof(double)) == 0;
+}
+
+// The first array of the row that differs from plain MuJoCo's; "" if none does.
+std::string difference(Worker& worker, Rows& rows, std::int64_t row, const Plain& plain) {
+  const mjData& d = plain.data();
+  const mjModel& m = plain.model();
+  const struct {
+    const char* name;
+    const double* expected;
+    int count;
+  } arrays[] = {{"qpos", d.qpos, m.nq},
+                {"qvel", d.qvel, m.nv},
+                {"qacc", d.qacc, m.nv},
+                {"xpos", d.xpos, 3 * m.nbody},
+                {"cvel", d.cvel, 6 * m.nbody},
+                {"geom_xpos", d.geom_xpos, 3 * m.ngeom},
+                {"cinert", d.cinert, 10 * m.nbody},
+                {"cfrc_ext", d.cfrc_ext, 6 * m.nbody},
+                {"qfrc_actuator", d.qfrc_actuator, m.nv},
+                {"qacc_warmstart", d.qacc_warmstart, m.nv}};
+  for (const auto& a : arrays)
+    if (!same(*worker.array(rows, row, a.name), a.expected, a.count)) return a.name;
+  return "";
+}
+
+void test_rows_in_turn(void** state) {
+  const char* id = static_cast<const char*>(*state);
+  Options options = default_options(id_of(id));
+  const Task task = build_task(options);
+  Worker worker(0, task), other(1, task);
+  Rows rows(worker.work().layout(), task.carry_count, kRows);
+  worker.clear(rows);
+  std::vector<std::unique_ptr<Plain>> plain;
+  for (std::int64_t row = 0; row < kRows; ++row) plain.push_back(std::make_unique<Plain>(task));
+
+  Rng random = Rng::from_seed(7);
+  const auto draw = [&](int count, double size) {
+    std::vector<double> values(static_cast<std::size_t>(count));
+    for (double& x : values) x = random.uniform(-size, size);
+    return values;
+  };
+  int computed_again = 0;
+  for (int i = 0; i < kOperations; ++i) {
+    const auto row = static_cast<std::int64_t>(random.next() % kRows);
+    Worker& chosen = random.next() % 4 == 0 ? other : worker;
+    Plain& expected = *plain[static_cast<std::size_t>(row)];
+    const std::uint64_t kind = i < kRows ? 0 : random.next() % 16;
+    const std::int64_t target = i < kRows ? i : row;
+    if (kind == 0) {
+      Rng rng = Rng::from_seed(static_cast<std::uint64_t>(i));
+      plain[static_cast<std::size_t>(target)]->reset(rng);
+      chosen.begin(rows, target, rng);
+    } else if (kind < 10) {
+      const std::vector<double> action = draw(task.model->nu(), 1);
+      expected.step(action);
+      chosen.step(rows, row, {action.data(), MJENV_FLOAT64, task.model->nu()}, task.frame_skip);
+      chosen.commit(rows, row);
+    } else if (kind < 12) {
+      std::vector<double> qpos(expected.data().qpos, expected.data().qpos + task.model->nq());
+      qpos[0] += 0.01;
+      const std::vector<double> qvel = draw(task.model->nv(), 1);
+      expected.set_state(qpos, qvel);
+      (rows.head(row).worker == 0 ? worker : other).set_state(rows, row, qpos.data(), qvel.data());
+    } else {
+      Worker& reader = rows.head(target).worker == 0 ? worker : other;
+      computed_again += !reader.holds(rows, target);
+      assert_string_equal(difference(reader, rows, target, *plain[static_cast<std::size_t>(target)]).c_str(), "");
+      assert_true(reader.holds(rows, target));
+    }
+  }
+  assert_true(computed_again > 20);
+}
+
+// A row that was changed elsewhere is not held any more, and no other row is forgotten.
+void test_forget(void** state) {
+  (void)state;
+  Options options = default_options(id_of("Hopper-v5"));
+  const Task task = build_task(options);
+  Worker worker(0, task);
+  Rows rows(worker.work().layout(), task.carry_count, 2);
+  worker.clear(rows);
+  Rng rng = Rng::from_seed(1);
+  worker.begin(rows, 0, rng);
+  assert_true(worker.holds(rows, 0) && !worker.holds(rows, 1));
+  worker.forget(1);
+  assert_true(worker.holds(rows, 0));
+  worker.forget(0);
+  assert_false(worker.holds(rows, 0));
+  worker.hold(rows, 1);  // never reset: as mj_resetData leaves it
+  assert_true(worker.holds(rows, 1));
+  const Plain plain(task);
+  assert_true(same(*worker.array(rows, 1, "xpos"), plain.data().xpos, 3 * plain.model().nbody));
+}
+
+}  // namespace
+
+int run_worker() {
+  static char ant[] = "Ant-v5", hopper[] = "Hopper-v5", humanoid[] = "Humanoid-v4", pusher[] = "Pusher-v5";
+  const CMUnitTest tests[] = {
+      cmocka_unit_test_prestate(test_rows_in_turn, ant),
+      cmocka_unit_test_prestate(test_rows_in_turn, hopper),
+      cmocka_unit_test_prestate(test_rows_in_turn, humanoid),
+      cmocka_unit_test_prestate(test_rows_in_turn, pusher),
+      cmocka_unit_test(test_forget),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
