@@ -19,7 +19,8 @@ Names that a program wants for its variables are not exported: `MJEnv.info`, `MJ
 `MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.gl`, `MJEnv.ids`, `MJEnv.schema`,
 `MJEnv.version`.
 
-With CommonRLInterface loaded, `convert(CommonRLInterface.AbstractEnv, env)` is what its algorithms take.
+An environment of one row is also one of CommonRLInterface and of ReinforcementLearningBase, once these packages are
+loaded: `convert(CommonRLInterface.AbstractEnv, env)`, `convert(ReinforcementLearningBase.AbstractEnv, env)`.
 
 The library is the file that `ENV["MJENV_LIBRARY"]` names, else the one that came with the package or was built in
 this repository, else the system's.
@@ -41,7 +42,11 @@ include("env.jl")
 include("batch.jl")
 include("state.jl")
 include("render.jl")
+include("picture.jl")
 include("extensions.jl")
 include("many.jl")
+
+# `f.(env, ...)` takes them as one thing each.
+Base.broadcastable(single::Union{Env,Batch,Renderer,Window}) = Ref(single)
 
 end

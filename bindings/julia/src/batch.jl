@@ -132,6 +132,9 @@ end
     return
 end
 
+# Numbers for the actuators.
+const Action = Union{AbstractVecOrMat{<:Real},Tuple{Real,Vararg{Real}}}
+
 as_mask(env::Env, ::Nothing) = C_NULL
 
 function as_mask(env::Env, mask::AbstractVector{Bool})
@@ -172,8 +175,8 @@ end
 """
     step!(env, action)
 
-Steps every row. `action` is a vector for one row, a matrix with a column for each row for many. Its element type takes
-part in the arithmetic as in NumPy when it is `Float32` or `Float64`; every other is converted to `Float64`.
+Steps every row. `action` is a vector or a tuple for one row, a matrix with a column for each row for many. Its element
+type takes part in the arithmetic as in NumPy when it is `Float32` or `Float64`; every other is converted to `Float64`.
 
 Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`: for one row a vector, a `Float64`
 and two `Bool`s, for many a matrix with a column for each row and vectors. `info` is that of [`MJEnv.info`](@ref).
@@ -187,9 +190,9 @@ Unless the option `strict` is false, a NaN or infinite action and a step after t
 Writes the outputs into a [`Batch`](@ref) and returns it; allocates nothing where `action` is an `Array` of `Float32` or
 `Float64`, and copies no contiguous view of one. After an error the batch is as it was.
 """
-step!(batch::Batch, env::Env, action::AbstractVecOrMat{<:Real}) = step_dense!(batch, env, dense(action))
+step!(batch::Batch, env::Env, action::Action) = step_dense!(batch, env, dense(action))
 
-function step!(env::Env, action::AbstractVecOrMat{<:Real})
+function step!(env::Env, action::Action)
     batch = step!(Batch(env), env, action)
     env.latest = batch
     return merge(outputs(env, batch), (info = info(batch),))
@@ -208,6 +211,7 @@ function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}) where {
 end
 
 # Elements without gaps, of a type that C knows.
+dense(action::Tuple) = dense([action...])
 dense(action::AbstractArray{<:Real}) = Array{Float64}(action)
 dense(action::AbstractArray{T}) where {T<:Union{Float32,Float64}} = Array{T}(action)
 dense(action::Array{<:Union{Float32,Float64}}) = action

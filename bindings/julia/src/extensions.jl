@@ -1,11 +1,12 @@
-# What MJEnv offers to other packages.
+# What MJEnv offers to other packages, and how it meets them.
 
 using Random: Random, AbstractRNG
 
 """
     MJEnv.Box(low, high)
 
-All vectors between two, both included: supports `in`, and `rand` where the bounds are finite.
+The set of all vectors between two bounds, both included. `point in box` tests a vector; `rand(box)` draws one where the
+bounds are finite. Boxes with equal bounds are equal.
 """
 struct Box{T<:AbstractFloat}
     low::Vector{T}
@@ -15,6 +16,8 @@ end
 Base.eltype(::Type{Box{T}}) where {T} = Vector{T}
 Base.in(point::AbstractVector{<:Real}, box::Box) =
     length(point) == length(box.low) && all(box.low .<= point .<= box.high)
+Base.:(==)(a::Box, b::Box) = a.low == b.low && a.high == b.high
+Base.hash(box::Box, h::UInt) = hash(box.low, hash(box.high, hash(Box, h)))
 
 function Random.rand(rng::AbstractRNG, sampler::Random.SamplerTrivial{Box{T}}) where {T}
     box = sampler[]
@@ -24,19 +27,86 @@ function Random.rand(rng::AbstractRNG, sampler::Random.SamplerTrivial{Box{T}}) w
     return box.low .+ rand(rng, T, length(box.low)) .* (box.high .- box.low)
 end
 
-# Julia before 1.9 knows no extensions: they are included when the other package is there.
-const COMMON_RL = Base.PkgId(Base.UUID("d842c3ba-07a1-494f-bbec-f5741b0a3e98"), "CommonRLInterface")
+# An environment of one row with its outputs: what the interfaces of other packages call an environment.
+mutable struct Episode
+    env::Env
+    batch::Batch{Float64}
+    renderer::Union{Nothing,Renderer}  # made by the first picture
+end
+
+function Episode(env::Env)
+    env.rows == 1 || throw(ArgumentError("environments of other packages have one row; this $env has $(env.rows)"))
+    return Episode(env, observe!(Batch(env), env), nothing)
+end
+
+function reset!(episode::Episode)
+    reset!(episode.batch, episode.env)
+    return nothing
+end
+
+# Returns the reward.
+function step!(episode::Episode, action)
+    step!(episode.batch, episode.env, action)
+    return episode.batch.reward[1]
+end
+
+observe(episode::Episode) = episode.batch.obs[:, 1]
+observations(episode::Episode) = Box(observation_space(episode.env)...)
+actions(episode::Episode) = Box(action_space(episode.env)...)
+# These interfaces do not tell truncation from termination, and neither goes on.
+ended(episode::Episode) = episode.batch.terminated[1] || episode.batch.truncated[1]
+
+# All that decides what follows, and the outputs that an image does not hold.
+function state(episode::Episode)
+    batch = episode.batch
+    return (
+        image = snapshot(episode.env),
+        reward = batch.reward[1],
+        terminated = batch.terminated[1],
+        truncated = batch.truncated[1],
+    )
+end
+
+function set_state!(episode::Episode, state::NamedTuple)
+    batch = episode.batch
+    restore!(episode.env, state.image)
+    observe!(batch, episode.env)
+    batch.reward[1] = state.reward
+    batch.terminated[1], batch.truncated[1] = state.terminated, state.truncated
+    return nothing
+end
+
+function Base.copy(episode::Episode)
+    twin = Episode(Env(episode.env.id; options(episode.env)...))
+    set_state!(twin, state(episode))
+    return twin
+end
+
+function picture(episode::Episode)
+    episode.renderer === nothing && (episode.renderer = Renderer(episode.env))
+    return Picture(render(episode.renderer))
+end
+
+# Julia before 1.9 knows no extensions: MJEnv includes them when the other package is loaded.
+const EXTENSIONS = Dict(
+    Base.PkgId(Base.UUID(uuid), name) => joinpath(@__DIR__, "..", "ext", "MJEnv$(name)Ext.jl") for (name, uuid) in (
+        "CommonRLInterface" => "d842c3ba-07a1-494f-bbec-f5741b0a3e98",
+        "ReinforcementLearningBase" => "e575027e-6cd6-5018-9292-cdc6200d2b44",
+    )
+)
 
 function include_extension(package)
-    package == COMMON_RL || return
-    Base.include(Module(:Extensions), joinpath(@__DIR__, "..", "ext", "MJEnvCommonRLInterfaceExt.jl"))
+    haskey(EXTENSIONS, package) || return
+    # Packages are not found by their names in this module, so it holds them for the extension in it.
+    extensions = Module(:Extensions)
+    Core.eval(extensions, :(const MJEnv = $(@__MODULE__)))
+    Core.eval(extensions, :(const $(Symbol(package.name)) = $(Base.loaded_modules[package])))
+    Base.include(extensions, EXTENSIONS[package])
     return
 end
 
 function watch_packages()
-    if haskey(Base.loaded_modules, COMMON_RL)
-        include_extension(COMMON_RL)
-    else
-        push!(Base.package_callbacks, include_extension)
-    end
+    foreach(package -> haskey(Base.loaded_modules, package) && include_extension(package), keys(EXTENSIONS))
+    push!(Base.package_callbacks, include_extension)
+    return
 end

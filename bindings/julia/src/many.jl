@@ -63,7 +63,7 @@ rows, `recv!` and `close` are allowed. Returns `env`.
 function send!(
     batch::Batch,
     env::Env,
-    action::AbstractVecOrMat{<:Real};
+    action::Action;
     rows::AbstractVector{<:Integer} = 1:env.rows,
 )
     given = dense(action)

@@ -29,6 +29,9 @@ function with_options(f, id::AbstractString)
     end
 end
 
+# Some numbers, in what Julia programs hold them.
+const Numbers = Union{Tuple{Vararg{Real}},AbstractVector{<:Real}}
+
 function set_option!(handle, id, name::Symbol, value::Integer)
     if !(typemin(Int64) <= value <= typemax(Int64))
         throw(ArgumentError("option \"$name\" of $id is $value, which does not fit into 64 bits"))
@@ -38,7 +41,7 @@ end
 
 set_option!(handle, id, name::Symbol, value::Real) = set_option!(handle, id, name, (value,))
 
-function set_option!(handle, id, name::Symbol, value::Union{Tuple{Vararg{Real}},AbstractVector{<:Real}})
+function set_option!(handle, id, name::Symbol, value::Numbers)
     numbers = collect(Float64, value)
     check(mjenv_options_set_reals(handle, text(name), numbers, length(numbers)))
 end

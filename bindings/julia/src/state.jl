@@ -73,11 +73,11 @@ end
 Sets the positions and velocities of a row and computes what follows from them, as Gymnasium's `set_state`. The step
 count goes on; a row that was never reset, or had ended, may be stepped again. Returns `env`.
 """
-function set_state!(env::Env, qpos::AbstractVector{<:Real}, qvel::AbstractVector{<:Real}; row::Integer = 1)
+function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     index = row_index(env, row)
     check_length(env, "qpos", length(qpos), env.qpos_count)
     check_length(env, "qvel", length(qvel), env.qvel_count)
-    q, v = Vector{Float64}(qpos), Vector{Float64}(qvel)
+    q, v = collect(Float64, qpos), collect(Float64, qvel)
     check(inside(handle -> mjenv_set_state(handle, index, q, length(q), v, length(v)), env))
     return env
 end
@@ -88,10 +88,10 @@ end
 `frames` times mj_step of a row under `ctrl`, as Gymnasium's `do_simulation`: no step is counted, and the task sees only
 the new state. Returns `env`.
 """
-function simulate!(env::Env, ctrl::AbstractVector{<:Real}, frames::Integer; row::Integer = 1)
+function simulate!(env::Env, ctrl::Numbers, frames::Integer; row::Integer = 1)
     index = row_index(env, row)
     check_length(env, "ctrl", length(ctrl), env.action_count)
-    c = Vector{Float64}(ctrl)
+    c = collect(Float64, ctrl)
     check(inside(handle -> mjenv_simulate(handle, index, c, length(c), frames), env))
     return env
 end

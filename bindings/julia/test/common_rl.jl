@@ -34,6 +34,8 @@ end
     @test rand(box) != rand(box)
     @test !(zeros(7) in box) && !(fill(1.1, 8) in box)
     @test length(RL.observations(common).low) == 105
+    @test box == RL.actions(common) && box != RL.observations(common)
+    @test hash(box) == hash(RL.actions(common))
     @test_throws ArgumentError rand(RL.observations(common))
 end
 
@@ -56,6 +58,17 @@ end
     RL.reset!(common)
     RL.setstate!(common, final)
     @test RL.terminated(common)
+end
+
+@testset "render" begin
+    env = Env("Reacher-v5")
+    common = convert(RL.AbstractEnv, env)
+    RL.reset!(common)
+    picture = RL.render(common)
+    @test picture.pixels == render(Renderer(env))
+    @test showable(MIME("image/png"), picture)
+    RL.act!(common, (1.0, 1.0))
+    @test RL.render(common).pixels != picture.pixels
 end
 
 @test_throws ArgumentError convert(RL.AbstractEnv, Env("Reacher-v5"; rows = 2))

@@ -138,6 +138,33 @@ end
     @test same(again, drawn)
 end
 
+@testset "tuples" begin
+    env, same_env = Env("Reacher-v5"), Env("Reacher-v5")
+    foreach(e -> (seed!(e, 1); reset!(e)), (env, same_env))
+    for (tuple, vector) in (((0.1, -0.2), [0.1, -0.2]), ((0.1f0, 0.2f0), [0.1f0, 0.2f0]), ((1, 0.5f0), [1.0f0, 0.5f0]))
+        @test step!(env, tuple) == step!(same_env, vector)
+    end
+    batch, rows = Batch(env), [0]
+    send!(batch, env, (1, 0))
+    recv!(rows, env)
+    @test vec(batch.obs) == step!(same_env, [1, 0]).obs
+    simulate!(env, (0.5, 0.5), 2)
+    simulate!(same_env, [0.5, 0.5], 2)
+    @test observe(env) == observe(same_env)
+    set_state!(env, (0.1, 0.2, 0, 0), (0, 0, 0, 0))
+    @test read(env, :qpos) == [0.1, 0.2, 0, 0]
+    @test refuses(() -> step!(env, (1.0,)), DimensionMismatch, "vector of 2")
+    @test refuses(() -> step!(env, ()), MethodError)
+end
+
+@testset "broadcasting" begin
+    env = Env("Reacher-v5"; rows = 2)
+    batch = reset!(Batch(env), env)
+    @test read.(env, [:nq, :nv]) == [4, 4]
+    @test getproperty.(batch, (:reward, :terminated)) == ([0.0, 0.0], [false, false])
+    @test isopen.(Renderer(env)) === true
+end
+
 @testset "state: $(basename(path))" for path in goldens_in("state")
     g = read_golden(path)
     env = make(g)
@@ -215,7 +242,7 @@ end
 @testset "documentation of $name" for name in [
     names(MJEnv)
     [:info, :reset_info, :final_info, :arrays, :stream]
-    [:spec, :options, :fields, :Field, :ids, :schema, :Option, :version, :Status]
+    [:spec, :options, :fields, :Field, :ids, :schema, :Option, :version, :Status, :Box, :Picture]
 ]
     @test haskey(Base.Docs.meta(MJEnv), Base.Docs.Binding(MJEnv, name))
 end

@@ -68,3 +68,43 @@ end
     close(env)
     @test_throws MJEnvError render(renderer)
 end
+
+# The bytes of a PNG file's chunks of a kind, whose check sums are right.
+function png_chunks(bytes, kind)
+    found, place = UInt8[], 9
+    number(at) = foldl((sum, byte) -> sum << 8 | byte, bytes[at:(at + 3)]; init = 0)
+    while place < length(bytes)
+        data = (place + 8):(place + 7 + number(place))
+        @test number(last(data) + 1) == MJEnv.crc32(bytes[(place + 4):last(data)])
+        String(bytes[(place + 4):(place + 7)]) == kind && append!(found, bytes[data])
+        place = last(data) + 5
+    end
+    return found
+end
+
+@testset "a picture as a PNG file" begin
+    # The check values that the two sums are published with.
+    @test MJEnv.crc32(b"123456789") == 0xcbf43926
+    @test MJEnv.adler32(b"Wikipedia") == 0x11e60398
+    pixels = rand(UInt8, 3, 200, 300)  # more than a block of zlib's holds
+    picture = MJEnv.Picture(pixels)
+    @test sprint(show, picture) == "MJEnv.Picture(300 × 200 pixels)"
+    file = sprint(io -> show(io, MIME("image/png"), picture))
+    bytes = Vector{UInt8}(codeunits(file))
+    @test bytes[1:8] == [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]
+    @test png_chunks(bytes, "IHDR") == [0, 0, 1, 44, 0, 0, 0, 200, 8, 2, 0, 0, 0]
+    stream = png_chunks(bytes, "IDAT")
+    @test (Int(stream[1]) << 8 | stream[2]) % 31 == 0 && stream[1] & 0x0f == 8
+    lines, place, last_block = UInt8[], 3, false
+    while !last_block
+        last_block = stream[place] == 1
+        count = stream[place + 1] | Int(stream[place + 2]) << 8
+        @test (stream[place + 3] | Int(stream[place + 4]) << 8) == count ⊻ 0xffff
+        append!(lines, stream[(place + 5):(place + 4 + count)])
+        place += 5 + count
+    end
+    @test length(stream) == place + 3
+    lines = reshape(lines, 901, 200)
+    @test all(==(0), lines[1, :])
+    @test permutedims(reshape(lines[2:end, :], 3, 300, 200), (1, 3, 2)) == pixels
+end

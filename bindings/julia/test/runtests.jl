@@ -1,5 +1,5 @@
-# From the repository: julia --project=bindings/julia bindings/julia/test/runtests.jl
-# (Pkg.test works too, but wants a registry.)
+# From the repository: julia --project=bindings/julia bindings/julia/test/runtests.jl [NAME...]
+# runs the test sets of these names, or all. (Pkg.test works too, but wants a registry.)
 
 using MJEnv
 using MJEnv: fields, info, options, spec
@@ -12,35 +12,26 @@ const GOLDEN = joinpath(REPOSITORY, "tests", "golden")
 include("goldens.jl")
 include("errors.jl")
 
+const TEST_SETS = (
+    "trajectories" => "trajectories.jl",
+    "schema" => "schema.jl",
+    "interface" => "interface.jl",
+    "many" => "many.jl",
+    "bad input" => "bad_input.jl",
+    "pictures" => "pictures.jl",
+    "memory" => "memory.jl",
+    "misuse" => "misuse.jl",
+    "CommonRLInterface" => "common_rl.jl",
+    "ReinforcementLearningBase" => "rl_base.jl",
+    "example" => "example.jl",
+    "package" => "package.jl",
+)
+
+ARGS ⊆ first.(TEST_SETS) || error("the test sets are ", join(first.(TEST_SETS), ", "))
+
 @testset "MJEnv" begin
-    @testset "trajectories" begin
-        include("trajectories.jl")
-    end
-    @testset "schema" begin
-        include("schema.jl")
-    end
-    @testset "interface" begin
-        include("interface.jl")
-    end
-    @testset "many" begin
-        include("many.jl")
-    end
-    @testset "bad input" begin
-        include("bad_input.jl")
-    end
-    @testset "pictures" begin
-        include("pictures.jl")
-    end
-    @testset "memory" begin
-        include("memory.jl")
-    end
-    @testset "misuse" begin
-        include("misuse.jl")
-    end
-    @testset "CommonRLInterface" begin
-        include("common_rl.jl")
-    end
-    @testset "example" begin
-        include("example.jl")
+    @testset "$name" for (name, file) in TEST_SETS
+        isempty(ARGS) || name in ARGS || continue
+        include(file)
     end
 end

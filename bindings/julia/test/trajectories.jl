@@ -1,41 +1,5 @@
 # Every bit of what Gymnasium gave, through both forms of reset! and step!, in one row and in one of many.
 
-# Plays a golden into a batch; before each step, meddle may do what must not matter.
-function play(g::Golden, env::Env, batch::Batch; meddle = (env, batch, t) -> nothing)
-    steps = size(g[:action], 2)
-    got = Golden(g.name, g.id, g.seed, [], [], [], Dict(name => zero(array) for (name, array) in g.arrays))
-    episode = 0
-    seed!(env, g.seed)
-    for t in 1:steps
-        meddle(env, batch, t)
-        if t - 1 in g[:reset_at]
-            episode += 1
-            reset!(batch, env)
-            got[:reset_at][episode] = t - 1
-            got[:reset_obs][:, episode] = batch.obs
-            got[:reset_info][:, episode] = flat(info(batch))
-            @test described(info(batch), g.reset_info_fields, Float64)
-        end
-        step!(batch, env, g[:action][:, t])
-        got[:action][:, t] = g[:action][:, t]
-        got[:obs][:, t] = batch.obs
-        got[:reward][t] = batch.reward[1]
-        got[:terminated][t] = batch.terminated[1]
-        got[:truncated][t] = batch.truncated[1]
-        got[:info][:, t] = flat(info(batch))
-        got[:qpos][:, t] = read(env, :qpos)
-        got[:qvel][:, t] = read(env, :qvel)
-    end
-    @test described(info(batch), g.info_fields, eltype(g[:action]))
-    return got
-end
-
-function agrees(got::Golden, wanted::Golden)
-    differing = [name for name in sort!(collect(keys(wanted.arrays))) if !same(got.arrays[name], wanted.arrays[name])]
-    isempty(differing) || println(stderr, wanted.name, " differs in ", join(differing, ", "))
-    return isempty(differing)
-end
-
 @test sort!(unique(read_golden(path).id for path in goldens_in("trajectories"))) == MJEnv.ids()
 
 @testset "$(basename(path))" for path in goldens_in("trajectories")

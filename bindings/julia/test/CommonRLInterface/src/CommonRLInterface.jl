@@ -5,7 +5,7 @@ module CommonRLInterface
 
 abstract type AbstractEnv end
 
-for name in (:reset!, :actions, :observe, :act!, :terminated, :clone, :state, :setstate!, :observations)
+for name in (:reset!, :actions, :observe, :act!, :terminated, :clone, :state, :setstate!, :observations, :render)
     @eval function $name end
 end
 

@@ -1,0 +1,27 @@
+# The package manager takes the package as the documentation says.
+
+# The code block of a page that holds the words.
+function block_with(page, words)
+    blocks = split(read(joinpath(REPOSITORY, "docs", page), String), "```")
+    return replace(only(filter(block -> occursin(words, block), blocks)), r"^julia\n" => "")
+end
+
+@testset "Pkg.develop" begin
+    mktempdir() do depot
+        # An empty registry, so that the package manager does not fetch one.
+        registry = mkpath(joinpath(depot, "registries", "Empty"))
+        write(
+            joinpath(registry, "Registry.toml"),
+            "name = \"Empty\"\nuuid = \"00000000-0000-4000-8000-000000000000\"\nrepo = \"none\"\n[packages]\n",
+        )
+        script = block_with(joinpath("start", "julia.md"), "Pkg.develop") * """
+        using MJEnv
+        print(pathof(MJEnv), " ", length(MJEnv.ids()))
+        """
+        own = ("JULIA_DEPOT_PATH" => depot, "JULIA_LOAD_PATH" => nothing, "JULIA_PROJECT" => nothing)
+        said = withenv(own..., "MJENV_LIBRARY" => MJEnv.Libdl.dlpath(MJEnv.library[])) do
+            read(pipeline(setenv(`$(Base.julia_cmd()) --startup-file=no -e $script`; dir = REPOSITORY); stderr = devnull), String)
+        end
+        @test endswith(said, joinpath(PACKAGE, "src", "MJEnv.jl") * " 22")
+    end
+end
