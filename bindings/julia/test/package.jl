@@ -18,10 +18,9 @@ end
         using MJEnv
         print(pathof(MJEnv), " ", length(MJEnv.ids()))
         """
+        julia = setenv(`$(Base.julia_cmd()) --startup-file=no -e $script`; dir = REPOSITORY)
         own = ("JULIA_DEPOT_PATH" => depot, "JULIA_LOAD_PATH" => nothing, "JULIA_PROJECT" => nothing)
-        said = withenv(own..., "MJENV_LIBRARY" => MJEnv.Libdl.dlpath(MJEnv.library[])) do
-            read(pipeline(setenv(`$(Base.julia_cmd()) --startup-file=no -e $script`; dir = REPOSITORY); stderr = devnull), String)
-        end
+        said = withenv(() -> read(pipeline(julia; stderr = devnull), String), own...)
         @test endswith(said, joinpath(PACKAGE, "src", "MJEnv.jl") * " 22")
     end
 end
