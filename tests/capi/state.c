@@ -301,6 +301,38 @@ static void test_of_another(void** state) {
   mjenv_destroy(env);
 }
 
+static mjenv_env* env_with_norm(const char* id, const char* norm) {
+  mjenv_options* options = options_of_id(id);
+  assert_ok(mjenv_options_set_string(options, "norm", norm));
+  return env_of_options(options, 1);
+}
+
+// An image fits where norms are rounded as in the environment that it was taken from, whatever the option says there.
+static void test_rounding(void** state) {
+  (void)state;
+  mjenv_env *fused = env_with_norm("Ant-v5", "fused"), *plain = env_with_norm("Ant-v5", "plain"),
+            *chosen = env_with_norm("Ant-v5", "auto");
+  struct image of_fused = image_of(fused, 0), of_plain = image_of(plain, 0), of_chosen = image_of(chosen, 0);
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(plain, 0, of_fused.bytes, of_fused.size), "\"norm\" to \"fused\"");
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(fused, 0, of_plain.bytes, of_plain.size), "\"norm\" to \"plain\"");
+  // `auto` is one of the two on this CPU: its images fit that one, and no other.
+  const bool fuses = mjenv_restore(fused, 0, of_chosen.bytes, of_chosen.size) == MJENV_OK;
+  const bool is_plain = mjenv_restore(plain, 0, of_chosen.bytes, of_chosen.size) == MJENV_OK;
+  assert_true(fuses != is_plain);
+  assert_ok(mjenv_restore(chosen, 0, fuses ? of_fused.bytes : of_plain.bytes, of_fused.size));
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(chosen, 0, fuses ? of_plain.bytes : of_fused.bytes, of_fused.size),
+                 "\"norm\"");
+  free(of_fused.bytes), free(of_plain.bytes), free(of_chosen.bytes);
+  mjenv_destroy(fused), mjenv_destroy(plain), mjenv_destroy(chosen);
+
+  // Hopper computes no norms, so its images fit everywhere.
+  mjenv_env *one = env_with_norm("Hopper-v5", "fused"), *other = env_with_norm("Hopper-v5", "plain");
+  struct image of_one = image_of(one, 0);
+  assert_ok(mjenv_restore(other, 0, of_one.bytes, of_one.size));
+  free(of_one.bytes);
+  mjenv_destroy(one), mjenv_destroy(other);
+}
+
 static void test_size_of_image(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Ant-v5", 1);
@@ -349,8 +381,8 @@ int main(void) {
       cmocka_unit_test(test_continue),          cmocka_unit_test(test_derived_arrays),
       cmocka_unit_test(test_condition_is_kept), cmocka_unit_test(test_step_count_is_kept),
       cmocka_unit_test(test_damaged),           cmocka_unit_test(test_forged),
-      cmocka_unit_test(test_of_another),        cmocka_unit_test(test_size_of_image),
-      cmocka_unit_test(test_streams),
+      cmocka_unit_test(test_of_another),        cmocka_unit_test(test_rounding),
+      cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
   };
   char** paths = golden_list("state");
   size_t count = 0;

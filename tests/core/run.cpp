@@ -7,9 +7,10 @@
 int main(int argc, char** argv) {
   const std::string_view topic = argc == 2 ? argv[1] : "";
   if (topic == "cpus") return run_cpus();
+  if (topic == "info") return run_info();
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core cpus|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core cpus|info|levers|numpy|worker\n", stderr);
   return 2;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 int run_cpus();
+int run_info();
 int run_levers();
 int run_numpy();
 int run_worker();
