@@ -1,4 +1,4 @@
-//! Finds libmjenv, or builds it, and tells cargo where it is.
+//! Finds libmjenv or builds it, and tells cargo in which folder it is.
 
 use std::env;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ const NEEDS: &str =
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    // docs.rs compiles nothing but Rust, and links nothing.
+    // docs.rs compiles Rust only, and does not link.
     if env::var_os("DOCS_RS").is_some() {
         println!("cargo:libdir=");
         return;
@@ -23,7 +23,8 @@ fn main() {
     let dir = dir.display();
     println!("cargo:rustc-link-search=native={dir}");
     println!("cargo:rustc-link-lib=dylib=mjenv");
-    // Cargo hands the search path alone to dependents: they put it into their programs as DEP_MJENV_LIBDIR.
+    // Cargo applies this argument to the tests of this package alone. Dependents read the folder from DEP_MJENV_LIBDIR
+    // and add it to the run path of their own programs.
     println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
     println!("cargo:libdir={dir}");
 }
@@ -49,7 +50,7 @@ fn installed() -> Option<PathBuf> {
     }
     let dir = PathBuf::from(String::from_utf8(output.stdout).ok()?.trim_end());
     if !dir.join("libmjenv.so").exists() {
-        println!("cargo:warning=pkg-config's mjenv names {dir:?}, where there is no libmjenv.so: building it instead");
+        println!("cargo:warning=pkg-config names {dir:?} for mjenv, but libmjenv.so is not there: building it instead");
         return None;
     }
     Some(dir)
@@ -57,14 +58,14 @@ fn installed() -> Option<PathBuf> {
 
 fn built() -> PathBuf {
     let here = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
-    // The crate of a release carries the sources; else it is part of a checkout.
+    // A released crate carries the sources. Otherwise the crate is part of a checkout.
     let root = [here.join("libmjenv"), here.join("../../..")]
         .into_iter()
         .find(|root| root.join("capi/include/mjenv/mjenv.h").exists())
         .unwrap_or_else(|| {
             panic!(
-                "no libmjenv: MJENV_LIB_DIR is not set, pkg-config knows no mjenv, and {here:?} has no sources \
-                 of it from which it could be built"
+                "libmjenv was not found: MJENV_LIB_DIR is not set, pkg-config does not know mjenv, and {here:?} does \
+                 not contain the sources"
             )
         });
     for source in SOURCES {

@@ -1,8 +1,8 @@
-//! Makes this package's tests find libmjenv at run time, and tells dependents where it is.
+//! Adds libmjenv's folder to the run path of this package's tests, and passes the folder on to dependents.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    let dir = std::env::var("DEP_MJENV_LIBDIR").expect("mjenv-sys tells where libmjenv is");
+    let dir = std::env::var("DEP_MJENV_LIBDIR").expect("mjenv-sys's build script sets it");
     println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
     println!("cargo:libdir={dir}");
 }

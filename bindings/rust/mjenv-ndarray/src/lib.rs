@@ -1,5 +1,5 @@
-//! The outputs and actions of [`mjenv`] as arrays of [`ndarray`], without copies: a row of an array is a row of the
-//! environment.
+//! Shows the outputs of [`mjenv`] as arrays of [`ndarray`], and takes actions from such arrays. Nothing is copied: the
+//! arrays are views of the batch. Row `i` of an array belongs to row `i` of the environment.
 //!
 //! ```
 //! use mjenv::{Env, Options};
@@ -25,21 +25,23 @@
 use mjenv::{Batch, Env, Error, Real};
 use ndarray::{ArrayView1, ArrayView2};
 
-/// A batch as arrays.
+/// Shows a batch as arrays.
 pub trait BatchArrays<T> {
-    /// The observations, `[rows, count]`.
+    /// Returns the observations, of shape `[rows, observation_space().count()]`.
     fn obs_array(&self) -> ArrayView2<'_, T>;
 
-    /// The rewards, `[rows]`.
+    /// Returns the rewards, of shape `[rows]`.
     fn reward_array(&self) -> ArrayView1<'_, f64>;
 
-    /// An info of the last step, `[rows, count]`; `count` is 1 for most. Errors: [`mjenv::ErrorKind::Name`].
+    /// Returns an info of the last step, of shape `[rows, count]`. Most infos have a `count` of 1.
+    /// Errors: [`mjenv::ErrorKind::Name`].
     fn info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// An info of the last reset of each row, `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
+    /// Returns an info of the last reset of each row, of shape `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
     fn reset_info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// An mjData array that the option `arrays` names, `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
+    /// Returns an mjData array that the option `arrays` names, of shape `[rows, count]`.
+    /// Errors: [`mjenv::ErrorKind::Name`].
     fn data_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 }
 
@@ -65,9 +67,10 @@ impl<T: Real> BatchArrays<T> for Batch<T> {
     }
 }
 
-/// An environment that takes arrays.
+/// Lets an environment take arrays.
 pub trait EnvArrays {
-    /// [`Env::step`] with `actions[rows, count]`, which are copied only where they are not contiguous.
+    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`. They are copied only if they are not
+    /// contiguous and row-major. Errors: those of [`Env::step`].
     ///
     /// # Panics
     /// If the actions have another shape.

@@ -4,39 +4,39 @@ use mjenv_sys as sys;
 
 use crate::text;
 
-/// The result of everything that can fail.
+/// The result of a function that can fail.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What kind of failure it was.
+/// What kind of failure it was. Programs should decide by this kind, never by the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// A text with a NUL character inside.
+    /// A text contains a NUL character.
     Argument,
-    /// No such id, option, array, field or object; the message lists the valid ones.
+    /// There is no id, option, array, field or object of this name. The message lists the valid names.
     Name,
-    /// The option holds another kind of value.
+    /// The option holds another kind of value than the one given or asked for.
     Type,
-    /// A value outside its bounds, or a NaN where a number is needed.
+    /// A value is outside its bounds, or NaN or infinite where a finite number is needed.
     Value,
-    /// A slice of another length than needed.
+    /// A slice or a batch has another length than needed.
     Size,
     /// Not now: a step before the first reset or after the end of the episode, for instance.
     State,
-    /// Another thread is inside the environment: a [`Renderer`](crate::Renderer), as of all else the borrow checker
-    /// keeps two threads apart.
+    /// Another thread is using the environment. Only a [`Renderer`](crate::Renderer) on another thread can cause this:
+    /// the compiler prevents all other cases.
     Busy,
-    /// A model file that is missing, malformed or lacks what the task needs.
+    /// A model file is missing or malformed, or lacks what the task needs.
     Model,
-    /// MuJoCo reported an error.
+    /// MuJoCo reported an error in at least one row. The other rows were stepped.
     Physics,
-    /// An image that is damaged or belongs to another environment.
+    /// An image is damaged, or it comes from another environment: another id, model or options.
     Snapshot,
-    /// Out of memory.
+    /// There is not enough memory.
     Memory,
-    /// No OpenGL, or it failed; the message names what to install.
+    /// OpenGL is missing or failed. The message names what to install.
     Render,
-    /// A defect of the library, or a library that does not fit this crate.
+    /// The library has a bug, or its version does not fit this crate. Please report it.
     Internal,
 }
 
@@ -72,12 +72,12 @@ impl Error {
         Self { kind, message }
     }
 
-    /// What kind of failure it was.
+    /// Returns what kind of failure it was.
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
-    /// The reason, naming the culprit and the valid choices.
+    /// Returns the reason in words. It names the wrong argument and, where there are some, the valid choices.
     pub fn message(&self) -> &str {
         &self.message
     }
@@ -96,7 +96,8 @@ pub(crate) fn check(status: sys::mjenv_status) -> Result<()> {
     if status == sys::MJENV_OK {
         return Ok(());
     }
-    // SAFETY: the text is valid until this thread's next failing call; it is copied here. It may quote a model's names.
+    // SAFETY: the text is valid until this thread's next failing call, and it is copied here. It may quote names of a
+    // model, which need not be UTF-8.
     let message = unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned();
     Err(Error::new(ErrorKind::from_raw(status), message))
 }

@@ -1,5 +1,5 @@
 //! Gymnasium's MuJoCo environments (v4 and v5 of eleven robots) in native code, without a Python process.
-//! For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
+//! For the same seed and actions, every output equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
 //!
 //! ```
 //! use mjenv::{Env, Options};
@@ -25,30 +25,36 @@
 //! }
 //! ```
 //!
-//! An [`Env`] holds one or many independent rows, each an episode of its own; a single environment is one row. What
-//! [`Env::reset`] and [`Env::step`] compute goes into a [`Batch`], which is allocated once and used again and again.
-//! Ids, options, fields and spaces are learned from the library at run time: [`ids`], [`Options::schema`],
-//! [`Env::fields`].
+//! An [`Env`] holds one or many rows. A row is an episode; rows do not influence each other. [`Env::reset`] and
+//! [`Env::step`] write their results into a [`Batch`], which you allocate once and reuse. To learn which ids, options,
+//! fields and spaces there are, call [`ids`], [`Options::schema`], [`Env::fields`], [`Env::observation_space`] and
+//! [`Env::action_space`].
 //!
 //! The crate `mjenv-ndarray` shows a batch as arrays of ndarray.
 //!
 //! # Errors
 //!
-//! A call that fails returns an [`Error`], whose message names the culprit and the valid choices. It leaves the outputs
-//! untouched and the environment usable.
+//! A call that fails returns an [`Error`]. Its [`kind`](Error::kind) is for programs; its message is for people and
+//! names the wrong argument and the valid choices. The outputs keep their values, and the environment stays usable. Where
+//! this differs, the function says so.
+//!
+//! Every function may also return [`ErrorKind::Memory`]. Functions that need the environment's threads return
+//! [`ErrorKind::State`] in a forked child process, because a fork does not copy threads.
 //!
 //! # Threads
 //!
-//! An [`Env`] may move to another thread, and different environments run in parallel. One environment serves one
-//! thread at a time, which the compiler enforces: it is [`Send`], not [`Sync`].
+//! An [`Env`] is [`Send`] and not [`Sync`]: you may move it to another thread, and the compiler prevents that two threads
+//! use it at the same time. Different environments run in parallel. [`Options`] are both: several threads may build
+//! environments from the same ones.
 //!
-//! The library calls nothing of its user's, so no panic can pass through it, and no C++ exception leaves it.
+//! The library never calls code of yours, so a panic cannot unwind through it. No C++ exception leaves it.
 //!
 //! # Linking
 //!
-//! `libmjenv.so` is taken from the folder in the environment variable `MJENV_LIB_DIR`, else from pkg-config's `mjenv`,
-//! else it is built with CMake, which needs a C++17 compiler and a few minutes. A program that is started other than by
-//! cargo must find it too; with this line in the `main` of its own `build.rs` it does:
+//! The build script looks for `libmjenv.so` in the folder that the environment variable `MJENV_LIB_DIR` names, then asks
+//! pkg-config for `mjenv`. If both fail it builds the library with CMake, which needs a C++17 compiler and takes a few
+//! minutes. Cargo tells the programs that it starts where the library is. A program that you start in another way finds
+//! the library if the `main` of its own `build.rs` contains this line:
 //!
 //! ```no_run
 //! println!("cargo:rustc-link-arg=-Wl,-rpath,{}", std::env::var("DEP_MJENV_RUST_LIBDIR").unwrap());
@@ -77,13 +83,13 @@ pub use render::{Camera, Gl, Image, RenderSettings, Renderer, Window};
 
 use mjenv_sys as sys;
 
-/// The version of the library and of MuJoCo: `"major.minor.patch (MuJoCo x.y.z)"`.
+/// Returns the versions of the library and of MuJoCo: `"major.minor.patch (MuJoCo x.y.z)"`.
 pub fn version() -> &'static str {
     // SAFETY: the text is static.
     unsafe { text::borrowed(sys::mjenv_version()) }
 }
 
-/// The environment ids, sorted.
+/// Returns the ids of all environments, sorted.
 pub fn ids() -> impl ExactSizeIterator<Item = &'static str> {
     // SAFETY: the function takes nothing.
     let count = describe::size(unsafe { sys::mjenv_id_count() });
@@ -91,23 +97,23 @@ pub fn ids() -> impl ExactSizeIterator<Item = &'static str> {
     (0..count).map(|index| unsafe { text::borrowed(sys::mjenv_id_at(index as i64)) })
 }
 
-/// What an id promises before anything is built.
+/// What Gymnasium registers for an id.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Spec {
-    /// The id, `"Ant-v5"` for instance.
+    /// The id, for example `"Ant-v5"`.
     pub id: &'static str,
     /// The id without its version: `"Ant"`.
     pub robot: &'static str,
-    /// 4 or 5.
+    /// The version of the task: 4 or 5.
     pub version: i32,
-    /// Steps after which an episode is truncated, unless the option `max_episode_steps` says otherwise.
+    /// After this many steps an episode is truncated. It is the default of the option `max_episode_steps`.
     pub max_episode_steps: i64,
-    /// The return at which the task counts as solved; `None` where Gymnasium has none.
+    /// The return at which Gymnasium counts the task as solved; `None` where Gymnasium states none.
     pub reward_threshold: Option<f64>,
 }
 
-/// What an id promises. Errors: [`ErrorKind::Name`].
+/// Returns what Gymnasium registers for an id. Errors: [`ErrorKind::Name`] (there is no such id).
 pub fn spec(id: &str) -> Result<Spec> {
     error::check_abi()?;
     let id = text::c_string(format_args!("id {id:?}"), id)?;

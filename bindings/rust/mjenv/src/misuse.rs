@@ -1,6 +1,7 @@
-//! What the compiler refuses. Each example fails with the error that it names, and would compile without its last line.
+//! Misuse that the compiler refuses. Each example fails with the error that it names; without its last line it would
+//! compile.
 
-/// Two threads in one environment.
+/// Two threads use one environment.
 /// ```compile_fail,E0277
 /// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// std::thread::scope(|scope| {
@@ -9,7 +10,7 @@
 /// ```
 pub struct NotSync;
 
-/// A space, whose bounds are the environment's, after the environment.
+/// A space borrows its bounds from the environment, so it cannot outlive it.
 /// ```compile_fail,E0505
 /// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// let space = env.action_space();
@@ -18,7 +19,7 @@ pub struct NotSync;
 /// ```
 pub struct SpaceOutlives;
 
-/// A field's name after the environment.
+/// A field borrows its name from the environment, so it cannot outlive it.
 /// ```compile_fail,E0597
 /// let name = {
 ///     let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
@@ -28,7 +29,7 @@ pub struct SpaceOutlives;
 /// ```
 pub struct FieldOutlives;
 
-/// The environment's own options after it.
+/// The environment's options cannot outlive it.
 /// ```compile_fail,E0505
 /// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// let options = env.options();
@@ -37,14 +38,14 @@ pub struct FieldOutlives;
 /// ```
 pub struct OptionsOutlive;
 
-/// The environment's own options cannot be set.
+/// The environment's options cannot be changed.
 /// ```compile_fail,E0596
 /// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// env.options().set("strict", false).unwrap();
 /// ```
 pub struct OptionsOfEnv;
 
-/// Outputs that are read while the next step writes them.
+/// Outputs cannot be borrowed while the next step writes them.
 /// ```compile_fail,E0502
 /// let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// let mut batch = env.batch();
@@ -55,7 +56,7 @@ pub struct OptionsOfEnv;
 /// ```
 pub struct OutputsWhileWritten;
 
-/// The environment beside the pipeline that it went into.
+/// The environment cannot be used after it was moved into a pipeline.
 /// ```compile_fail,E0382
 /// let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// let pipeline = env.pipeline();
@@ -63,7 +64,7 @@ pub struct OutputsWhileWritten;
 /// ```
 pub struct EnvInPipeline;
 
-/// A row of a pipeline while rows are sent.
+/// The outputs of a row cannot be borrowed while rows are sent.
 /// ```compile_fail,E0502
 /// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// let mut pipeline = env.pipeline();
@@ -74,7 +75,7 @@ pub struct EnvInPipeline;
 /// ```
 pub struct RowWhileSent;
 
-/// A copy of a handle.
+/// An environment cannot be cloned.
 /// ```compile_fail,E0599
 /// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
 /// let twin = env.clone();

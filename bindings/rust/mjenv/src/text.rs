@@ -1,4 +1,4 @@
-//! Texts on their way to and from C.
+//! Converts texts to and from C.
 
 use std::borrow::Cow;
 use std::ffi::{CStr, CString};
@@ -11,7 +11,7 @@ pub(crate) fn c_string(what: fmt::Arguments<'_>, text: &str) -> Result<CString> 
     CString::new(text).map_err(|_| Error::new(ErrorKind::Argument, format!("{what} contains a NUL character")))
 }
 
-/// A text that the library wrote or was given by this crate.
+/// Reads a text of which this crate knows that it is UTF-8: the library's own, or one that this crate passed in.
 ///
 /// # Safety
 /// `text` is a C string that lives for `'a`.
@@ -20,7 +20,7 @@ pub(crate) unsafe fn borrowed<'a>(text: *const c_char) -> &'a str {
     unsafe { CStr::from_ptr(text) }.to_str().expect("texts of libmjenv are UTF-8")
 }
 
-/// A name out of a model file, which may hold any bytes.
+/// Reads a name from a model file, which may contain any bytes.
 ///
 /// # Safety
 /// `text` is a C string that lives for `'a`.
