@@ -10,7 +10,7 @@
 
 namespace mjenv::core {
 
-// What the firewall of the C interface turns into a status and a message.
+// A status and a message for the caller. The firewall of the C interface returns them.
 class Error : public std::exception {
  public:
   Error(mjenv_status status, std::string message) : status_(status), message_(std::move(message)) {}
@@ -26,10 +26,10 @@ class Error : public std::exception {
 
 inline std::string quoted(const std::string& text) { return '"' + text + '"'; }
 
-// "a, b, c" for messages that name the valid choices.
+// Joins names as "a, b, c", for messages that list the valid choices.
 std::string listed(const std::vector<std::string>& names);
 
-// The shortest decimal text that reads back as the number.
+// The shortest decimal text from which the same number is read back.
 std::string number(double value);
 
 inline std::string in_row(std::int64_t row, const std::string& what) {

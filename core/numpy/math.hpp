@@ -1,4 +1,4 @@
-// Sums, norms and scalars with NumPy's rounding. Eigen's own reductions add in another order: use these for sums.
+// Sums, norms and scalars with NumPy's rounding. Use these for sums, because Eigen's reductions add in another order.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,8 @@
 
 namespace mjenv::core::np {
 
-// numpy.sum of term(0) ... term(n - 1): one after the other below 8, eight accumulators up to 128, halves beyond.
+// numpy.sum of term(0) ... term(n - 1). NumPy adds less than 8 terms one after the other, up to 128 terms in eight
+// accumulators, and more terms by halves.
 template <typename Term>
 auto sum(Eigen::Index n, const Term& term, Eigen::Index first = 0) -> decltype(term(0)) {
   using T = decltype(term(0));
@@ -47,26 +48,26 @@ double sum_square(const Eigen::DenseBase<Derived>& x) {
   });
 }
 
-// numpy.clip of one number: NaN passes, high wins over low.
+// numpy.clip of one number. NaN stays NaN; if low is above high, the result is high.
 inline double clip(double x, double low, double high) {
   const double raised = x < low ? low : x;
   return raised > high ? high : raised;
 }
 
-// numpy.clip, elementwise and lazy.
+// numpy.clip of each element, as an Eigen expression.
 template <typename Derived>
 auto clip(const Eigen::DenseBase<Derived>& x, std::array<double, 2> range) {
   return x.derived().unaryExpr([range](double v) { return clip(v, range[0], range[1]); });
 }
 
-// A Python float's x ** 2: the C library's pow, which is not x * x in the last bit.
+// x ** 2 of a Python float. Python calls the C library's pow, whose last bit can differ from x * x.
 double power2(double x);
 
 // The Euclidean norm of two or three numbers, numpy.linalg.norm. Its dot product is OpenBLAS's, whose kernels for
 // AVX-512 fuse the multiplication with the addition and whose others do not.
 class Norm {
  public:
-  // As NumPy's OpenBLAS does on this CPU, or as the environment variable OPENBLAS_CORETYPE has it do.
+  // Rounds as NumPy's OpenBLAS does on this CPU with this environment variable OPENBLAS_CORETYPE.
   static Norm as_numpy_here();
   explicit Norm(bool fused) : fused_(fused) {}
 

@@ -1,4 +1,4 @@
-// NumPy's default_rng: SeedSequence -> PCG64 -> uniform and standard_normal, bit for bit.
+// NumPy's default_rng, bit for bit: SeedSequence, PCG64, uniform and standard_normal.
 #pragma once
 
 #include <array>
@@ -7,16 +7,16 @@
 
 namespace mjenv::core::np {
 
-// One random stream; plain memory, so that a row's image can hold it.
+// One random stream. It is trivially copyable, so that an image of a row can hold it.
 class Generator {
  public:
-  // default_rng(seed) for the integer whose 32-bit digits are given, least significant first.
+  // default_rng(seed), where the seed is an integer of `count` 32-bit digits, least significant first.
   static Generator from_digits(const std::uint32_t* digits, std::size_t count);
   static Generator from_seed(std::uint64_t seed);
-  // From 128 bits of the system's entropy, as default_rng() does.
+  // default_rng(): seeded with 128 bits of the system's entropy.
   static Generator from_entropy();
 
-  // State low and high, increment low and high.
+  // The state's low and high half, then the increment's.
   using Words = std::array<std::uint64_t, 4>;
   static Generator from_words(const Words& words);
   Words words() const { return {state_low_, state_high_, inc_low_, inc_high_}; }

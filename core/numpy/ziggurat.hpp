@@ -1,4 +1,4 @@
-// The tables of NumPy 2.2.6's ziggurat. They cannot be recomputed: they carry the rounding of whoever first made them.
+// The tables of NumPy 2.2.6's ziggurat. They are copied as numbers, because no formula reproduces their last bits.
 #pragma once
 
 #include <cstdint>

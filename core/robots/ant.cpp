@@ -40,13 +40,14 @@ void ant(Robot& r) {
 
   r.carry([=](const Sim& s) { return s.body_xy(torso); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy = s.body_xy(torso);  // as of the last evaluation inside mj_step, a little behind qpos
+    const Eigen::Vector2d xy = s.body_xy(torso);  // from the last evaluation inside mj_step, so one frame behind qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = s.finite() && z_range[0] <= z && z <= z_range[1];
 
     const double forward = velocity[0] * w_forward;
-    const double survive = (v5 ? healthy : healthy || ends) * bonus;  // v4 pays it in the step that falls, too
+    const double survive =
+        (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it in the step in which the robot falls
     const np::Scalar ctrl = w_ctrl * np::sum_square(s.action);
     const double contact = v5 || forces ? w_contact * np::sum_square(contacts(s, 0)) : 0.0;
     const Outcome outcome{(forward + survive) - (v5 || forces ? ctrl + contact : ctrl), ends && !healthy};
@@ -61,7 +62,7 @@ void ant(Robot& r) {
     }
     info("reward_forward", forward);
     if (forces)
-      info("reward_ctrl", -contact);  // v4 lets the contact cost overwrite the control cost
+      info("reward_ctrl", -contact);  // v4 overwrites the control cost by the contact cost
     else
       info("reward_ctrl", -ctrl);
     info("reward_survive", PythonFloat{survive});

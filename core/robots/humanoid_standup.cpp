@@ -44,7 +44,7 @@ void humanoid_standup(Robot& r) {
   if (r.v5) r.reset_info(position);
 
   r.step([=, v5 = r.v5](const Sim& s, const Carried&, Info& info) -> Outcome {
-    const double up = (s.qpos()[2] - 0) / s.timestep;  // of one mj_step, whatever frame_skip is
+    const double up = (s.qpos()[2] - 0) / s.timestep;  // divided by one mj_step's time, whatever frame_skip is
     const double ctrl = w_ctrl * np::sum_square(s.ctrl());
     const double impact = np::clip(w_impact * np::sum_square(s.cfrc_ext()), cost_range[0], cost_range[1]);
 

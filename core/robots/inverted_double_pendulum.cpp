@@ -12,7 +12,7 @@ void inverted_double_pendulum(Robot& r) {
   const auto bonus = r.v5 ? r.real("healthy_reward", 10, "paid for each step while the tip is up") : Real{10, false};
   const auto noise = r.v5 ? r.noise(0.1) : 0.1;
   const int tip = r.site(0);
-  const int forces = r.v5 ? 1 : 3;  // constraint forces observed: v5 leaves out those that are always 0
+  const int forces = r.v5 ? 1 : 3;  // how many constraint forces are observed; v5 leaves out those that are always 0
 
   r.observe("cart", [](const Sim& s) { return s.qpos().head<1>(); });
   r.observe("sin", [](const Sim& s) { return s.qpos(1).unaryExpr([](double x) { return std::sin(x); }); });
@@ -27,10 +27,10 @@ void inverted_double_pendulum(Robot& r) {
 
   r.step([=, v5 = r.v5](const Sim& s, const Carried&, Info& info) -> Outcome {
     const double x = s.site_xpos(tip)[0], y = s.site_xpos(tip)[2];
-    const bool fell = y <= 1;  // false for a NaN
+    const bool fell = y <= 1;  // NaN compares false, so a NaN does not end the episode
     const double distance = 0.01 * np::power2(x) + np::power2(y - 2);
     const double velocity = 1e-3 * np::power2(s.qvel()[1]) + 5e-3 * np::power2(s.qvel()[2]);
-    const double survive = v5 ? bonus * !fell : bonus;  // v4 pays it in the step that falls, too
+    const double survive = v5 ? bonus * !fell : bonus;  // v4 also pays it in the step in which the robot falls
 
     if (v5) info("reward_survive", python_typed(survive, bonus));
     if (v5) info("distance_penalty", -distance), info("velocity_penalty", -velocity);

@@ -23,7 +23,7 @@ void inverted_pendulum(Robot& r) {
 
   r.step([v5 = r.v5](const Sim& s, const Carried&, Info& info) -> Outcome {
     const bool fell = !s.finite() || std::abs(s.qpos()[1]) > 0.2;
-    const double reward = v5 ? !fell : 1;  // v4 pays it in the step that falls, too
+    const double reward = v5 ? !fell : 1;  // v4 also pays it in the step in which the robot falls
     if (v5) info("reward_survive", Typed{reward, MJENV_PYTHON_INT});
     return {reward, fell};
   });

@@ -1,4 +1,4 @@
-// The limits that control groups set to a process.
+// The limits that Linux control groups set for a process.
 #pragma once
 
 #include <limits>
@@ -8,8 +8,8 @@ namespace mjenv::core {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-// The least that of(folder) is in this process's cgroup and those above it. controller: the folder of a version 1
-// hierarchy; root: where proc/ and sys/ are.
+// Calls of(folder) for the control group of this process and for those above it, and returns the smallest result.
+// controller: the controller's folder in a version 1 hierarchy. root: the folder that holds proc/ and sys/.
 double least_of_cgroups(const std::string& root, const std::string& controller,
                         double (*of)(const std::string& folder));
 

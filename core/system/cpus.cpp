@@ -14,7 +14,7 @@ namespace {
 
 double ratio(double quota, double period) { return quota > 0 && period > 0 ? quota / period : kUnlimited; }
 
-// CPUs that a cgroup folder grants, infinite if it sets no quota.
+// The CPUs that a control group's folder grants; infinite if it sets no quota.
 double quota_of(const std::string& folder) {
   double quota = 0, period = 0;
   if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period) return ratio(quota, period);  // "max" is no number

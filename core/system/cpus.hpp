@@ -5,14 +5,14 @@
 
 namespace mjenv::core {
 
-// The CPUs that this process may run on, by its affinity.
+// The CPUs that this process may run on, according to its affinity.
 std::vector<int> allowed_cpus();
 
-// The tightest quota from this process's cgroup up to the root, in CPUs; infinite if there is none. root: where proc/
-// and sys/ are.
+// The smallest quota of this process's control groups, in CPUs; infinite if there is none. root: the folder that holds
+// proc/ and sys/.
 double cpu_quota(const std::string& root = "");
 
-// How many of them it may use at once: the affinity, bounded by the cgroup's quota.
+// How many CPUs this process may use at once: those of its affinity, limited by its quota.
 int usable_cpus();
 
 }  // namespace mjenv::core

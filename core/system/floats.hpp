@@ -14,12 +14,12 @@ namespace mjenv::core {
 class DefaultFloats {
  public:
   DefaultFloats() {
-    if (is_default()) return;  // costs nanoseconds; all else costs a hundred
+    if (is_default()) return;  // this check costs nanoseconds, a change about a hundred
     changed_ = true;
     std::fegetenv(&before_);
     std::fesetenv(FE_DFL_ENV);
 #if defined(__x86_64__)
-    _mm_setcsr(kDefaultMxcsr);  // older C libraries leave "tiny numbers are zero" as it is
+    _mm_setcsr(kDefaultMxcsr);  // because older C libraries do not reset FTZ and DAZ
 #endif
   }
   ~DefaultFloats() {
@@ -33,7 +33,7 @@ class DefaultFloats {
   std::fenv_t before_;
 
 #if defined(__x86_64__)
-  // The control bits; below them MXCSR counts exceptions that occurred.
+  // The control bits of MXCSR. The bits below them record exceptions.
   static constexpr unsigned kMxcsrControl = 0xffc0, kDefaultMxcsr = 0x1f80, kDefaultX87 = 0x037f;
 
   static bool is_default() {

@@ -12,10 +12,10 @@
 namespace mjenv::core {
 namespace {
 
-// Less than this is not checked, because the check reads files and the allocation will tell.
+// Smaller needs are not checked, because the check reads files, and a small allocation rarely fails.
 constexpr double kSmall = 1 << 26;
 
-// The number behind a word of a file.
+// The number that follows a word in a file.
 double counter(const std::string& file, const std::string& word, double fallback) {
   std::ifstream from(file);
   double value = 0;
@@ -24,7 +24,7 @@ double counter(const std::string& file, const std::string& word, double fallback
   return fallback;
 }
 
-// What a cgroup folder leaves; it gives up files' pages that were not used for long.
+// What a control group's folder leaves. Pages of files that were not used for long are given up, so they count as free.
 double left_in(const std::string& folder) {
   double most = 0, used = 0;
   std::ifstream v2_most(folder + "/memory.max"), v2_used(folder + "/memory.current");
@@ -33,7 +33,7 @@ double left_in(const std::string& folder) {
   return std::max(0.0, most - used + counter(folder + "/memory.stat", "inactive_file", 0));
 }
 
-// Of the address space that setrlimit leaves.
+// The part of the address space that setrlimit allows and that is not used yet.
 double addresses_left(const std::string& root) {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;

@@ -6,8 +6,8 @@
 
 namespace mjenv::core {
 
-// Bytes that this process can still have: of the machine, its cgroups and its address space. root: where proc/ and sys/
-// are.
+// How many bytes this process can still allocate, limited by the machine, its control groups and its address space.
+// root: the folder that holds proc/ and sys/.
 double free_memory(const std::string& root = "");
 
 // Throws when `count` things of that many bytes each do not fit. Without this check the system would kill the process

@@ -13,7 +13,7 @@
 namespace mjenv::core {
 namespace {
 
-// Some 20 microseconds: jobs that follow each other closely need no wake-up, idle threads cost nothing.
+// About 20 microseconds, so that jobs that follow each other closely need no wake-up.
 constexpr int kSpins = 1000;
 
 inline void pause() {
@@ -47,8 +47,8 @@ void pin(std::thread& thread, int cpu) {
 }  // namespace
 
 Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
-  const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // nothing may fail once there are threads
-  // The threads take no signals: handlers belong to the caller's own threads.
+  const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // before the threads, as nothing may fail after
+  // The threads block all signals, so that the host's handlers run on the host's threads.
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);

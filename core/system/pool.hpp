@@ -1,4 +1,4 @@
-// Threads that do one job at a time together with the caller. They sleep between jobs.
+// Threads that do one job at a time, together with the calling thread. Between jobs they sleep.
 #pragma once
 
 #include <sys/types.h>
@@ -16,27 +16,27 @@ namespace mjenv::core {
 
 class Pool {
  public:
-  // `threads` counts the caller, who is worker 0; pinned threads stay on one of the allowed CPUs each.
+  // `threads` counts the calling thread, which is worker 0. pinned: each thread stays on a CPU of its own.
   Pool(int threads, bool pinned);
-  // In the process that made it.
+  // Joins the threads. Only for the process that made the pool.
   ~Pool();
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
-  // This process made the pool; a forked child has none of its threads.
+  // True in the process that made the pool. A forked child has none of its threads.
   bool here() const;
   void check_here() const;
   int threads() const { return static_cast<int>(threads_.size()) + 1; }
 
-  // Calls job(worker) for every worker but the caller, at once. The job must not throw.
+  // Calls job(worker) on every thread of the pool and returns at once. The job must not throw.
   void start(std::function<void(int)> job);
-  // Waits until all of them are done.
+  // Waits until the job has returned on all threads.
   void finish();
   // start, job(0), finish.
   void run(const std::function<void(int)>& job);
 
  private:
-  const pid_t owner_;  // threads do not survive a fork
+  const pid_t owner_;  // the process that made the pool
   std::function<void(int)> job_;
   std::atomic<std::uint64_t> generation_{0};
   std::atomic<int> running_{0};

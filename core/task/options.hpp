@@ -1,4 +1,4 @@
-// The constructor options of one id: declared by the robot's definition, set by the caller, read back by both.
+// The constructor options of one id. The robot's definition declares them and the caller sets them.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ struct Option {
   std::int64_t integer = 0;
   std::vector<double> reals;
   std::string text;
-  bool given_as_integer = false;  // a real set from an integer, or a STRING_OR_INT that holds an index
+  bool given_as_integer = false;  // the caller gave an integer for a real, or an index for a name
 };
 
 class Options {

@@ -1,4 +1,4 @@
-// The ids, and how an id's definition becomes options and a task.
+// The list of ids, and what the definition behind an id gives: its options and its task.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ const Id& id_of(const std::string& name);
 Options default_options(const Id& id);
 // What every environment offers, whatever its robot.
 void declare_env_options(Options& options);
-// The task without its model: what the id promises by default.
+// The task without its model, built with the default options.
 Task outline(const Id& id);
 Task build_task(Options& options);
 

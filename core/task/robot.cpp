@@ -5,7 +5,7 @@
 namespace mjenv::core {
 namespace {
 
-// The reset draws from [-noise, noise]: its width must be finite.
+// A reset draws from [-noise, noise], so twice the noise must be finite.
 constexpr double kMaxNoise = std::numeric_limits<double>::max() / 2;
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 

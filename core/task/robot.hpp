@@ -1,5 +1,5 @@
-// The language in which core/robots/ defines the robots. A definition runs twice: once without a model, to list the
-// options, and once with the caller's options and model, to build the task.
+// The language in which core/robots/ defines the robots. A definition runs twice: without a model to declare the
+// options, and with the caller's options and model to build the task.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,10 +30,10 @@ struct Field {
   std::int64_t offset = 0, count = 1;
 };
 
-// What a term of an observation or an info is, with its unit; "" for a name that the list does not have.
+// Describes a term of an observation or an info, with its unit. Returns "" for an unknown name.
 const char* meaning(const std::string& name);
 
-// A value as Gymnasium types it.
+// These tell Info which type Gymnasium gives a value, where it is not np.float64.
 struct PythonFloat {
   double value;
 };
@@ -91,14 +91,14 @@ struct Outcome {
   bool terminated;
 };
 
-// The state of a row at the start of an episode: the model's own, for the definition to disturb.
+// The state at the start of an episode. It holds the model's initial state, which the definition may change.
 struct Start {
   Eigen::Map<Eigen::VectorXd> qpos, qvel;
 };
 
 using Carried = Eigen::Map<const Eigen::VectorXd>;
 
-// A number given as an option, and whether the caller gave an int: Python's products with a bool keep that type.
+// The value of an option, and whether the caller gave an integer: in Python, an int times a bool stays an int.
 struct Real {
   double value;
   bool integer;
@@ -111,7 +111,7 @@ inline Typed python_typed(double product, Real factor) {
   return {product, factor.integer ? MJENV_PYTHON_INT : MJENV_PYTHON_FLOAT};
 }
 
-// One term of the observation; write returns its length and writes unless the target is null.
+// One term of the observation. write returns the term's length, and writes the term if the target is not null.
 struct Term {
   const char* name;
   std::function<Eigen::Index(const Sim&, double*)> write;
@@ -126,7 +126,7 @@ struct Camera {
   static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
 };
 
-// What a definition amounts to.
+// A task: what a definition has built.
 struct Task {
   std::shared_ptr<const Model> model;
   int frame_skip = 1;
@@ -154,39 +154,39 @@ class Robot {
 
   const bool v5;
 
-  // ---- the model ----
-  // The model; in v5 the caller may replace it by one of his own.
+  // ---- The model ----
+  // The model. In v5 the option xml_file replaces it.
   Robot& model(const char* name);
-  // A model that the caller may replace in v4, too: the option xml_file.
+  // A model that the option xml_file replaces in v4 as well.
   Robot& xml_file(const char* name);
-  // mj_steps in a step; an option in v5.
+  // mj_steps in one environment step. In v5 this is an option.
   Robot& frame_skip(int count);
   Robot& time_limit(std::int64_t steps) { return task_.time_limit = steps, *this; }
   Robot& reward_threshold(double value) { return task_.reward_threshold = value, *this; }
   Robot& camera(Camera value) { return task_.camera = value, *this; }
   Robot& reward_type(mjenv_type type) { return task_.reward_type = type, *this; }
-  // The least lengths of qpos and qvel that the formulas index.
+  // Refuses models with less positions or velocities, because the formulas index them.
   Robot& needs(int nq, int nv);
-  // The only lengths for which the observation has the size that Gymnasium declares.
+  // Refuses all other models, because Gymnasium declares an observation of fixed size.
   Robot& needs_exactly(int nq, int nv);
 
-  // ---- options: declared with their default and documentation, returned as the caller set them ----
+  // ---- Options. Each call declares an option with its default and its documentation, and returns its value. ----
   Real real(const char* name, double value, const char* doc);
   std::array<double, 2> range(const char* name, std::array<double, 2> value, const char* doc);
   bool flag(const char* name, bool value, const char* doc);
-  // reset_noise_scale
+  // The option reset_noise_scale.
   double noise(double value);
-  // A body by index or by name.
+  // An option that names a body, or gives its index.
   int body_option(const char* name, int value, const char* doc);
-  // The norm, rounded as the caller chose.
+  // The Euclidean norm with the rounding that the option "norm" chooses.
   np::Norm norm();
 
-  // ---- objects of the model ----
+  // ---- Objects of the model ----
   int body(const char* name) const;
   int site(int index) const;
 
-  // ---- the task ----
-  // A term of the observation: a vector expression of the simulation.
+  // ---- The task ----
+  // Adds a term to the observation. term(sim) returns an Eigen vector expression.
   template <typename F>
   void observe(const char* name, const F& term) {
     task_.terms.push_back({name, [term](const Sim& s, double* to) {
@@ -196,7 +196,7 @@ class Robot {
                              return values.size();
                            }});
   }
-  // A term that is observed only if wanted; observation_structure lists it either way.
+  // Adds a term if it is wanted. observation_structure lists it in both cases.
   template <typename F>
   void observe_if(bool wanted, const char* name, const F& term) {
     if (wanted)
@@ -205,13 +205,13 @@ class Robot {
       observe_nothing(name);
   }
   void observe_nothing(const char* name);
-  // v5 offers observation_structure: the terms' lengths, after the number of positions left out.
+  // Offers observation_structure in v5: the number of positions left out (unless it is -1), then each term's length.
   void structure(int skipped_qpos = -1);
 
-  // Draws the start of an episode, in Gymnasium's order of draws.
+  // Sets what draws the start of an episode, in Gymnasium's order of draws.
   void reset(std::function<void(Start&, Rng&)> draw) { task_.reset = std::move(draw); }
   void reset_info(std::function<void(const Sim&, Info&)> info) { task_.reset_info = std::move(info); }
-  // What a step needs to know of the state before it: a vector of fixed length, taken when that state was computed.
+  // Sets what a step needs to know of the state before it: a vector of fixed length that is part of the row.
   template <typename F>
   void carry(const F& before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim&>()).eval())>;
@@ -221,9 +221,9 @@ class Robot {
   }
   void step(std::function<Outcome(const Sim&, const Carried&, Info&)> outcome) { task_.step = std::move(outcome); }
 
-  // Declares the options that every id has after its own; to be called once the definition has run.
+  // Declares the options that every id has. Call it after the definition, so that they come last.
   void declare_common();
-  // What the definition came to.
+  // Hands out the finished task.
   Task take() { return std::move(task_); }
 
  private:

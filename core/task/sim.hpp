@@ -1,4 +1,4 @@
-// What a robot's definition sees of the simulation: named views of one row's state and of what MuJoCo computed from it.
+// What a robot's definition sees of the simulation: views of one row's state and of what MuJoCo computed from it.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ struct Action {
 
 namespace np {
 
-// numpy.square(action).sum(): squares and sum in the action's own dtype.
+// numpy.square(action).sum(), computed in the action's own dtype.
 inline Scalar sum_square(const Action& a) {
   if (a.dtype == MJENV_FLOAT32) return Scalar(sum(a.count, [x = a.narrow()](Eigen::Index i) { return x[i] * x[i]; }));
   return Scalar(sum(a.count, [x = a.wide()](Eigen::Index i) { return x[i] * x[i]; }));
@@ -58,18 +58,18 @@ class Sim {
   Vec ten_length() const { return {view_.ten_length, view_.ntendon}; }
   Vec ten_velocity() const { return {view_.ten_velocity, view_.ntendon}; }
 
-  // Rows of bodies from first on, row-major.
+  // One row for each body from `first` on, row-major.
   Vec cinert(int first = 0) const { return bodies(view_.cinert, 10, first); }
   Vec cvel(int first = 0) const { return bodies(view_.cvel, 6, first); }
   Vec cfrc_ext(int first = 0) const;
 
   Eigen::Vector2d mass_center_xy() const;
-  // Every number of qpos and qvel is finite.
+  // True if every number of qpos and qvel is finite.
   bool finite() const;
 
  private:
   friend class Work;
-  struct View {  // into mjModel and mjData, whose arrays never move
+  struct View {  // pointers into mjModel and mjData, whose arrays never move
     int nq = 0, nv = 0, nu = 0, nbody = 0, ntendon = 0;
     const double *time = nullptr, *qpos = nullptr, *qvel = nullptr, *ctrl = nullptr, *qpos0 = nullptr;
     const double *xpos = nullptr, *xipos = nullptr, *site_xpos = nullptr, *body_mass = nullptr;
