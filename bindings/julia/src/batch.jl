@@ -1,24 +1,28 @@
-# Resetting and stepping.
+# Resets and steps, and the arrays that they write.
 
 """
     Batch(env; dtype = Float64, steps = 1)
 
-Preallocated outputs of [`step!`](@ref), [`reset!`](@ref), [`observe!`](@ref) and [`send!`](@ref) for all rows of `env`:
+Allocates the outputs of all rows of `env`. [`reset!`](@ref), [`step!`](@ref), [`observe!`](@ref) and [`send!`](@ref) write
+into them, so that these calls need not allocate. The fields are:
 
-- `obs`: a `Matrix{dtype}`, a column for each row; `Float32` is rounded to nearest
-- `reward`: `Vector{Float64}`; `terminated`, `truncated`: `Vector{Bool}`. A reset writes 0.
-- `status`: a `Vector{MJEnv.Status}`, `MJENV_E_PHYSICS` where MuJoCo found the state diverged and restarted it
-- `was_reset`: a `Vector{Bool}`, true where the last call began an episode: see the option `autoreset_mode`
-- `final_obs`: as `obs`, without columns unless `autoreset_mode` is `:same_step`: the last observation of the episode
-  that a step ended and reset, written in the columns of those rows
-- `step_info`, `reset_info`, `final_info`, `arrays`: the numbers of [`MJEnv.info`](@ref), [`MJEnv.reset_info`](@ref),
-  [`MJEnv.final_info`](@ref) and [`MJEnv.arrays`](@ref), field by field: element `e` of a field `f` of row `r`, all from
-  1, is at `(first(f.range) - 1) * rows + (r - 1) * length(f.range) + e`
+- `obs`: a `Matrix{dtype}` with a column for each row. `Float64` is Gymnasium's; `Float32` is rounded to nearest.
+- `reward`: a `Vector{Float64}`; 0 after a reset
+- `terminated`, `truncated`: two `Vector{Bool}`; false after a reset
+- `status`: a `Vector{MJEnv.Status}`. It is `MJENV_E_PHYSICS` for a row whose state diverged, which MuJoCo then restarts,
+  and for a row in which MuJoCo failed; otherwise it is `MJENV_OK`.
+- `was_reset`: a `Vector{Bool}`, true where the last call began an episode (see the option `autoreset_mode`)
+- `final_obs`: the last observation of the episode that a step ended and reset. It has the size of `obs` if the option
+  `autoreset_mode` is `:same_step`, and no columns otherwise. A step writes the columns of the rows that it resets.
+- `step_info`, `reset_info`, `final_info`, `arrays`: the numbers that [`MJEnv.info`](@ref), [`MJEnv.reset_info`](@ref),
+  [`MJEnv.final_info`](@ref) and [`MJEnv.arrays`](@ref) show, field by field. Element `e` of the field `f` of row `r`, all
+  counted from 1, is at `(first(f.range) - 1) * rows + (r - 1) * length(f.range) + e`.
 
-With `steps`, the outputs of [`rollout!`](@ref): a column, or an element, for each step of each row, step `t` of row `r`
-at `(r - 1) * steps + t`.
+With `steps` the batch has room for [`rollout!`](@ref): for each row and step a column, or an element. Step `t` of row `r`
+is at `(r - 1) * steps + t`.
 
-A batch fits every environment with as many rows and outputs of the same sizes; else a `DimensionMismatch` is thrown.
+A batch fits every environment that has as many rows and outputs of the same sizes. With another environment, calls throw
+a `DimensionMismatch`.
 """
 mutable struct Batch{T<:Union{Float32,Float64}}
     obs::Matrix{T}
@@ -32,11 +36,11 @@ mutable struct Batch{T<:Union{Float32,Float64}}
     final_obs::Matrix{T}
     final_info::Vector{Float64}
     arrays::Vector{Float64}
-    # What info reads, of the last call.
+    # What MJEnv.info shows of the last call.
     fields::Vector{Field}
     values::Vector{Float64}
     action_type::DataType
-    # What else there is to read.
+    # What the other functions show.
     info_fields::Vector{Field}
     reset_info_fields::Vector{Field}
     array_fields::Vector{Field}
@@ -73,7 +77,7 @@ Base.show(io::IO, batch::Batch) =
 dtype_of(::Type{Float64}) = MJENV_FLOAT64
 dtype_of(::Type{Float32}) = MJENV_FLOAT32
 
-# The batch as C takes it; its pointers are valid while the batch is preserved. Inlined, the Ref stays on the stack.
+# Returns the batch as C's struct. Its pointers are valid while the batch is preserved. Inlining keeps the Ref on the stack.
 @inline function raw(batch::Batch{T}, env::Env, fields::Vector{Field}, columns::Int = env.rows) where {T}
     stepping = fields === env.info_fields
     info = stepping ? batch.step_info : batch.reset_info
@@ -120,7 +124,7 @@ end
 @noinline refuse_size(env, name, given, needed) =
     throw(DimensionMismatch("$name of the batch has size $given; this $env needs $needed"))
 
-# After a call: a failure of physics has written the other rows.
+# Notes after a call what it wrote. A failure of MuJoCo in some rows has written the others.
 @inline function note!(batch, env, status, fields, action_type)
     status == MJENV_OK || status == MJENV_E_PHYSICS || return
     batch.fields = fields
@@ -132,26 +136,27 @@ end
     return
 end
 
-# Numbers for the actuators.
+# What callers may give as an action.
 const Action = Union{AbstractVecOrMat{<:Real},Tuple{Real,Vararg{Real}}}
 
 as_mask(env::Env, ::Nothing) = C_NULL
 
 function as_mask(env::Env, mask::AbstractVector{Bool})
     length(mask) == env.rows && return convert(Vector{Bool}, mask)
-    throw(DimensionMismatch("a mask of $(length(mask)) for an environment of $(env.rows) rows"))
+    throw(DimensionMismatch("the mask has $(length(mask)) elements; this $env needs $(env.rows)"))
 end
 
 """
     reset!(env; mask = nothing)
 
-Begins a new episode in every row, or in those where the `Bool` vector `mask` is true, going on with the row's random
-stream. Returns `(obs = ..., info = ...)`: for one row a vector, for many a matrix with a column for each row. Rows
-outside the mask show their present observation and an info of zeros.
+Begins a new episode in every row, or in the rows where the `Bool` vector `mask` is true. The start is drawn from the row's
+random stream. Returns `(obs = ..., info = ...)`: `obs` is a vector for one row, and a matrix with a column for each row
+for many. For the rows outside the mask, `obs` is their present observation and `info` is zero.
 
     reset!(batch, env; mask = nothing)
 
-Writes the outputs into a [`Batch`](@ref), of the rows in the mask alone, and returns it.
+Writes the outputs of the rows in the mask into a [`Batch`](@ref), which it returns. The outputs of the other rows keep
+their values.
 """
 function reset!(batch::Batch, env::Env; mask::Union{Nothing,AbstractVector{Bool}} = nothing)
     chosen = as_mask(env, mask)
@@ -175,20 +180,21 @@ end
 """
     step!(env, action)
 
-Steps every row. `action` is a vector or a tuple for one row, a matrix with a column for each row for many. Its element
-type takes part in the arithmetic as in NumPy when it is `Float32` or `Float64`; every other is converted to `Float64`.
+Steps every row. `action` is a vector or a tuple for one row, and a matrix with a column for each row for many.
+`Float32` and `Float64` actions give different bits, as in NumPy. Elements of every other type are converted to `Float64`.
 
-Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`: for one row a vector, a `Float64`
-and two `Bool`s, for many a matrix with a column for each row and vectors. `info` is that of [`MJEnv.info`](@ref).
+Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. For one row these are a vector, a
+`Float64`, two `Bool`s and the NamedTuple of [`MJEnv.info`](@ref). For many rows `obs` is a matrix with a column for each
+row, and the others are vectors with an element for each row.
 
-Unless the option `strict` is false, a NaN or infinite action and a step after the end of an episode throw an
-[`MJEnvError`](@ref). After an error all rows are as they were, except when MuJoCo fails in some of them
-(`MJENV_E_PHYSICS`): then the others are stepped.
+A NaN or infinite action and a step after the end of an episode throw an [`MJEnvError`](@ref), unless the option `strict`
+is false. After an error all rows are as they were, with one exception: if MuJoCo fails in some rows
+(`MJENV_E_PHYSICS`), these keep their state and the others are stepped.
 
     step!(batch, env, action)
 
-Writes the outputs into a [`Batch`](@ref) and returns it; allocates nothing where `action` is an `Array` of `Float32` or
-`Float64`, and copies no contiguous view of one. After an error the batch is as it was.
+Writes the outputs into a [`Batch`](@ref), which it returns. It allocates nothing if `action` is an `Array` of `Float32` or
+`Float64`, or a contiguous view of one. After an error the batch is as it was.
 """
 step!(batch::Batch, env::Env, action::Action) = step_dense!(batch, env, dense(action))
 
@@ -210,7 +216,7 @@ function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}) where {
     return batch
 end
 
-# Elements without gaps, of a type that C knows.
+# Returns the elements without gaps between them, in a type that C knows.
 dense(action::Tuple) = dense([action...])
 dense(action::AbstractArray{<:Real}) = Array{Float64}(action)
 dense(action::AbstractArray{T}) where {T<:Union{Float32,Float64}} = Array{T}(action)
@@ -219,7 +225,7 @@ dense(action::StridedVector{T}) where {T<:Union{Float32,Float64}} = stride(actio
 dense(action::StridedMatrix{T}) where {T<:Union{Float32,Float64}} =
     strides(action) == (1, size(action, 1)) ? action : Array{T}(action)
 
-# The arrays of a batch as the caller of an environment of one row, or of many, wants them.
+# The arrays of a batch; for an environment of one row, a vector and numbers.
 function outputs(env::Env, batch::Batch)
     obs, reward, terminated, truncated = batch.obs, batch.reward, batch.terminated, batch.truncated
     env.rows == 1 || return (obs = obs, reward = reward, terminated = terminated, truncated = truncated)
@@ -229,15 +235,16 @@ end
 """
     observe(env)
 
-The observation of each row as it is, without a step: for one row a vector, for many a matrix with a column for each.
+Returns the present observation of each row, without a step: a vector for one row, and a matrix with a column for each row
+for many.
 """
 observe(env::Env) = outputs(env, observe!(Batch(env), env)).obs
 
 """
     observe!(batch, env)
 
-Writes the observation of each row as it is into the `obs` of a [`Batch`](@ref), the exported arrays into its `arrays`,
-nothing else, and returns the batch.
+Writes the present observation of each row into the `obs` of a [`Batch`](@ref), and the arrays that the option `arrays`
+names into its `arrays`. The other outputs keep their values. Returns the batch.
 """
 function observe!(batch::Batch, env::Env)
     GC.@preserve batch begin
@@ -251,9 +258,9 @@ end
     MJEnv.info(batch)
     MJEnv.info(env)
 
-What the last reset or step of the batch, or the last `reset!(env)` or `step!(env, action)`, reported: a NamedTuple with
-Gymnasium's keys in Gymnasium's order. For one row its values are numbers of the type Gymnasium gives them, or arrays;
-for many rows arrays whose last dimension are the rows.
+Returns the info of the last reset or step that wrote into the batch, or of the last `reset!(env)` or
+`step!(env, action)`. It is a NamedTuple with Gymnasium's keys in Gymnasium's order. For one row a value is an array, or a
+number of the type that Gymnasium gives it; for many rows it is an array whose last dimension are the rows.
 """
 info(batch::Batch) = named(batch, batch.fields, batch.values)
 
@@ -262,15 +269,16 @@ info(env::Env) = env.latest === nothing ? NamedTuple() : info(env.latest)
 """
     MJEnv.reset_info(batch)
 
-As [`MJEnv.info`](@ref), of the last reset of each row: of [`reset!`](@ref), or of the step that reset it.
+Returns the info of the last reset of each row in the form of [`MJEnv.info`](@ref). Both [`reset!`](@ref) and a step with
+automatic resets write it.
 """
 reset_info(batch::Batch) = named(batch, batch.reset_info_fields, batch.reset_info)
 
 """
     MJEnv.final_info(batch)
 
-As [`MJEnv.info`](@ref), of the last step of the episodes that a step ended and reset: with the option `autoreset_mode`
-at `:same_step`, in the rows where `was_reset` is true after it. Without that mode there are none.
+Returns the info of the last step of the episodes that a step ended and reset, in the form of [`MJEnv.info`](@ref). It is
+valid for the rows where `was_reset` is true. Without the option `autoreset_mode` at `:same_step` it is empty.
 """
 final_info(batch::Batch) =
     isempty(batch.final_obs) ? NamedTuple() : named(batch, batch.info_fields, batch.final_info)
@@ -278,12 +286,12 @@ final_info(batch::Batch) =
 """
     MJEnv.arrays(batch)
 
-The mjData arrays that the option `arrays` names, of the last call, in the form of [`MJEnv.info`](@ref); their shapes
-are those of `read`.
+Returns the mjData arrays that the option `arrays` names, as the last call left them, in the form of
+[`MJEnv.info`](@ref). Their shapes are those of `read`.
 """
 arrays(batch::Batch) = named(batch, batch.array_fields, batch.arrays)
 
-# The rows are the last dimension, where there are many.
+# For many rows, the last dimension are the rows.
 function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64})
     columns = length(batch.reward)
     return named(batch, fields, values, columns == 1 ? () : (columns,))

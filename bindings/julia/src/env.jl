@@ -1,4 +1,4 @@
-# An environment: its handle, and what is known of it.
+# The environment: creates and destroys it, describes and seeds it.
 
 const CLOSED = typemin(Int) ÷ 2
 
@@ -6,22 +6,27 @@ const CLOSED = typemin(Int) ÷ 2
     Env(id; rows = 1, options...)
     Env(f, id; rows = 1, options...)
 
-The environment `id`, one of `MJEnv.ids()`, with `rows` independent episodes. `options` are Gymnasium's constructor
-arguments by Gymnasium's names, and some of our own (`max_episode_steps`, `strict`, `norm`, `xml_string`,
-`num_threads`, `cpu_affinity`, `autoreset_mode`, `on_divergence`, `arrays`): `MJEnv.schema(id)` describes them. A flag is a `Bool`, a number any `Real`, a range a tuple or a vector, a text a string
-or a symbol. An unknown option, a wrong type or a value out of bounds throws an [`MJEnvError`](@ref).
+Builds the environment `id`, one of `MJEnv.ids()`, with `rows` rows. Each row is an episode; rows do not influence each
+other. If you pass a function `f`, it is called with the environment, which is closed when `f` returns or throws.
 
-With a function `f`, the environment is passed to it and closed at its end.
+`options` are the arguments of Gymnasium's constructor by Gymnasium's names, and some more (`max_episode_steps`,
+`strict`, `norm`, `xml_string`, `num_threads`, `cpu_affinity`, `autoreset_mode`, `on_divergence`, `arrays`).
+`MJEnv.schema(id)` describes them. A flag takes a `Bool`, a number any `Real`, a range a tuple or a vector, a text a string
+or a symbol. An unknown option, a value of the wrong type or out of bounds, and a model that does not fit the task throw an
+[`MJEnvError`](@ref).
 
-Fields to read: `id`, `rows`, `frame_skip` (mj_steps in a step) and `dt` (seconds of simulation in a step).
+You may read these fields: `id`, `rows`, `frame_skip` (how many simulation steps of MuJoCo one step takes) and `dt` (how
+many seconds of simulation one step takes).
 
-An environment holds some megabytes outside Julia's heap. `close(env)` frees them now; else the garbage collector will
-some day. Using a closed environment throws. Distinct environments may be used from different threads at once; of two
-threads in the same one, the later gets an `MJEnvError` of status `MJENV_E_BUSY`.
+An environment takes a few megabytes outside Julia's heap. `close(env)` frees them at once; without it the garbage
+collector frees them at some time. Every use of a closed environment throws an `ArgumentError`.
+
+Threads may use different environments at the same time. If two threads use the same environment, the later call throws
+an `MJEnvError` of status `MJENV_E_BUSY`.
 """
 mutable struct Env
     handle::Ptr{mjenv_env}
-    callers::Threads.Atomic{Int}  # calls that are inside the library now; negative once closed
+    callers::Threads.Atomic{Int}  # how many calls are inside the library; negative once closed
     halves::Threads.Atomic{Int}  # calls that change what is under way: one at a time
     id::String
     rows::Int
@@ -35,8 +40,8 @@ mutable struct Env
     reset_info_fields::Vector{Field}
     array_fields::Vector{Field}
     same_step::Bool
-    arrays::Dict{String,Field}  # for read; filled by the first
-    latest::Any  # the Batch behind MJEnv.info(env), or nothing
+    arrays::Dict{String,Field}  # the arrays that read knows; filled by its first call
+    latest::Any  # the Batch that MJEnv.info(env) reads, or nothing
     under_way::Int  # rows sent and not yet received
     written::Any  # the arrays that these write, kept from being collected
 
@@ -81,7 +86,7 @@ function describe!(env::Env)
     return env
 end
 
-# Passes the handle to f. Keeps the environment from being collected, or closed by another thread, meanwhile.
+# Passes the handle to f. While f runs, the environment is neither collected nor closed by another thread.
 @inline function inside(f, env::Env)
     GC.@preserve env begin
         if Threads.atomic_add!(env.callers, 1) < 0
@@ -98,7 +103,8 @@ end
 
 @noinline refuse_closed(env) = throw(ArgumentError("this Env(\"$(env.id)\") is closed"))
 
-# Frees the handle if no call is inside the library; a finalizer, so it neither throws nor prints.
+# Frees the handle if no call is inside the library, and returns whether the environment is closed. This is a finalizer,
+# which must neither throw nor print.
 function destroy(env::Env)
     callers = Threads.atomic_cas!(env.callers, 0, CLOSED)
     callers == 0 && mjenv_destroy(env.handle)
@@ -108,11 +114,11 @@ end
 """
     close(env::Env)
 
-Frees the environment. Closing it again does nothing; any other use of it throws an `ArgumentError`. Throws an
-`MJEnvError` while another thread is inside the environment.
+Frees the environment. Closing it again does nothing; any other use of it throws an `ArgumentError`. While another thread
+is using the environment, `close` throws an `MJEnvError` of status `MJENV_E_BUSY`.
 """
 function Base.close(env::Env)
-    destroy(env) || throw(MJEnvError(MJENV_E_BUSY, "another thread is inside this environment: it stays open"))
+    destroy(env) || throw(MJEnvError(MJENV_E_BUSY, "another thread is using this environment, so it stays open"))
     env.written = nothing
     return nothing
 end
@@ -120,7 +126,7 @@ end
 Base.isopen(env::Env) = env.callers[] >= 0
 
 Base.deepcopy_internal(env::Env, ::IdDict) = throw(
-    ArgumentError("an Env cannot be copied: build a second one with the same options and restore! a snapshot in it"),
+    ArgumentError("an Env cannot be copied: build a second one with the same options and restore! a snapshot into it"),
 )
 
 function Base.show(io::IO, env::Env)
@@ -134,13 +140,15 @@ options(env::Env) = inside(handle -> values_of(mjenv_options_of(handle)), env)
 """
     MJEnv.fields(env, role)
 
-The [`MJEnv.Field`](@ref)s of a role, in order:
+Returns the [`MJEnv.Field`](@ref)s of a role as a vector, in Gymnasium's order. The roles are:
 
-- `:observation`: the terms of an observation; `:action`: the actuators; `:reward`
-- `:info`, `:reset_info`: what a step and a reset report
-- `:structure`: Gymnasium's `observation_structure`, empty where Gymnasium has none
-- `:data`, `:model`: the arrays of mjData and mjModel for `read`
-- `:arrays`: those of mjData that the option `arrays` names, for [`MJEnv.arrays`](@ref)
+- `:observation`: the terms of an observation
+- `:action`: the actuators
+- `:reward`: the reward, one field
+- `:info`, `:reset_info`: the infos of a step and of a reset
+- `:structure`: Gymnasium's `observation_structure`; empty where Gymnasium has none
+- `:data`, `:model`: the arrays of mjData and mjModel that `read` takes
+- `:arrays`: the arrays of mjData that the option `arrays` names, see [`MJEnv.arrays`](@ref)
 """
 fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role)), env)
 
@@ -148,9 +156,9 @@ fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role
     MJEnv.spec(id)
     MJEnv.spec(env)
 
-What Gymnasium registers for an id, as a NamedTuple: `id`, `robot` (the id without its version), `version`,
-`max_episode_steps` and `reward_threshold`, `nothing` where there is none. Of an environment, `max_episode_steps` is its
-own.
+Returns what Gymnasium registers for an id, as a NamedTuple: `id`, `robot` (the id without its version), `version`,
+`max_episode_steps`, and `reward_threshold`, which is `nothing` where Gymnasium states none. For an environment,
+`max_episode_steps` is the value that it was built with; `nothing` means that it has no limit.
 """
 function spec(id::AbstractString)
     found = Ref(mjenv_spec())
@@ -188,14 +196,15 @@ end
 """
     observation_space(env)
 
-The Box space of one row's observation: `low` and `high`, two `Float64` vectors.
+Returns the bounds of one row's observation, Gymnasium's Box space, as a NamedTuple of two `Float64` vectors: `low` and
+`high`.
 """
 observation_space(env::Env) = bounds(env, MJENV_OBSERVATION)
 
 """
     action_space(env)
 
-The Box space of one row's action: `low` and `high`, two `Float32` vectors.
+Returns the bounds of one row's action, Gymnasium's Box space, as a NamedTuple of two `Float32` vectors: `low` and `high`.
 """
 action_space(env::Env) = bounds(env, MJENV_ACTION)
 
@@ -209,9 +218,10 @@ end
     seed!(env, seed)
     seed!(env, seeds)
 
-Gives rows new random streams, NumPy's `default_rng(seed)`: of a vector each row its own (`nothing` leaves a row's
-stream as it is), of one number row `i` gets `seed + i - 1`, as in Gymnasium's vector environments. Seeds are
-non-negative integers of any size. A row that is never seeded takes entropy from the system. Returns `env`.
+Gives rows new random streams: a row with the seed `s` draws what NumPy's `default_rng(s)` draws. A vector holds a seed for
+each row; `nothing` leaves a row's stream as it is. With one number, row `i` is seeded with `seed + i - 1`, as in
+Gymnasium's vector environments. Seeds are non-negative integers of any size. A row that is never seeded gets its seed
+from the system's entropy at its first reset. Returns `env`.
 """
 function seed!(env::Env, seeds::AbstractVector{<:Union{Integer,Nothing}})
     if length(seeds) != env.rows
@@ -236,11 +246,11 @@ end
 """
     seed_actions!(env, seed)
 
-Seeds the stream of [`sample_actions`](@ref), as Gymnasium's `action_space.seed(seed)`; `seed` fits into 64 bits.
-Returns `env`.
+Seeds the random stream of [`sample_actions`](@ref), as Gymnasium's `action_space.seed(seed)` does; `seed` lies in
+0..2^64-1. Returns `env`.
 """
 function seed_actions!(env::Env, seed::Integer)
-    0 <= seed <= typemax(UInt64) || throw(ArgumentError("a seed of actions lies in 0..2^64-1, not at $seed"))
+    0 <= seed <= typemax(UInt64) || throw(ArgumentError("the seed of actions is $seed, outside 0..2^64-1"))
     check(inside(handle -> mjenv_seed_actions(handle, seed), env))
     return env
 end
@@ -248,8 +258,9 @@ end
 """
     sample_actions!(action, env)
 
-Draws an action for each row, as Gymnasium's `action_space.sample()`, into `action`: a `Vector{Float32}` for one row, a
-`Matrix{Float32}` with a column for each row. Throws an `MJEnvError` where an actuator is unbounded. Returns `action`.
+Draws an action for each row, as Gymnasium's `action_space.sample()` does, and writes it into `action`: a
+`Vector{Float32}` for one row, a `Matrix{Float32}` with a column for each row. Throws an `MJEnvError` if an actuator has no
+bounds. Returns `action`.
 """
 function sample_actions!(action::Union{Vector{Float32},Matrix{Float32}}, env::Env)
     check_action(env, action)
@@ -260,7 +271,7 @@ end
 """
     sample_actions(env)
 
-Draws an action for each row: see [`sample_actions!`](@ref).
+Draws an action for each row into a new array: see [`sample_actions!`](@ref).
 """
 sample_actions(env::Env) = sample_actions!(
     env.rows == 1 ? zeros(Float32, env.action_count) : zeros(Float32, env.action_count, env.rows),

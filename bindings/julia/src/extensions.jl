@@ -1,4 +1,4 @@
-# What MJEnv offers to other packages, and how it meets them.
+# What the interfaces of other packages need, and how their extensions are loaded.
 
 using Random: Random, AbstractRNG
 
@@ -27,11 +27,11 @@ function Random.rand(rng::AbstractRNG, sampler::Random.SamplerTrivial{Box{T}}) w
     return box.low .+ rand(rng, T, length(box.low)) .* (box.high .- box.low)
 end
 
-# An environment of one row with its outputs: what the interfaces of other packages call an environment.
+# An environment of one row together with its outputs. Other packages call this an environment.
 mutable struct Episode
     env::Env
     batch::Batch{Float64}
-    renderer::Union{Nothing,Renderer}  # made by the first picture
+    renderer::Union{Nothing,Renderer}  # created by the first picture
 end
 
 function Episode(env::Env)
@@ -53,10 +53,10 @@ end
 observe(episode::Episode) = episode.batch.obs[:, 1]
 observations(episode::Episode) = Box(observation_space(episode.env)...)
 actions(episode::Episode) = Box(action_space(episode.env)...)
-# These interfaces do not tell truncation from termination, and neither goes on.
+# These interfaces do not distinguish truncation from termination. In both cases the episode is over.
 ended(episode::Episode) = episode.batch.terminated[1] || episode.batch.truncated[1]
 
-# All that decides what follows, and the outputs that an image does not hold.
+# The image decides what follows; the rest are outputs that it does not contain.
 function state(episode::Episode)
     batch = episode.batch
     return (
@@ -87,7 +87,7 @@ function picture(episode::Episode)
     return Picture(render(episode.renderer))
 end
 
-# Julia before 1.9 knows no extensions: MJEnv includes them when the other package is loaded.
+# Julia before 1.9 has no extensions, so MJEnv includes them when the other package is loaded.
 const EXTENSIONS = Dict(
     Base.PkgId(Base.UUID(uuid), name) => joinpath(@__DIR__, "..", "ext", "MJEnv$(name)Ext.jl") for (name, uuid) in (
         "CommonRLInterface" => "d842c3ba-07a1-494f-bbec-f5741b0a3e98",
@@ -97,7 +97,7 @@ const EXTENSIONS = Dict(
 
 function include_extension(package)
     haskey(EXTENSIONS, package) || return
-    # Packages are not found by their names in this module, so it holds them for the extension in it.
+    # An extension inside this module cannot find packages by their names. It takes them from the module instead.
     extensions = Module(:Extensions)
     Core.eval(extensions, :(const MJEnv = $(@__MODULE__)))
     Core.eval(extensions, :(const $(Symbol(package.name)) = $(Base.loaded_modules[package])))

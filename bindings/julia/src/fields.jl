@@ -1,14 +1,14 @@
-# Named parts of records: the terms of an observation, the values of an info, MuJoCo's arrays.
+# The named parts of observations, actions and infos, and MuJoCo's arrays.
 
 """
     MJEnv.Field
 
-A named part of a record, as [`MJEnv.fields`](@ref) lists it: its `name`, `doc`, `shape` (`()` for a number), the
-`range` of its elements within one row's record, and the `type` that Gymnasium gives it, such as
+Describes a term of an observation, an actuator, an info or an array of MuJoCo: its `name`, its `doc`, its `shape` (`()`
+for a number), the `range` of its elements within one row, and the `type` that Gymnasium gives it, such as
 `MJEnv.MJENV_NUMPY_FLOAT64`.
 
-A shape is the reverse of NumPy's, because Julia stores columns and NumPy rows: `xpos` is `(3, nbody)` here, and
-`xpos[:, b]` the position of body `b`.
+Shapes are the reverse of NumPy's, because Julia stores columns and NumPy stores rows: `xpos` has the shape `(3, nbody)`,
+and `xpos[:, b]` is the position of body `b`.
 """
 struct Field
     name::String
@@ -40,7 +40,7 @@ function fields_of(handle::Ptr{mjenv_env}, role::mjenv_role)
     end
 end
 
-# How many numbers the fields take in one row's record.
+# How many numbers the fields of one row have together.
 record_length(fields::Vector{Field}) = isempty(fields) ? 0 : last(fields[end].range)
 
 julia_type(type::mjenv_type, action_type::Type) =
@@ -50,9 +50,9 @@ julia_type(type::mjenv_type, action_type::Type) =
     type == MJENV_NUMPY_INT32 ? Int32 :
     type == MJENV_NUMPY_UINT8 ? UInt8 : Float64
 
-# A field of one row: a number, or an array of the field's shape.
+# The value of a field for one row: a number, or an array of the field's shape.
 shaped(values, field::Field, T::Type) = isempty(field.shape) ? T(values[1]) : reshape(T.(values), field.shape)
 
-# A field of many rows: they are the last dimensions.
+# The value of a field for many rows, which are the last dimensions.
 shaped(values, field::Field, T::Type, ::Tuple{}) = shaped(values, field, T)
 shaped(values, field::Field, T::Type, dimensions) = reshape(T.(values), (field.shape..., dimensions...))

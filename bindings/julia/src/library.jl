@@ -1,17 +1,18 @@
-# Finding and loading libmjenv.so, and its errors.
+# Finds and loads libmjenv.so, and turns its errors into exceptions.
 
 using Libdl: Libdl, dlopen, dlpath, dlsym
 
 const REPOSITORY = normpath(@__DIR__, "..", "..", "..")
 const BUILD = "cmake -G Ninja -B build && cmake --build build"
 
-# Not Julia's default, RTLD_DEEPBIND: in a process with an unwinder of its own, C++ exceptions would meet two of them.
+# Without RTLD_DEEPBIND, which is in Julia's default: with it the library would bind to another copy of the unwinder than
+# the process uses, and C++ exceptions would crash.
 const DLOPEN_FLAGS = Libdl.RTLD_NOW | Libdl.RTLD_LOCAL
 
 const library = Ref{Ptr{Cvoid}}(C_NULL)
 const addresses = fill(C_NULL, length(FUNCTIONS))
 
-# A system image may have kept another process's addresses.
+# A system image may have kept the addresses of the process that built it.
 function __init__()
     library[] = C_NULL
     fill!(addresses, C_NULL)
@@ -19,7 +20,7 @@ function __init__()
     return
 end
 
-# The address of FUNCTIONS[index], looked up when it is first needed.
+# Returns the address of FUNCTIONS[index]. The first call looks it up.
 @inline function address(index)
     found = addresses[index]
     return found == C_NULL ? resolve(index) : found
@@ -29,7 +30,7 @@ end
     library[] == C_NULL && (library[] = load())
     found = dlsym(library[], FUNCTIONS[index]; throw_error = false)
     if found === nothing
-        error("$(dlpath(library[])) has no $(FUNCTIONS[index]): it is older than this package. Rebuild it: $BUILD")
+        error("$(dlpath(library[])) lacks $(FUNCTIONS[index]): it is older than this package. Rebuild it: $BUILD")
     end
     return addresses[index] = found
 end
@@ -37,7 +38,7 @@ end
 function load()
     given = get(ENV, "MJENV_LIBRARY", "")
     built = joinpath(REPOSITORY, "build", "libmjenv.so")
-    # A release's package carries the library.
+    # The package of a release contains the library.
     carried = normpath(@__DIR__, "..", "lib", "libmjenv.so")
     paths = !isempty(given) ? [given] : isfile(carried) ? [carried] : [built, "libmjenv.so.0"]
     reasons = String[]
@@ -58,14 +59,15 @@ function load()
     )
 end
 
-"What a call of the C library, or a row of it, came to: `MJEnv.MJENV_OK`, `MJEnv.MJENV_E_VALUE` and so on."
+"The result of a call of the C library, or of one row in it: `MJEnv.MJENV_OK`, `MJEnv.MJENV_E_VALUE` and so on."
 const Status = mjenv_status
 
 """
     MJEnvError
 
-What the C library refused or failed at. `status` is an `MJEnv.Status` such as `MJEnv.MJENV_E_VALUE`; `message` names
-the culprit and, where there are choices, the valid ones. In it, rows and elements count from 0.
+The C library refused a call, or failed. The field `status` is an `MJEnv.Status` such as `MJEnv.MJENV_E_VALUE`; programs
+should decide by it. The field `message` is for people: it names the wrong argument and, where there are some, the valid
+choices. The message counts rows and elements from 0.
 """
 struct MJEnvError <: Exception
     status::Status
@@ -74,11 +76,11 @@ end
 
 Base.showerror(io::IO, e::MJEnvError) = print(io, "MJEnvError (", e.status, "): ", e.message)
 
-# Must follow the call directly: the message belongs to the thread.
+# Call it directly after the library: each thread has a last message of its own, which its next failing call replaces.
 @inline check(status::Status) = status == MJENV_OK ? nothing : fail(status)
 @noinline fail(status::Status) = throw(MJEnvError(status, unsafe_string(mjenv_last_error())))
 
-# A name on its way to C.
+# A text for C, which ends texts at a NUL character.
 function text(name::Union{AbstractString,Symbol})
     '\0' in String(name) && throw(ArgumentError("$(repr(String(name))) contains a NUL character"))
     return String(name)
@@ -89,13 +91,13 @@ borrowed(name::Cstring) = name == C_NULL ? "" : unsafe_string(name)
 """
     MJEnv.version()
 
-The versions of the library and of its MuJoCo, as text.
+Returns the versions of the library and of MuJoCo as text: `"major.minor.patch (MuJoCo x.y.z)"`.
 """
 version() = unsafe_string(mjenv_version())
 
 """
     MJEnv.ids()
 
-The ids of all environments, sorted.
+Returns the ids of all environments as texts, sorted.
 """
 ids() = [unsafe_string(mjenv_id_at(i)) for i in 0:(mjenv_id_count() - 1)]

@@ -1,16 +1,16 @@
-# Many steps at once, and steps in two halves.
+# Rollouts, and steps that are sent and received.
 
 """
     rollout(env, actions)
 
-Plays `actions`, an array of actuators × steps × rows or for one row a matrix of actuators × steps, from the rows' present
-states, and leaves the rows at their ends. A row that ends stays there: what follows in its flags repeats, its rewards
-and infos are 0. No row is reset.
+Steps every row many times, beginning at its present state, with given actions. `actions` has the size actuators × steps ×
+rows; for one row it may be a matrix of actuators × steps. A row whose episode ends stays there: for the steps that
+remain, its flags and its observation repeat, and its rewards and infos are 0. No row is reset.
 
-Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`, whose arrays end in the dimensions
-steps × rows, for one row in steps. Actions are taken, and refused, as by [`step!`](@ref).
+Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. The last dimensions of these arrays are
+those of `actions`: steps × rows, or steps. The rules for actions and the errors are those of [`step!`](@ref).
 
-To write into preallocated arrays: [`rollout!`](@ref).
+[`rollout!`](@ref) does the same and writes into preallocated arrays.
 """
 function rollout(env::Env, actions::AbstractArray{<:Real})
     batch = rollout!(Batch(env; steps = size(actions, 2)), env, actions)
@@ -27,8 +27,8 @@ end
 """
     rollout!(batch, env, actions)
 
-As [`rollout`](@ref), with the outputs in a [`Batch`](@ref) of as many `steps`, which is returned; allocates nothing where
-`actions` is an `Array` of `Float32` or `Float64`.
+Does what [`rollout`](@ref) does, and writes into a [`Batch`](@ref) that was built with as many `steps`, which it returns. It
+allocates nothing if `actions` is an `Array` of `Float32` or `Float64`.
 """
 rollout!(batch::Batch, env::Env, actions::AbstractArray{<:Real}) = rollout_dense!(batch, env, dense(actions))
 

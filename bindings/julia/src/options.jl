@@ -3,9 +3,9 @@
 """
     MJEnv.Option
 
-An option that an id takes, as [`MJEnv.schema`](@ref) lists it: its `name`, `kind` (`MJEnv.MJENV_FLAG`,
-`MJENV_INTEGER`, `MJENV_REALS`, `MJENV_STRING` or `MJENV_STRING_OR_INT`), `doc`, closed bounds `low` and `high` of each
-number, `count` of numbers, valid texts `choices` (empty: any may be tried) and `default`.
+Describes an option that an id takes, see [`MJEnv.schema`](@ref): its `name`; its `kind` (`MJEnv.MJENV_FLAG`,
+`MJENV_INTEGER`, `MJENV_REALS`, `MJENV_STRING` or `MJENV_STRING_OR_INT`); its `doc`; the closed bounds `low` and `high` of
+each number; the `count` of numbers; the valid texts `choices` (empty if every text may be tried); and its `default`.
 """
 struct Option
     name::Symbol
@@ -18,7 +18,7 @@ struct Option
     default::Any
 end
 
-# Calls f with the options of an id at their defaults.
+# Creates the options of an id at their defaults, and passes them to f.
 function with_options(f, id::AbstractString)
     created = Ref{Ptr{mjenv_options}}(C_NULL)
     check(mjenv_options_create(text(id), created))
@@ -29,7 +29,7 @@ function with_options(f, id::AbstractString)
     end
 end
 
-# Some numbers, in what Julia programs hold them.
+# What Julia programs hold a few numbers in.
 const Numbers = Union{Tuple{Vararg{Real}},AbstractVector{<:Real}}
 
 function set_option!(handle, id, name::Symbol, value::Integer)
@@ -111,16 +111,16 @@ end
     MJEnv.options(id)
     MJEnv.options(env)
 
-The options of an id at their defaults, or those that an environment was built with, as a NamedTuple: flags as `Bool`,
-integers as `Int`, numbers as `Float64`, ranges as tuples, texts as `String`. `Env(env.id; MJEnv.options(env)...)`
-builds the same environment again.
+Returns the default options of an id, or the options with which an environment was built, as a NamedTuple: flags as
+`Bool`, integers as `Int`, numbers as `Float64`, ranges as tuples of `Float64`, texts as `String`.
+`Env(env.id; MJEnv.options(env)...)` builds an equal environment.
 """
 options(id::AbstractString) = with_options(values_of, id)
 
 """
     MJEnv.schema(id)
 
-The options that an id takes, each a [`MJEnv.Option`](@ref).
+Returns the options that an id takes, as a vector of [`MJEnv.Option`](@ref).
 """
 schema(id::AbstractString) =
     with_options(id) do handle

@@ -1,6 +1,6 @@
-# Pictures of an environment's rows, and a window that shows them.
+# Draws pictures of rows, and shows them in a window.
 
-# The settings that keywords change, and what is to be kept alive for them.
+# Returns the settings with the changes that the keywords ask for, and the camera's name or nothing.
 function render_settings(env; kwargs...)
     settings = Ref(mjenv_render_settings())
     check(inside(handle -> mjenv_render_defaults(handle, settings), env))
@@ -34,7 +34,7 @@ function render_settings(env; kwargs...)
         elseif name in names
             fields[name] = value
         else
-            throw(ArgumentError("a renderer has no setting $name; it has camera, gl, fast, lookat, visual_options, " *
+            throw(ArgumentError("there is no setting $name; the settings are camera, gl, fast, lookat, visual_options, " *
                                 join(names, ", ")))
         end
     end
@@ -45,7 +45,7 @@ function render_settings(env; kwargs...)
     return fields, camera_name
 end
 
-# Calls f(settings) with the settings as C has them.
+# Passes the settings to f as C's struct.
 function with_render_settings(f, env; kwargs...)
     fields, camera_name = render_settings(env; kwargs...)
     GC.@preserve camera_name begin
@@ -57,16 +57,23 @@ end
 """
     Renderer(env; settings...)
 
-Draws pictures of the rows of `env`, equal to Gymnasium's pixel for pixel with the same OpenGL on the same machine.
+Draws pictures of the rows of `env`. They equal Gymnasium's pixel for pixel if both use the same OpenGL on the same
+machine. If OpenGL is missing, the error names what to install.
 
-Settings: `width` and `height` (pixels, 480 each), `camera` (the index of a camera of the model, from 1; its name;
-`:free`; or `:track`, the default: the one named "track" if the model has it, else the free one), `max_geom` (1000),
-`visual_options` (pairs of mjtVisFlag and Bool), `samples`, `shadows`, `reflections`, `fast = true` (no multisampling,
-no shadows), `gl` (`:auto`, `:egl`, `:osmesa` or `:glfw`), and for the free camera `lookat` (m), `distance` (m),
-`azimuth` and `elevation` (degrees).
+The settings are Gymnasium's, with Gymnasium's defaults:
 
-`close(renderer)` frees it now; else the garbage collector will some day. Distinct renderers draw at once on different
-threads, also of one environment; but not while a thread steps it. Needs OpenGL: the error names what to install.
+- `width` and `height`: pixels, 480 each
+- `camera`: the number of a camera of the model, from 1; its name; `:free`; or `:track`, the default, which takes the
+  model's camera "track" if there is one and the free camera otherwise
+- `lookat` (m), `distance` (m), `azimuth` and `elevation` (degrees): the place of the free camera
+- `visual_options`: pairs of a number of MuJoCo's mjtVisFlag and a `Bool`
+- `max_geom`: how many geoms are drawn at most, 1000
+- `samples` (per pixel), `shadows`, `reflections`; `fast = true` turns multisampling and shadows off
+- `gl`: `:auto`, `:egl`, `:osmesa` or `:glfw`
+
+`close(renderer)` frees the renderer at once; without it the garbage collector frees it at some time. Several renderers of
+one environment may draw on different threads at the same time. While a thread steps the environment, drawing throws an
+`MJEnvError` of status `MJENV_E_BUSY`.
 """
 mutable struct Renderer
     handle::Ptr{mjenv_renderer}
@@ -96,7 +103,7 @@ Base.show(io::IO, r::Renderer) =
 """
     MJEnv.gl(renderer)
 
-The OpenGL in use, as text.
+Returns the OpenGL in use as text: `"egl, VENDOR, RENDERER, VERSION"`.
 """
 function gl(renderer::Renderer)
     GC.@preserve renderer begin
@@ -109,8 +116,8 @@ end
 """
     render(renderer; row = 1)
 
-The colours of a row: an `Array{UInt8,3}` of size (3, height, width), as `Images.colorview(RGB, render(r) ./ 255)`
-takes it.
+Draws a row and returns its colours: a new `Array{UInt8,3}` of size (3, height, width), red, green and blue first, the top
+line first. `Images.colorview(RGB, render(r) ./ 255)` takes it.
 """
 function render(renderer::Renderer; row::Integer = 1)
     rgb = Vector{UInt8}(undef, 3 * renderer.width * renderer.height)
@@ -121,7 +128,7 @@ end
 """
     render_depth(renderer; row = 1)
 
-The depth buffer of a row, 0 (near) to 1 (far): a `Matrix{Float32}` of size (height, width).
+Draws a row and returns its depth buffer, from 0 (near) to 1 (far): a new `Matrix{Float32}` of size (height, width).
 """
 function render_depth(renderer::Renderer; row::Integer = 1)
     depth = Vector{Float32}(undef, renderer.width * renderer.height)
@@ -132,7 +139,7 @@ end
 """
     render_both(renderer; row = 1)
 
-Colours and depth, drawn once.
+Draws a row once, and returns what [`render`](@ref) and [`render_depth`](@ref) return.
 """
 function render_both(renderer::Renderer; row::Integer = 1)
     pixels = renderer.width * renderer.height
@@ -141,7 +148,7 @@ function render_both(renderer::Renderer; row::Integer = 1)
     return rgb_array(renderer, rgb), depth_array(renderer, depth)
 end
 
-# From rows of pixels to columns.
+# The library writes lines of pixels; Julia stores columns.
 rgb_array(r, rgb) = permutedims(reshape(rgb, 3, r.width, r.height), (1, 3, 2))
 depth_array(r, depth) = permutedims(reshape(depth, r.width, r.height))
 
@@ -155,8 +162,8 @@ end
 """
     Window(env; settings...)
 
-A window that shows rows as Gymnasium's render mode "human" does: `draw!(window)` it after every reset and step, on the
-main thread. The keys stand in the window. `settings` as a [`Renderer`](@ref)'s; its camera is always free.
+Opens a window that shows a row, as Gymnasium's render mode "human" does. Call `draw!(window)` after every reset and step,
+on the main thread. The window lists its keys. `settings` are those of a [`Renderer`](@ref), but the camera is always free.
 """
 mutable struct Window
     handle::Ptr{mjenv_window}
@@ -173,7 +180,7 @@ end
 """
     draw!(window; row = 1)
 
-Draws a row, for as long as the user pauses; nothing once the window is closed.
+Draws a row. While the user pauses, it keeps drawing and does not return. It draws nothing once the window is closed.
 """
 draw!(window::Window; row::Integer = 1) = check(mjenv_window_draw(window.handle, row - 1))
 

@@ -1,4 +1,4 @@
-# The state of one row.
+# Reads, sets, copies and saves the state of rows.
 
 function row_index(env::Env, row::Integer)
     1 <= row <= env.rows && return Int(row) - 1
@@ -7,7 +7,7 @@ end
 
 function arrays_of(env::Env)
     if isempty(env.arrays)
-        # Where both have a name, the model's array is the one that is read.
+        # If mjData and mjModel both have an array of a name, the library reads the model's.
         env.arrays = Dict(field.name => field for role in (:data, :model) for field in fields(env, role))
     end
     return env.arrays
@@ -16,13 +16,14 @@ end
 """
     read(env, array; row = 1)
 
-An array of the row's mjData or of the mjModel, by its MuJoCo name (`:qpos`, `:xpos`, `:body_mass`, `:nq`,
-`"opt.timestep"`), as Gymnasium's `env.unwrapped.data` holds it after the last step: a number or a new array, of the
-type it has in MuJoCo. `MJEnv.fields(env, :data)` and `MJEnv.fields(env, :model)` list them.
+Reads an array of the row's mjData or of the mjModel by its MuJoCo name: `:qpos`, `:xpos`, `:body_mass`, `:nq`,
+`"opt.timestep"`. The values are those of Gymnasium's `env.unwrapped.data` after the last step. Returns a number or a new
+array with the element type that MuJoCo uses. `MJEnv.fields(env, :data)` and `MJEnv.fields(env, :model)` list the arrays
+with their shapes and units. An unknown name throws an [`MJEnvError`](@ref).
 
-An array's shape is the reverse of NumPy's: `read(env, :xpos)` is 3 × nbody, `xpos[:, b]` the position of body `b`. The
-bodies and other objects count from 1 here: see [`object_index`](@ref). Numbers of objects that MuJoCo stores in its
-arrays count from 0.
+Shapes are the reverse of NumPy's: `read(env, :xpos)` has the size 3 × nbody, and `xpos[:, b]` is the position of body `b`.
+Bodies and other objects are numbered from 1, see [`object_index`](@ref). Where MuJoCo stores the number of an object in an
+array, that number counts from 0.
 """
 function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer = 1)
     name = text(array)
@@ -41,8 +42,9 @@ end
 """
     object_index(env, type, name)
 
-The number of a named object, from 1, as the columns of [`read`](@ref)'s arrays count. `type` is `:body`, `:joint`,
-`:geom`, `:site`, `:camera`, `:actuator`, `:tendon`, `:sensor` or `:light`.
+Returns the number of a named object: its column, from 1, in the arrays of [`read`](@ref). `type` is `:body`, `:joint`,
+`:geom`, `:site`, `:camera`, `:actuator`, `:tendon`, `:sensor` or `:light`. An unknown type or name throws an
+[`MJEnvError`](@ref).
 """
 function object_index(env::Env, type::Union{Symbol,AbstractString}, name::Union{Symbol,AbstractString})
     kind, wanted, index = text(type), text(name), Ref{Int64}()
@@ -53,7 +55,7 @@ end
 """
     object_name(env, type, index)
 
-The name of the object with that number, from 1; empty if it has none. See [`object_index`](@ref).
+Returns the name of the object with the number `index`, from 1; `""` if it has no name. See [`object_index`](@ref).
 """
 function object_name(env::Env, type::Union{Symbol,AbstractString}, index::Integer)
     kind, name = text(type), Ref(Cstring(C_NULL))
@@ -70,8 +72,9 @@ end
 """
     set_state!(env, qpos, qvel; row = 1)
 
-Sets the positions and velocities of a row and computes what follows from them, as Gymnasium's `set_state`. The step
-count goes on; a row that was never reset, or had ended, may be stepped again. Returns `env`.
+Sets the positions and velocities of a row, in MuJoCo's units, and computes what depends on them, as Gymnasium's
+`set_state` does. `qpos` and `qvel` are vectors or tuples of `nq` and `nv` finite numbers. The count of steps goes on.
+After it the row may be stepped, even if it was never reset or its episode had ended. Returns `env`.
 """
 function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     index = row_index(env, row)
@@ -85,8 +88,9 @@ end
 """
     simulate!(env, ctrl, frames; row = 1)
 
-`frames` times mj_step of a row under `ctrl`, as Gymnasium's `do_simulation`: no step is counted, and the task sees only
-the new state. Returns `env`.
+Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a vector or tuple of a
+number for each actuator, as Gymnasium's `do_simulation` does. It counts no step of the environment and gives no reward.
+Returns `env`.
 """
 function simulate!(env::Env, ctrl::Numbers, frames::Integer; row::Integer = 1)
     index = row_index(env, row)
@@ -99,8 +103,8 @@ end
 """
     MJEnv.stream(env; row = 1)
 
-A row's random stream as NumPy's PCG64 has it: the state, then the increment, each as its low and its high 64 bits.
-Throws an `MJEnvError` where the row was neither seeded nor reset.
+Returns a row's random stream, a PCG64 as NumPy has it, as a tuple of four `UInt64`: the low and high half of the state,
+the low and high half of the increment. Throws an `MJEnvError` if the row was neither seeded nor reset.
 """
 function stream(env::Env; row::Integer = 1)
     index, words = row_index(env, row), zeros(UInt64, 4)
@@ -111,7 +115,8 @@ end
 """
     set_stream!(env, words; row = 1)
 
-Replaces a row's random stream by one as [`MJEnv.stream`](@ref) tells it; the increment is odd. Returns `env`.
+Replaces a row's random stream by `words`, four `UInt64` in the order of [`MJEnv.stream`](@ref); the increment must be odd.
+Returns `env`.
 """
 function set_stream!(env::Env, words::Union{NTuple{4,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
     index = row_index(env, row)
@@ -123,8 +128,8 @@ end
 """
     copy_row!(env, from, to)
 
-Makes the rows where the `Bool` vector `to` is true equal to the row `from`: simulation, random stream, counters.
-Returns `env`.
+Copies the row `from` into all rows where the `Bool` vector `to` is true: simulation, random stream and counters. Returns
+`env`.
 """
 function copy_row!(env::Env, from::Integer, to::AbstractVector{Bool})
     index, mask = row_index(env, from), as_mask(env, to)
@@ -138,8 +143,8 @@ rows_index(::Env, ::Colon) = MJENV_ALL_ROWS
 """
     snapshot(env; row = 1)
 
-Copies a row, its simulation, random stream and counters, or with `row = :` all rows, into a new `Vector{UInt8}` for
-[`restore!`](@ref).
+Saves a row (or all rows with `row = :`) as a new `Vector{UInt8}`, called an image: simulation, random stream and counters.
+[`restore!`](@ref) continues from it.
 """
 function snapshot(env::Env; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)
@@ -155,9 +160,10 @@ end
 """
     restore!(env, image; row = 1)
 
-Continues a row, or with `row = :` all rows, from a [`snapshot`](@ref), bit for bit, also in another process and with
-another number of threads. The environment must have the id, the model and the options (`num_threads`, `cpu_affinity`, `arrays`
-aside) of the one the image was taken from, and as many rows if the image is of all. Returns `env`.
+Sets a row (or all rows with `row = :`) to the state that a [`snapshot`](@ref) saved. The row continues with the same bits,
+also in another process and with another number of threads. The environment must have the same id, model and options as
+the one that was saved, except for `num_threads`, `cpu_affinity` and `arrays`; an image of all rows needs as many rows.
+Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)
