@@ -1,4 +1,4 @@
-"""What the benchmarks share."""
+"""Functions that several benchmarks use."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROBOTS = (
 
 
 def cpu_model() -> str:
-    """With its family and model, as virtual machines shorten names."""
+    """The name of the CPU with its family and model, because virtual machines shorten names."""
     first = Path("/proc/cpuinfo").read_text().partition("\n\n")[0]
     said = dict(line.split(":", 1) for line in first.splitlines() if ":" in line)
     found = {name.strip(): value.strip() for name, value in said.items()}

@@ -1,4 +1,4 @@
-"""What environments of a peer take, from Python: create.py seconds|bytes PEER ID ENVS THREADS; as create.c prints it.
+"""Measures environments of a peer from Python, as create.c does in C: create.py seconds|bytes PEER ID ENVS THREADS
 
 The outputs belong to the peers here, and count.
 """

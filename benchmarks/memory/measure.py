@@ -1,4 +1,4 @@
-"""Seconds to create many environments, and the memory they take; benchmarks/memory/run calls it."""
+"""Measures how long creating many environments takes, and their memory; benchmarks/memory/run calls it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Row = dict[str, str]
 
 
 def ask(arguments: argparse.Namespace, mode: str, peer: str, id: str, envs: str) -> list[str]:
-    """Every question is answered by a new process."""
+    """Measures in a new process."""
     environment = {**os.environ, "MJENV_LIBRARY": arguments.library, "PYTHONPATH": arguments.package}
     command = [arguments.program, mode, arguments.library]
     if peer != "mjenv-c":
@@ -84,7 +84,7 @@ def table(rows: list[Row]) -> str:
 
 
 def digits(value: float) -> str:
-    """Three, as more would be noise."""
+    """Three digits, because more would be noise."""
     return f"{float(f'{value:.3g}'):,g}"
 
 

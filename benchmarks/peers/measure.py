@@ -1,4 +1,4 @@
-"""Steps per second of mjenv and its peers, interleaved on one machine, as a CSV; benchmarks/peers/run calls it.
+"""Measures steps per second of mjenv and its peers in turns and writes a CSV file; benchmarks/peers/run calls it.
 
 For each robot, number of environments and number of threads all peers are opened, each in a process of its own, and
 then take turns in short blocks, round after round, so that whatever else the machine does meets all of them alike.
@@ -24,12 +24,12 @@ HERE = Path(__file__).resolve().parent
 
 
 def applies(peer: str, envs: int, threads: int) -> bool:
-    """Whether a peer can be measured so."""
+    """Whether a peer supports this number of environments and threads."""
     if peer in ("mjenv-single", "gymnasium-single"):
         return (envs, threads) == (1, 1)
     if peer in ("mjenv-async", "envpool-async"):
         return envs > 1
-    if peer == "gymnasium-sync":  # takes no second thread
+    if peer == "gymnasium-sync":  # has only one thread
         return threads == 1
     if peer == "gymnasium-async":  # a process for each environment
         return threads > 1 and envs <= 64
@@ -41,7 +41,7 @@ class Worker:
 
     def __init__(self, peer: str, command: list[str], environment: dict[str, str]) -> None:
         self.peer = peer
-        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 as long as the process
+        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 it lives as long as the process
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""Makes tables (Markdown) and a chart (SVG) of what measure.py measured: report.py CSV, writes beside it."""
+"""Writes tables (Markdown) and a chart (SVG) of the CSV file of measure.py, into the same folder: report.py CSV."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAMES = {
     "envpool-async": "EnvPool, async",
     "mujoco-batch": "mujoco.batch (physics only)",
 }
-# In the chart: name, colour, and who it is for one environment and for many.
+# The chart's entries: name, colour, the peer for one environment, and the peer for many.
 SERIES = (
     ("mjenv, C", "#0b3d91", "mjenv-c", None),
     ("mjenv, Python", "#2f7ed8", "mjenv-single", "mjenv"),
@@ -36,7 +36,7 @@ Case = tuple[int, int]  # environments, threads
 
 
 class Results:
-    """What was measured, by robot, case and peer."""
+    """The measured rates by robot, case and peer."""
 
     def __init__(self, rows: list[Row]) -> None:
         self._rows = {(r["robot"], int(r["envs"]), int(r["threads"]), r["peer"]): r for r in rows}
@@ -49,7 +49,7 @@ class Results:
 
     def rate(self, robot: str, case: Case, peer: str) -> float | None:
         if peer == "gymnasium-sync":
-            case = (case[0], 1)  # it takes no second thread
+            case = (case[0], 1)  # it has only one thread
         row = self._rows.get((robot, *case, peer))
         return float(row["steps_per_second"]) if row else None
 
@@ -75,7 +75,7 @@ def table(header: list[str], rows: list[list[str]]) -> str:
 
 
 def number(rate: float | None) -> str:
-    """Three digits, as more would be noise."""
+    """Three digits, because more would be noise."""
     if rate is None:
         return ""
     return f"{float(f'{rate:.3g}'):,.0f}"

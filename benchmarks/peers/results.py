@@ -1,4 +1,4 @@
-"""What is measured, of whom, and the CSV that holds it."""
+"""The peers, the measured cases, and the CSV file with the results."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def key(row: Row) -> tuple[int, int, int, int]:
 
 
 def write(path: Path, rows: Iterable[Row]) -> None:
-    """Sorted; of rows that measure the same the last holds."""
+    """Sorted; where several rows measure the same case, the last one counts."""
     by_key = {key(row): row for row in rows}
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, FIELDS, lineterminator="\n")

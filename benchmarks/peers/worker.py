@@ -1,4 +1,4 @@
-"""Steps one peer on request, in a process that stays alive: worker.py PEER, then commands on stdin, answers on stdout.
+"""Steps one peer on request: worker.py PEER. Reads commands from stdin and writes answers to stdout.
 
 about -> what runs here | open ID ENVS THREADS SEED -> ok | run SECONDS -> env steps and seconds taken | close -> ok
 Each peer plays its own episodes under random actions drawn beforehand.
@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-WARM_UP = 30  # steps of every environment: the robots have fallen, the caches are filled
-ACTIONS = 16384  # drawn beforehand, shared by all environments
+WARM_UP = 30  # steps before measuring, so that the robots have fallen and the caches are filled
+ACTIONS = 16384  # how many are drawn before measuring; all environments share them
 
 Step = Callable[[Any], int]  # takes actions, returns how many env steps it made
 
@@ -50,7 +50,7 @@ class Peer:
 
 
 class Single(Peer):
-    """An environment of gymnasium.Env's interface."""
+    """An environment with the interface of gymnasium.Env."""
 
     def __init__(self, env: Any, seed: int) -> None:
         env.reset(seed=seed)
@@ -142,7 +142,7 @@ class GymnasiumSync(Vector):
 
 
 class GymnasiumAsync(GymnasiumSync):
-    """A process for each environment."""
+    """An AsyncVectorEnv, which runs a process for each environment."""
 
     mode = "async"
 
@@ -225,7 +225,7 @@ class MujocoBatch(Peer):
 
     @staticmethod
     def _episodes(env: Any, seed: int) -> tuple[Any, Any]:
-        """States that episodes start from, and how many steps episodes take."""
+        """The states that episodes start from, and the number of steps in an episode."""
         env.action_space.seed(seed)
         env.reset(seed=seed)
         starts, lengths, length = [], [], 0
@@ -262,7 +262,7 @@ def about(name: str) -> str:
 
 
 def run(peer: Peer, seconds: float, least: int = 1) -> tuple[int, float]:
-    """Steps for about that long, and at least so many env steps."""
+    """Steps for about `seconds`, and makes at least `least` environment steps."""
     actions, step, clock = peer.actions, peer.step, time.perf_counter
     steps, start = 0, clock()
     end = start + seconds

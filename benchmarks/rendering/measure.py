@@ -1,4 +1,4 @@
-"""Pictures per second and their memory, as Markdown; benchmarks/rendering/run calls it."""
+"""Measures pictures per second and their memory and prints Markdown; benchmarks/rendering/run calls it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FAST = {"samples": 0, "shadows": 0}
 
 
 def drawer(kind: str, id: str, size: int) -> Callable[[], float]:
-    """Draws one picture of the next step each time it is called, and says in how many seconds."""
+    """Each call takes a step, draws one picture, and returns the seconds that the drawing took."""
     theirs = gymnasium.make(id, render_mode="rgb_array", width=size, height=size)
     theirs.reset(seed=0)
     theirs.action_space.seed(0)
@@ -45,7 +45,7 @@ def drawer(kind: str, id: str, size: int) -> Callable[[], float]:
 
 
 class Process:
-    """A process that draws, as a thread has one context at a time."""
+    """A process that draws; a process, because a thread has only one OpenGL context at a time."""
 
     def __init__(self, kind: str, id: str, size: int) -> None:
         command = [sys.executable, __file__, "draw", kind, id, str(size)]
@@ -82,7 +82,7 @@ def speed() -> None:
 
 
 def resident() -> float:
-    """MB of this process that are in memory."""
+    """The resident memory of this process, MB."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * 4096 / 1e6
 

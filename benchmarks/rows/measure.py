@@ -1,4 +1,4 @@
-"""What stepping many rows costs beyond physics, and two threads against two processes; benchmarks/rows/run calls it.
+"""Measures what many rows cost beyond physics, and compares threads with processes; benchmarks/rows/run calls it.
 
 Beyond physics: of the instructions inside mjenv_step those that are not inside functions of MuJoCo, as callgrind counts
 them. Threads: rows stepped by one process with two threads, and by two
@@ -49,7 +49,7 @@ class Steps:
 
 
 def threads_to_processes(arguments: argparse.Namespace, robot: str) -> list[float]:
-    """For each round the speed of two threads, as a part of that of two processes."""
+    """For each round, the speed of two threads divided by that of two processes."""
     threaded, *single = workers = [Steps(arguments) for _ in range(3)]
     threaded.tell(f"open {robot}-v5 {arguments.rows} 2 1")
     for worker in single:
@@ -76,7 +76,7 @@ def threads_to_processes(arguments: argparse.Namespace, robot: str) -> list[floa
 
 
 def with_symbols(library: str, folder: str) -> str:
-    """A copy that holds its symbols, without the line numbers, which not every valgrind can read."""
+    """A copy of the library with its symbols but without line numbers, which not every valgrind can read."""
     path = Path(library).resolve()
     debug, copy = path.with_name(f"{path.name}.debug"), f"{folder}/libmjenv.so"
     if debug.exists():
@@ -88,7 +88,7 @@ def with_symbols(library: str, folder: str) -> str:
 
 
 def beyond_physics(arguments: argparse.Namespace, robot: str) -> float:
-    """In percent of the physics. Counted, so that it needs no repetition."""
+    """The cost beyond physics, in percent of the physics. Counts instructions, so one run suffices."""
     with tempfile.TemporaryDirectory() as folder:
         library, counts = with_symbols(arguments.library, folder), Path(folder) / "counts"
         counter = ["valgrind", "--tool=callgrind", "--toggle-collect=mjenv_step", f"--callgrind-out-file={counts}"]

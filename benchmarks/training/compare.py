@@ -40,7 +40,7 @@ class Point:
 
 
 def train_both(trainer: str, id: str, folder: Path, steps: int | None = None) -> list[Point]:
-    """Trains on both, checks that all but the wall times is equal, and returns the curve."""
+    """Trains on both, checks that everything except the wall times is equal, and returns the curve."""
     cpus = sorted(os.sched_getaffinity(0))
     running = []
     for index, backend in enumerate(BACKENDS):
@@ -57,7 +57,7 @@ def train_both(trainer: str, id: str, folder: Path, steps: int | None = None) ->
 
 
 def joined(id: str, folder: Path) -> list[Point]:
-    """The two curves as one; they and the policies must be equal but for the wall times."""
+    """Joins the two curves, which must be equal except for the wall times, as must the policies."""
     curves = [list(csv.DictReader((folder / backend / "curve.csv").open())) for backend in BACKENDS]
     learned = [[(row["steps"], row["mean_return"]) for row in curve] for curve in curves]
     if learned[0] != learned[1]:
@@ -88,7 +88,7 @@ def read(path: Path) -> list[Point]:
 
 
 def draw(path: Path, points: Sequence[Point]) -> None:
-    """One panel an id: return over wall time, both backends."""
+    """One panel for each id: return over wall time with both backends."""
     panels = []
     for id in dict.fromkeys(point.id for point in points):
         own = [point for point in points if point.id == id and point.mean_return == point.mean_return]
