@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds the header to the versions recorded of it: recorded/VERSION/mjenv/mjenv.h.
+"""Compares the header with the recorded headers of all versions: recorded/VERSION/mjenv/mjenv.h.
 
     frozen.py VERSION SONAME             compare; exit 1 when the interface is not VERSION's, or breaks an older one
     frozen.py VERSION SONAME --record    record the header as VERSION's; refused when CHANGELOG.md says it is released
@@ -45,7 +45,7 @@ def abi(api: header.Header) -> int:
 
 
 def breaks(old: Entries, new: Entries) -> list[str]:
-    """What a client compiled with the old header would miss, or misread."""
+    """Lists the changes that break a client compiled with the old header."""
     gone = [f"{name} is gone" for name in old if name not in new]
     other = [f"{name} was {value}, is {new[name]}" for name, value in old.items() if new.get(name, value) != value]
     return gone + other
@@ -56,7 +56,7 @@ def version_of(text: str) -> tuple[int, ...]:
 
 
 def released(version: str) -> bool:
-    """The changelog has a heading of the version that does not call it unreleased."""
+    """Whether the changelog has a heading for the version that does not call it unreleased."""
     heading = re.search(rf"^## {re.escape(version)}\b(.*)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.M)
     return heading is not None and "unreleased" not in heading[1]
 

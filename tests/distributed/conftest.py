@@ -16,10 +16,10 @@ sys.path += [str(ROOT / "examples" / "distributed"), str(ROOT / "examples" / "py
 
 @pytest.fixture(scope="session")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A home of the tests' own: Ray keeps the token of its clusters there."""
+    """Gives the tests their own home folder, because Ray keeps the token of its clusters there."""
     made = tmp_path_factory.mktemp("home")
     os.environ["HOME"] = str(made)
-    # By default Ray's workers are nicer than all else, and starve on a busy machine.
+    # By default Ray's workers run at low priority and starve on a busy machine.
     os.environ["RAY_worker_niceness"] = "0"  # noqa: SIM112 Ray spells it so
     return made
 

@@ -1,4 +1,4 @@
-"""Rollouts and training on several Ray nodes: the same bits as without Ray, whatever is lost on the way."""
+"""Rollouts and training on several Ray nodes give the same bits as without Ray, even when actors or nodes are lost."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ def kill(actor: Any) -> None:
 
 
 def test_state_is_all(expected: list[list[Batch]]) -> None:
-    """A pool that goes on from another's state gives what the other would have given."""
+    """A pool that continues from the state of another gives the same batches as that one."""
     teacher = learner()
     one = Pool(ID, ROWS, SEED)
     _, state, _ = one.collect(teacher.brain(), STEPS, GAMMA)
     teacher.learn(expected[0], 0)
     assert isinstance(state, State)
-    # The seed of a pool that goes on has no meaning.
+    # A pool that continues from a state does not use its seed.
     again = Pool(ID, ROWS, 999, state).collect(teacher.brain(), STEPS, GAMMA)[0]
     assert same([again], [one.collect(teacher.brain(), STEPS, GAMMA)[0]])
     assert same([again], expected[1][:1])
@@ -88,13 +88,13 @@ def test_pools_on_several_nodes(cluster: Any, expected: list[list[Batch]]) -> No
 
 
 def test_actors_that_die(cluster: Any, expected: list[list[Batch]]) -> None:
-    """One between two rollouts, one in the midst of a rollout: the same bits."""
+    """Losing an actor between two rollouts and another one during a rollout changes no bit."""
     crew, teacher = crew_of(), learner()
     for index, batches in enumerate(expected):
         if index == 1:
             kill(crew.pools[2])
         if index == 2:
-            # It dies before its turn, but after it was asked.
+            # It dies after the batch was requested, but before it begins.
             victim = crew.pools[1]
             process = ray.get(victim.__ray_call__.remote(lambda self: os.getpid()))
             os.kill(process, signal.SIGSTOP)
@@ -109,7 +109,7 @@ def test_actors_that_die(cluster: Any, expected: list[list[Batch]]) -> None:
 
 
 def test_a_crew_gives_up(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """When every attempt fails, the driver learns it."""
+    """When every attempt fails, the driver gets an error."""
     crew = crew_of(1)
     crew.collect(learner().brain(), 2, GAMMA)
     start = crew._start
@@ -126,7 +126,7 @@ def test_a_crew_gives_up(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_training_and_a_lost_node(cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A node goes during a training: curve and policy are those of a training without the loss."""
+    """When a node is lost during a training, curve and policy equal those of a training without the loss."""
     monkeypatch.setitem(SETTINGS, ID, distributed.Settings(rollout=64, epochs=2))
     torch.set_num_threads(1)
     whole = distributed.train(ID, 2, ROWS, 4, SEED, tmp_path / "whole")
@@ -159,7 +159,7 @@ def test_training_and_a_lost_node(cluster: Any, tmp_path: Path, monkeypatch: pyt
 
 
 def test_rllib(cluster: Any) -> None:
-    """The runners step mjenv's own vector environment, and what they sample is Gymnasium's and enough to learn from."""
+    """The runners step mjenv's vector environment, and their samples equal Gymnasium's and suffice to learn."""
     import rllib_ppo
 
     algorithm = rllib_ppo.config("InvertedPendulum-v5", runners=2, rows=4).build_algo()

@@ -1,13 +1,13 @@
 """The blocks of code in the documents, and how each is run.
 
 The rules for a document:
-- `python` and `julia` blocks: those of a page are one program, from its top to its end.
-- `c`, `cpp`, `rust` blocks: each is a program. In C one without a main is the body of a function.
-- `sh` blocks: commands, run where the repository is checked out and mjenv is installed.
-- A block with title="NAME" is a file, there before the first of the page's `sh` blocks.
-- `text` blocks: what the block before prints; "..." stands for anything.
-- A comment above a block: `<!-- long -->` runs it with --long alone, `<!-- long: peers -->` with the Python that
-  `tools/setup peers` makes, as a program of its own; `<!-- not run: REASON -->` never.
+- The `python` blocks of a page are one program, from the top of the page to its end; so are the `julia` blocks.
+- Each `c`, `cpp` or `rust` block is a program. A `c` block without a main is the body of a function.
+- `sh` blocks are commands. They run in a checkout of the repository, with mjenv installed.
+- A block with title="NAME" is a file, which is written before the first `sh` block of the page runs.
+- A `text` block is what the block before it prints; "..." stands for any text.
+- A comment above a block says when it runs: `<!-- long -->` only with --long; `<!-- long: peers -->` only with --long,
+  as a separate program, with the Python that `tools/setup peers` makes; `<!-- not run: REASON -->` never.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def pages() -> list[str]:
 
 
 def blocks_of(page: str) -> list[Block]:
-    """Raises ValueError for a block that is not written by the rules."""
+    """Raises ValueError for a block that breaks the rules."""
     found: list[Block] = []
     for block in _parsed(page, (ROOT / page).read_text()):
         if block.language == "text" and block.when is None:

@@ -1,4 +1,4 @@
-"""Every block of code in the documents runs, and prints what the page says. blocks.py tells the rules."""
+"""Every block of code in the documents runs and prints what the page says. blocks.py explains the rules."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def setup(part: str) -> str:
 
 @functools.cache
 def environment() -> dict[str, str]:
-    """That of a user who has installed the library with `cmake --install` and Python's package."""
+    """The environment variables of a user who has installed the library (`cmake --install`) and the Python package."""
     shutil.rmtree(PREFIX, ignore_errors=True)
     subprocess.run(["cmake", "--install", ROOT / "build", "--prefix", PREFIX], check=True, stdout=subprocess.DEVNULL)
     libraries = next(PREFIX.rglob("libmjenv.so")).parent
@@ -60,7 +60,7 @@ def environment() -> dict[str, str]:
 
 
 def tree() -> Path:
-    """A new copy of the repository, which commands may fill with what they make."""
+    """A new copy of the repository, into which commands can write files."""
     shutil.rmtree(TREE, ignore_errors=True)
     command = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
@@ -72,7 +72,7 @@ def tree() -> Path:
 
 
 def name(block: Block) -> str:
-    """For its program."""
+    """The name of the block's program."""
     return re.sub(r"\W", "_", block.where)
 
 
@@ -198,7 +198,7 @@ def test_commands(page: str, pytestconfig: pytest.Config) -> None:
             (folder / block.title).write_text(block.text)
     variables = installing(folder) if any("pip install" in block.text for block in commands) else {}
     for block in commands:
-        # What goes into the system stays in the folder; pip's builds install, too, but not there.
+        # `cmake --install` writes into the folder instead of the system. pip also runs it, but must not be redirected.
         variables["DESTDIR"] = str(folder / "system") if "cmake --install" in block.text else ""
         if block.how:
             variables["PATH"] = f"{Path(setup(block.how)).parent}:{os.environ['PATH']}"

@@ -1,4 +1,4 @@
-"""The library and another MuJoCo, the one of PyPI's newest mujoco, in one process: neither changes the other."""
+"""In one process, the library and another MuJoCo (of the newest mujoco package on PyPI) do not change each other."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The library as built by default: a small file that needs the C and C++ runtimes and shows only its own functions."""
+"""The default build is one small file that needs only the C and C++ runtimes and exports only its own functions."""
 
 import os
 import shutil

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes what a fuzz target starts from beside its committed corpus: tests/fuzz/seeds.py FOLDER.
+"""Writes the inputs that a fuzz target starts from, beside its committed corpus: tests/fuzz/seeds.py FOLDER.
 
 FOLDER/models, FOLDER/files and FOLDER/models.dict are made of the hostile models and the names in MJCF.
 """

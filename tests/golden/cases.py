@@ -1,4 +1,4 @@
-"""What is recorded: ids, options, seeds, lengths."""
+"""The recorded cases: ids, options, seeds, lengths."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ IDS = sorted(f"{robot}-v{version}" for robot in ROBOTS for version in (4, 5))
 RENDER_OPTIONS = ("default_camera_config",)
 INF = math.inf
 
-# As far from the defaults as the episode still makes sense; an int where Gymnasium then returns another type.
+# Values far from the defaults, with which episodes still make sense; ints where Gymnasium then returns another type.
 OPTIONS: dict[str, dict[str, Any]] = {
     "Ant-v4": {
         "ctrl_cost_weight": 0.3,
@@ -178,14 +178,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "exclude_current_positions_from_observation": False,
     },
 }
-# What the library's option "strict" would refuse; the noise of HalfCheetah makes MuJoCo restart the simulation.
+# Cases that the option "strict" would refuse; the noise of HalfCheetah makes MuJoCo restart the simulation.
 UNGUARDED: dict[str, tuple[type, dict[str, Any]]] = {
     "Ant-v5": (np.float32, {}),
     "HalfCheetah-v5": (np.float64, {"reset_noise_scale": 1.2e10}),
     "Humanoid-v4": (np.float64, {}),
     "InvertedDoublePendulum-v5": (np.float32, {}),
 }
-# Models of our own, in the robots that take them.
+# Models of our own, for the robots that take models.
 CUSTOM_MODELS = {
     "spider": ("Ant-v5", {"healthy_z_range": (0.3, 1.0), "contact_cost_weight": 1e-3}),
     "tailed_cheetah": ("HalfCheetah-v5", {}),
@@ -211,7 +211,7 @@ MODEL_ARRAYS = (
     "jnt_limited actuator_ctrlrange actuator_gear opt.timestep opt.gravity opt.iterations stat.extent"
 ).split()
 
-# Vectors of rows that fall, or never do.
+# Vectors whose rows fall, and vectors whose rows never do.
 VECTOR_IDS = ("Ant-v5", "HalfCheetah-v4", "Hopper-v5", "InvertedDoublePendulum-v4", "Reacher-v5", "Walker2d-v4")
 VECTOR_ROWS = 3
 VECTOR_STEPS = 36

@@ -1,4 +1,4 @@
-"""What Gymnasium gives step by step: trajectories/, custom/, state/ and examples/expected.txt."""
+"""Records what Gymnasium returns step by step: trajectories/, custom/, state/ and examples/expected.txt."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def sampled_actions(env: gymnasium.Env, steps: int) -> Iterator[np.ndarray]:
 
 
 def large_actions(env: gymnasium.Env, steps: int) -> Iterator[np.ndarray]:
-    """float64, every second ten up to three times out of the bounds."""
+    """float64 actions; in every second ten steps they are up to three times as large as the bounds."""
     for t in range(steps):
         yield widened(env, 3.0 if t // 10 % 2 else 1.0)
 
@@ -176,7 +176,7 @@ def packed(value: Any) -> np.ndarray:
 
 
 def state(name: str, facts: dict[str, str]) -> bytes:
-    """What MuJoCo's arrays hold after resets, steps and set_state."""
+    """The contents of MuJoCo's arrays after resets, steps and set_state."""
     env = gymnasium.make(name, disable_env_checker=True)
     info_fields, reset_fields = learn_types(env, SEED)
     env.action_space.seed(SEED)

@@ -35,7 +35,7 @@ def openblas_kernel() -> str:
 
 
 def norm_rounding() -> str:
-    """The value of the library's option "norm" that rounds as this NumPy does; found by trying."""
+    """The value of the library's option "norm" that rounds as this NumPy does, found by computing a norm."""
 
     def add_squares(vector: list[float], fused: bool) -> float:
         total = vector[0] * vector[0]
@@ -53,7 +53,7 @@ def norm_rounding() -> str:
 
 
 def machine() -> dict[str, str]:
-    """What the last bits may depend on."""
+    """The machine's properties on which the last bits may depend."""
     cpu = "unknown"
     flags: set[str] = set()
     for line in Path("/proc/cpuinfo").read_text().splitlines():

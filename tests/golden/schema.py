@@ -1,4 +1,4 @@
-"""What Gymnasium declares for each id: schema.txt."""
+"""Records what Gymnasium declares for each id: schema.txt."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from machine import hexed, lines_of
 
 
 def option_default(parameter: inspect.Parameter) -> str:
-    """KIND DEFAULT... from the annotation where there is one (v5), else from the default's type."""
+    """KIND DEFAULT..., where the kind comes from the annotation (v5) or else from the type of the default."""
     annotation, value = str(parameter.annotation), parameter.default
     if isinstance(value, bool):
         return f"flag {int(value)}"

@@ -1,4 +1,4 @@
-"""What Gymnasium's SyncVectorEnv gives in its three modes of automatic resets: vector/."""
+"""Records what Gymnasium's SyncVectorEnv returns in its three modes of automatic resets: vector/."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def masked(infos: dict[str, Any], fields: list[list[Any]]) -> tuple[np.ndarray, 
 
 
 class Rows:
-    """Arrays in the making: a row of numbers a call."""
+    """Arrays that grow by a row of numbers with each call."""
 
     def __init__(self) -> None:
         self.lists: dict[str, list[np.ndarray]] = {}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plays every model of models.py, each in a process and a folder of its own, and reports those that go wrong.
+"""Plays every model of models.py in its own process and folder and reports those that go wrong.
 
 Usage: tests/hostile/run PLAYER [--seconds S] [--unbounded] [WORD...]
   PLAYER       the program built from play.c
@@ -24,7 +24,7 @@ import time
 
 import models
 
-# Bytes of address space; a stranger's model is bounded to less.
+# Bytes of address space; the library allows a stranger's model less.
 MEMORY = 8 << 30
 
 

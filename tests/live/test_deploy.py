@@ -1,4 +1,4 @@
-"""Trained policies played by C++ give what Python gives, on mjenv and on Gymnasium: every action, every return."""
+"""Trained policies give the same actions and returns in C++ and in Python, on mjenv and on Gymnasium."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
 POLICIES = sorted((EXAMPLES / "policies").glob("*.txt"))
 
-# What a policy earns in its worst of the episodes below.
+# The return of each policy in the worst of the episodes below.
 LEAST = {"Hopper-v5": 2000, "InvertedPendulum-v5": 1000, "Reacher-v5": -12}
 
 

@@ -50,7 +50,7 @@ def both(id: str, **options: Any) -> tuple[mjenv.MujocoEnv, Any]:
 
 
 def test_versions() -> None:
-    """The versions whose bits are promised."""
+    """The installed versions are those whose bits mjenv reproduces."""
     assert gymnasium.__version__ == "1.3.0"
     assert mujoco.__version__ == "2.2.2"
     assert np.__version__.startswith("2.")
@@ -131,7 +131,7 @@ def test_verify_tells_of_a_difference(monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 def changed_model(id: str, folder: Path) -> Path:
-    """The id's own model, changed enough that other bits follow."""
+    """The model of the id, changed so that it gives other bits."""
     text = (ROOT / "assets" / mjenv.options(id)["xml_file"].default).read_text()
     model = folder / f"{id}.xml"
     model.write_text(text.replace("</mujoco>", '  <option gravity="0 0 -5.5" viscosity="0.01"/>\n</mujoco>'))
@@ -208,7 +208,7 @@ def test_state(id: str) -> None:
 
 @pytest.mark.parametrize("id", ["Ant-v5", "Humanoid-v5", "Reacher-v5", "InvertedDoublePendulum-v5"])
 def test_objects(id: str) -> None:
-    """data.body("torso").xpos and all its kin."""
+    """data.body("torso").xpos and all other named access."""
     ours, theirs = both(id)
     base = theirs.unwrapped
     ours.reset(seed=1), theirs.reset(seed=1)
@@ -302,7 +302,7 @@ def test_lists_and_integers() -> None:
     ],
 )
 def test_both_refuse(id: str, options: dict[str, Any]) -> None:
-    """With the same kind of exception."""
+    """Both raise the same kind of exception."""
     with pytest.raises(Exception) as theirs:  # noqa: PT011 any
         gymnasium.make(id, **options)
     kind = theirs.type

@@ -55,7 +55,7 @@ def check_results(what: str, ours: tuple[Any, ...], theirs: tuple[Any, ...]) -> 
 
 
 def draw_actions(space: Any, rng: np.random.Generator, dtype: str) -> NDArray[Any]:
-    """Within the bounds, or three times beyond, and rarely not finite."""
+    """Actions within the bounds or three times as large, of which a few are not finite."""
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     actions: NDArray[Any] = rng.uniform(low, high) * rng.choice([1.0, 3.0])
     if rng.random() < 0.02:
@@ -168,7 +168,7 @@ def test_options(id: str, options: dict[str, Any], mode: AutoresetMode) -> None:
 
 
 def test_infos_that_gymnasium_rounds() -> None:
-    """HumanoidStandup-v4's capped impacts are reached, so that the exception above is not idle."""
+    """The steps reach HumanoidStandup-v4's capped impacts, so that the exception above is tested."""
     ours, theirs = both("HumanoidStandup-v4", 2, AutoresetMode.NEXT_STEP)
     ours.reset(seed=0), theirs.reset(seed=0)
     # a fall from 40 m hits hard
@@ -315,7 +315,7 @@ def test_unseeded_sampling_starts_from_the_single_space() -> None:
     ],
 )
 def test_both_refuse(use: Callable[[Any], Any]) -> None:
-    """Gymnasium with whatever it meets first, an assertion say; mjenv with an error of its own."""
+    """Gymnasium raises any exception, for instance an assertion; mjenv raises one of its own errors."""
     ours, theirs = both("Reacher-v5", 2, AutoresetMode.DISABLED, max_episode_steps=2)
     ours.reset(seed=1), theirs.reset(seed=1)
     with pytest.raises(Exception):  # noqa: B017, PT011 any

@@ -1,4 +1,4 @@
-"""Records what the models of the installed Gymnasium compile to, for test_models.py.
+"""Records the compiled models of the installed Gymnasium, for test_models.py.
 
 Needs Python 3.10 with gymnasium==1.3.0, mujoco==2.2.2 and numpy==2.2.6. Usage: python record.py
 """

@@ -1,4 +1,4 @@
-"""The models in assets/ compile to what Gymnasium's compile to, bit for bit.
+"""The models in assets/ compile to the same arrays as Gymnasium's, bit for bit.
 
 Runs on Python 3.10 with mujoco==2.2.2; record.py made the expected values.
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds every version number to the one in CMakeLists.txt.
+"""Compares every version number with the one in CMakeLists.txt.
 
 versions.py          compare; exit 1 when one differs
 versions.py --write  change them all after a change of CMakeLists.txt

@@ -1,4 +1,4 @@
-"""Pictures beside Gymnasium's, drawn by the same OpenGL: every byte is equal."""
+"""Every byte of a picture equals Gymnasium's, drawn by the same OpenGL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What becomes of episodes: files of `mjenv play` and `mjenv gallery`, and Gymnasium's RecordVideo."""
+"""The files that `mjenv play`, `mjenv gallery` and Gymnasium's RecordVideo write of episodes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def frames(id: str = "Hopper-v5", seed: int = 3, actions: Any = None) -> list[An
 
 
 def assert_close(video: Any, expected: list[Any]) -> None:
-    """Equal but for the loss of compression."""
+    """Equal except for the loss by compression."""
     assert video.shape == (len(expected), *expected[0].shape)
     assert np.abs(video.astype(int) - np.array(expected)).mean() < 6
 
@@ -66,7 +66,7 @@ def test_odd_size_and_rate() -> None:
 
 
 def test_gif() -> None:
-    """At most 30 pictures a second: every fifth of 125."""
+    """A video has at most 30 pictures per second: every fifth of 125."""
     assert play("Hopper-v5", "--seed", "3", "--steps", str(STEPS), "--video", "a.gif") == 0
     expected = frames()[::5]
     assert_close(imageio.imread("a.gif"), expected)

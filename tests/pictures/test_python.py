@@ -1,4 +1,4 @@
-"""render() of the Python classes beside Gymnasium's: every byte is equal."""
+"""Every byte that render() of the Python classes returns equals Gymnasium's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The window, on a display of its own (Xvfb), with keys and mouse by xdotool."""
+"""Tests the window on a virtual display (Xvfb), with keys and mouse simulated by xdotool."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_render_mode_human(make: Any, tmp_path: Path) -> None:
 
 
 def windows() -> list[str]:
-    """The visible windows of ours."""
+    """The visible windows of this process."""
     found = subprocess.run(
         ["xdotool", "search", "--onlyvisible", "--name", "^mjenv$"], stdout=subprocess.PIPE, text=True, check=False
     )
@@ -176,7 +176,7 @@ def windows() -> list[str]:
 
 
 def test_render_mode_human_of_many() -> None:
-    """A window for each row."""
+    """Each row has a window."""
     envs = mjenv.make_vec("Reacher-v5", 2, render_mode="human", width=WIDTH, height=HEIGHT)
     envs.reset(seed=1)
     assert len(windows()) == 2

@@ -38,7 +38,7 @@ def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 
 def test_a_difference_is_found(trained: Path, tmp_path: Path) -> None:
-    """The comparison that the fixture relies on sees one digit."""
+    """The comparison on which the fixture relies notices a change of one digit."""
     for backend in compare.BACKENDS:
         (tmp_path / backend).mkdir()
         for name in ("curve.csv", "policy.txt"):
@@ -58,7 +58,7 @@ def test_deployment(trained: Path) -> None:
 
 
 def test_the_policy_is_the_trained_one() -> None:
-    """What is evaluated in float64 is PyTorch's network but for float32's rounding."""
+    """The policy evaluated in float64 equals PyTorch's network except for the rounding to float32."""
     torch.manual_seed(3)
     agent = train_cleanrl.Agent(11, 3)
     for parameter in agent.parameters():
