@@ -12,17 +12,17 @@ obs, reward, terminated, truncated, info = step!(env, zeros(Float32, 8))
 close(env)
 ```
 
-An [`Env`](@ref) holds one or many rows. A row is an episode; rows do not influence each other. An array for many rows has
-a column for each row. To step without allocating memory, write into a [`Batch`](@ref).
+An [`Env`](@ref) holds one or many rows. A row is an episode; rows do not influence each other. An array for many rows
+has a column for each row. To step without allocating memory, write into a [`Batch`](@ref).
 
 Rows and objects are numbered from 1. The texts of errors come from the C library, where they are numbered from 0.
 
 The module does not export names that programs like to use for variables: `MJEnv.info`, `MJEnv.reset_info`,
-`MJEnv.final_info`, `MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.gl`, `MJEnv.ids`,
-`MJEnv.schema`, `MJEnv.version`.
+`MJEnv.final_info`, `MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.gl`,
+`MJEnv.ids`, `MJEnv.schema`, `MJEnv.version`.
 
-Algorithms written for CommonRLInterface or ReinforcementLearningBase take an environment of one row: load that package and
-call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(ReinforcementLearningBase.AbstractEnv, env)`.
+Algorithms written for CommonRLInterface or ReinforcementLearningBase take an environment of one row: load that package
+and call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(ReinforcementLearningBase.AbstractEnv, env)`.
 
 The module loads the C library, `libmjenv.so`, at the first call. It looks for it at the path that
 `ENV["MJENV_LIBRARY"]` names; without that variable inside the package, then in the `build` folder of this repository,

@@ -3,26 +3,26 @@
 """
     Batch(env; dtype = Float64, steps = 1)
 
-Allocates the outputs of all rows of `env`. [`reset!`](@ref), [`step!`](@ref), [`observe!`](@ref) and [`send!`](@ref) write
-into them, so that these calls need not allocate. The fields are:
+Allocates the outputs of all rows of `env`. [`reset!`](@ref), [`step!`](@ref), [`observe!`](@ref) and [`send!`](@ref)
+write into them, so that these calls need not allocate. The fields are:
 
 - `obs`: a `Matrix{dtype}` with a column for each row. `Float64` is Gymnasium's; `Float32` is rounded to nearest.
 - `reward`: a `Vector{Float64}`; 0 after a reset
 - `terminated`, `truncated`: two `Vector{Bool}`; false after a reset
-- `status`: a `Vector{MJEnv.Status}`. It is `MJENV_E_PHYSICS` for a row whose state diverged, which MuJoCo then restarts,
-  and for a row in which MuJoCo failed; otherwise it is `MJENV_OK`.
+- `status`: a `Vector{MJEnv.Status}`: `MJENV_E_PHYSICS` for a row in which MuJoCo failed, or whose state diverged so
+  that MuJoCo restarted it; otherwise `MJENV_OK`
 - `was_reset`: a `Vector{Bool}`, true where the last call began an episode (see the option `autoreset_mode`)
 - `final_obs`: the last observation of the episode that a step ended and reset. It has the size of `obs` if the option
   `autoreset_mode` is `:same_step`, and no columns otherwise. A step writes the columns of the rows that it resets.
 - `step_info`, `reset_info`, `final_info`, `arrays`: the numbers that [`MJEnv.info`](@ref), [`MJEnv.reset_info`](@ref),
-  [`MJEnv.final_info`](@ref) and [`MJEnv.arrays`](@ref) show, field by field. Element `e` of the field `f` of row `r`, all
-  counted from 1, is at `(first(f.range) - 1) * rows + (r - 1) * length(f.range) + e`.
+  [`MJEnv.final_info`](@ref) and [`MJEnv.arrays`](@ref) show, field by field. Element `e` of the field `f` of row `r`,
+  all counted from 1, is at `(first(f.range) - 1) * rows + (r - 1) * length(f.range) + e`.
 
-With `steps` the batch has room for [`rollout!`](@ref): for each row and step a column, or an element. Step `t` of row `r`
-is at `(r - 1) * steps + t`.
+With `steps` the batch has room for [`rollout!`](@ref): for each row and step a column, or an element. Step `t` of row
+`r` is at `(r - 1) * steps + t`.
 
-A batch fits every environment that has as many rows and outputs of the same sizes. With another environment, calls throw
-a `DimensionMismatch`.
+A batch fits every environment that has as many rows and outputs of the same sizes. With another environment, calls
+throw a `DimensionMismatch`.
 """
 mutable struct Batch{T<:Union{Float32,Float64}}
     obs::Matrix{T}
@@ -77,7 +77,8 @@ Base.show(io::IO, batch::Batch) =
 dtype_of(::Type{Float64}) = MJENV_FLOAT64
 dtype_of(::Type{Float32}) = MJENV_FLOAT32
 
-# Returns the batch as C's struct. Its pointers are valid while the batch is preserved. Inlining keeps the Ref on the stack.
+# Returns the batch as C's struct. Its pointers are valid while the batch is preserved. Inlining keeps the Ref on the
+# stack.
 @inline function raw(batch::Batch{T}, env::Env, fields::Vector{Field}, columns::Int = env.rows) where {T}
     stepping = fields === env.info_fields
     info = stepping ? batch.step_info : batch.reset_info
@@ -149,9 +150,9 @@ end
 """
     reset!(env; mask = nothing)
 
-Begins a new episode in every row, or in the rows where the `Bool` vector `mask` is true. The start is drawn from the row's
-random stream. Returns `(obs = ..., info = ...)`: `obs` is a vector for one row, and a matrix with a column for each row
-for many. For the rows outside the mask, `obs` is their present observation and `info` is zero.
+Begins a new episode in every row, or in the rows where the `Bool` vector `mask` is true. The start is drawn from the
+row's random stream. Returns `(obs = ..., info = ...)`: `obs` is a vector for one row, and a matrix with a column for
+each row for many. For the rows outside the mask, `obs` is their present observation and `info` is zero.
 
     reset!(batch, env; mask = nothing)
 
@@ -181,20 +182,21 @@ end
     step!(env, action)
 
 Steps every row. `action` is a vector or a tuple for one row, and a matrix with a column for each row for many.
-`Float32` and `Float64` actions give different bits, as in NumPy. Elements of every other type are converted to `Float64`.
+`Float32` and `Float64` actions give different bits, as in NumPy. Elements of every other type are converted to
+`Float64`.
 
-Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. For one row these are a vector, a
-`Float64`, two `Bool`s and the NamedTuple of [`MJEnv.info`](@ref). For many rows `obs` is a matrix with a column for each
-row, and the others are vectors with an element for each row.
+Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. For one row `obs` is a vector,
+`reward` a `Float64`, and `terminated` and `truncated` are `Bool`s. For many rows `obs` is a matrix with a column for
+each row, and these three are vectors. `info` is the NamedTuple of [`MJEnv.info`](@ref).
 
-A NaN or infinite action and a step after the end of an episode throw an [`MJEnvError`](@ref), unless the option `strict`
-is false. After an error all rows are as they were, with one exception: if MuJoCo fails in some rows
+A NaN or infinite action and a step after the end of an episode throw an [`MJEnvError`](@ref), unless the option
+`strict` is false. After an error all rows are as they were, with one exception: if MuJoCo fails in some rows
 (`MJENV_E_PHYSICS`), these keep their state and the others are stepped.
 
     step!(batch, env, action)
 
-Writes the outputs into a [`Batch`](@ref), which it returns. It allocates nothing if `action` is an `Array` of `Float32` or
-`Float64`, or a contiguous view of one. After an error the batch is as it was.
+Writes the outputs into a [`Batch`](@ref), which it returns. It allocates nothing if `action` is an `Array` of `Float32`
+or `Float64`, or a contiguous view of one. After an error the batch is as it was.
 """
 step!(batch::Batch, env::Env, action::Action) = step_dense!(batch, env, dense(action))
 
@@ -235,8 +237,8 @@ end
 """
     observe(env)
 
-Returns the present observation of each row, without a step: a vector for one row, and a matrix with a column for each row
-for many.
+Returns the present observation of each row, without a step: a vector for one row, and a matrix with a column for each
+row for many.
 """
 observe(env::Env) = outputs(env, observe!(Batch(env), env)).obs
 
@@ -259,8 +261,8 @@ end
     MJEnv.info(env)
 
 Returns the info of the last reset or step that wrote into the batch, or of the last `reset!(env)` or
-`step!(env, action)`. It is a NamedTuple with Gymnasium's keys in Gymnasium's order. For one row a value is an array, or a
-number of the type that Gymnasium gives it; for many rows it is an array whose last dimension are the rows.
+`step!(env, action)`. It is a NamedTuple with Gymnasium's keys in Gymnasium's order. For one row a value is an array, or
+a number of the type that Gymnasium gives it; for many rows it is an array whose last dimension are the rows.
 """
 info(batch::Batch) = named(batch, batch.fields, batch.values)
 
@@ -269,16 +271,16 @@ info(env::Env) = env.latest === nothing ? NamedTuple() : info(env.latest)
 """
     MJEnv.reset_info(batch)
 
-Returns the info of the last reset of each row in the form of [`MJEnv.info`](@ref). Both [`reset!`](@ref) and a step with
-automatic resets write it.
+Returns the info of the last reset of each row in the form of [`MJEnv.info`](@ref). Both [`reset!`](@ref) and a step
+with automatic resets write it.
 """
 reset_info(batch::Batch) = named(batch, batch.reset_info_fields, batch.reset_info)
 
 """
     MJEnv.final_info(batch)
 
-Returns the info of the last step of the episodes that a step ended and reset, in the form of [`MJEnv.info`](@ref). It is
-valid for the rows where `was_reset` is true. Without the option `autoreset_mode` at `:same_step` it is empty.
+Returns the info of the last step of the episodes that a step ended and reset, in the form of [`MJEnv.info`](@ref). It
+is valid for the rows where `was_reset` is true. Without the option `autoreset_mode` at `:same_step` it is empty.
 """
 final_info(batch::Batch) =
     isempty(batch.final_obs) ? NamedTuple() : named(batch, batch.info_fields, batch.final_info)

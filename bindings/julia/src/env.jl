@@ -11,9 +11,9 @@ other. If you pass a function `f`, it is called with the environment, which is c
 
 `options` are the arguments of Gymnasium's constructor by Gymnasium's names, and some more (`max_episode_steps`,
 `strict`, `norm`, `xml_string`, `num_threads`, `cpu_affinity`, `autoreset_mode`, `on_divergence`, `arrays`).
-`MJEnv.schema(id)` describes them. A flag takes a `Bool`, a number any `Real`, a range a tuple or a vector, a text a string
-or a symbol. An unknown option, a value of the wrong type or out of bounds, and a model that does not fit the task throw an
-[`MJEnvError`](@ref).
+`MJEnv.schema(id)` describes them. A flag takes a `Bool`, a number any `Real`, a range a tuple or a vector, a text a
+string or a symbol. An unknown option, a value of the wrong type or out of bounds, and a model that does not fit the
+task throw an [`MJEnvError`](@ref).
 
 You may read these fields: `id`, `rows`, `frame_skip` (how many simulation steps of MuJoCo one step takes) and `dt` (how
 many seconds of simulation one step takes).
@@ -114,8 +114,8 @@ end
 """
     close(env::Env)
 
-Frees the environment. Closing it again does nothing; any other use of it throws an `ArgumentError`. While another thread
-is using the environment, `close` throws an `MJEnvError` of status `MJENV_E_BUSY`.
+Frees the environment. Closing it again does nothing; any other use of it throws an `ArgumentError`. While another
+thread is using the environment, `close` throws an `MJEnvError` of status `MJENV_E_BUSY`.
 """
 function Base.close(env::Env)
     destroy(env) || throw(MJEnvError(MJENV_E_BUSY, "another thread is using this environment, so it stays open"))
@@ -204,7 +204,8 @@ observation_space(env::Env) = bounds(env, MJENV_OBSERVATION)
 """
     action_space(env)
 
-Returns the bounds of one row's action, Gymnasium's Box space, as a NamedTuple of two `Float32` vectors: `low` and `high`.
+Returns the bounds of one row's action, Gymnasium's Box space, as a NamedTuple of two `Float32` vectors: `low` and
+`high`.
 """
 action_space(env::Env) = bounds(env, MJENV_ACTION)
 
@@ -218,8 +219,8 @@ end
     seed!(env, seed)
     seed!(env, seeds)
 
-Gives rows new random streams: a row with the seed `s` draws what NumPy's `default_rng(s)` draws. A vector holds a seed for
-each row; `nothing` leaves a row's stream as it is. With one number, row `i` is seeded with `seed + i - 1`, as in
+Gives rows new random streams: a row with the seed `s` draws what NumPy's `default_rng(s)` draws. A vector holds a seed
+for each row; `nothing` leaves a row's stream as it is. With one number, row `i` is seeded with `seed + i - 1`, as in
 Gymnasium's vector environments. Seeds are non-negative integers of any size. A row that is never seeded gets its seed
 from the system's entropy at its first reset. Returns `env`.
 """
@@ -259,8 +260,8 @@ end
     sample_actions!(action, env)
 
 Draws an action for each row, as Gymnasium's `action_space.sample()` does, and writes it into `action`: a
-`Vector{Float32}` for one row, a `Matrix{Float32}` with a column for each row. Throws an `MJEnvError` if an actuator has no
-bounds. Returns `action`.
+`Vector{Float32}` for one row, a `Matrix{Float32}` with a column for each row. Throws an `MJEnvError` if an actuator has
+no bounds. Returns `action`.
 """
 function sample_actions!(action::Union{Vector{Float32},Matrix{Float32}}, env::Env)
     check_action(env, action)

@@ -7,8 +7,8 @@ Describes a term of an observation, an actuator, an info or an array of MuJoCo: 
 for a number), the `range` of its elements within one row, and the `type` that Gymnasium gives it, such as
 `MJEnv.MJENV_NUMPY_FLOAT64`.
 
-Shapes are the reverse of NumPy's, because Julia stores columns and NumPy stores rows: `xpos` has the shape `(3, nbody)`,
-and `xpos[:, b]` is the position of body `b`.
+Shapes are the reverse of NumPy's, because Julia stores columns and NumPy stores rows: `xpos` has the shape
+`(3, nbody)`, and `xpos[:, b]` is the position of body `b`.
 """
 struct Field
     name::String

@@ -5,8 +5,8 @@ using Libdl: Libdl, dlopen, dlpath, dlsym
 const REPOSITORY = normpath(@__DIR__, "..", "..", "..")
 const BUILD = "cmake -G Ninja -B build && cmake --build build"
 
-# Without RTLD_DEEPBIND, which is in Julia's default: with it the library would bind to another copy of the unwinder than
-# the process uses, and C++ exceptions would crash.
+# Without RTLD_DEEPBIND, which is in Julia's default: with it the library would bind to another copy of the unwinder
+# than the process uses, and C++ exceptions would crash.
 const DLOPEN_FLAGS = Libdl.RTLD_NOW | Libdl.RTLD_LOCAL
 
 const library = Ref{Ptr{Cvoid}}(C_NULL)

@@ -3,12 +3,12 @@
 """
     rollout(env, actions)
 
-Steps every row many times, beginning at its present state, with given actions. `actions` has the size actuators × steps ×
-rows; for one row it may be a matrix of actuators × steps. A row whose episode ends stays there: for the steps that
+Steps every row many times, beginning at its present state, with given actions. `actions` has the size actuators × steps
+× rows; for one row it may be a matrix of actuators × steps. A row whose episode ends stays there: for the steps that
 remain, its flags and its observation repeat, and its rewards and infos are 0. No row is reset.
 
-Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. The last dimensions of these arrays are
-those of `actions`: steps × rows, or steps. The rules for actions and the errors are those of [`step!`](@ref).
+Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. The last dimensions of these arrays
+are those of `actions`: steps × rows, or steps. The rules for actions and the errors are those of [`step!`](@ref).
 
 [`rollout!`](@ref) does the same and writes into preallocated arrays.
 """
@@ -27,8 +27,8 @@ end
 """
     rollout!(batch, env, actions)
 
-Does what [`rollout`](@ref) does, and writes into a [`Batch`](@ref) that was built with as many `steps`, which it returns. It
-allocates nothing if `actions` is an `Array` of `Float32` or `Float64`.
+Does what [`rollout`](@ref) does, and writes into a [`Batch`](@ref) that was built with as many `steps`, which it
+returns. It allocates nothing if `actions` is an `Array` of `Float32` or `Float64`.
 """
 rollout!(batch::Batch, env::Env, actions::AbstractArray{<:Real}) = rollout_dense!(batch, env, dense(actions))
 
@@ -56,8 +56,8 @@ end
     send!(batch, env, action; rows = 1:env.rows)
 
 Begins a step of some rows and returns at once: `action` has a column for each of `rows`, and is copied. [`recv!`](@ref)
-waits for them; each row's outputs go to its own place in the [`Batch`](@ref). While rows are under way their outputs are
-not to be read, no array of the batch may be resized, and all rows under way share one batch; only `send!` of other
+waits for them; each row's outputs go to its own place in the [`Batch`](@ref). While rows are under way their outputs
+are not to be read, no array of the batch may be resized, and all rows under way share one batch; only `send!` of other
 rows, `recv!` and `close` are allowed. Returns `env`.
 """
 function send!(
@@ -113,9 +113,9 @@ end
 """
     recv!(rows, env; least = 1)
 
-Waits until at least `least` rows that were sent have been stepped. Writes the numbers of all that have into `rows`, as many
-as fit, and 0 behind them; returns a view of the numbers. Where MuJoCo fails in some of them an `MJEnvError` of status
-`MJENV_E_PHYSICS` is thrown after `rows` was written, and `status` in the batch tells which.
+Waits until at least `least` rows that were sent have been stepped. Writes the numbers of all that have into `rows`, as
+many as fit, and 0 behind them; returns a view of the numbers. Where MuJoCo fails in some of them an `MJEnvError` of
+status `MJENV_E_PHYSICS` is thrown after `rows` was written, and `status` in the batch tells which.
 """
 recv!(rows::Vector{Int64}, env::Env; least::Integer = 1) = alone(() -> receive!(rows, env, least), env)
 

@@ -4,8 +4,8 @@
     MJEnv.Option
 
 Describes an option that an id takes, see [`MJEnv.schema`](@ref): its `name`; its `kind` (`MJEnv.MJENV_FLAG`,
-`MJENV_INTEGER`, `MJENV_REALS`, `MJENV_STRING` or `MJENV_STRING_OR_INT`); its `doc`; the closed bounds `low` and `high` of
-each number; the `count` of numbers; the valid texts `choices` (empty if every text may be tried); and its `default`.
+`MJENV_INTEGER`, `MJENV_REALS`, `MJENV_STRING` or `MJENV_STRING_OR_INT`); its `doc`; the closed bounds `low` and `high`
+of each number; the `count` of numbers; the valid texts `choices` (empty if every text may be tried); and its `default`.
 """
 struct Option
     name::Symbol

@@ -34,8 +34,8 @@ function render_settings(env; kwargs...)
         elseif name in names
             fields[name] = value
         else
-            throw(ArgumentError("there is no setting $name; the settings are camera, gl, fast, lookat, visual_options, " *
-                                join(names, ", ")))
+            others = "camera, gl, fast, lookat, visual_options"
+            throw(ArgumentError("there is no setting $name; the settings are $others, $(join(names, ", "))"))
         end
     end
     integers = (:width, :height, :max_geom, :samples, :shadows, :reflections, :camera)
@@ -71,9 +71,9 @@ The settings are Gymnasium's, with Gymnasium's defaults:
 - `samples` (per pixel), `shadows`, `reflections`; `fast = true` turns multisampling and shadows off
 - `gl`: `:auto`, `:egl`, `:osmesa` or `:glfw`
 
-`close(renderer)` frees the renderer at once; without it the garbage collector frees it at some time. Several renderers of
-one environment may draw on different threads at the same time. While a thread steps the environment, drawing throws an
-`MJEnvError` of status `MJENV_E_BUSY`.
+`close(renderer)` frees the renderer at once; without it the garbage collector frees it at some time. Several renderers
+of one environment may draw on different threads at the same time. While a thread steps the environment, drawing throws
+an `MJEnvError` of status `MJENV_E_BUSY`.
 """
 mutable struct Renderer
     handle::Ptr{mjenv_renderer}
@@ -116,8 +116,8 @@ end
 """
     render(renderer; row = 1)
 
-Draws a row and returns its colours: a new `Array{UInt8,3}` of size (3, height, width), red, green and blue first, the top
-line first. `Images.colorview(RGB, render(r) ./ 255)` takes it.
+Draws a row and returns its colours: a new `Array{UInt8,3}` of size (3, height, width), red, green and blue first, the
+top line first. `Images.colorview(RGB, render(r) ./ 255)` takes it.
 """
 function render(renderer::Renderer; row::Integer = 1)
     rgb = Vector{UInt8}(undef, 3 * renderer.width * renderer.height)
@@ -162,8 +162,9 @@ end
 """
     Window(env; settings...)
 
-Opens a window that shows a row, as Gymnasium's render mode "human" does. Call `draw!(window)` after every reset and step,
-on the main thread. The window lists its keys. `settings` are those of a [`Renderer`](@ref), but the camera is always free.
+Opens a window that shows a row, as Gymnasium's render mode "human" does. Call `draw!(window)` after every reset and
+step, on the main thread. The window lists its keys. `settings` are those of a [`Renderer`](@ref), but the camera is
+always free.
 """
 mutable struct Window
     handle::Ptr{mjenv_window}

@@ -17,13 +17,13 @@ end
     read(env, array; row = 1)
 
 Reads an array of the row's mjData or of the mjModel by its MuJoCo name: `:qpos`, `:xpos`, `:body_mass`, `:nq`,
-`"opt.timestep"`. The values are those of Gymnasium's `env.unwrapped.data` after the last step. Returns a number or a new
-array with the element type that MuJoCo uses. `MJEnv.fields(env, :data)` and `MJEnv.fields(env, :model)` list the arrays
-with their shapes and units. An unknown name throws an [`MJEnvError`](@ref).
+`"opt.timestep"`. The values are those of Gymnasium's `env.unwrapped.data` after the last step. Returns a number or a
+new array with the element type that MuJoCo uses. `MJEnv.fields(env, :data)` and `MJEnv.fields(env, :model)` list the
+arrays with their shapes and units. An unknown name throws an [`MJEnvError`](@ref).
 
-Shapes are the reverse of NumPy's: `read(env, :xpos)` has the size 3 × nbody, and `xpos[:, b]` is the position of body `b`.
-Bodies and other objects are numbered from 1, see [`object_index`](@ref). Where MuJoCo stores the number of an object in an
-array, that number counts from 0.
+Shapes are the reverse of NumPy's: `read(env, :xpos)` has the size 3 × nbody, and `xpos[:, b]` is the position of body
+`b`. Bodies and other objects are numbered from 1, see [`object_index`](@ref). Where MuJoCo stores the number of an
+object in an array, that number counts from 0.
 """
 function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer = 1)
     name = text(array)
@@ -115,8 +115,8 @@ end
 """
     set_stream!(env, words; row = 1)
 
-Replaces a row's random stream by `words`, four `UInt64` in the order of [`MJEnv.stream`](@ref); the increment must be odd.
-Returns `env`.
+Replaces a row's random stream by `words`, four `UInt64` in the order of [`MJEnv.stream`](@ref); the increment must be
+odd. Returns `env`.
 """
 function set_stream!(env::Env, words::Union{NTuple{4,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
     index = row_index(env, row)
@@ -128,8 +128,8 @@ end
 """
     copy_row!(env, from, to)
 
-Copies the row `from` into all rows where the `Bool` vector `to` is true: simulation, random stream and counters. Returns
-`env`.
+Copies the row `from` into all rows where the `Bool` vector `to` is true: simulation, random stream and counters.
+Returns `env`.
 """
 function copy_row!(env::Env, from::Integer, to::AbstractVector{Bool})
     index, mask = row_index(env, from), as_mask(env, to)
@@ -143,8 +143,8 @@ rows_index(::Env, ::Colon) = MJENV_ALL_ROWS
 """
     snapshot(env; row = 1)
 
-Saves a row (or all rows with `row = :`) as a new `Vector{UInt8}`, called an image: simulation, random stream and counters.
-[`restore!`](@ref) continues from it.
+Saves a row (or all rows with `row = :`) as a new `Vector{UInt8}`, called an image: simulation, random stream and
+counters. [`restore!`](@ref) continues from it.
 """
 function snapshot(env::Env; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)
@@ -160,10 +160,11 @@ end
 """
     restore!(env, image; row = 1)
 
-Sets a row (or all rows with `row = :`) to the state that a [`snapshot`](@ref) saved. The row continues with the same bits,
-also in another process and with another number of threads. The environment must have the same id, model and options as
-the one that was saved, except for `num_threads`, `cpu_affinity` and `arrays`; an image of all rows needs as many rows.
-Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
+Sets a row (or all rows with `row = :`) to the state that a [`snapshot`](@ref) saved. The row continues with the same
+bits, also in another process and with another number of threads. The environment must have the same id, model and
+options as the one that was saved, except for `num_threads`, `cpu_affinity` and `arrays`; an image of all rows needs as
+many rows. Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`.
+Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)

@@ -5,7 +5,7 @@ function spoken(script; threads = 1)
     julia = `$(Base.julia_cmd()) --startup-file=no --project=$PACKAGE --threads=$threads`
     said = IOBuffer()
     ended = run(pipeline(ignorestatus(`$julia -e $("using MJEnv\n" * script)`); stdout = said, stderr = said))
-    ended.exitcode == 0 && ended.termsignal == 0 || print(said, "\nexit ", ended.exitcode, ", signal ", ended.termsignal)
+    success(ended) || print(said, "\nexit ", ended.exitcode, ", signal ", ended.termsignal)
     return String(take!(said))
 end
 

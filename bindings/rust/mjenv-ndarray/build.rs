@@ -2,5 +2,6 @@
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    println!("cargo:rustc-link-arg=-Wl,-rpath,{}", std::env::var("DEP_MJENV_RUST_LIBDIR").expect("mjenv's build script sets it"));
+    let dir = std::env::var("DEP_MJENV_RUST_LIBDIR").expect("mjenv's build script sets it");
+    println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
 }

@@ -69,8 +69,8 @@ impl<T: Real> BatchArrays<T> for Batch<T> {
 
 /// Lets an environment take arrays.
 pub trait EnvArrays {
-    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`. They are copied only if they are not
-    /// contiguous and row-major. Errors: those of [`Env::step`].
+    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`. They are copied only if they are
+    /// not contiguous and row-major. Errors: those of [`Env::step`].
     ///
     /// # Panics
     /// If the actions have another shape.

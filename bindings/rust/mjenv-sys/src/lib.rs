@@ -1,8 +1,8 @@
 //! Declarations of libmjenv's C interface, generated from its header. The crate `mjenv` is a safe interface to them.
 //!
-//! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`. If
-//! both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is part
-//! of. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`.
+//! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
+//! If both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is
+//! part of. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`.
 
 #[rustfmt::skip]
 #[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]

@@ -35,26 +35,26 @@
 //! # Errors
 //!
 //! A call that fails returns an [`Error`]. Its [`kind`](Error::kind) is for programs; its message is for people and
-//! names the wrong argument and the valid choices. The outputs keep their values, and the environment stays usable. Where
-//! this differs, the function says so.
+//! names the wrong argument and the valid choices. The outputs keep their values, and the environment stays usable.
+//! Where this differs, the function says so.
 //!
 //! Every function may also return [`ErrorKind::Memory`]. Functions that need the environment's threads return
 //! [`ErrorKind::State`] in a forked child process, because a fork does not copy threads.
 //!
 //! # Threads
 //!
-//! An [`Env`] is [`Send`] and not [`Sync`]: you may move it to another thread, and the compiler prevents that two threads
-//! use it at the same time. Different environments run in parallel. [`Options`] are both: several threads may build
-//! environments from the same ones.
+//! An [`Env`] is [`Send`] and not [`Sync`]: you may move it to another thread, and the compiler prevents that two
+//! threads use it at the same time. Different environments run in parallel. [`Options`] are both: several threads may
+//! build environments from the same ones.
 //!
 //! The library never calls code of yours, so a panic cannot unwind through it. No C++ exception leaves it.
 //!
 //! # Linking
 //!
-//! The build script looks for `libmjenv.so` in the folder that the environment variable `MJENV_LIB_DIR` names, then asks
-//! pkg-config for `mjenv`. If both fail it builds the library with CMake, which needs a C++17 compiler and takes a few
-//! minutes. Cargo tells the programs that it starts where the library is. A program that you start in another way finds
-//! the library if the `main` of its own `build.rs` contains this line:
+//! The build script looks for `libmjenv.so` in the folder that the environment variable `MJENV_LIB_DIR` names, then
+//! asks pkg-config for `mjenv`. If both fail it builds the library with CMake, which needs a C++17 compiler and takes a
+//! few minutes. Cargo tells the programs that it starts where the library is. A program that you start in another way
+//! finds the library if the `main` of its own `build.rs` contains this line:
 //!
 //! ```no_run
 //! println!("cargo:rustc-link-arg=-Wl,-rpath,{}", std::env::var("DEP_MJENV_RUST_LIBDIR").unwrap());

@@ -1,4 +1,4 @@
-//! The crate's own use of pointers and threads, by Miri: `cargo +nightly miri test --test miri`, as tests/run miri does.
+//! Miri checks the crate's own use of pointers and threads. `tests/run miri` runs this.
 #![cfg(miri)]
 
 mod fake;
