@@ -21,16 +21,17 @@ mod sealed {
     }
 }
 
-/// The types of actions and observations: `f32` and `f64`.
+/// The element types of actions and observations: `f32` and `f64`.
 pub trait Real: sealed::Sealed {}
 
 impl Real for f32 {}
 impl Real for f64 {}
 
-/// Where [`Env::reset`], [`Env::step`] and [`Env::rollout`] write: the outputs of all rows, allocated once.
+/// The outputs of all rows. [`Env::reset`], [`Env::step`] and [`Env::rollout`] write into it, so that these calls need
+/// not allocate.
 ///
-/// Observations are `f64` as Gymnasium's, or `f32`, rounded to nearest. Everything is zero until it is written. A batch
-/// serves every environment of the same layout.
+/// Observations are `f64`, as Gymnasium has them, or `f32`, rounded to nearest. Everything is zero until it is written.
+/// A batch fits every environment that has as many rows and outputs of the same sizes.
 #[derive(Clone, Debug)]
 pub struct Batch<T: Real = f64> {
     rows: usize,
@@ -47,7 +48,7 @@ pub struct Batch<T: Real = f64> {
     pub(crate) last: Option<Last<T>>,
 }
 
-/// What the autoreset_mode "same_step" keeps of the episodes that ended.
+/// What the autoreset_mode "same_step" keeps of the episodes that have ended.
 #[derive(Clone, Debug)]
 pub(crate) struct Last<T> {
     pub(crate) obs: Vec<T>,
@@ -76,7 +77,7 @@ impl<T: Real> Batch<T> {
         }
     }
 
-    /// Pointers to all arrays for a step or an observation, valid until the batch is used again.
+    /// Returns pointers to all arrays for a step or an observation. They are valid until the batch is used again.
     pub(crate) fn step_raw(&mut self) -> sys::mjenv_batch {
         let mut raw = self.common_raw();
         raw.info_count = int64(self.info.count);
@@ -90,7 +91,7 @@ impl<T: Real> Batch<T> {
         raw
     }
 
-    /// Pointers to all arrays for a reset, valid until the batch is used again.
+    /// Returns pointers to all arrays for a reset. They are valid until the batch is used again.
     pub(crate) fn reset_raw(&mut self) -> sys::mjenv_batch {
         let mut raw = self.common_raw();
         raw.info_count = int64(self.reset_info.count);
@@ -98,7 +99,7 @@ impl<T: Real> Batch<T> {
         raw
     }
 
-    /// `bool` stands for the library's 0 and 1.
+    /// The library writes 0 or 1 where the batch has a `bool`.
     fn common_raw(&mut self) -> sys::mjenv_batch {
         sys::mjenv_batch {
             struct_size: size_of::<sys::mjenv_batch>(),
@@ -117,12 +118,13 @@ impl<T: Real> Batch<T> {
         }
     }
 
-    /// The number of rows; in a batch of a rollout rows * steps, of which `row * steps + t` is step `t` of a row.
+    /// Returns the number of rows. In the batch of a rollout this is rows * steps, and step `t` of a row is at
+    /// `row * steps + t`.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// The observation of a row.
+    /// Returns the observation of a row: `[observation_space().count()]`.
     ///
     /// # Panics
     /// If there is no such row.
@@ -130,27 +132,27 @@ impl<T: Real> Batch<T> {
         slice(&self.obs, row, self.obs_count)
     }
 
-    /// The observations of all rows, one behind the other.
+    /// Returns the observations of all rows, one after the other: `[rows][observation_space().count()]`.
     pub fn observations(&self) -> &[T] {
         &self.obs
     }
 
-    /// The reward of each row; 0 after a reset.
+    /// Returns the reward of each row; 0 after a reset.
     pub fn reward(&self) -> &[f64] {
         &self.reward
     }
 
-    /// Whether each row has reached a terminal state; false after a reset.
+    /// Returns for each row whether it has reached a terminal state; false after a reset.
     pub fn terminated(&self) -> &[bool] {
         &self.terminated
     }
 
-    /// Whether each row has reached its step limit; false after a reset.
+    /// Returns for each row whether it has reached its limit of steps; false after a reset.
     pub fn truncated(&self) -> &[bool] {
         &self.truncated
     }
 
-    /// Whether the episode of a row is over: terminated or truncated.
+    /// Returns whether the episode of a row is over: terminated or truncated.
     ///
     /// # Panics
     /// If there is no such row.
@@ -158,7 +160,8 @@ impl<T: Real> Batch<T> {
         self.terminated[row] || self.truncated[row]
     }
 
-    /// Whether the last step failed in a row: MuJoCo reported an error, or found the state diverged and restarted it.
+    /// Returns whether the last step failed in a row: MuJoCo reported an error, or the state diverged and MuJoCo
+    /// restarted the row.
     ///
     /// # Panics
     /// If there is no such row.
@@ -166,34 +169,34 @@ impl<T: Real> Batch<T> {
         self.status[row] != sys::MJENV_OK
     }
 
-    /// An info of the last step: `[rows][count]`, where most have one number a row; 0 where the step reset the row.
-    /// Errors: [`ErrorKind::Name`].
+    /// Returns an info of the last step: `[rows][count]`. Most infos have a `count` of 1. The value is 0 for a row that
+    /// the step reset. Errors: [`ErrorKind::Name`].
     pub fn info(&self, name: &str) -> Result<&[f64]> {
         self.info.get("info", name)
     }
 
-    /// All infos of the last step, in Gymnasium's order: names and values.
+    /// Returns the names and values of all infos of the last step, in Gymnasium's order.
     pub fn infos(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
         self.info.iter()
     }
 
-    /// Whether the last call began an episode in each row.
+    /// Returns for each row whether the last call began an episode.
     pub fn was_reset(&self) -> &[bool] {
         &self.was_reset
     }
 
-    /// An info of the last reset of each row: `[rows][count]`. Errors: [`ErrorKind::Name`].
+    /// Returns an info of the last reset of each row: `[rows][count]`. Errors: [`ErrorKind::Name`].
     pub fn reset_info(&self, name: &str) -> Result<&[f64]> {
         self.reset_info.get("reset info", name)
     }
 
-    /// All infos of the last reset of each row, in Gymnasium's order: names and values.
+    /// Returns the names and values of all infos of the last reset of each row, in Gymnasium's order.
     pub fn reset_infos(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
         self.reset_info.iter()
     }
 
-    /// The last observation of the episode of a row that the last step has ended and reset: with the option
-    /// `autoreset_mode` at `"same_step"`, and only where that happened.
+    /// Returns the last observation of the episode that the last step ended and reset. It is `None` for rows where this
+    /// did not happen, and without the option `autoreset_mode` at `"same_step"`.
     ///
     /// # Panics
     /// If there is no such row.
@@ -202,8 +205,9 @@ impl<T: Real> Batch<T> {
         (self.was_reset[row] && self.ended(row)).then(|| slice(&last.obs, row, self.obs_count))
     }
 
-    /// An info of the last step of the episode, `[rows][count]`, for the rows that have a [`Batch::final_obs`].
-    /// Errors: [`ErrorKind::Name`], [`ErrorKind::State`] (another autoreset_mode).
+    /// Returns an info of the last step of the episodes that the last step ended and reset: `[rows][count]`. It is
+    /// valid for the rows that have a [`Batch::final_obs`]. Errors: [`ErrorKind::Name`], [`ErrorKind::State`] (the
+    /// option `autoreset_mode` is not `"same_step"`).
     pub fn final_info(&self, name: &str) -> Result<&[f64]> {
         self.last()?.info.get("final info", name)
     }
@@ -213,23 +217,23 @@ impl<T: Real> Batch<T> {
         self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::State, message.to_string()))
     }
 
-    /// An mjData array that the option `arrays` names: `[rows][count]`. Errors: [`ErrorKind::Name`].
+    /// Returns an mjData array that the option `arrays` names: `[rows][count]`. Errors: [`ErrorKind::Name`].
     pub fn array(&self, name: &str) -> Result<&[f64]> {
         self.arrays.get("exported array", name)
     }
 }
 
-/// The elements of a row.
+/// Returns the elements of a row.
 fn slice<T>(all: &[T], row: usize, count: usize) -> &[T] {
     &all[row * count..][..count]
 }
 
-/// The size of an array, which a wrapped product would understate.
+/// Multiplies and panics on overflow: a wrapped product would be too small an array.
 fn product(rows: usize, count: usize) -> usize {
-    rows.checked_mul(count).expect("a batch fits the address space")
+    rows.checked_mul(count).expect("the batch fits into the address space")
 }
 
-/// Named fields, each with its values of all rows.
+/// The values of several fields. Each field holds its values of all rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
     pub(crate) rows: usize,

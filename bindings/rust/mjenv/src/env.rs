@@ -11,23 +11,25 @@ use crate::error::{check, check_length, Error, ErrorKind, Result};
 use crate::text::{c_string, lossy};
 use crate::{Batch, Dtype, Field, Options, Pipeline, Real, Role, Space, Spec};
 
-/// An environment of one or many rows, each an episode of its own.
+/// An environment of one or many rows. Each row is an episode; rows do not influence each other.
 ///
-/// Rows and actuators are counted from 0. Actions and outputs are row-major: one row behind the other.
+/// Rows and actuators are numbered from 0. Arrays of actions and outputs hold one row after the other.
+///
+/// Dropping the environment waits for its threads and frees it. It takes a few megabytes.
 pub struct Env {
     raw: NonNull<sys::mjenv_env>,
     options: Options,
     rows: usize,
 }
 
-// SAFETY: the library ties an environment to no thread: the one thing it keeps by thread is the text of the last error,
-// which this crate copies on the thread of the failing call. Distinct environments are independent. An Env is not Sync:
-// of two threads in one environment the later would be refused, so the compiler refuses it instead.
+// SAFETY: any thread may use an environment, and different environments are independent. The library keeps only the
+// text of the last error by thread, and this crate copies it on the thread of the failing call. An Env is not Sync,
+// because the library refuses the later of two threads: here the compiler refuses it.
 unsafe impl Send for Env {}
 
 impl Env {
-    /// Builds an environment of `rows` >= 1 rows. The options are copied. Errors: [`ErrorKind::Value`] (rows),
-    /// [`ErrorKind::Name`] (in the option `arrays`), [`ErrorKind::Model`], [`ErrorKind::Memory`].
+    /// Builds an environment of `rows` rows with a copy of the options. Errors: [`ErrorKind::Value`] (`rows` is 0),
+    /// [`ErrorKind::Name`] (the option `arrays` contains an unknown name), [`ErrorKind::Model`], [`ErrorKind::Memory`].
     pub fn new(options: &Options, rows: usize) -> Result<Self> {
         let options = options.try_clone()?;
         let mut raw = ptr::null_mut();
@@ -41,51 +43,51 @@ impl Env {
         self.raw.as_ptr()
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// How many mj_steps make a step.
+    /// Returns how many simulation steps of MuJoCo (mj_step) one step takes.
     pub fn frame_skip(&self) -> usize {
         // SAFETY: the handle is alive.
         size(unsafe { sys::mjenv_frame_skip(self.raw()) })
     }
 
-    /// What the id promises.
+    /// Returns what Gymnasium registers for the id.
     pub fn spec(&self) -> Spec {
         self.options.spec()
     }
 
-    /// The options the environment was built with.
+    /// Returns the options with which the environment was built.
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// Outputs for this environment with observations in `f64`, as Gymnasium's.
+    /// Allocates outputs for this environment with observations in `f64`, as Gymnasium has them.
     pub fn batch(&self) -> Batch<f64> {
         Batch::new(self, self.rows)
     }
 
-    /// Outputs for this environment with observations rounded to `f32`.
+    /// Allocates outputs for this environment with observations rounded to `f32`.
     pub fn batch_f32(&self) -> Batch<f32> {
         Batch::new(self, self.rows)
     }
 
-    /// Outputs for [`Env::rollout`] over so many steps.
+    /// Allocates outputs for [`Env::rollout`] of `steps` steps.
     ///
     /// # Panics
-    /// If they do not fit the address space.
+    /// If they do not fit into the address space.
     pub fn rollout_batch(&self, steps: usize) -> Batch<f64> {
-        Batch::new(self, self.rows.checked_mul(steps).expect("a batch fits the address space"))
+        Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
     }
 
-    /// Like [`Env::rollout_batch`], with observations rounded to `f32`.
+    /// Does what [`Env::rollout_batch`] does, with observations rounded to `f32`.
     ///
     /// # Panics
-    /// If they do not fit the address space.
+    /// If they do not fit into the address space.
     pub fn rollout_batch_f32(&self, steps: usize) -> Batch<f32> {
-        Batch::new(self, self.rows.checked_mul(steps).expect("a batch fits the address space"))
+        Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
     }
 
     /// Steps in two halves, with outputs in `f64`.
@@ -100,12 +102,12 @@ impl Env {
         Pipeline::new(self, batch)
     }
 
-    /// The space of one row's observation.
+    /// Returns the space of one row's observation.
     pub fn observation_space(&self) -> Space<'_> {
         self.space(Role::Observation)
     }
 
-    /// The space of one row's action.
+    /// Returns the space of one row's action.
     pub fn action_space(&self) -> Space<'_> {
         self.space(Role::Action)
     }
@@ -123,14 +125,14 @@ impl Env {
         Space { dtype, low: bound(raw.low), high: bound(raw.high) }
     }
 
-    /// The fields of a role, in Gymnasium's order.
+    /// Returns the fields of a role, in Gymnasium's order.
     pub fn fields(&self, role: Role) -> impl ExactSizeIterator<Item = Field<'_>> + '_ {
         // SAFETY: the handle is alive.
         let count = size(unsafe { sys::mjenv_field_count(self.raw(), role.raw()) });
         (0..count).map(move |index| self.field(role, index))
     }
 
-    /// The elements of one row's record.
+    /// Returns how many elements the fields of a role have together, for one row.
     pub(crate) fn count(&self, role: Role) -> usize {
         self.fields(role).map(|field| field.count).sum()
     }
@@ -144,16 +146,17 @@ impl Env {
         unsafe { Field::from_raw(&raw) }
     }
 
-    /// Gives every row a new random stream from its own seed, NumPy's `default_rng(seed)`. A row that is never seeded
-    /// takes entropy from the system. Errors: [`ErrorKind::Size`].
+    /// Gives every row a new random stream from its own seed: a row with the seed `s` draws what NumPy's
+    /// `default_rng(s)` draws. `seeds` has an element for each row. A row that is never seeded gets its seed from the
+    /// system's entropy at its first reset. Errors: [`ErrorKind::Size`].
     pub fn seed(&mut self, seeds: &[u64]) -> Result<()> {
         check_length("seeds", seeds.len(), self.rows)?;
-        // SAFETY: there is a seed for each row; a null mask stands for all rows.
+        // SAFETY: there is a seed for each row; a null mask means all rows.
         check(unsafe { sys::mjenv_seed(self.raw(), seeds.as_ptr(), ptr::null()) })
     }
 
-    /// Like [`Env::seed`], for the rows where `mask` is true; there is a seed for each row all the same.
-    /// Errors: [`ErrorKind::Size`].
+    /// Does what [`Env::seed`] does, for the rows where `mask` is true. `mask` and `seeds` have an element for each row
+    /// of the environment. Errors: [`ErrorKind::Size`].
     pub fn seed_where(&mut self, mask: &[bool], seeds: &[u64]) -> Result<()> {
         check_length("mask", mask.len(), self.rows)?;
         check_length("seeds", seeds.len(), self.rows)?;
@@ -161,90 +164,102 @@ impl Env {
         check(unsafe { sys::mjenv_seed(self.raw(), seeds.as_ptr(), mask.as_ptr() as *const u8) })
     }
 
-    /// Seeds one row from an integer of any size: its 32-bit digits, the least significant first.
-    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::Size`] (no digits).
+    /// Seeds one row from an integer of any size, given as its 32-bit digits, the least significant first.
+    /// Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Size`] (`digits` is empty).
     pub fn seed_digits(&mut self, row: usize, digits: &[u32]) -> Result<()> {
-        // SAFETY: the pointer is valid for as many digits as are told.
+        // SAFETY: the pointer is valid for the given number of digits.
         check(unsafe { sys::mjenv_seed_digits(self.raw(), int64(row), digits.as_ptr(), digits.len()) })
     }
 
-    /// The random stream of a row as NumPy's PCG64 has it: state low and high, increment low and high.
-    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::State`] (neither seeded nor reset).
+    /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
+    /// high half of the increment. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::State`] (the row
+    /// was neither seeded nor reset).
     pub fn stream(&self, row: usize) -> Result<[u64; 4]> {
         let mut words = [0; 4];
-        // SAFETY: the pointer is valid for as many words as are told.
+        // SAFETY: the pointer is valid for the given number of words.
         check(unsafe { sys::mjenv_get_stream(self.raw(), int64(row), words.as_mut_ptr(), words.len()) })?;
         Ok(words)
     }
 
-    /// Replaces the random stream of a row. Errors: [`ErrorKind::Value`] (row, an even increment).
+    /// Replaces the random stream of a row by `words`, in the order of [`Env::stream`]. Errors: [`ErrorKind::Value`]
+    /// (there is no such row, or the increment is even).
     pub fn set_stream(&mut self, row: usize, words: &[u64; 4]) -> Result<()> {
-        // SAFETY: the pointer is valid for as many words as are told.
+        // SAFETY: the pointer is valid for the given number of words.
         check(unsafe { sys::mjenv_set_stream(self.raw(), int64(row), words.as_ptr(), words.len()) })
     }
 
-    /// Begins a new episode in every row, going on with the row's random stream. Writes the observation and the reset
-    /// info. Errors: [`ErrorKind::Size`] (a batch of another environment), [`ErrorKind::Physics`].
+    /// Begins a new episode in every row. The start is drawn from the row's random stream. Writes the observations and
+    /// the reset infos into `out`. Errors: [`ErrorKind::Size`] (`out` is of another environment),
+    /// [`ErrorKind::Physics`].
     pub fn reset<T: Real>(&mut self, out: &mut Batch<T>) -> Result<()> {
         let out = out.reset_raw();
-        // SAFETY: the arrays of the batch have the sizes that it tells.
+        // SAFETY: the arrays of the batch have the sizes in `out`.
         check(unsafe { sys::mjenv_reset(self.raw(), ptr::null(), &out) })
     }
 
-    /// Like [`Env::reset`], for the rows where `mask` is true; the outputs of the others stay as they are.
-    /// Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// Does what [`Env::reset`] does, for the rows where `mask` is true; `mask` has an element for each row. The
+    /// outputs of the other rows keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn reset_where<T: Real>(&mut self, mask: &[bool], out: &mut Batch<T>) -> Result<()> {
         check_length("mask", mask.len(), self.rows)?;
         let out = out.reset_raw();
-        // SAFETY: the arrays of the batch have the sizes that it tells; there is a flag for each row.
+        // SAFETY: the arrays of the batch have the sizes in `out`, and the mask has an element for each row.
         check(unsafe { sys::mjenv_reset(self.raw(), mask.as_ptr() as *const u8, &out) })
     }
 
-    /// Steps every row with its action: `[rows][action_space().count()]`. Whether it is `f32` or `f64` takes part in the
-    /// arithmetic, as it does in NumPy. The option `autoreset_mode` resets finished rows, as Gymnasium's SyncVectorEnv
-    /// does. When MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] tells so, and the others are stepped. Errors: [`ErrorKind::Size`], [`ErrorKind::State`], [`ErrorKind::Value`] (a non-finite
-    /// action), [`ErrorKind::Physics`].
+    /// Steps every row. `actions` is `[rows][action_space().count()]`, one row after the other. `f32` and `f64` actions
+    /// give different bits, as in NumPy.
+    ///
+    /// With the option `autoreset_mode` a step also resets rows whose episodes have ended, as Gymnasium's SyncVectorEnv
+    /// does. If MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] returns true for it, and the other
+    /// rows are stepped.
+    ///
+    /// Errors: [`ErrorKind::Size`], [`ErrorKind::State`] (a row was never reset or its episode has ended),
+    /// [`ErrorKind::Value`] (an action is NaN or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row). The option
+    /// `strict` turns the checks of episodes and actions off.
     pub fn step<A: Real, T: Real>(&mut self, actions: &[A], out: &mut Batch<T>) -> Result<()> {
         let out = out.step_raw();
         let action = actions.as_ptr() as *const c_void;
-        // SAFETY: the arrays of the batch have the sizes that it tells; so have the actions, of which the type is told.
+        // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
         check(unsafe { sys::mjenv_step(self.raw(), action, actions.len(), A::DTYPE, &out) })
     }
 
-    /// Plays actions `[rows][steps][action_space().count()]` from the rows' present states and leaves the rows at their
-    /// ends; `out` is of [`Env::rollout_batch`]. A row that ends stays there: what follows in its flags repeats, its
-    /// rewards and infos are 0. No row is reset. Errors: those of [`Env::step`].
+    /// Steps every row `steps` times, beginning at its present state. `actions` is
+    /// `[rows][steps][action_space().count()]`, and `out` comes from [`Env::rollout_batch`]. A row whose episode ends
+    /// stays there: for the steps that remain, its flags and its observation repeat, and its rewards and infos are 0.
+    /// No row is reset. Errors: those of [`Env::step`].
     pub fn rollout<A: Real, T: Real>(&mut self, actions: &[A], steps: usize, out: &mut Batch<T>) -> Result<()> {
         let out = out.step_raw();
         let (env, action, count) = (self.raw(), actions.as_ptr() as *const c_void, actions.len());
-        // SAFETY: the arrays of the batch have the sizes that it tells; so have the actions, of which the type is told.
+        // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
         check(unsafe { sys::mjenv_rollout(env, action, int64(steps), count, A::DTYPE, &out) })
     }
 
-    /// Writes the observations of all rows as they are, without stepping, and the exported arrays; the other outputs stay.
-    /// Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// Writes the present observations of all rows, without a step, and the arrays that the option `arrays` names. The
+    /// other outputs keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn observe<T: Real>(&self, out: &mut Batch<T>) -> Result<()> {
         let out = out.step_raw();
-        // SAFETY: the arrays of the batch have the sizes that it tells.
+        // SAFETY: the arrays of the batch have the sizes in `out`.
         check(unsafe { sys::mjenv_observe(self.raw(), &out) })
     }
 
-    /// Seeds the stream of [`Env::sample_actions`], as Gymnasium's `action_space.seed` does.
+    /// Seeds the random stream of [`Env::sample_actions`], as Gymnasium's `action_space.seed(seed)` does.
     pub fn seed_actions(&mut self, seed: u64) -> Result<()> {
         // SAFETY: the handle is alive.
         check(unsafe { sys::mjenv_seed_actions(self.raw(), seed) })
     }
 
-    /// Draws one action a row, as Gymnasium's `action_space.sample()` does: row by row from one stream, into
-    /// `[rows][action_space().count()]`. Errors: [`ErrorKind::Size`], [`ErrorKind::State`] (an unbounded actuator).
+    /// Draws an action for each row, as Gymnasium's `action_space.sample()` does, and writes them into `actions`,
+    /// `[rows][action_space().count()]`. All rows draw from one stream, one after the other. Errors:
+    /// [`ErrorKind::Size`], [`ErrorKind::State`] (an actuator has no bounds).
     pub fn sample_actions(&mut self, actions: &mut [f32]) -> Result<()> {
-        // SAFETY: the pointer is valid for as many numbers as are told.
+        // SAFETY: the pointer is valid for the given number of elements.
         check(unsafe { sys::mjenv_sample_actions(self.raw(), actions.as_mut_ptr(), actions.len()) })
     }
 
-    /// Reads an array of the row's mjData or of the mjModel by its MuJoCo name (`"xpos"`, `"body_mass"`, `"nq"`,
-    /// `"opt.timestep"`), as Gymnasium's `env.unwrapped.data` holds it after the last step; [`Role::Data`] and
-    /// [`Role::Model`] list them. Errors: [`ErrorKind::Name`], [`ErrorKind::Value`] (row), [`ErrorKind::Physics`].
+    /// Reads an array of the row's mjData or of the mjModel by its MuJoCo name: `"xpos"`, `"body_mass"`, `"nq"`,
+    /// `"opt.timestep"`. The values are those of Gymnasium's `env.unwrapped.data` after the last step, row-major.
+    /// [`Env::fields`] lists the arrays with their shapes and units under [`Role::Data`] and [`Role::Model`].
+    /// Errors: [`ErrorKind::Name`], [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Physics`].
     pub fn read(&self, row: usize, array: &str) -> Result<Vec<f64>> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let mut values = vec![0.0; self.read_raw(row, &name, &mut [])?];
@@ -252,8 +267,8 @@ impl Env {
         Ok(values)
     }
 
-    /// Like [`Env::read`], into the first elements of `values`; returns how many. Errors: those of [`Env::read`],
-    /// [`ErrorKind::Size`] (too few elements).
+    /// Does what [`Env::read`] does, and writes into the first elements of `values`. Returns how many it wrote.
+    /// Errors: those of [`Env::read`], [`ErrorKind::Size`] (`values` is too short).
     pub fn read_into(&self, row: usize, array: &str, values: &mut [f64]) -> Result<usize> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let count = self.read_raw(row, &name, values)?;
@@ -264,17 +279,17 @@ impl Env {
         Ok(count)
     }
 
-    /// Tells the array's length alone if `values` is empty.
+    /// Returns the array's length. If `values` is empty, it reads nothing else.
     fn read_raw(&self, row: usize, array: &CStr, values: &mut [f64]) -> Result<usize> {
         let mut count = 0;
         let (to, room) = (values.as_mut_ptr(), values.len());
-        // SAFETY: all pointers are valid for the call, and there is as much room as is told.
+        // SAFETY: all pointers are valid for the call, and `values` has the given room.
         check(unsafe { sys::mjenv_read(self.raw(), int64(row), array.as_ptr(), to, room, &mut count) })?;
         Ok(count)
     }
 
-    /// The index of a named object: `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`, `"actuator"`,
-    /// `"tendon"`, `"sensor"` or `"light"`. Errors: [`ErrorKind::Name`].
+    /// Returns the index of a named object. `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`,
+    /// `"actuator"`, `"tendon"`, `"sensor"` or `"light"`. Errors: [`ErrorKind::Name`] (the kind or the object).
     pub fn object_index(&self, kind: &str, name: &str) -> Result<usize> {
         let (kind, name) =
             (c_string(format_args!("type {kind:?}"), kind)?, c_string(format_args!("name {name:?}"), name)?);
@@ -284,7 +299,8 @@ impl Env {
         Ok(size(index))
     }
 
-    /// The name of an object, empty if it has none. Errors: [`ErrorKind::Name`] (kind), [`ErrorKind::Value`] (index).
+    /// Returns the name of an object; it is empty if the object has none. Errors: [`ErrorKind::Name`] (the kind),
+    /// [`ErrorKind::Value`] (there is no such object).
     pub fn object_name(&self, kind: &str, index: usize) -> Result<Cow<'_, str>> {
         let kind = c_string(format_args!("type {kind:?}"), kind)?;
         let mut name = ptr::null();
@@ -294,68 +310,73 @@ impl Env {
         Ok(unsafe { lossy(name) })
     }
 
-    /// Sets positions and velocities of a row and computes what follows from them, as Gymnasium's `set_state` does. The
-    /// step count goes on; a row that was never reset, or had ended, may be stepped again. Errors: [`ErrorKind::Value`]
-    /// (row, a non-finite number), [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// Sets the positions and velocities of a row, in MuJoCo's units, and computes what depends on them, as Gymnasium's
+    /// `set_state` does. `qpos` has nq elements and `qvel` has nv. The count of steps goes on. After it the row may be
+    /// stepped, even if it was never reset or its episode had ended. Errors: [`ErrorKind::Value`] (there is no such
+    /// row, or a number is NaN or infinite), [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn set_state(&mut self, row: usize, qpos: &[f64], qvel: &[f64]) -> Result<()> {
         let env = self.raw();
-        // SAFETY: the pointers are valid for as many numbers as are told.
+        // SAFETY: the pointers are valid for the given number of elements.
         check(unsafe { sys::mjenv_set_state(env, int64(row), qpos.as_ptr(), qpos.len(), qvel.as_ptr(), qvel.len()) })
     }
 
-    /// `frames` times mj_step of a row under `ctrl`, one number for each actuator, as Gymnasium's `do_simulation` does:
-    /// no step is counted and the task sees only the new state. Errors: [`ErrorKind::Value`] (row, no frames),
-    /// [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a number for
+    /// each actuator, as Gymnasium's `do_simulation` does. It counts no step of the environment and gives no reward.
+    /// Errors: [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`],
+    /// [`ErrorKind::Physics`].
     pub fn simulate(&mut self, row: usize, ctrl: &[f64], frames: usize) -> Result<()> {
         let (env, frames) = (self.raw(), int64(frames));
-        // SAFETY: the pointer is valid for as many numbers as are told.
+        // SAFETY: the pointer is valid for the given number of elements.
         check(unsafe { sys::mjenv_simulate(env, int64(row), ctrl.as_ptr(), ctrl.len(), frames) })
     }
 
-    /// Makes the rows where `to` is true equal to the row `from`: simulation, random stream, counters.
-    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::Size`].
+    /// Copies the row `from` into all rows where `to` is true: simulation, random stream and counters. `to` has an
+    /// element for each row. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Size`].
     pub fn copy_row(&mut self, from: usize, to: &[bool]) -> Result<()> {
         check_length("mask", to.len(), self.rows)?;
         // SAFETY: there is a flag for each row.
         check(unsafe { sys::mjenv_copy_row(self.raw(), int64(from), to.as_ptr() as *const u8) })
     }
 
-    /// Copies a row into an image: simulation, random stream, counters. Errors: [`ErrorKind::Value`] (row).
+    /// Saves a row as bytes, called an image: simulation, random stream and counters. [`Env::restore`] continues from
+    /// it. Errors: [`ErrorKind::Value`] (there is no such row).
     pub fn snapshot(&self, row: usize) -> Result<Vec<u8>> {
         self.image(int64(row))
     }
 
-    /// Copies all rows into one image.
+    /// Saves all rows as one image, for [`Env::restore_all`].
     pub fn snapshot_all(&self) -> Result<Vec<u8>> {
         self.image(sys::MJENV_ALL_ROWS.into())
     }
 
     fn image(&self, row: i64) -> Result<Vec<u8>> {
         let mut size = 0;
-        // SAFETY: all pointers are valid for the call; nothing but the size is asked for.
+        // SAFETY: all pointers are valid for the call; it reads only the size.
         check(unsafe { sys::mjenv_snapshot(self.raw(), row, ptr::null_mut(), 0, &mut size) })?;
         let mut image = vec![0u8; size];
         let (to, room) = (image.as_mut_ptr() as *mut c_void, image.len());
-        // SAFETY: all pointers are valid for the call, and there is as much room as is told.
+        // SAFETY: all pointers are valid for the call, and `values` has the given room.
         check(unsafe { sys::mjenv_snapshot(self.raw(), row, to, room, &mut size) })?;
         Ok(image)
     }
 
-    /// Continues a row from an image of a row, bit for bit, also in another process. The environment must have the id,
-    /// the model and the options (`num_threads`, `cpu_affinity`, `arrays` aside) of the one that the image was taken from.
-    /// Errors: [`ErrorKind::Value`] (row), [`ErrorKind::Snapshot`].
+    /// Sets a row to the state that [`Env::snapshot`] saved. The row continues with the same bits, also in another
+    /// process and with another number of threads. The environment must have the same id, model and options as the one
+    /// that was saved, except for `num_threads`, `cpu_affinity` and `arrays`. Errors: [`ErrorKind::Value`] (there is no
+    /// such row), [`ErrorKind::Snapshot`].
     pub fn restore(&mut self, row: usize, image: &[u8]) -> Result<()> {
         self.set_image(int64(row), image)
     }
 
-    /// Continues all rows from an image of as many, as [`Env::restore`] does. Errors: [`ErrorKind::Snapshot`].
+    /// Sets all rows to the state that [`Env::snapshot_all`] saved, as [`Env::restore`] does for one. The image must
+    /// hold as many rows as the environment has. Errors: [`ErrorKind::Snapshot`].
     pub fn restore_all(&mut self, image: &[u8]) -> Result<()> {
         self.set_image(sys::MJENV_ALL_ROWS.into(), image)
     }
 
     fn set_image(&mut self, row: i64, image: &[u8]) -> Result<()> {
         let (from, size) = (image.as_ptr() as *const c_void, image.len());
-        // SAFETY: the pointer is valid for as many bytes as are told.
+        // SAFETY: the pointer is valid for the given number of bytes.
         check(unsafe { sys::mjenv_restore(self.raw(), row, from, size) })
     }
 }

@@ -10,7 +10,7 @@ use crate::error::{check, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string};
 use crate::Spec;
 
-/// What an option holds.
+/// What kind of value an option holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Kind {
@@ -22,7 +22,7 @@ pub enum Kind {
     Reals,
     /// A text.
     String,
-    /// A name or an index: a text or an `i64`.
+    /// A name or an index of an object: a text or an `i64`.
     StringOrInteger,
     /// A kind that this version of the crate does not know.
     Unknown,
@@ -47,13 +47,13 @@ impl Kind {
 pub struct OptionInfo<'a> {
     /// Gymnasium's name for it.
     pub name: &'a str,
-    /// What it does.
+    /// What the option does.
     pub doc: &'a str,
-    /// What it holds.
+    /// What kind of value it holds.
     pub kind: Kind,
-    /// The least value of each number, infinite when unbounded; no meaning for a text.
+    /// The lowest valid value of each number; infinite if there is no bound. It has no meaning for a text.
     pub low: f64,
-    /// The greatest value of each number, infinite when unbounded; no meaning for a text.
+    /// The highest valid value of each number; infinite if there is no bound. It has no meaning for a text.
     pub high: f64,
     /// How many numbers it holds: 2 for a range.
     pub count: usize,
@@ -61,7 +61,7 @@ pub struct OptionInfo<'a> {
 }
 
 impl<'a> OptionInfo<'a> {
-    /// The valid texts; none when any text may be tried.
+    /// Returns the valid texts. If there are none, every text may be tried.
     pub fn choices(&self) -> impl Iterator<Item = &'a str> {
         self.choices.split_whitespace()
     }
@@ -70,14 +70,17 @@ impl<'a> OptionInfo<'a> {
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Of a [`Kind::Flag`].
+    /// The value of a [`Kind::Flag`].
     Flag(bool),
-    /// Of a [`Kind::Integer`], or the index in a [`Kind::StringOrInteger`]. Given to a single real it is stored as
-    /// that real, and an info or a reward that Gymnasium would then return as an int is described so.
+    /// The value of a [`Kind::Integer`], or the index in a [`Kind::StringOrInteger`]. You may also set a
+    /// [`Kind::Reals`] of one number to an integer: some infos and rewards are then integers in Gymnasium, and
+    /// [`Field::value_type`] says so.
+    ///
+    /// [`Field::value_type`]: crate::Field::value_type
     Integer(i64),
     /// All numbers of a [`Kind::Reals`].
     Reals(Vec<f64>),
-    /// Of a [`Kind::String`], or the name in a [`Kind::StringOrInteger`].
+    /// The value of a [`Kind::String`], or the name in a [`Kind::StringOrInteger`].
     Text(String),
 }
 
@@ -87,7 +90,7 @@ impl From<bool> for Value {
     }
 }
 
-/// The integers that always fit into an `i64`.
+/// For the integer types that always fit into an `i64`.
 macro_rules! integers {
     ($($type:ty)*) => {$(
         impl From<$type> for Value {
@@ -100,10 +103,10 @@ macro_rules! integers {
 
 integers!(i8 i16 i32 i64 u8 u16 u32);
 
-/// The integers that may not fit into an `i64`.
+/// For the integer types that may not fit into an `i64`.
 macro_rules! wide_integers {
     ($($type:ty)*) => {$(
-        /// Fails for a number that does not fit into an `i64`.
+        /// Fails if the number does not fit into an `i64`.
         impl TryFrom<$type> for Value {
             type Error = Error;
 
@@ -129,21 +132,21 @@ impl From<f64> for Value {
     }
 }
 
-/// Numbers of any type that an `f64` holds exactly.
+/// For the types that an `f64` holds exactly.
 impl<T: Into<f64> + Copy> From<&[T]> for Value {
     fn from(reals: &[T]) -> Self {
         Self::Reals(reals.iter().map(|&real| real.into()).collect())
     }
 }
 
-/// Numbers of any type that an `f64` holds exactly.
+/// For the types that an `f64` holds exactly.
 impl<T: Into<f64> + Copy, const N: usize> From<[T; N]> for Value {
     fn from(reals: [T; N]) -> Self {
         reals[..].into()
     }
 }
 
-/// Numbers of any type that an `f64` holds exactly.
+/// For the types that an `f64` holds exactly.
 impl<T: Into<f64> + Copy> From<Vec<T>> for Value {
     fn from(reals: Vec<T>) -> Self {
         reals[..].into()
@@ -173,7 +176,7 @@ impl TryFrom<Value> for bool {
     }
 }
 
-/// Fails for a number that the type does not hold.
+/// Fails if the type cannot hold the number.
 macro_rules! integers_of_values {
     ($($type:ty)*) => {$(
         impl TryFrom<Value> for $type {
@@ -240,19 +243,19 @@ impl TryFrom<Value> for String {
 pub struct Options {
     raw: NonNull<sys::mjenv_options>,
     spec: Spec,
-    /// What was set: a copy of the options repeats it. Reading the options instead would not tell that a real number
-    /// was given as an integer.
+    /// What was set; a clone sets it again. Reading the options cannot tell whether a real number was set to an
+    /// integer.
     changes: BTreeMap<String, Value>,
 }
 
-// SAFETY: the library ties options to no thread, and distinct handles are independent.
+// SAFETY: any thread may use options, and different options are independent.
 unsafe impl Send for Options {}
 
-// SAFETY: `&Options` only reads, which the library lets any number of threads do at once; to change them takes `&mut`.
+// SAFETY: methods that take `&self` only read, and the library lets several threads read options at the same time.
 unsafe impl Sync for Options {}
 
 impl Options {
-    /// The options of an id at their defaults. Errors: [`ErrorKind::Name`], [`ErrorKind::Memory`].
+    /// Returns the options of an id at their defaults. Errors: [`ErrorKind::Name`], [`ErrorKind::Memory`].
     pub fn new(id: &str) -> Result<Self> {
         let spec = crate::spec(id)?;
         let id = c_string(format_args!("id {id:?}"), id)?;
@@ -263,7 +266,7 @@ impl Options {
         Ok(Self { raw, spec, changes: BTreeMap::new() })
     }
 
-    /// Like [`Clone::clone`], with an error instead of a panic where memory runs out.
+    /// Clones the options; returns an error if there is not enough memory.
     pub(crate) fn try_clone(&self) -> Result<Self> {
         let mut copy = Self::new(self.spec.id)?;
         for (name, value) in &self.changes {
@@ -276,12 +279,12 @@ impl Options {
         self.raw.as_ptr()
     }
 
-    /// What the id promises.
+    /// Returns what Gymnasium registers for the id.
     pub fn spec(&self) -> Spec {
         self.spec
     }
 
-    /// Describes the options, in Gymnasium's order.
+    /// Describes all options, in Gymnasium's order.
     pub fn schema(&self) -> impl ExactSizeIterator<Item = OptionInfo<'_>> + '_ {
         // SAFETY: the handle is alive.
         let count = size(unsafe { sys::mjenv_options_count(self.raw()) });
@@ -347,7 +350,7 @@ impl Options {
         })
     }
 
-    /// Reads whatever an option holds. Errors: [`ErrorKind::Name`], [`ErrorKind::Argument`].
+    /// Reads an option of any kind. Errors: [`ErrorKind::Name`], [`ErrorKind::Argument`].
     pub fn value(&self, name: &str) -> Result<Value> {
         let kind = self.schema().find(|option| option.name == name).map(|option| option.kind);
         let name = c_string(format_args!("option {name:?}"), name)?;
@@ -356,7 +359,7 @@ impl Options {
             Some(Kind::Reals) => self.reals(&name),
             Some(Kind::String) => self.text(&name),
             Some(Kind::StringOrInteger) => self.integer(&name).map(Value::Integer).or_else(|_| self.text(&name)),
-            // An unknown name, too: the library's message lists the valid ones.
+            // For an unknown name this fails, and the library's message lists the valid names.
             _ => self.integer(&name).map(Value::Integer),
         }
     }
@@ -370,7 +373,7 @@ impl Options {
 
     fn reals(&self, name: &CStr) -> Result<Value> {
         let mut count = 0;
-        // SAFETY: all pointers are valid for the call; no values are asked for.
+        // SAFETY: all pointers are valid for the call, which writes no values.
         check(unsafe { sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), ptr::null_mut(), 0, &mut count) })?;
         let mut values = vec![0.0; count];
         // SAFETY: all pointers are valid for the call; there is room for `count` values.
@@ -390,10 +393,10 @@ impl Options {
 }
 
 /// # Panics
-/// If memory runs out.
+/// If there is not enough memory.
 impl Clone for Options {
     fn clone(&self) -> Self {
-        self.try_clone().expect("the library has taken these options before")
+        self.try_clone().expect("the library accepted these options before")
     }
 }
 

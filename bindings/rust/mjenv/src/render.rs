@@ -9,18 +9,21 @@ use crate::error::{check, Result};
 use crate::text::{borrowed, c_string};
 use crate::Env;
 
-/// What provides OpenGL.
+/// Which library provides OpenGL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Gl {
-    /// The one that the environment variable `MUJOCO_GL` names; unset: the first of EGL, GLFW and OSMesa that works.
+    /// The one that the environment variable `MUJOCO_GL` names. Without that variable, the first of EGL, GLFW and
+    /// OSMesa that works.
     #[default]
     Auto,
-    /// Without a display. Debian: libegl1 libgl1-mesa-dri.
+    /// EGL, which needs no display. Debian's packages are libegl1 and libgl1-mesa-dri.
     Egl,
-    /// Without a display or a graphics driver. Debian: libosmesa6. Excludes the others in a process.
+    /// OSMesa, which needs neither a display nor a graphics driver. Debian's package is libosmesa6. A process that uses
+    /// it cannot use the others.
     OsMesa,
-    /// An invisible window on a display. Debian: libglfw3.
+    /// GLFW, with an invisible window on a display. Debian's package is libglfw3. Create the renderer on the main
+    /// thread.
     Glfw,
 }
 
@@ -35,13 +38,13 @@ impl Gl {
     }
 }
 
-/// From where a picture is taken.
+/// The camera of a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Camera {
-    /// The model's camera "track" if it has one, else the free camera.
+    /// The model's camera "track" if it has one; otherwise the free camera.
     #[default]
     Track,
-    /// The free camera, placed by the settings.
+    /// The free camera, which stands where the settings place it.
     Free,
     /// A camera of the model by its index.
     Index(i32),
@@ -49,58 +52,60 @@ pub enum Camera {
     Name(String),
 }
 
-/// How pictures are drawn: Gymnasium's arguments of the same names, at Gymnasium's defaults from
-/// [`Env::render_settings`].
+/// How pictures are drawn. The fields are Gymnasium's arguments of the same names; [`Env::render_settings`] returns
+/// Gymnasium's defaults.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RenderSettings {
-    /// What provides OpenGL.
+    /// Which library provides OpenGL.
     pub gl: Gl,
-    /// Pixels.
+    /// The width in pixels.
     pub width: usize,
-    /// Pixels.
+    /// The height in pixels.
     pub height: usize,
-    /// From where.
+    /// The camera.
     pub camera: Camera,
-    /// Geoms drawn at most.
+    /// How many geoms are drawn at most.
     pub max_geom: i32,
-    /// Samples a pixel; 0: no multisampling.
+    /// How many samples are taken for each pixel; 0 means no multisampling.
     pub samples: i32,
     /// Whether shadows are drawn.
     pub shadows: bool,
     /// Whether reflections are drawn.
     pub reflections: bool,
-    /// What the free camera looks at, in m; `None`: the median of the geoms' positions in the first state drawn.
+    /// The point that the free camera looks at, in m. `None` is the median of the geoms' positions in the first
+    /// picture.
     pub lookat: Option<[f64; 3]>,
-    /// Of the free camera, in m; `None`: the model's extent.
+    /// The distance of the free camera from that point, in m. `None` is the model's extent.
     pub distance: Option<f64>,
-    /// Of the free camera, in degrees; `None`: 90.
+    /// The azimuth of the free camera, in degrees. `None` is 90.
     pub azimuth: Option<f64>,
-    /// Of the free camera, in degrees; `None`: -45.
+    /// The elevation of the free camera, in degrees. `None` is -45.
     pub elevation: Option<f64>,
-    /// What is visible beside the geoms, by the numbers of MuJoCo's mjtVisFlag: Gymnasium's visual_options.
+    /// What is visible beside the geoms: Gymnasium's visual_options, indexed by MuJoCo's mjtVisFlag.
     pub visual: [bool; RenderSettings::VISUAL_FLAGS],
 }
 
 impl RenderSettings {
-    /// How many flags `visual` has.
+    /// The length of `visual`.
     pub const VISUAL_FLAGS: usize = sys::MJENV_VISUAL_SKIN as usize + 1;
 
-    /// So many pixels.
+    /// Returns the settings with another size, in pixels.
     #[must_use]
     pub fn size(mut self, width: usize, height: usize) -> Self {
         (self.width, self.height) = (width, height);
         self
     }
 
-    /// From that camera.
+    /// Returns the settings with another camera.
     #[must_use]
     pub fn camera(mut self, camera: Camera) -> Self {
         self.camera = camera;
         self
     }
 
-    /// Without multisampling and shadows: several times as fast, with other pixels than Gymnasium's.
+    /// Returns the settings without multisampling and shadows. Drawing is several times as fast, and the pixels differ
+    /// from Gymnasium's.
     #[must_use]
     pub fn fast(mut self) -> Self {
         (self.samples, self.shadows) = (0, false);
@@ -131,7 +136,7 @@ impl RenderSettings {
         }
     }
 
-    /// Calls `body` with the settings as C has them.
+    /// Passes the settings to `body` as C's struct.
     fn with_raw<T>(&self, body: impl FnOnce(*const sys::mjenv_render_settings) -> Result<T>) -> Result<T> {
         let name: CString;
         let mut raw = empty();
@@ -150,7 +155,7 @@ impl RenderSettings {
         raw.camera = match &self.camera {
             Camera::Track => sys::MJENV_CAMERA_DEFAULT,
             Camera::Free => sys::MJENV_CAMERA_FREE,
-            // Below 0 are names of this crate's own.
+            // The library gives some negative numbers a meaning, which this enum has names for.
             Camera::Index(index) if *index < 0 => i32::MIN,
             Camera::Index(index) => *index,
             Camera::Name(text) => {
@@ -167,7 +172,7 @@ fn empty() -> sys::mjenv_render_settings {
     sys::mjenv_render_settings { struct_size: size_of::<sys::mjenv_render_settings>(), ..Default::default() }
 }
 
-/// A picture: rows of pixels from the top, each from the left.
+/// A picture. Its pixels are stored line by line from the top, each line from the left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image<T> {
     width: usize,
@@ -179,25 +184,25 @@ impl<T: Copy + Default> Image<T> {
         Self { width, pixels: vec![T::default(); width * height] }
     }
 
-    /// Pixels in a row.
+    /// Returns the width in pixels.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Returns the height in pixels.
     pub fn height(&self) -> usize {
         self.pixels.len() / self.width
     }
 
-    /// All pixels, row by row.
+    /// Returns all pixels, line by line: `[height][width]`.
     pub fn pixels(&self) -> &[T] {
         &self.pixels
     }
 
-    /// The pixel in column `x` of row `y`.
+    /// Returns the pixel in column `x` of line `y`.
     ///
     /// # Panics
-    /// Outside the picture.
+    /// If the pixel is outside of the picture.
     pub fn get(&self, x: usize, y: usize) -> T {
         assert!(x < self.width, "column {x} is outside 0..{}", self.width);
         self.pixels[y * self.width + x]
@@ -205,17 +210,18 @@ impl<T: Copy + Default> Image<T> {
 }
 
 impl Image<[u8; 3]> {
-    /// Red, green and blue of all pixels, row by row: what image crates take.
+    /// Returns red, green and blue of all pixels, line by line, as image crates take them: `[height][width][3]`.
     pub fn into_bytes(self) -> Vec<u8> {
         self.pixels.into_iter().flatten().collect()
     }
 }
 
-/// Draws pictures of an environment's rows, equal to Gymnasium's pixel for pixel with the same OpenGL.
+/// Draws pictures of an environment's rows. They equal Gymnasium's pixel for pixel if both use the same OpenGL on the
+/// same machine.
 ///
-/// It reads the environment when it draws and changes nothing in it. It may be used on another thread than the
-/// environment, also after the environment's end; but while another thread is inside the environment, it answers
-/// [`ErrorKind::Busy`](crate::ErrorKind::Busy). Renderers of one environment draw at the same time.
+/// Drawing reads the environment and does not change it. A renderer may be used on another thread than the environment,
+/// and several renderers of one environment may draw at the same time. While a thread is using the environment, drawing
+/// returns [`ErrorKind::Busy`](crate::ErrorKind::Busy). A renderer may be dropped before or after its environment.
 pub struct Renderer {
     raw: NonNull<sys::mjenv_renderer>,
     width: usize,
@@ -226,8 +232,9 @@ pub struct Renderer {
 unsafe impl Send for Renderer {}
 
 impl Renderer {
-    /// Builds a renderer. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Name`](crate::ErrorKind::Name) (the
-    /// camera), [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
+    /// Builds a renderer. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value),
+    /// [`ErrorKind::Name`](crate::ErrorKind::Name) (the camera), [`ErrorKind::Render`](crate::ErrorKind::Render),
+    /// [`ErrorKind::Memory`](crate::ErrorKind::Memory).
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
         settings.with_raw(|settings| {
@@ -238,14 +245,15 @@ impl Renderer {
         Ok(Self { raw, width: settings.width, height: settings.height })
     }
 
-    /// The OpenGL in use: `"egl, VENDOR, RENDERER, VERSION"`.
+    /// Returns the OpenGL in use: `"egl, VENDOR, RENDERER, VERSION"`.
     pub fn gl(&self) -> &str {
         // SAFETY: the text belongs to the renderer.
         unsafe { borrowed(sys::mjenv_renderer_gl(self.raw.as_ptr())) }
     }
 
-    /// The colours of a row. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value) (row),
-    /// [`ErrorKind::State`](crate::ErrorKind::State), [`ErrorKind::Render`](crate::ErrorKind::Render),
+    /// Draws a row and returns its colours, red, green and blue. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value)
+    /// (there is no such row), [`ErrorKind::State`](crate::ErrorKind::State) (the row was never reset, is under way, or
+    /// the environment was dropped), [`ErrorKind::Render`](crate::ErrorKind::Render),
     /// [`ErrorKind::Busy`](crate::ErrorKind::Busy).
     pub fn render(&mut self, row: usize) -> Result<Image<[u8; 3]>> {
         let mut colours = Image::new(self.width, self.height);
@@ -253,14 +261,14 @@ impl Renderer {
         Ok(colours)
     }
 
-    /// The depth buffer of a row, 0 (near) to 1 (far). Errors: as [`Renderer::render`].
+    /// Draws a row and returns its depth buffer, from 0 (near) to 1 (far). Errors: those of [`Renderer::render`].
     pub fn render_depth(&mut self, row: usize) -> Result<Image<f32>> {
         let mut depth = Image::new(self.width, self.height);
         self.draw(row, None, Some(&mut depth))?;
         Ok(depth)
     }
 
-    /// Both, drawn once. Errors: as [`Renderer::render`].
+    /// Draws a row once, and returns its colours and its depth buffer. Errors: those of [`Renderer::render`].
     pub fn render_both(&mut self, row: usize) -> Result<(Image<[u8; 3]>, Image<f32>)> {
         let (mut colours, mut depth) = (Image::new(self.width, self.height), Image::new(self.width, self.height));
         self.draw(row, Some(&mut colours), Some(&mut depth))?;
@@ -291,14 +299,14 @@ impl fmt::Debug for Renderer {
     }
 }
 
-/// Shows rows on a display, as Gymnasium's render mode "human" does: to be drawn after every reset and step, on the
-/// main thread. The keys stand in the window; Escape closes it.
+/// A window that shows a row, as Gymnasium's render mode "human" does. Call [`Window::draw`] after every reset and
+/// step, on the main thread. The window lists its keys; Escape closes it.
 pub struct Window {
     raw: NonNull<sys::mjenv_window>,
 }
 
 impl Window {
-    /// Opens a window. Its camera is always free. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value),
+    /// Opens a window. It always has the free camera. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value),
     /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
@@ -309,13 +317,14 @@ impl Window {
         Ok(Self { raw: NonNull::new(raw).expect("libmjenv opens a window or fails") })
     }
 
-    /// Whether the user has not closed it.
+    /// Returns whether the window is open: false once the user has closed it.
     pub fn is_open(&self) -> bool {
         // SAFETY: the handle is alive.
         unsafe { sys::mjenv_window_is_open(self.raw.as_ptr()) != 0 }
     }
 
-    /// Draws a row, for as long as the user pauses; nothing once the window is closed. Errors: as [`Renderer::render`].
+    /// Draws a row. While the user pauses, it keeps drawing and does not return. It draws nothing once the window is
+    /// closed. Errors: those of [`Renderer::render`].
     pub fn draw(&mut self, row: usize) -> Result<()> {
         // SAFETY: the handle is alive.
         check(unsafe { sys::mjenv_window_draw(self.raw.as_ptr(), int64(row)) })
@@ -336,7 +345,7 @@ impl fmt::Debug for Window {
 }
 
 impl Env {
-    /// Gymnasium's defaults for pictures of this environment.
+    /// Returns Gymnasium's settings for pictures of this environment.
     pub fn render_settings(&self) -> RenderSettings {
         RenderSettings::of(self)
     }
