@@ -1,4 +1,5 @@
-# Everything that a caller can get wrong: the error names the culprit, outputs stay, the environment goes on.
+# Tests everything that a caller can get wrong. The error names the wrong argument, the outputs keep their values, and
+# the environment stays usable.
 
 @testset "ids and options" begin
     @test refuses(() -> Env("Ant-v6"), MJENV_E_NAME, "Ant-v6", "Ant-v5", "Walker2d-v4")
@@ -53,7 +54,7 @@ end
     end
 end
 
-# Two rows, so that every array has a size that can be wrong.
+# With two rows, every array can have a wrong size.
 function bad_calls(env, batch, action)
     wrong(change!) = (other = deepcopy(batch); change!(other); () -> step!(other, env, action))
     with_nan = copy(action)
@@ -131,7 +132,7 @@ end
 contents(batch) = deepcopy([getfield(batch, name) for name in fieldnames(Batch)])
 equal(a, b) = repr(a) == repr(b)  # NaN included
 
-# A recorded episode goes on to its last bit, whatever is tried between its steps.
+# A recorded episode goes on with the same bits, whatever is tried between its steps.
 @testset "in the midst of an episode" begin
     g = golden("Ant-v5.options")
     env = make(g; rows = 2)
@@ -226,14 +227,14 @@ end
     @test close(env) === nothing
 end
 
-# A box that slides and turns above a floor, in a MuJoCo whose stack is too small for contacts.
+# A box slides and turns above a floor. The model's stack is too small for contacts.
 const BOX = """
 <mujoco><size nstack="120"/><option timestep="0.01"/><worldbody><geom type="plane" size="9 9 1"/><body pos="0 0 3">
 <joint name="x" type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>
 <geom type="box" size=".3 .3 .3"/></body></worldbody><actuator><motor joint="x"/></actuator></mujoco>
 """
 
-# The row keeps its state, the others are stepped, and a reset puts it right.
+# The row keeps its state, the others are stepped, and after a reset the row can be stepped again.
 @testset "a row that MuJoCo fails in" begin
     env, whole = (Env("HalfCheetah-v5"; rows = 3, num_threads = 2, xml_string = BOX) for _ in 1:2)
     batch, wanted = Batch(env), Batch(whole)
@@ -265,7 +266,7 @@ end
     @test read(`$julia -e $script`, String) == "sent"
 end
 
-# A diverging simulation makes MuJoCo warn: not on the terminal, not in a file.
+# MuJoCo warns about a diverging simulation. The warning must appear neither on the terminal nor in a file.
 @testset "MuJoCo's warnings" begin
     mktempdir() do folder
         cd(folder) do
@@ -283,7 +284,7 @@ end
     end
 end
 
-# Julia's number of threads is set when it starts.
+# The number of Julia's threads cannot change after the start, so another process runs this test.
 @testset "two threads" begin
     script = """
     using MJEnv
@@ -318,7 +319,7 @@ end
     @test read(`$julia -e $script`, String) == "busy"
 end
 
-# Closing does not pull the environment away from under a call.
+# Closing refuses to free an environment while a call is inside.
 @testset "close while another thread is inside" begin
     env = Env("Reacher-v5")
     MJEnv.inside(env) do handle

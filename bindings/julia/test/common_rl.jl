@@ -1,5 +1,5 @@
-# Through CommonRLInterface's functions the environments give what they give through ours, which other tests compare
-# with Gymnasium. Uses the package's stand-in where the package itself is not installed.
+# Tests that CommonRLInterface's functions return what MJEnv's functions return, which other tests compare with
+# Gymnasium. If the package is not installed, a module with the names of its functions replaces it.
 
 Base.find_package("CommonRLInterface") === nothing && push!(LOAD_PATH, joinpath(@__DIR__, "CommonRLInterface"))
 

@@ -1,4 +1,4 @@
-# What a call throws.
+# Tests what a call throws.
 
 using MJEnv: MJENV_E_NAME, MJENV_E_TYPE, MJENV_E_VALUE, MJENV_E_SIZE, MJENV_E_STATE, MJENV_E_BUSY, MJENV_E_MODEL,
     MJENV_E_SNAPSHOT, MJENV_E_MEMORY
@@ -12,7 +12,7 @@ function thrown(f)
     return nothing
 end
 
-# Whether f throws an MJEnvError of that status whose message holds the words.
+# Whether f throws an MJEnvError with this status and a message that contains the words.
 function refuses(f, status::MJEnv.Status, words...)
     e = thrown(f)
     e isa MJEnvError && e.status == status && all(word -> occursin(word, e.message), words) && return true
@@ -20,7 +20,7 @@ function refuses(f, status::MJEnv.Status, words...)
     return false
 end
 
-# Whether f throws an exception of a type of Julia's own whose text holds the words.
+# Whether f throws an exception of this type with a text that contains the words.
 function refuses(f, type::Type, words...)
     e = thrown(f)
     e isa type && all(word -> occursin(word, sprint(showerror, e)), words) && return true

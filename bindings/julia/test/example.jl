@@ -1,4 +1,4 @@
-# The example's episodes against what Gymnasium gives for them.
+# Compares the example's episodes with Gymnasium's.
 
 module Example
 include(joinpath(@__DIR__, "..", "..", "..", "examples", "julia", "episodes.jl"))

@@ -1,4 +1,4 @@
-# Trajectories of Gymnasium, recorded by tests/golden/record.py, and how to play them.
+# Reads and plays trajectories of Gymnasium, which tests/golden/record.py recorded.
 
 struct Golden
     name::String
@@ -63,7 +63,7 @@ bits(x::Float64) = reinterpret(UInt64, x)
 bits(x::Float32) = reinterpret(UInt32, x)
 bits(x::Integer) = x
 
-# Equal in every bit; says where it is not.
+# Whether two arrays are equal in every bit. Prints where they differ.
 function same(got::AbstractArray, wanted::AbstractArray)
     if size(got) != size(wanted)
         println(stderr, "sizes differ: ", size(got), " ", size(wanted))
@@ -87,14 +87,15 @@ const INFO_TYPES = Dict(
     "numpy_int64" => _ -> Int64,
 )
 
-# Whether an info has the keys, the order, the sizes and the types of Gymnasium's.
+# Whether an info has the same keys, order, sizes and types as Gymnasium's.
 function described(info::NamedTuple, listed, action_type)
     return collect(String.(keys(info))) == [words[1] for words in listed] &&
            [length(value) for value in info] == [parse(Int, words[2]) for words in listed] &&
            [eltype(value) for value in info] == [INFO_TYPES[words[3]](action_type) for words in listed]
 end
 
-# Plays a golden into a batch; before each step, meddle may do what must not matter.
+# Plays a recording into a batch. Before each step it calls meddle, which may do things that must not change the
+# results.
 function play(g::Golden, env::Env, batch::Batch; meddle = (env, batch, t) -> nothing)
     steps = size(g[:action], 2)
     got = Golden(g.name, g.id, g.seed, [], [], [], Dict(name => zero(array) for (name, array) in g.arrays))

@@ -1,4 +1,4 @@
-# The calls that the trajectories and the schema do not reach.
+# Tests the calls that the trajectories and the schema do not use.
 
 @testset "library" begin
     @test occursin(r"^\d+\.\d+\.\d+ \(MuJoCo 2\.2\.2\)$", MJEnv.version())
@@ -6,7 +6,8 @@
     @test issorted(MJEnv.ids())
 end
 
-# Numbers of NumPy's generator: HalfCheetah's positions start at 0 and get the first nine of uniform(-0.1, 0.1).
+# HalfCheetah's positions start at 0, and a reset adds the first nine numbers of uniform(-0.1, 0.1) from NumPy's
+# generator.
 @testset "seeds" begin
     recorded = Dict{BigInt,Vector{Float64}}()
     seed = nothing
@@ -104,7 +105,7 @@ end
 end
 
 @testset "actions" begin
-    # Whatever holds the numbers, Float32 stays Float32 and all else is Float64.
+    # In every kind of array Float32 stays Float32, and all other types become Float64.
     g = golden("HalfCheetah-v5")
     rewards = map((
         action -> Float64.(action),
@@ -208,7 +209,7 @@ end
     g = golden("Ant-v5")
     env = make(g)
     batch = Batch(env)
-    # Another environment takes over after each step.
+    # After each step another environment continues.
     images = Vector{UInt8}[]
     other = make(g; rows = 2)
     hand_over(env, batch, t) = begin

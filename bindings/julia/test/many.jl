@@ -1,13 +1,13 @@
-# Many rows at once: automatic resets, rollouts, steps in two halves, copies, images and streams.
+# Tests many rows: automatic resets, rollouts, send! and recv!, copies, images and random streams.
 
-# ---- The three modes of automatic resets, beside Gymnasium's SyncVectorEnv ----
+# ---- The three modes of automatic resets, compared with Gymnasium's SyncVectorEnv ----
 
 const VECTOR_ROWS = 3
 
-# The part of row r of a recorded column that holds count numbers a row.
+# The part of a recorded column that belongs to a row, if each row has count numbers.
 row_part(column, row, count) = column[((row - 1) * count + 1):(row * count)]
 
-# Whether a row has the recorded keys with the recorded numbers, and no others. told: its numbers by key, or nothing.
+# Whether a row has exactly the recorded keys, with the recorded numbers. told holds its numbers by key, or is nothing.
 function infos_agree(g, table, fields, line, row, told)
     values, masks = g[Symbol(table)][:, line], g[Symbol(table, "_mask")][:, line]
     counts = [parse(Int, words[2]) for words in fields]
@@ -69,7 +69,7 @@ end
     g = golden(name)
     last = g[:reset_at][2]
     steps = last + 3
-    # More of the recorded actions than the episode lasts.
+    # There are more actions than the episode has steps.
     actions = repeat(g[:action][:, 1:steps], 1, 1, 2)
     env = make(g; rows = 2, num_threads = 2)
     seed!(env, [g.seed, g.seed])
@@ -85,12 +85,12 @@ end
             told = map(value -> selectdim(selectdim(value, ndims(value), row), ndims(value) - 1, step), played.info)
             @test same(flat(told), g[:info][:, step])
         end
-        # It stays where it ended.
+        # The row stays where its episode ended.
         @test all(==(0), played.reward[(last + 1):end, row])
         @test all(played.terminated[last:end, row] .| played.truncated[last:end, row])
         @test same(played.obs[:, end, row], g[:obs][:, last])
     end
-    # Into a batch, of one row, of Float32.
+    # A rollout of one row into a batch of Float32.
     one = make(g)
     batch = Batch(one; dtype = Float32, steps = steps)
     seed!(one, g.seed)
@@ -100,7 +100,7 @@ end
     @test same(batch.reward, played.reward[:, 1])
 end
 
-# ---- Steps in two halves ----
+# ---- send! and recv! ----
 
 @testset "send and receive: $name, $threads threads" for (name, threads) in
     (("Hopper-v5", 1), ("Reacher-v4", 3), ("Humanoid-v5", 2))
@@ -264,7 +264,7 @@ end
     @test refuses(() -> copy_row!(env, 1, trues(2)), DimensionMismatch, "2", "3")
 end
 
-# NumPy's PCG64 multiplies the state and adds the increment at each draw: np.random.default_rng(42), then as it says.
+# The numbers are those of np.random.default_rng(42) in NumPy.
 @testset "streams" begin
     env = Env("HalfCheetah-v5"; rows = 2)
     @test refuses(() -> MJEnv.stream(env), MJENV_E_STATE, "row 0")

@@ -1,6 +1,6 @@
-# What is allocated, kept and freed.
+# Tests what is allocated, kept and freed.
 
-# Compiled for its arguments, so that nothing of the caller's is counted.
+# A function of its own is compiled for its arguments, so that the caller's allocations are not counted.
 function allocated(f::F, arguments::Vararg{Any,N}) where {F,N}
     f(arguments...)
     return @allocated f(arguments...)
@@ -34,7 +34,7 @@ function drop_environments()
     GC.gc()
 end
 
-# Each has some 3 MB: kept, they would be 600 MB.
+# Each environment takes about 3 MB. If they were kept, they would take 600 MB.
 @testset "dropped environments are freed" begin
     foreach(_ -> drop_environments(), 1:3)
     before = resident_bytes()
@@ -42,7 +42,7 @@ end
     @test resident_bytes() - before < 100 * 2^20
 end
 
-# Collections at every turn, with as much garbage as can be between the calls.
+# Collects garbage all the time, and makes garbage between the calls.
 @testset "collections" begin
     g = golden("HalfCheetah-v5")
     env = make(g)
@@ -55,7 +55,7 @@ end
             reset!(batch, env)
             @test same(batch.obs[:, 1], g[:reset_obs][:, episode])
         end
-        # Dropped at once, closed by the collector.
+        # The environment is dropped at once, and the garbage collector closes it.
         reset!(Env("InvertedPendulum-v5"; rows = 3))
         GC.gc(t % 10 == 0)
         image = snapshot(env)

@@ -1,6 +1,6 @@
-# Finalizers in any order, threads, collections at any time, the end of the process.
+# Tests finalizers in any order, threads, garbage collections at any time, and the end of the process.
 
-# Runs a script in a Julia of its own, with some threads; what it printed, standard error included.
+# Runs a script in another Julia process with some threads. Returns what it printed, also to standard error.
 function spoken(script; threads = 1)
     julia = `$(Base.julia_cmd()) --startup-file=no --project=$PACKAGE --threads=$threads`
     said = IOBuffer()
@@ -34,7 +34,7 @@ end
         foreach(finalize, order(envs))
         @test all(batch -> all(isfinite, batch.obs), batches)
     end
-    # All in one collection, which chooses the order; some hold on to one another.
+    # One garbage collection frees all of them in an order of its own. Some refer to each other.
     for _ in 1:5
         envs = Any[Env("Reacher-v5") for _ in 1:10]
         ring = [Ref{Any}(env) for env in envs]
@@ -42,7 +42,7 @@ end
         envs = ring = nothing
         GC.gc()
     end
-    # A finalizer that uses what may be finalized already.
+    # This finalizer uses an environment that may have been finalized before.
     outcome = Channel{Any}(10)
     for _ in 1:10
         owner = Ref(Env("Reacher-v5"))
@@ -72,7 +72,7 @@ end
     @test !isopen(env)
 end
 
-# Environments made, stepped and dropped by threads while another collects; each gives the bits of one thread.
+# Threads create, step and drop environments while another thread collects garbage. The bits are those of one thread.
 @testset "threads and collections" begin
     @test spoken("""
         function play(seed)
@@ -105,7 +105,8 @@ end
         """; threads = 3) == "equal"
 end
 
-# Closed by one thread while others use it: each call works, or tells that somebody is inside or that it is closed.
+# One thread closes the environment while others use it. Each call succeeds, or throws that another thread is inside or
+# that the environment is closed.
 @testset "closed while threads use it" begin
     @test spoken("""
         function hammer(env, batch)
@@ -140,7 +141,7 @@ end
         """; threads = 3) == "closed"
 end
 
-# Finalizers run at the end, in any order, with rows under way and threads inside.
+# At the end of the process finalizers run in any order, while rows are under way and threads are inside.
 @testset "the end of the process" begin
     @test spoken("""
         envs = [Env("Humanoid-v5"; rows = 8, num_threads = 2) for _ in 1:3]

@@ -1,6 +1,6 @@
-# The package manager takes the package as the documentation says.
+# Tests that the package manager takes the package in the way that the documentation describes.
 
-# The code block of a page that holds the words.
+# Returns the code block of a page that contains the words.
 function block_with(page, words)
     blocks = split(read(joinpath(REPOSITORY, "docs", page), String), "```")
     return replace(only(filter(block -> occursin(words, block), blocks)), r"^julia\n" => "")
@@ -8,7 +8,7 @@ end
 
 @testset "Pkg.develop" begin
     mktempdir() do depot
-        # An empty registry, so that the package manager does not fetch one.
+        # With an empty registry the package manager does not download one.
         registry = mkpath(joinpath(depot, "registries", "Empty"))
         write(
             joinpath(registry, "Registry.toml"),

@@ -1,4 +1,4 @@
-# Pictures are Gymnasium's, which tests/pictures/record draws on the same machine.
+# Compares pictures with Gymnasium's, which tests/pictures/record draws on the same machine.
 
 function recorded(id)
     path = joinpath(REPOSITORY, "build", "pictures", id)
@@ -69,7 +69,7 @@ end
     @test_throws MJEnvError render(renderer)
 end
 
-# The bytes of a PNG file's chunks of a kind, whose check sums are right.
+# Returns the bytes of all chunks of a kind in a PNG file, and tests the check sums of all chunks.
 function png_chunks(bytes, kind)
     found, place = UInt8[], 9
     number(at) = foldl((sum, byte) -> sum << 8 | byte, bytes[at:(at + 3)]; init = 0)
@@ -83,7 +83,7 @@ function png_chunks(bytes, kind)
 end
 
 @testset "a picture as a PNG file" begin
-    # The check values that the two sums are published with.
+    # These are the check values that are published with the two algorithms.
     @test MJEnv.crc32(b"123456789") == 0xcbf43926
     @test MJEnv.adler32(b"Wikipedia") == 0x11e60398
     pixels = rand(UInt8, 3, 200, 300)  # more than a block of zlib's holds

@@ -1,5 +1,5 @@
-# Through ReinforcementLearningBase's functions the environments give what they give through ours, which other tests
-# compare with Gymnasium. Uses the package's stand-in where the package itself is not installed.
+# Tests that ReinforcementLearningBase's functions return what MJEnv's functions return, which other tests compare with
+# Gymnasium. If the package is not installed, a module with the names of its functions replaces it.
 
 Base.find_package("ReinforcementLearningBase") === nothing &&
     push!(LOAD_PATH, joinpath(@__DIR__, "ReinforcementLearningBase"))
@@ -46,7 +46,7 @@ end
     played = play(base)
     @test RLBase.is_terminated(base) && !RLBase.is_terminated(twin)
     @test play(twin) == played
-    # The random stream was copied, too.
+    # The copy has the random stream, too.
     RLBase.reset!(base)
     RLBase.reset!(twin)
     @test RLBase.state(twin) == RLBase.state(base)

@@ -1,5 +1,5 @@
-# From the repository: julia --project=bindings/julia bindings/julia/test/runtests.jl [NAME...]
-# runs the test sets of these names, or all. (Pkg.test works too, but wants a registry.)
+# Usage, in the repository: julia --project=bindings/julia bindings/julia/test/runtests.jl [NAME...]
+# It runs the test sets with these names; without names, it runs all. Pkg.test works too, but needs a registry.
 
 using MJEnv
 using MJEnv: fields, info, options, spec

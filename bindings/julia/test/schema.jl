@@ -1,4 +1,4 @@
-# What Gymnasium declares, as recorded in schema.txt, against what the library tells.
+# Compares what the library declares with what Gymnasium declares, which is recorded in schema.txt.
 
 function read_schema()
     schema = Dict{String,Vector{Vector{String}}}()
@@ -31,7 +31,7 @@ default_of(kind, words) =
 type_name(field) = lowercase(replace(string(field.type), "MJENV_" => ""))
 listed(fields) = [[field.name, string(length(field.range)), type_name(field)] for field in fields]
 
-# schema.txt gives one bound where all are equal.
+# If all bounds are equal, schema.txt holds one.
 bound_of(words, count) = length(words) == 1 ? fill(real_of(words[1]), count) : real_of.(words)
 
 @test sort!(collect(keys(SCHEMA))) == MJEnv.ids()

@@ -1,4 +1,4 @@
-# Every bit of what Gymnasium gave, through both forms of reset! and step!, in one row and in one of many.
+# Compares every bit with Gymnasium's, through both forms of reset! and step!, in one row and in one of many.
 
 @test sort!(unique(read_golden(path).id for path in goldens_in("trajectories"))) == MJEnv.ids()
 
@@ -37,10 +37,10 @@ end
     end
 end
 
-# The info of one row of three.
+# Returns the numbers of one row in the info of three.
 flat_row(info, row) = Float64[x for value in info for x in reshape(value, :, 3)[:, row]]
 
-# Row 2 of 3 plays the golden; the others have seeds and actions of their own, and never end.
+# Row 2 of 3 plays the recording. The other rows have other seeds and actions, and their episodes never end.
 @testset "one row of many: $name" for name in ("Ant-v5", "Humanoid-v5", "HalfCheetah-v5.options")
     g = golden(name)
     env = make(g; rows = 3, strict = false)

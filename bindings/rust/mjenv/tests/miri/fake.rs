@@ -1,5 +1,6 @@
-//! Stands for libmjenv, whose C Miri cannot run: what the crate calls, with sums for physics and a thread for each row
-//! that is sent. It reads and writes all that the header lets the library read and write.
+//! Replaces libmjenv, because Miri cannot run C. It has the functions that the crate calls. Its physics are sums, and
+//! each row that is sent gets a thread. It reads and writes everything that the header allows the library to read and
+//! write.
 
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_void};
@@ -10,10 +11,10 @@ use std::thread::{self, JoinHandle};
 use mjenv_sys::*;
 
 const ACTUATORS: usize = 2;
-/// Name and number of elements, for every role alike.
+/// The name and the number of elements of each field, which are the same for every role.
 const FIELDS: [(&[u8], usize); 2] = [(b"place\0", 2), (b"speed\0", 1)];
 const ELEMENTS: usize = 3;
-/// The num_threads of an environment in which all rows that are sent fail for want of memory.
+/// With this num_threads all rows that are sent fail because there is not enough memory.
 pub const SHORT_OF_MEMORY: i64 = 99;
 const OPTIONS: [(&[u8], mjenv_kind); 4] = [
     (b"num_threads\0", MJENV_INTEGER),
@@ -374,7 +375,7 @@ unsafe extern "C" fn mjenv_recv(
 
 // ---- Actions and outputs ----
 
-/// Of each row's actions.
+/// Returns the sum of each row's actions.
 unsafe fn sums(action: *const c_void, count: usize, dtype: mjenv_dtype) -> Vec<f64> {
     let actions: Vec<f64> = if dtype == MJENV_FLOAT32 {
         slice::from_raw_parts(action as *const f32, count).iter().map(|&a| a.into()).collect()
@@ -384,7 +385,7 @@ unsafe fn sums(action: *const c_void, count: usize, dtype: mjenv_dtype) -> Vec<f
     actions.chunks(ACTUATORS).map(|row| row.iter().sum()).collect()
 }
 
-/// All outputs of a row.
+/// Writes all outputs of a row.
 unsafe fn write(out: &mjenv_batch, row: usize, state: f64) {
     observe(out, out.obs, row, state);
     *out.reward.add(row) = state;
@@ -410,7 +411,7 @@ unsafe fn observe(out: &mjenv_batch, to: *mut c_void, row: usize, state: f64) {
     }
 }
 
-/// Field by field, each with the elements of all rows.
+/// Writes a row's values of all fields. Each field holds its elements of all rows.
 unsafe fn record(out: &mjenv_batch, values: *mut f64, row: usize, state: f64) {
     if values.is_null() {
         return;

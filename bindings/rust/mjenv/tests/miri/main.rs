@@ -81,7 +81,7 @@ fn an_environment_moves_between_threads() {
     assert_eq!(batch.obs(1), [2.0; 3]);
 }
 
-/// Rows are read while threads write those beside them.
+/// The test reads rows while threads write the rows beside them.
 #[test]
 fn rows_under_way() {
     let mut pipeline = env(4).pipeline();

@@ -1,4 +1,4 @@
-//! Steps and resets allocate nothing on the Rust side.
+//! Tests that the crate allocates nothing in steps and resets.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -1,4 +1,4 @@
-//! Reads what Gymnasium did from tests/golden; its record.py tells the formats.
+//! Reads the recordings of Gymnasium in tests/golden. Its record.py describes the formats.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ pub fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../tests/golden")
 }
 
-/// A C99 hexadecimal number, or a decimal one.
+/// Parses a number in C99's hexadecimal form or in decimal form.
 pub fn real(text: &str) -> f64 {
     let (sign, digits) = text.strip_prefix('-').map_or((1.0, text), |rest| (-1.0, rest));
     let digits = match digits.strip_prefix("0x") {
@@ -101,7 +101,7 @@ pub struct Golden {
 }
 
 impl Golden {
-    /// The goldens in a folder whose names begin with `prefix`; there must be some.
+    /// Returns the recordings in a folder whose names begin with `prefix`. Panics if there are none.
     pub fn all(name: &str, prefix: &str) -> Vec<Golden> {
         let folder = folder().join(name);
         let mut paths: Vec<_> = fs::read_dir(&folder)
@@ -115,7 +115,7 @@ impl Golden {
         paths.iter().map(|path| Golden::read(path)).collect()
     }
 
-    /// The trajectory of an id with its default options, but for the step limit.
+    /// Returns the trajectory of an id with its default options except for the limit of steps.
     pub fn of(id: &str) -> Golden {
         Golden::all("trajectories", &format!("{id}.golden")).remove(0)
     }

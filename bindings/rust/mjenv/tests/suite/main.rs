@@ -1,4 +1,4 @@
-//! Tests of the safe interface. Expected numbers are Gymnasium's, out of tests/golden.
+//! Tests the safe interface. The expected numbers are Gymnasium's, recorded in tests/golden.
 
 mod allocation;
 mod golden;

@@ -1,4 +1,4 @@
-//! Panics, leaks and drops at the wrong time. What the compiler refuses is in src/misuse.rs.
+//! Tests panics, leaks, and drops at the wrong time. src/misuse.rs has the misuse that the compiler refuses.
 
 use std::mem;
 use std::panic::{self, AssertUnwindSafe};

@@ -1,4 +1,4 @@
-//! Options as Rust values: the types they take and give, copies, and use by several threads.
+//! Tests which Rust types options take and give, how they are cloned, and that several threads may use them.
 
 use std::thread;
 
@@ -43,7 +43,7 @@ fn numbers_that_do_not_fit() {
 #[test]
 fn reals_of_both_types() {
     let mut options = ant();
-    // 0.1f32 is another number than 0.1.
+    // 0.1f32 and 0.1 are different numbers.
     options.set("ctrl_cost_weight", 0.1f32).unwrap();
     assert_eq!(options.get::<f64>("ctrl_cost_weight").unwrap(), 0.100_000_001_490_116_12);
     let range = |options: &Options| options.get::<Vec<f64>>("healthy_z_range").unwrap();
@@ -53,7 +53,7 @@ fn reals_of_both_types() {
     assert_eq!(range(options.set("healthy_z_range", &[0.1, 0.7][..]).unwrap()), [0.1, 0.7]);
 }
 
-/// Whether a real number was given as an integer decides the type of an info: a copy must know it, too.
+/// If a real number is set to an integer, the type of an info changes. A clone must keep that.
 #[test]
 fn a_copy_equals_and_goes_its_own_way() {
     let mut options = Options::new("Hopper-v5").unwrap();

@@ -1,4 +1,4 @@
-//! Pictures are Gymnasium's, which tests/pictures/record draws on the same machine.
+//! Compares pictures with Gymnasium's, which tests/pictures/record draws on the same machine.
 
 use std::fs;
 use std::path::Path;
@@ -109,7 +109,7 @@ fn what_cannot_be_drawn_is_refused() {
     assert_eq!(renderer.render(0).unwrap_err().kind(), ErrorKind::State);
 }
 
-/// The outputs that a pipeline gives back are nobody else's, also when a renderer is inside the environment just then.
+/// `finish` waits for all rows even if a renderer is using the environment at that moment.
 #[test]
 fn a_pipeline_is_finished_while_another_thread_draws() {
     let mut options = Options::new("HumanoidStandup-v5").unwrap();

@@ -1,4 +1,5 @@
-//! Bad input: each kind gives its status and a message that names the culprit, and spoils nothing.
+//! Tests that bad input returns the right kind of error, that the message names the wrong argument, and that nothing
+//! else changes.
 
 use std::fmt::Debug;
 
@@ -23,7 +24,7 @@ fn bits(batch: &Batch) -> Vec<u64> {
     numbers.chain(flags).chain(failures).collect()
 }
 
-/// Two equal environments in the middle of an episode, of which one is given bad input.
+/// Two equal environments in the middle of an episode. Only one of them gets bad input.
 struct Pair {
     env: Env,
     batch: Batch,
@@ -57,7 +58,7 @@ impl Pair {
         assert_eq!(bits(&self.batch), bits(&self.twin_batch));
     }
 
-    /// The bad input is refused, leaves the outputs as they were, and the episode goes on as that of the twin.
+    /// Checks that the bad input is refused and changes no outputs, and that the episode goes on like the twin's.
     #[track_caller]
     fn refuses<T: Debug>(
         &mut self,
@@ -217,7 +218,7 @@ fn outputs_without_room_for_arrays_or_reset_infos() {
     assert_refused(batch.array("qpos").map(<[f64]>::to_vec), ErrorKind::Name, &["qpos", "xpos"]);
     assert_refused(batch.final_info("x_velocity").map(<[f64]>::to_vec), ErrorKind::State, &["autoreset_mode"]);
 
-    // Equal in all but their reset infos.
+    // These two differ only in their reset infos.
     let old = Env::new(&Options::new("HalfCheetah-v4").unwrap(), 1).unwrap();
     let mut new = Env::new(&Options::new("HalfCheetah-v5").unwrap(), 1).unwrap();
     assert_refused(new.reset(&mut old.batch()), ErrorKind::Size, &["info_count", "0", "1"]);

@@ -1,11 +1,11 @@
-//! A leg of tests/relay/run, which passes an episode on from language to language.
+//! Plays a part of an episode for tests/relay/run, which passes it from one language to the next.
 
 use std::fs;
 
 use crate::golden::Golden;
 use crate::replay::Replay;
 
-/// MJENV_LEG: GOLDEN FIRST END IN OUT, as tests/relay/leg.c takes them.
+/// The variable MJENV_LEG holds GOLDEN FIRST END IN OUT, the arguments of tests/relay/leg.c.
 #[test]
 #[ignore = "run by tests/relay/run"]
 fn leg() {

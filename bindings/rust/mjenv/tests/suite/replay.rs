@@ -1,4 +1,4 @@
-//! Replays what Gymnasium did: all bits must be equal.
+//! Repeats what Gymnasium did, and checks that all bits are equal.
 
 use mjenv::{Batch, Env, Real, Role};
 
@@ -35,7 +35,7 @@ impl Recording {
     }
 }
 
-/// Replays a golden in one of several rows, of which the others have other random streams and are never reset again.
+/// Replays a recording in one of several rows. The other rows have other random streams and are never reset again.
 pub struct Replay<'a> {
     golden: &'a Golden,
     recording: Recording,
@@ -65,12 +65,12 @@ impl<'a> Replay<'a> {
         self.recording.terminated.len()
     }
 
-    /// Goes on with another row, which must be as the present one.
+    /// Goes on with another row, which must be in the same state as the present one.
     pub fn move_to(&mut self, row: usize) {
         self.row = row;
     }
 
-    /// Resets if the recording does before `step`, then steps and compares everything.
+    /// Resets if the recording has a reset before `step`, then steps and compares everything.
     pub fn step(&mut self, step: usize) {
         if let Some(episode) = self.recording.reset_at.iter().position(|at| *at == step) {
             self.reset(episode);

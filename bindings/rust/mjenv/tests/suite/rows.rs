@@ -1,4 +1,4 @@
-//! What rows do beyond steps and resets: automatic resets, rollouts, copies.
+//! Tests automatic resets, rollouts and copies of rows.
 
 use mjenv::{Batch, Env};
 
@@ -7,7 +7,7 @@ use crate::replay::{check_infos, check_step, Recording, Replay};
 
 const IDS: [&str; 4] = ["Ant-v5", "Hopper-v5", "Reacher-v4", "Walker2d-v5"];
 
-/// Two equal rows that reset themselves, and the recording they follow.
+/// Two equal rows that reset themselves, and the recording that they must follow.
 struct Pair {
     golden: Golden,
     recording: Recording,

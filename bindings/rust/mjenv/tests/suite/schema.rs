@@ -1,4 +1,4 @@
-//! What the library declares, against what Gymnasium declares.
+//! Compares what the library declares with what Gymnasium declares.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use mjenv::{Dtype, Env, ErrorKind, Kind, Options, Role, Space, Value, ValueType}
 use crate::golden::{folder, real, value_type, Info};
 use crate::replay::described;
 
-/// The lines of an id in schema.txt: keys and the words behind them.
+/// The lines of an id in schema.txt. Each line is a key followed by words.
 struct Section<'a>(Vec<Vec<&'a str>>);
 
 impl<'a> Section<'a> {

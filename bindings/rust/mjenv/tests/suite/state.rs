@@ -1,4 +1,4 @@
-//! Rows' states: read, set, copied, continued.
+//! Tests that read, set, copy and restore the state of rows.
 
 use std::fs;
 
@@ -7,7 +7,7 @@ use mjenv::{Env, ErrorKind, Options};
 use crate::golden::{assert_bits, folder, Actions, Golden};
 use crate::replay::{check_infos, Replay};
 
-/// The C tests follow all arrays; these show that each call reaches its row with its numbers.
+/// The C tests compare all arrays. Here a few show that each call reaches the right row with the right numbers.
 const ARRAYS: [&str; 6] = ["time", "qpos", "qvel", "ctrl", "xpos", "qfrc_actuator"];
 
 #[test]
@@ -129,7 +129,7 @@ fn set_state_sets_what_is_observed() {
     assert_bits("qvel", &env.read(1, "qvel").unwrap(), &[0.3, -0.4]);
 }
 
-/// Reading needs no exclusive access: several borrowers may do it.
+/// Reading needs no exclusive access, so several borrowers may read.
 #[test]
 fn reading_takes_a_shared_reference() {
     let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 2).unwrap();
@@ -189,7 +189,7 @@ fn sampled_actions_lie_in_the_space_and_follow_the_seed() {
     assert_ne!(first, other);
 }
 
-/// A box that slides and turns above a floor, in a MuJoCo whose stack is too small for contacts.
+/// A box slides and turns above a floor. The model's stack is too small for contacts.
 const BOX: &str = r#"<mujoco><size nstack="120"/><option timestep="0.01"/><worldbody><geom type="plane" size="9 9 1"/>
 <body pos="0 0 3"><joint name="x" type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
 <joint type="hinge" axis="0 1 0"/><geom type="box" size=".3 .3 .3"/></body></worldbody>

@@ -1,4 +1,4 @@
-//! Handles move between threads. No two threads can be inside one environment, so the library never answers BUSY.
+//! Tests that handles move between threads. Two threads cannot use one environment at the same time.
 
 use std::thread;
 
@@ -22,7 +22,7 @@ fn handles_are_send_and_results_are_both() {
     is_sync::<Error>();
 }
 
-/// Compiles only as long as the type is not Sync: else two implementations would fit.
+/// Compiles only if the type is not Sync. For a Sync type two implementations would match.
 macro_rules! assert_not_sync {
     ($type:ty) => {
         const _: fn() = || {

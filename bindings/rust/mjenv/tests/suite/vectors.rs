@@ -1,4 +1,4 @@
-//! Batches beside recordings of Gymnasium's SyncVectorEnv in its three modes of automatic resets.
+//! Compares batches with recordings of Gymnasium's SyncVectorEnv in its three modes of automatic resets.
 
 use mjenv::{Batch, Env};
 
@@ -6,7 +6,7 @@ use crate::golden::{assert_bits, Actions, Golden, Info, Table};
 
 const ROWS: usize = 3;
 
-/// Infos as SyncVectorEnv returns them: a row has a key where its mask says so.
+/// The infos that SyncVectorEnv returned. A row has a key only if its mask says so.
 struct Infos<'a> {
     fields: &'a [Info],
     values: Table,
@@ -18,7 +18,7 @@ impl<'a> Infos<'a> {
         Self { fields, values: golden.table(name), masks: golden.flags(&format!("{name}_mask")) }
     }
 
-    /// `got` gives all rows' numbers under a key, or nothing where this row has no such key.
+    /// `got` returns the numbers of all rows for a key, or `None` if this row does not have the key.
     fn check<'b>(&self, place: &str, line: usize, row: usize, got: impl Fn(&str) -> Option<&'b [f64]>) {
         let width: usize = self.fields.iter().map(|field| field.count).sum();
         let mut offset = row * width;
