@@ -62,8 +62,8 @@ void run(const Case& c) {
   mj_forward(m, d);
 
   mjenv_batch out{};
-  std::vector<double> obs(static_cast<std::size_t>(sum_of_counts(env, MJENV_OBSERVATION)));
-  std::vector<double> info(static_cast<std::size_t>(sum_of_counts(env, MJENV_INFO)));
+  std::vector<double> obs(static_cast<std::size_t>(sum_of_counts(env, MJENV_ROLE_OBSERVATION)));
+  std::vector<double> info(static_cast<std::size_t>(sum_of_counts(env, MJENV_ROLE_INFO)));
   double reward = 0;
   std::uint8_t terminated = 0, truncated = 0;
   out.struct_size = sizeof out;
@@ -84,7 +84,7 @@ void run(const Case& c) {
   };
   const auto whole = [&] {
     for (std::size_t i = 0; i < actions.size(); i += nu)
-      check(mjenv_step(env, actions.data() + i, nu, MJENV_FLOAT32, &out));
+      check(mjenv_step(env, actions.data() + i, nu, MJENV_DTYPE_FLOAT32, &out));
   };
   const auto bare = [&] {
     for (std::size_t i = 0; i < actions.size(); i += nu) {

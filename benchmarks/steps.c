@@ -30,7 +30,7 @@ static double now(void) {
 static void step(struct work* w, const struct library* library) {
   const float* action = w->actions + (size_t)w->next * w->count;
   w->next = (w->next + 1) % w->steps;
-  check(library, library->mjenv_step(w->env, action, w->count, MJENV_FLOAT32, &w->out));
+  check(library, library->mjenv_step(w->env, action, w->count, MJENV_DTYPE_FLOAT32, &w->out));
   if (w->out.rows == 1 && (*w->out.terminated || *w->out.truncated))
     check(library, library->mjenv_reset(w->env, NULL, &w->reset));
 }
@@ -46,9 +46,9 @@ static void work_open(struct work* w, const struct library* library, const char*
 
   const size_t n = (size_t)rows;
   w->out = (mjenv_batch){.struct_size = sizeof w->out, .rows = rows};
-  w->out.obs_count = space_count(library, w->env, MJENV_OBSERVATION);
-  w->out.info_count = info_count(library, w->env, MJENV_INFO);
-  w->out.reset_info_count = info_count(library, w->env, MJENV_RESET_INFO);
+  w->out.obs_count = space_count(library, w->env, MJENV_ROLE_OBSERVATION);
+  w->out.info_count = info_count(library, w->env, MJENV_ROLE_INFO);
+  w->out.reset_info_count = info_count(library, w->env, MJENV_ROLE_RESET_INFO);
   w->out.obs = calloc(n * (size_t)w->out.obs_count, sizeof(double));
   w->out.reward = calloc(n, sizeof(double));
   w->out.terminated = calloc(n, 1);
@@ -59,7 +59,7 @@ static void work_open(struct work* w, const struct library* library, const char*
   w->reset.info = w->out.reset_info;
   w->reset.info_count = w->out.reset_info_count;
 
-  w->count = n * (size_t)space_count(library, w->env, MJENV_ACTION);
+  w->count = n * (size_t)space_count(library, w->env, MJENV_ROLE_ACTION);
   w->steps = ACTIONS / rows > AT_LEAST ? ACTIONS / rows : AT_LEAST;
   w->next = 0;
   w->actions = malloc((size_t)w->steps * w->count * sizeof *w->actions);

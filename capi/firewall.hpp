@@ -125,25 +125,15 @@ T answer(T fallback, const F& body) noexcept {
   return result;
 }
 
-// A caller in C may give any int for an enum. Read as an enum, one that is none of its values means nothing in C++.
-template <typename E>
-std::int32_t number_of(const E& value) {
-  static_assert(sizeof(E) == sizeof(std::int32_t));
-  std::int32_t number;
-  std::memcpy(&number, &value, sizeof number);
-  return number;
-}
-
-inline mjenv_dtype known(const mjenv_dtype& dtype) {
-  const std::int32_t given = number_of(dtype);
-  if (given != MJENV_FLOAT64 && given != MJENV_FLOAT32)
-    fail(MJENV_E_ARGUMENT, "dtype is " + std::to_string(given) + ", not MJENV_FLOAT64 or MJENV_FLOAT32");
+inline mjenv_dtype known_dtype(mjenv_dtype dtype) {
+  if (dtype != MJENV_DTYPE_FLOAT64 && dtype != MJENV_DTYPE_FLOAT32)
+    fail(MJENV_E_ARGUMENT, "dtype is " + std::to_string(dtype) + ", not MJENV_DTYPE_FLOAT64 or MJENV_DTYPE_FLOAT32");
   return dtype;
 }
 
-inline mjenv_role known(const mjenv_role& role) {
-  const std::int32_t given = number_of(role);
-  if (given < MJENV_OBSERVATION || given > MJENV_ARRAYS) fail(MJENV_E_ARGUMENT, "no role " + std::to_string(given));
+inline mjenv_role known_role(mjenv_role role) {
+  if (role < MJENV_ROLE_OBSERVATION || role > MJENV_ROLE_ARRAYS)
+    fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
   return role;
 }
 

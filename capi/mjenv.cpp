@@ -51,7 +51,7 @@ std::int64_t look_up(const mjenv_env* handle, const F& body) noexcept {
 std::string text(const char* value, const char* name) { return &need(value, name); }
 
 Action action_of(const void* values, std::size_t count, mjenv_dtype dtype, const char* name = "action") {
-  return {need_memory(values, count, name), known(dtype), static_cast<Eigen::Index>(count)};
+  return {need_memory(values, count, name), known_dtype(dtype), static_cast<Eigen::Index>(count)};
 }
 
 void fill(mjenv_field* to, const Field& field) {
@@ -73,7 +73,7 @@ void fill(mjenv_option* to, const Option& option) {
   out.doc = option.doc.c_str();
   out.low = option.low;
   out.high = option.high;
-  out.count = option.kind == MJENV_REALS ? static_cast<std::int64_t>(option.reals.size()) : 1;
+  out.count = option.kind == MJENV_KIND_REALS ? static_cast<std::int64_t>(option.reals.size()) : 1;
   out.choices = option.choices.empty() ? nullptr : option.choices.c_str();
   hand_out(to, "option", out);
 }
@@ -96,8 +96,10 @@ std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
 
 const char* mjenv_version() { return MJENV_VERSION_TEXT; }
 
+std::uint32_t mjenv_version_number() { return MJENV_VERSION_NUMBER; }
+
 const char* mjenv_status_name(mjenv_status status) {
-  switch (number_of(status)) {
+  switch (status) {
     case MJENV_OK: return "MJENV_OK";
     case MJENV_E_ARGUMENT: return "MJENV_E_ARGUMENT";
     case MJENV_E_NAME: return "MJENV_E_NAME";
@@ -191,8 +193,9 @@ mjenv_status mjenv_options_set_string(mjenv_options* options, const char* name, 
 mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char* name, std::int64_t* value) {
   return read_options(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
-    const bool index = option.kind == MJENV_STRING_OR_INT && option.given_as_integer;
-    if (!index && option.kind != MJENV_FLAG && option.kind != MJENV_INTEGER) refuse_kind(option, "an integer");
+    const bool index = option.kind == MJENV_KIND_STRING_OR_INT && option.given_as_integer;
+    if (!index && option.kind != MJENV_KIND_FLAG && option.kind != MJENV_KIND_INTEGER)
+      refuse_kind(option, "an integer");
     need(value, "value") = option.integer;
   });
 }
@@ -201,7 +204,7 @@ mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* n
                                      std::size_t capacity, std::size_t* count) {
   return read_options(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
-    if (option.kind != MJENV_REALS) refuse_kind(option, "real numbers");
+    if (option.kind != MJENV_KIND_REALS) refuse_kind(option, "real numbers");
     deliver(option.reals.size(), capacity, values, count,
             [&] { std::copy(option.reals.begin(), option.reals.end(), values); });
   });
@@ -210,8 +213,8 @@ mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* n
 mjenv_status mjenv_options_get_string(const mjenv_options* options, const char* name, const char** value) {
   return read_options(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
-    const bool named = option.kind == MJENV_STRING_OR_INT && !option.given_as_integer;
-    if (!named && option.kind != MJENV_STRING) refuse_kind(option, "a text");
+    const bool named = option.kind == MJENV_KIND_STRING_OR_INT && !option.given_as_integer;
+    if (!named && option.kind != MJENV_KIND_STRING) refuse_kind(option, "a text");
     need(value, "value") = option.text.c_str();
   });
 }
@@ -247,11 +250,10 @@ const mjenv_options* mjenv_options_of(const mjenv_env* env) {
 
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
   return look(env, [&](const Env& e) {
-    const std::int32_t given = number_of(role);
-    if (given != MJENV_OBSERVATION && given != MJENV_ACTION)
-      fail(MJENV_E_ARGUMENT, "a space is of MJENV_OBSERVATION or MJENV_ACTION, not " + std::to_string(given));
+    if (role != MJENV_ROLE_OBSERVATION && role != MJENV_ROLE_ACTION)
+      fail(MJENV_E_ARGUMENT, "a space is of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, not " + std::to_string(role));
     mjenv_space out{};
-    out.dtype = role == MJENV_OBSERVATION ? MJENV_FLOAT64 : MJENV_FLOAT32;
+    out.dtype = role == MJENV_ROLE_OBSERVATION ? MJENV_DTYPE_FLOAT64 : MJENV_DTYPE_FLOAT32;
     const Space& bounds = e.schema().space(role);
     out.count = static_cast<std::int64_t>(bounds.low.size());
     out.low = bounds.low.data();
@@ -261,11 +263,12 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return look_up(env, [&](const Env& e) { return static_cast<std::int64_t>(e.schema().fields(known(role)).size()); });
+  return look_up(env,
+                 [&](const Env& e) { return static_cast<std::int64_t>(e.schema().fields(known_role(role)).size()); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return look(env, [&](const Env& e) { fill(field, at(e.schema().fields(known(role)), index, "field")); });
+  return look(env, [&](const Env& e) { fill(field, at(e.schema().fields(known_role(role)), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
@@ -309,7 +312,7 @@ mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, std::int64_t* rows, s
   });
 }
 
-mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::int64_t steps, std::size_t count, mjenv_dtype dtype,
+mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype, std::int64_t steps,
                            const mjenv_batch* out) {
   return enter(env, out,
                [&](Env& e, const mjenv_batch& batch) { e.rollout(action_of(action, count, dtype), steps, batch); });
@@ -344,6 +347,10 @@ mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, dou
   });
 }
 
+mjenv_status mjenv_object_count(const mjenv_env* env, const char* type, std::int64_t* count) {
+  return look(env, [&](const Env& e) { need(count, "count") = e.model().count(text(type, "type")); });
+}
+
 mjenv_status mjenv_object_index(const mjenv_env* env, const char* type, const char* name, std::int64_t* index) {
   return look(env,
               [&](const Env& e) { need(index, "index") = e.model().index(text(type, "type"), text(name, "name")); });
@@ -364,7 +371,7 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
 
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
                             std::int64_t frames) {
-  return enter(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_FLOAT64, "ctrl"), frames); });
+  return enter(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_DTYPE_FLOAT64, "ctrl"), frames); });
 }
 
 mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {

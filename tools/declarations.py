@@ -38,7 +38,7 @@ def python_type(api: header.Header, ctype: header.CType) -> str:
     elif ctype.base == "void":
         return "None"
     elif kind == "enum":
-        text = "c_int"
+        text = "c_int32"
     else:
         text = ctype.base if kind == "struct" else CTYPES[ctype.base]
     for _ in range(pointers):
@@ -56,7 +56,7 @@ def python_module(api: header.Header) -> str:
         "    CDLL,",
         "    POINTER,",
         "    Structure,",
-        *(f"    {name}," for name in ("c_char_p", "c_double", "c_float", "c_int", "c_int32", "c_int64", "c_size_t")),
+        *(f"    {name}," for name in ("c_char_p", "c_double", "c_float", "c_int32", "c_int64", "c_size_t")),
         *(f"    {name}," for name in ("c_uint8", "c_uint32", "c_uint64", "c_void_p")),
         ")",
         "from enum import IntEnum",
@@ -65,7 +65,7 @@ def python_module(api: header.Header) -> str:
     ]
     for enum in api.enums:
         lines += ["", "", f"class {enum.name.removeprefix('mjenv_').capitalize()}(IntEnum):"]
-        lines += [f"    {name.removeprefix('MJENV_')} = {value}" for name, value in enum.values]
+        lines += [f"    {enum.short(name)} = {value}" for name, value in enum.values]
     for struct in api.structs:
         lines += ["", "", f"class {struct.name}(Structure):", "    _fields_ = ("]
         lines += [f'        ("{field.name}", {python_type(api, field.type)}),' for field in struct.fields]

@@ -43,7 +43,6 @@ def julia_type(ctype: header.CType) -> str:
 
 
 def _enum(enum: header.Enum) -> Iterator[str]:
-    # C gives an enum the width of int; Int32 also holds the negative values.
     yield f"@enum {enum.name}::Int32 begin"
     for name, value in enum.values:
         yield f"    {name} = {value}"
@@ -56,7 +55,7 @@ def _default(struct: header.Struct, field: header.Member, kind: str) -> str:
     if field.type.length is not None:
         return "(" + "0, " * (field.type.length - 1) + "0)"
     if field.type.pointers == 0:
-        return "0" if kind == "scalar" else f"{julia_type(field.type)}(0)"
+        return "0" if kind in ("scalar", "enum") else f"{julia_type(field.type)}(0)"
     return f"{julia_type(field.type)}(C_NULL)"
 
 
@@ -64,8 +63,10 @@ def _struct(api: header.Header, struct: header.Struct) -> Iterator[str]:
     # With keywords, because structs grow.
     yield f"Base.@kwdef struct {struct.name}"
     for field in struct.fields:
-        default = _default(struct, field, api.kind(field.type.base))
-        yield f"    {field.name}::{julia_type(field.type)} = {default}"
+        kind = api.kind(field.type.base)
+        # Int32 for an enum, of which a newer library may have more values.
+        name = "Int32" if kind == "enum" else julia_type(field.type)
+        yield f"    {field.name}::{name} = {_default(struct, field, kind)}"
     yield "end"
 
 

@@ -1,6 +1,6 @@
 """Reads capi/include/mjenv/mjenv.h into plain Python objects, from which the bindings' declarations are generated.
 
-The header keeps to a regular subset of C: enums with explicit values, structs of scalars, pointers and arrays of a
+The header keeps to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars, pointers and arrays of a
 literal length, opaque structs and functions marked MJENV_API. Anything else raises ValueError, so nothing is missed.
 
     import header
@@ -49,6 +49,10 @@ class Enum:
     name: str
     values: tuple[tuple[str, int], ...]
 
+    def short(self, value: str) -> str:
+        """The name of a value within the enum: OBSERVATION for mjenv_role's MJENV_ROLE_OBSERVATION."""
+        return value.removeprefix(f"{self.name.upper()}_").removeprefix("MJENV_")
+
 
 @dataclass(frozen=True)
 class Struct:
@@ -89,7 +93,7 @@ class Header:
 _MEMBER = re.compile(r"(const )?(\w+) (\**)(\w+)(?:\[(\d+)\])?")
 _DECLARATION = re.compile(
     r"(?:typedef struct (?P<opaque>\w+) \w+;"
-    r"|typedef enum (?P<enum>\w+) \{(?P<values>[^}]*)\} \w+;"
+    r"|typedef int32_t (?P<enum>\w+); enum (?P=enum)_value \{(?P<values>[^}]*)\};"
     r"|typedef struct (?P<struct>\w+) \{(?P<fields>[^}]*)\} \w+;"
     r"|MJENV_API (?P<result>[\w ]+ \**)(?P<function>\w+)\((?P<parameters>[^)]*)\);) ?"
 )

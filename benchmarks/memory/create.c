@@ -36,11 +36,11 @@ static void* touched(size_t bytes) {
 
 /* Resets and steps; returns how many bytes the process has grown by. The arrays of outputs are there before. */
 static double play(const struct library* library, mjenv_env* env, int64_t rows) {
-  const size_t n = (size_t)rows, actions = n * (size_t)space_count(library, env, MJENV_ACTION);
+  const size_t n = (size_t)rows, actions = n * (size_t)space_count(library, env, MJENV_ROLE_ACTION);
   mjenv_batch out = {.struct_size = sizeof out, .rows = rows};
-  out.obs_count = space_count(library, env, MJENV_OBSERVATION);
-  out.info_count = info_count(library, env, MJENV_INFO);
-  const int64_t reset_info_count = info_count(library, env, MJENV_RESET_INFO);
+  out.obs_count = space_count(library, env, MJENV_ROLE_OBSERVATION);
+  out.info_count = info_count(library, env, MJENV_ROLE_INFO);
+  const int64_t reset_info_count = info_count(library, env, MJENV_ROLE_RESET_INFO);
   float* action = touched(actions * sizeof *action);
   out.obs = touched(n * (size_t)out.obs_count * sizeof(double));
   out.info = touched(n * (size_t)(out.info_count + reset_info_count) * sizeof(double));
@@ -55,7 +55,7 @@ static double play(const struct library* library, mjenv_env* env, int64_t rows) 
   check(library, library->mjenv_seed_actions(env, 1));
   for (int i = 0; i < STEPS; ++i) {
     check(library, library->mjenv_sample_actions(env, action, actions));
-    check(library, library->mjenv_step(env, action, actions, MJENV_FLOAT32, &out));
+    check(library, library->mjenv_step(env, action, actions, MJENV_DTYPE_FLOAT32, &out));
   }
   return resident() - before;
 }

@@ -72,11 +72,11 @@ const Kind& kind_of(const std::string& type) {
   fail(MJENV_E_NAME, "no objects of type " + quoted(type) + "; there are " + listed(names));
 }
 
-constexpr mjenv_type type_of(const mjtNum*) { return MJENV_NUMPY_FLOAT64; }
-constexpr mjenv_type type_of(const float*) { return MJENV_NUMPY_FLOAT32; }
-constexpr mjenv_type type_of(const int*) { return MJENV_NUMPY_INT32; }
-constexpr mjenv_type type_of(const mjtByte*) { return MJENV_NUMPY_UINT8; }
-constexpr mjenv_type type_of(const char*) { return MJENV_NUMPY_UINT8; }
+constexpr mjenv_type type_of(const mjtNum*) { return MJENV_TYPE_FLOAT64; }
+constexpr mjenv_type type_of(const float*) { return MJENV_TYPE_FLOAT32; }
+constexpr mjenv_type type_of(const int*) { return MJENV_TYPE_INT32; }
+constexpr mjenv_type type_of(const mjtByte*) { return MJENV_TYPE_UINT8; }
+constexpr mjenv_type type_of(const char*) { return MJENV_TYPE_UINT8; }
 
 template <typename T>
 Array array(const char* name, const T* data, std::vector<std::int64_t> shape) {
@@ -233,9 +233,9 @@ void Array::read(double* values) const {
     for (std::size_t i = 0; i < count(); ++i) values[i] = static_cast<double>(from[i]);
   };
   switch (type) {
-    case MJENV_NUMPY_FLOAT32: return copy(static_cast<const float*>(data));
-    case MJENV_NUMPY_INT32: return copy(static_cast<const int*>(data));
-    case MJENV_NUMPY_UINT8: return copy(static_cast<const unsigned char*>(data));
+    case MJENV_TYPE_FLOAT32: return copy(static_cast<const float*>(data));
+    case MJENV_TYPE_INT32: return copy(static_cast<const int*>(data));
+    case MJENV_TYPE_UINT8: return copy(static_cast<const unsigned char*>(data));
     default: return copy(static_cast<const double*>(data));
   }
 }

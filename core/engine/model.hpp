@@ -47,7 +47,8 @@ struct Array {
 class Model {
  public:
   // From a built-in name ("ant.xml") or a path, by Gymnasium's rule: a text that starts with ".", "/" or "~" is a path.
-  // Unless it is trusted, a model reads no files from outside of its folder, and has bounds (engine/untrusted/mjcf.hpp).
+  // Unless it is trusted, a model reads no files from outside of its folder, and has bounds
+  // (engine/untrusted/mjcf.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
   // From MJCF text.
   static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);

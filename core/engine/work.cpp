@@ -39,16 +39,16 @@ Work::Work(std::shared_ptr<const Model> model, int frame_skip) : model_(std::mov
 std::vector<Array> Work::arrays() const {
   const mjModel* m = model_->get();
   const mjData* d = data_.get();
-  std::vector<Array> list{{"time", MJENV_NUMPY_FLOAT64, {}, &d->time},
-                          {"energy", MJENV_NUMPY_FLOAT64, {2}, d->energy},
-                          {"ncon", MJENV_NUMPY_INT32, {}, &d->ncon},
-                          {"nefc", MJENV_NUMPY_INT32, {}, &d->nefc},
-                          {"solver_iter", MJENV_NUMPY_INT32, {}, &d->solver_iter}};
+  std::vector<Array> list{{"time", MJENV_TYPE_FLOAT64, {}, &d->time},
+                          {"energy", MJENV_TYPE_FLOAT64, {2}, d->energy},
+                          {"ncon", MJENV_TYPE_INT32, {}, &d->ncon},
+                          {"nefc", MJENV_TYPE_INT32, {}, &d->nefc},
+                          {"solver_iter", MJENV_TYPE_INT32, {}, &d->solver_iter}};
   MJDATA_POINTERS_PREAMBLE(m)
   const auto add = [&](const char* name, const auto* data, int rows, int columns, bool flat) {
     using T = std::decay_t<decltype(*data)>;
     if constexpr (!std::is_same_v<T, mjContact>) {
-      const auto type = std::is_same_v<T, int> ? MJENV_NUMPY_INT32 : MJENV_NUMPY_FLOAT64;
+      const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
       list.push_back(
           {name, type, flat ? std::vector<std::int64_t>{rows} : std::vector<std::int64_t>{rows, columns}, data});
     }

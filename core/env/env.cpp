@@ -115,7 +115,7 @@ void Env::seed_actions(std::uint64_t seed) {
 }
 
 void Env::sample_actions(float* action, std::size_t count) {
-  const auto& [low, high] = schema_.space(MJENV_ACTION);
+  const auto& [low, high] = schema_.space(MJENV_ROLE_ACTION);
   check_count("the action's count", static_cast<std::int64_t>(count), rows() * task_.model->nu());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
@@ -208,7 +208,7 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
     if (array.name == name) return array;
   if (const Array* found = workers_.of(rows_.head(row)).array(rows_, row, name)) return *found;
   std::vector<std::string> names;
-  for (const auto role : {MJENV_DATA, MJENV_MODEL})
+  for (const auto role : {MJENV_ROLE_DATA, MJENV_ROLE_MODEL})
     for (const auto& field : schema_.fields(role)) names.push_back(field.name);
   fail(MJENV_E_NAME, "no array " + quoted(name) + "; there are " + listed(names));
 }

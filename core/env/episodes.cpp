@@ -48,7 +48,7 @@ void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const
   begin(worker, row);
   place.put_result(0, false, false);
   place.put_status(MJENV_OK);
-  place.clear(schema_.fields(MJENV_INFO), out.info);
+  place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
   write_reset(worker, place);
 }
 
@@ -57,7 +57,7 @@ void Episodes::write_reset(Worker& worker, const Place& place) const {
   worker.write_observation(out.obs, place);
   place.put<std::uint8_t>(out.was_reset, 1);
   if (out.reset_info && task_.reset_info) {
-    Info info(schema_.fields(MJENV_RESET_INFO), out.reset_info, place.rows, place.index);
+    Info info(schema_.fields(MJENV_ROLE_RESET_INFO), out.reset_info, place.rows, place.index);
     task_.reset_info(worker.sim(), info);
     info.check_complete();
   }
@@ -74,8 +74,8 @@ void Episodes::step(Worker& worker, std::int64_t row, const Action& action, cons
     place.put<std::uint8_t>(out.was_reset, 0);
     return worker.write_arrays(schema_, place);
   }
-  place.copy(schema_.fields(MJENV_INFO), out.info, out.final_info);
-  place.clear(schema_.fields(MJENV_INFO), out.info);
+  place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
+  place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
   std::int32_t status = MJENV_OK;  // of the step, put back once the reset has succeeded
   if (out.status) status = std::exchange(out.status[place.index], MJENV_E_PHYSICS);
   begin(worker, row);
@@ -87,7 +87,7 @@ void Episodes::step(Worker& worker, std::int64_t row, const Action& action, cons
 Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   place.put_status(MJENV_E_PHYSICS);  // until the step has succeeded
   worker.step(rows_, row, action, task_.frame_skip);
-  Info info(schema_.fields(MJENV_INFO), place.out.info, place.rows, place.index);
+  Info info(schema_.fields(MJENV_ROLE_INFO), place.out.info, place.rows, place.index);
   Outcome outcome = task_.step(worker.sim(), Carried(rows_.carried(row), task_.carry_count), info);
   info.check_complete();
   const bool diverged = worker.work().diverged();
@@ -112,7 +112,7 @@ void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, 
     if (ends.terminated || ends.truncated) {  // the row stays where its episode ended
       place.put_result(0, ends.terminated, ends.truncated);
       place.put_status(MJENV_OK);
-      place.clear(schema_.fields(MJENV_INFO), out.info);
+      place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
     } else {
       ends = play(worker, row, actions.part(t * nu, nu), place);
     }

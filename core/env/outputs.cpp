@@ -10,7 +10,7 @@ namespace {
 void deliver_obs(const double* from, std::int64_t count, std::int64_t row, void* to, const mjenv_batch& out) {
   if (!from || !to) return;
   const std::int64_t start = row * count;
-  if (out.obs_dtype == MJENV_FLOAT32)
+  if (out.obs_dtype == MJENV_DTYPE_FLOAT32)
     std::transform(from + start, from + start + count, static_cast<float*>(to) + start,
                    [](double x) { return static_cast<float>(x); });
   else
@@ -20,8 +20,8 @@ void deliver_obs(const double* from, std::int64_t count, std::int64_t row, void*
 }  // namespace
 
 Outputs::Outputs(const Schema& schema, const Episodes& episodes, std::int64_t rows) {
-  const std::int64_t obs = schema.observation_count(), info = schema.count(MJENV_INFO);
-  const std::int64_t reset_info = schema.count(MJENV_RESET_INFO), arrays = schema.count(MJENV_ARRAYS);
+  const std::int64_t obs = schema.observation_count(), info = schema.count(MJENV_ROLE_INFO);
+  const std::int64_t reset_info = schema.count(MJENV_ROLE_RESET_INFO), arrays = schema.count(MJENV_ROLE_ARRAYS);
   check_memory(rows, " rows under way",
                static_cast<std::size_t>(2 * (obs + info) + reset_info + arrays + 2) * sizeof(double));
   const auto allocate = [rows](auto& array, std::int64_t count) {
@@ -29,7 +29,7 @@ Outputs::Outputs(const Schema& schema, const Episodes& episodes, std::int64_t ro
     return array.data();
   };
   batch_.struct_size = sizeof batch_;
-  batch_.obs_dtype = MJENV_FLOAT64;
+  batch_.obs_dtype = MJENV_DTYPE_FLOAT64;
   batch_.rows = rows;
   batch_.obs = allocate(obs_, obs);
   batch_.reward = allocate(reward_, 1);
@@ -51,13 +51,13 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   to.put(out.was_reset, from.get(batch_.was_reset));
   to.put_result(from.get(batch_.reward), from.get(batch_.terminated) != 0, from.get(batch_.truncated) != 0);
   deliver_obs(obs_.data(), schema.observation_count(), row, out.obs, out);
-  to.copy(schema.fields(MJENV_INFO), batch_.info, out.info);
-  to.copy(schema.fields(MJENV_ARRAYS), batch_.arrays, out.arrays);
+  to.copy(schema.fields(MJENV_ROLE_INFO), batch_.info, out.info);
+  to.copy(schema.fields(MJENV_ROLE_ARRAYS), batch_.arrays, out.arrays);
   if (!from.get(batch_.was_reset)) return;
-  to.copy(schema.fields(MJENV_RESET_INFO), batch_.reset_info, out.reset_info);
+  to.copy(schema.fields(MJENV_ROLE_RESET_INFO), batch_.reset_info, out.reset_info);
   if (!batch_.final_obs) return;
   deliver_obs(final_obs_.data(), schema.observation_count(), row, out.final_obs, out);
-  to.copy(schema.fields(MJENV_INFO), batch_.final_info, out.final_info);
+  to.copy(schema.fields(MJENV_ROLE_INFO), batch_.final_info, out.final_info);
 }
 
 }  // namespace mjenv::core

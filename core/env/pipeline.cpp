@@ -20,7 +20,7 @@ Pipeline::Pipeline(const Schema& schema, const Rows& rows, const Episodes& episo
       rows_(rows),
       episodes_(episodes),
       workers_(workers),
-      nu_(static_cast<Eigen::Index>(schema.fields(MJENV_ACTION).size())) {}
+      nu_(static_cast<Eigen::Index>(schema.fields(MJENV_ROLE_ACTION).size())) {}
 
 Pipeline::~Pipeline() {
   bool serving = false;
@@ -71,7 +71,7 @@ void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Actio
   if (row_count == 0) return;
 
   // From here on nothing can fail.
-  const std::size_t width = actions.dtype == MJENV_FLOAT32 ? sizeof(float) : sizeof(double);
+  const std::size_t width = actions.dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double);
   for (std::size_t i = 0; i < row_count; ++i) {
     const std::int64_t row = row_at(rows, i);
     if (nu_ > 0)

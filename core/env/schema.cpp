@@ -46,7 +46,7 @@ void Schema::learn(const Task& task, Work& work) {
   if (task.carry) task.carry(sim, carried.data());
 
   const auto list = [](std::vector<Field>& fields, const char* name, std::int64_t count) {
-    append(fields, name, MJENV_NUMPY_FLOAT64, {count}, count);
+    append(fields, name, MJENV_TYPE_FLOAT64, {count}, count);
   };
   if (task.has_structure && task.skipped_qpos >= 0) list(structure_, "skipped_qpos", task.skipped_qpos);
   for (const auto& term : task.terms) {
@@ -58,12 +58,12 @@ void Schema::learn(const Task& task, Work& work) {
   observation_space_.low.assign(static_cast<std::size_t>(observation_count_), -kInfinity);
   observation_space_.high.assign(static_cast<std::size_t>(observation_count_), kInfinity);
 
-  for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_ACTION_DTYPE, {}, i, 1});
+  for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_TYPE_ACTION, {}, i, 1});
   action_space_ = {model.action_low(), model.action_high()};
 
   const std::vector<double> zeros(static_cast<std::size_t>(model.nu()));
   std::vector<double> before(work.layout().size);
-  work.step({zeros.data(), MJENV_FLOAT64, model.nu()}, task.frame_skip, before.data());
+  work.step({zeros.data(), MJENV_DTYPE_FLOAT64, model.nu()}, task.frame_skip, before.data());
   Info info(info_);
   task.step(sim, Carried(carried.data(), task.carry_count), info);
   reward_ = {{"reward", "", task.reward_type, {}, 0, 1}};
@@ -88,15 +88,15 @@ void Schema::choose(const std::string& exported, const std::vector<Array>& array
 
 const std::vector<Field>& Schema::fields(mjenv_role role) const {
   switch (role) {
-    case MJENV_OBSERVATION: return observation_;
-    case MJENV_ACTION: return action_;
-    case MJENV_INFO: return info_;
-    case MJENV_RESET_INFO: return reset_info_;
-    case MJENV_REWARD: return reward_;
-    case MJENV_STRUCTURE: return structure_;
-    case MJENV_DATA: return data_;
-    case MJENV_MODEL: return model_;
-    case MJENV_ARRAYS: return arrays_;
+    case MJENV_ROLE_OBSERVATION: return observation_;
+    case MJENV_ROLE_ACTION: return action_;
+    case MJENV_ROLE_INFO: return info_;
+    case MJENV_ROLE_RESET_INFO: return reset_info_;
+    case MJENV_ROLE_REWARD: return reward_;
+    case MJENV_ROLE_STRUCTURE: return structure_;
+    case MJENV_ROLE_DATA: return data_;
+    case MJENV_ROLE_MODEL: return model_;
+    case MJENV_ROLE_ARRAYS: return arrays_;
   }
   fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
 }
@@ -110,8 +110,9 @@ void Schema::check(const mjenv_batch& out, std::int64_t rows) const {
   if (out.info || out.final_info) check_count("info_count", out.info_count, total(info_));
   if (out.reset_info) check_count("reset_info_count", out.reset_info_count, total(reset_info_));
   if (out.arrays) check_count("arrays_count", out.arrays_count, total(arrays_));
-  if (out.obs_dtype != MJENV_FLOAT64 && out.obs_dtype != MJENV_FLOAT32)
-    fail(MJENV_E_ARGUMENT, "obs_dtype is " + std::to_string(out.obs_dtype) + ", not MJENV_FLOAT64 or MJENV_FLOAT32");
+  if (out.obs_dtype != MJENV_DTYPE_FLOAT64 && out.obs_dtype != MJENV_DTYPE_FLOAT32)
+    fail(MJENV_E_ARGUMENT,
+         "obs_dtype is " + std::to_string(out.obs_dtype) + ", not MJENV_DTYPE_FLOAT64 or MJENV_DTYPE_FLOAT32");
 }
 
 }  // namespace mjenv::core

@@ -23,7 +23,7 @@ class Schema {
   const std::vector<Field>& fields(mjenv_role role) const;
   // Numbers in one row of the role's fields.
   std::int64_t count(mjenv_role role) const;
-  const Space& space(mjenv_role role) const { return role == MJENV_ACTION ? action_space_ : observation_space_; }
+  const Space& space(mjenv_role role) const { return role == MJENV_ROLE_ACTION ? action_space_ : observation_space_; }
   std::int64_t observation_count() const { return observation_count_; }
   // Indices of the exported arrays in Work::arrays().
   const std::vector<std::size_t>& exported() const { return exported_; }

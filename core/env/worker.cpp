@@ -113,7 +113,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
 void Worker::write_observation(void* to, const Place& place) {
   if (!to) return;
   const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
-  const bool narrow = place.out.obs_dtype == MJENV_FLOAT32;
+  const bool narrow = place.out.obs_dtype == MJENV_DTYPE_FLOAT32;
   double* wide = narrow ? observation_.data() : static_cast<double*>(to) + start;
   Eigen::Index offset = 0;
   for (const auto& term : task_.terms) offset += term.write(work_.sim(), wide + offset);
@@ -124,7 +124,7 @@ void Worker::write_observation(void* to, const Place& place) {
 void Worker::write_arrays(const Schema& schema, const Place& place) {
   if (!place.out.arrays) return;
   if (schema.exports_on_demand()) work_.complete();
-  const std::vector<Field>& fields = schema.fields(MJENV_ARRAYS);
+  const std::vector<Field>& fields = schema.fields(MJENV_ROLE_ARRAYS);
   for (std::size_t i = 0; i < fields.size(); ++i) exported_[i]->read(place.out.arrays + place.start(fields[i]));
 }
 

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "error.hpp"
-#include "system/memory.hpp"
 #include "render/drawing.hpp"
+#include "system/memory.hpp"
 
 namespace mjenv::core {
 namespace {

@@ -10,11 +10,11 @@ namespace {
 
 constexpr const char* kind_name(mjenv_kind kind) {
   switch (kind) {
-    case MJENV_FLAG: return "a flag (0 or 1)";
-    case MJENV_INTEGER: return "an integer";
-    case MJENV_REALS: return "real numbers";
-    case MJENV_STRING: return "a text";
-    case MJENV_STRING_OR_INT: return "a text or an integer";
+    case MJENV_KIND_FLAG: return "a flag (0 or 1)";
+    case MJENV_KIND_INTEGER: return "an integer";
+    case MJENV_KIND_REALS: return "real numbers";
+    case MJENV_KIND_STRING: return "a text";
+    case MJENV_KIND_STRING_OR_INT: return "a text or an integer";
   }
   return "unknown";
 }
@@ -22,33 +22,33 @@ constexpr const char* kind_name(mjenv_kind kind) {
 }  // namespace
 
 const Option& Options::flag(const char* name, bool value, const char* doc, Scope scope) {
-  Option option(MJENV_FLAG, name, doc, scope, 0, 1);
+  Option option(MJENV_KIND_FLAG, name, doc, scope, 0, 1);
   option.integer = value;
   return declare(std::move(option));
 }
 
 const Option& Options::integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
                                const char* doc, Scope scope) {
-  Option option(MJENV_INTEGER, name, doc, scope, static_cast<double>(low), static_cast<double>(high));
+  Option option(MJENV_KIND_INTEGER, name, doc, scope, static_cast<double>(low), static_cast<double>(high));
   option.integer = value;
   return declare(std::move(option));
 }
 
 const Option& Options::reals(const char* name, std::vector<double> values, const char* doc, double low, double high) {
-  Option option(MJENV_REALS, name, doc, Scope::episodes, low, high);
+  Option option(MJENV_KIND_REALS, name, doc, Scope::episodes, low, high);
   option.reals = std::move(values);
   return declare(std::move(option));
 }
 
 const Option& Options::text(const char* name, const char* value, const char* doc, const char* choices, Scope scope) {
-  Option option(MJENV_STRING, name, doc, scope);
+  Option option(MJENV_KIND_STRING, name, doc, scope);
   option.text = value;
   option.choices = choices;
   return declare(std::move(option));
 }
 
 const Option& Options::text_or_index(const char* name, std::int64_t value, const char* doc) {
-  Option option(MJENV_STRING_OR_INT, name, doc, Scope::episodes, 0, std::numeric_limits<int>::max());
+  Option option(MJENV_KIND_STRING_OR_INT, name, doc, Scope::episodes, 0, std::numeric_limits<int>::max());
   option.integer = value;
   option.given_as_integer = true;
   return declare(std::move(option));
@@ -84,12 +84,12 @@ void Options::check_bounds(const Option& option, double value) {
 void Options::set_integer(const std::string& name, std::int64_t value) {
   Option& option = find(name);
   const auto real = static_cast<double>(value);
-  if (option.kind == MJENV_STRING || (option.kind == MJENV_REALS && option.reals.size() != 1))
+  if (option.kind == MJENV_KIND_STRING || (option.kind == MJENV_KIND_REALS && option.reals.size() != 1))
     refuse_type(option, "an integer");
   check_bounds(option, real);
   option.given_as_integer = true;
   option.text.clear();
-  if (option.kind == MJENV_REALS)
+  if (option.kind == MJENV_KIND_REALS)
     option.reals[0] = real;
   else
     option.integer = value;
@@ -97,7 +97,7 @@ void Options::set_integer(const std::string& name, std::int64_t value) {
 
 void Options::set_reals(const std::string& name, const double* values, std::size_t count) {
   Option& option = find(name);
-  if (option.kind != MJENV_REALS) refuse_type(option, "real numbers");
+  if (option.kind != MJENV_KIND_REALS) refuse_type(option, "real numbers");
   if (count != option.reals.size())
     fail(MJENV_E_SIZE, "option " + quoted(name) + " holds " + std::to_string(option.reals.size()) + " number(s), not " +
                            std::to_string(count));
@@ -108,7 +108,7 @@ void Options::set_reals(const std::string& name, const double* values, std::size
 
 void Options::set_string(const std::string& name, const std::string& value) {
   Option& option = find(name);
-  if (option.kind != MJENV_STRING && option.kind != MJENV_STRING_OR_INT) refuse_type(option, "a text");
+  if (option.kind != MJENV_KIND_STRING && option.kind != MJENV_KIND_STRING_OR_INT) refuse_type(option, "a text");
   if (!option.choices.empty()) {
     std::istringstream choices(option.choices);
     std::vector<std::string> names;

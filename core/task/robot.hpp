@@ -25,7 +25,7 @@ using Rng = np::Generator;
 
 struct Field {
   std::string name, doc;
-  mjenv_type type = MJENV_NUMPY_FLOAT64;
+  mjenv_type type = MJENV_TYPE_FLOAT64;
   std::vector<std::int64_t> shape;
   std::int64_t offset = 0, count = 1;
 };
@@ -51,13 +51,13 @@ class Info {
   Info(const std::vector<Field>& fields, double* base, std::int64_t rows, std::int64_t row)
       : field_(fields.data()), end_(field_ + fields.size()), base_(base), rows_(rows), row_(row) {}
 
-  void operator()(const char* name, double value) { scalar(name, value, MJENV_NUMPY_FLOAT64); }
-  void operator()(const char* name, np::Scalar value) { scalar(name, value, MJENV_ACTION_DTYPE); }
-  void operator()(const char* name, PythonFloat value) { scalar(name, value.value, MJENV_PYTHON_FLOAT); }
+  void operator()(const char* name, double value) { scalar(name, value, MJENV_TYPE_FLOAT64); }
+  void operator()(const char* name, np::Scalar value) { scalar(name, value, MJENV_TYPE_ACTION); }
+  void operator()(const char* name, PythonFloat value) { scalar(name, value.value, MJENV_TYPE_NATIVE_FLOAT); }
   void operator()(const char* name, Typed value) { scalar(name, value.value, value.type); }
   template <typename Derived>
   void operator()(const char* name, const Eigen::DenseBase<Derived>& values) {
-    if (learned_) return learn(name, MJENV_NUMPY_FLOAT64, {values.size()});
+    if (learned_) return learn(name, MJENV_TYPE_FLOAT64, {values.size()});
     if (double* to = next(name, values.size()))
       for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
   }
@@ -105,10 +105,10 @@ struct Real {
   operator double() const { return value; }
 };
 inline Typed numpy_typed(double product, Real factor) {
-  return {product, factor.integer ? MJENV_NUMPY_INT64 : MJENV_NUMPY_FLOAT64};
+  return {product, factor.integer ? MJENV_TYPE_INT64 : MJENV_TYPE_FLOAT64};
 }
 inline Typed python_typed(double product, Real factor) {
-  return {product, factor.integer ? MJENV_PYTHON_INT : MJENV_PYTHON_FLOAT};
+  return {product, factor.integer ? MJENV_TYPE_NATIVE_INT : MJENV_TYPE_NATIVE_FLOAT};
 }
 
 // One term of the observation. write returns the term's length, and writes the term if the target is not null.
@@ -133,7 +133,7 @@ struct Task {
   std::int64_t time_limit = 0;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
   Camera camera;
-  mjenv_type reward_type = MJENV_NUMPY_FLOAT64;
+  mjenv_type reward_type = MJENV_TYPE_FLOAT64;
   std::optional<np::Norm> norm;  // if the task computes norms, which rounding it uses
 
   std::vector<Term> terms;

@@ -14,12 +14,12 @@ class Work;
 // The caller's action for one row, in the caller's dtype.
 struct Action {
   const void* values = nullptr;
-  mjenv_dtype dtype = MJENV_FLOAT64;
+  mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
   Eigen::Index count = 0;
 
-  double operator[](Eigen::Index i) const { return dtype == MJENV_FLOAT32 ? narrow()[i] : wide()[i]; }
+  double operator[](Eigen::Index i) const { return dtype == MJENV_DTYPE_FLOAT32 ? narrow()[i] : wide()[i]; }
   Action part(Eigen::Index first, Eigen::Index length) const {
-    return {dtype == MJENV_FLOAT32 ? static_cast<const void*>(narrow() + first) : wide() + first, dtype, length};
+    return {dtype == MJENV_DTYPE_FLOAT32 ? static_cast<const void*>(narrow() + first) : wide() + first, dtype, length};
   }
   const float* narrow() const { return static_cast<const float*>(values); }
   const double* wide() const { return static_cast<const double*>(values); }
@@ -29,7 +29,8 @@ namespace np {
 
 // numpy.square(action).sum(), computed in the action's own dtype.
 inline Scalar sum_square(const Action& a) {
-  if (a.dtype == MJENV_FLOAT32) return Scalar(sum(a.count, [x = a.narrow()](Eigen::Index i) { return x[i] * x[i]; }));
+  if (a.dtype == MJENV_DTYPE_FLOAT32)
+    return Scalar(sum(a.count, [x = a.narrow()](Eigen::Index i) { return x[i] * x[i]; }));
   return Scalar(sum(a.count, [x = a.wide()](Eigen::Index i) { return x[i] * x[i]; }));
 }
 

@@ -94,9 +94,9 @@ static void play(const char* id, const char* norm) {
   p_mjenv_options_destroy(options);
 
   mjenv_space observations = {.struct_size = sizeof observations}, actions = {.struct_size = sizeof actions};
-  check(p_mjenv_space_of(env, MJENV_OBSERVATION, &observations));
-  check(p_mjenv_space_of(env, MJENV_ACTION, &actions));
-  const int64_t info_count = count_of(env, MJENV_INFO), reset_info_count = count_of(env, MJENV_RESET_INFO);
+  check(p_mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &observations));
+  check(p_mjenv_space_of(env, MJENV_ROLE_ACTION, &actions));
+  const int64_t info_count = count_of(env, MJENV_ROLE_INFO), reset_info_count = count_of(env, MJENV_ROLE_RESET_INFO);
   double* obs = allocate((size_t)observations.count, sizeof *obs);
   double* info = allocate((size_t)info_count, sizeof *info);
   double* reset_info = allocate((size_t)reset_info_count, sizeof *reset_info);
@@ -130,7 +130,7 @@ static void play(const char* id, const char* norm) {
     hash = mix(mix(hash, obs, observations.count), reset_info, reset_info_count);
     do {
       check(p_mjenv_sample_actions(env, action, (size_t)actions.count));
-      check(p_mjenv_step(env, action, (size_t)actions.count, MJENV_FLOAT32, &stepped));
+      check(p_mjenv_step(env, action, (size_t)actions.count, MJENV_DTYPE_FLOAT32, &stepped));
       hash = mix(mix(hash, obs, observations.count), &reward, 1);
       hash = mix(mix_flag(mix_flag(hash, terminated), truncated), info, info_count);
       total += reward;

@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   mjenv_options_destroy(options);
 
   mjenv_space space = {.struct_size = sizeof space};
-  check(mjenv_space_of(env, MJENV_ACTION, &space));
+  check(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
   const size_t count = (size_t)space.count;
   float* action = malloc(count * sizeof *action);
   if (!action) return 1;
@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     check(mjenv_reset(env, NULL, NULL));
     do {
       check(mjenv_sample_actions(env, action, count));
-      check(mjenv_step(env, action, count, MJENV_FLOAT32, &out));
+      check(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, &out));
       total += reward;
       ++steps;
     } while (!terminated && !truncated);

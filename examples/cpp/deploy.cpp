@@ -123,7 +123,7 @@ void check(const Policy& policy, std::size_t observations, std::size_t actions) 
 void play(const Policy& policy, int episodes, std::uint64_t seed) {
   mjenv::Env env(policy.id);
   mjenv::Batch batch = env.batch();
-  check(policy, batch.obs_count, env.count(MJENV_ACTION));
+  check(policy, batch.obs_count, env.count(MJENV_ROLE_ACTION));
   env.seed(seed);
   for (int episode = 0; episode < episodes; ++episode) {
     env.reset(batch);

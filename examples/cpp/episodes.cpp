@@ -26,7 +26,7 @@ std::uint64_t mix(std::uint64_t hash, const std::vector<double>& values) {
 void play(const std::string& id, const std::string& norm) {
   mjenv::Env env(mjenv::Options(id).set("norm", norm));
   mjenv::Batch out = env.batch();
-  std::vector<float> action(env.count(MJENV_ACTION));
+  std::vector<float> action(env.count(MJENV_ROLE_ACTION));
   std::uint64_t hash = 0xcbf29ce484222325u;
   double total = 0;
   long steps = 0;

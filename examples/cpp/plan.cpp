@@ -56,8 +56,8 @@ struct Rollout {
     out.rows = static_cast<std::int64_t>(reward.size());
     out.reward = reward.data();
     out.terminated = fell.data();
-    mjenv::check(mjenv_rollout(env.handle(), actions.data(), static_cast<std::int64_t>(steps), actions.size(),
-                               MJENV_FLOAT64, &out));
+    mjenv::check(mjenv_rollout(env.handle(), actions.data(), actions.size(), MJENV_DTYPE_FLOAT64,
+                               static_cast<std::int64_t>(steps), &out));
   }
 
   std::vector<double> reward;      // 0 after a fall
@@ -69,7 +69,7 @@ class Planner {
  public:
   Planner(const std::string& id, std::uint64_t seed)
       : env_(make(id, kSamples, seed)),
-        space_(env_.space(MJENV_ACTION)),
+        space_(env_.space(MJENV_ROLE_ACTION)),
         nu_(static_cast<std::size_t>(space_.count)),
         horizon_(steps_in(kHorizon, env_)),
         replan_(steps_in(kReplan, env_)),
@@ -151,7 +151,7 @@ std::vector<double> planned_returns(const std::string& id, std::size_t steps, st
   double total = 0;
   for (bool fell = false; !fell && returns.size() < steps;) {
     const std::vector<double> actions = planner.next(env.snapshot(0));
-    Rollout played(1, actions.size() / env.count(MJENV_ACTION));
+    Rollout played(1, actions.size() / env.count(MJENV_ROLE_ACTION));
     played.play(env, actions);
     for (const double reward : played.reward) returns.push_back(total += reward);
     fell = played.fell.back();
@@ -166,7 +166,7 @@ struct Random {
 
 Random random_returns(const std::string& id, std::size_t steps, std::uint64_t seed) {
   mjenv::Env players = make(id, kPlayers, seed);
-  const mjenv_space space = players.space(MJENV_ACTION);
+  const mjenv_space space = players.space(MJENV_ROLE_ACTION);
   const auto nu = static_cast<std::size_t>(space.count);
   std::mt19937_64 random(seed);
   std::vector<double> actions(kPlayers * steps * nu);

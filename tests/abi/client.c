@@ -39,10 +39,10 @@ static void test_structs(void** state) {
   assert_ok(mjenv_options_at(mjenv_options_of(env), 0, &option.value));
   assert_non_null(option.value.name);
   assert_guarded(option);
-  assert_ok(mjenv_field_at(env, MJENV_OBSERVATION, 0, &field.value));
+  assert_ok(mjenv_field_at(env, MJENV_ROLE_OBSERVATION, 0, &field.value));
   assert_true(field.value.offset == 0 && field.value.count > 0);
   assert_guarded(field);
-  assert_ok(mjenv_space_of(env, MJENV_ACTION, &space.value));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space.value));
   assert_int_equal(space.value.count, 3);
   assert_true(space.value.low[0] == -1 && space.value.high[0] == 1);
   assert_guarded(space);
@@ -65,10 +65,10 @@ static void test_state(void** state) {
   assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
   unsigned char* image = allocate(size);
   assert_ok(mjenv_snapshot(env, 0, image, size, &size));
-  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, NULL));
+  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_read(env, 0, "qpos", before, 4, &count));
   assert_ok(mjenv_restore(env, 0, image, size));
-  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, NULL));
+  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_read(env, 0, "qpos", after, 4, &count));
   assert_int_equal(count, 4);
   assert_same_bits("qpos", after, before, 4);
@@ -77,7 +77,7 @@ static void test_state(void** state) {
   const char* name = NULL;
   assert_ok(mjenv_object_name(env, "body", index, &name));
   assert_string_equal(name, "fingertip");
-  assert_refused(MJENV_E_SIZE, mjenv_step(env, action, 1, MJENV_FLOAT64, NULL), "count");
+  assert_refused(MJENV_E_SIZE, mjenv_step(env, action, 1, MJENV_DTYPE_FLOAT64, NULL), "count");
   free(image);
   mjenv_destroy(env);
 }

@@ -1,12 +1,31 @@
 // Prints sizes and offsets of the header's structs and the values of its enumerators.
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "mjenv/mjenv.h"
 
-#define STRUCT(type) printf("struct " #type " %zu bytes\n", sizeof(type))
-#define FIELD(type, name) \
-  printf("field " #type " " #name " at %zu, %zu bytes\n", offsetof(type, name), sizeof(((type*)0)->name))
+// Bytes of the present struct that no field has had yet.
+static size_t rest;
+
+static void check_no_padding(void) {
+  if (rest == 0) return;
+  fprintf(stderr, "%zu bytes of padding above: name them as a reserved field\n", rest);
+  exit(1);
+}
+
+#define STRUCT(type)                                      \
+  do {                                                    \
+    check_no_padding();                                   \
+    rest = sizeof(type);                                  \
+    printf("struct " #type " %zu bytes\n", sizeof(type)); \
+  } while (0)
+#define FIELD(type, name)                                                                 \
+  do {                                                                                    \
+    const size_t size_ = sizeof(((type*)0)->name);                                        \
+    rest -= size_;                                                                        \
+    printf("field " #type " " #name " at %zu, %zu bytes\n", offsetof(type, name), size_); \
+  } while (0)
 #define ENUM(type) printf("enum " #type " %zu bytes\n", sizeof(type))
 #define VALUE(name) printf("value " #name " %d\n", (int)(name))
 
@@ -33,36 +52,36 @@ int main(void) {
   VALUE(MJENV_E_RENDER);
 
   ENUM(mjenv_dtype);
-  VALUE(MJENV_FLOAT64);
-  VALUE(MJENV_FLOAT32);
+  VALUE(MJENV_DTYPE_FLOAT64);
+  VALUE(MJENV_DTYPE_FLOAT32);
 
   ENUM(mjenv_role);
-  VALUE(MJENV_OBSERVATION);
-  VALUE(MJENV_ACTION);
-  VALUE(MJENV_INFO);
-  VALUE(MJENV_RESET_INFO);
-  VALUE(MJENV_REWARD);
-  VALUE(MJENV_STRUCTURE);
-  VALUE(MJENV_DATA);
-  VALUE(MJENV_MODEL);
-  VALUE(MJENV_ARRAYS);
+  VALUE(MJENV_ROLE_OBSERVATION);
+  VALUE(MJENV_ROLE_ACTION);
+  VALUE(MJENV_ROLE_INFO);
+  VALUE(MJENV_ROLE_RESET_INFO);
+  VALUE(MJENV_ROLE_REWARD);
+  VALUE(MJENV_ROLE_STRUCTURE);
+  VALUE(MJENV_ROLE_DATA);
+  VALUE(MJENV_ROLE_MODEL);
+  VALUE(MJENV_ROLE_ARRAYS);
 
   ENUM(mjenv_kind);
-  VALUE(MJENV_FLAG);
-  VALUE(MJENV_INTEGER);
-  VALUE(MJENV_REALS);
-  VALUE(MJENV_STRING);
-  VALUE(MJENV_STRING_OR_INT);
+  VALUE(MJENV_KIND_FLAG);
+  VALUE(MJENV_KIND_INTEGER);
+  VALUE(MJENV_KIND_REALS);
+  VALUE(MJENV_KIND_STRING);
+  VALUE(MJENV_KIND_STRING_OR_INT);
 
   ENUM(mjenv_type);
-  VALUE(MJENV_NUMPY_FLOAT64);
-  VALUE(MJENV_ACTION_DTYPE);
-  VALUE(MJENV_PYTHON_FLOAT);
-  VALUE(MJENV_PYTHON_INT);
-  VALUE(MJENV_NUMPY_INT64);
-  VALUE(MJENV_NUMPY_FLOAT32);
-  VALUE(MJENV_NUMPY_INT32);
-  VALUE(MJENV_NUMPY_UINT8);
+  VALUE(MJENV_TYPE_FLOAT64);
+  VALUE(MJENV_TYPE_ACTION);
+  VALUE(MJENV_TYPE_NATIVE_FLOAT);
+  VALUE(MJENV_TYPE_NATIVE_INT);
+  VALUE(MJENV_TYPE_INT64);
+  VALUE(MJENV_TYPE_FLOAT32);
+  VALUE(MJENV_TYPE_INT32);
+  VALUE(MJENV_TYPE_UINT8);
 
   STRUCT(mjenv_option);
   FIELD(mjenv_option, struct_size);
@@ -83,6 +102,7 @@ int main(void) {
   FIELD(mjenv_field, offset);
   FIELD(mjenv_field, count);
   FIELD(mjenv_field, type);
+  FIELD(mjenv_field, reserved);
 
   STRUCT(mjenv_space);
   FIELD(mjenv_space, struct_size);
@@ -126,6 +146,7 @@ int main(void) {
   ENUM(mjenv_gl);
   VALUE(MJENV_GL_AUTO);
   VALUE(MJENV_GL_EGL);
+  VALUE(MJENV_GL_OSMESA);
   VALUE(MJENV_GL_GLFW);
 
   ENUM(mjenv_visual);
@@ -163,11 +184,13 @@ int main(void) {
   FIELD(mjenv_render_settings, samples);
   FIELD(mjenv_render_settings, shadows);
   FIELD(mjenv_render_settings, reflections);
+  FIELD(mjenv_render_settings, reserved);
   FIELD(mjenv_render_settings, camera_name);
   FIELD(mjenv_render_settings, lookat);
   FIELD(mjenv_render_settings, distance);
   FIELD(mjenv_render_settings, azimuth);
   FIELD(mjenv_render_settings, elevation);
   FIELD(mjenv_render_settings, visual);
+  check_no_padding();
   return 0;
 }

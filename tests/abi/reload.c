@@ -45,7 +45,7 @@ static void use(void* library) {
   assert_int_equal(mjenv_create_(options, 1, &env), MJENV_OK);
   mjenv_options_destroy_(options);
   assert_int_equal(mjenv_reset_(env, NULL, NULL), MJENV_OK);
-  assert_int_equal(mjenv_step_(env, action, 2, MJENV_FLOAT32, NULL), MJENV_OK);
+  assert_int_equal(mjenv_step_(env, action, 2, MJENV_DTYPE_FLOAT32, NULL), MJENV_OK);
   mjenv_destroy_(env);
 }
 

@@ -15,7 +15,7 @@ BREAKS = {
     "an enumerator's value": ("MJENV_E_NAME = -2", "MJENV_E_NAME = -22"),
     "an enumerator less": ("  MJENV_E_BUSY = -7, ", " "),
     "a constant's value": ("MJENV_ALL_ROWS (-1)", "MJENV_ALL_ROWS (-2)"),
-    "a field's type": ("int32_t obs_dtype;", "int64_t obs_dtype;"),
+    "a field's type": ("mjenv_dtype obs_dtype;", "int64_t obs_dtype;"),
     "a field's name": ("double *reward; ", "double *rewards; "),
     "a field in the middle": ("  double *reward; ", "  double *more; double *reward; "),
     "fields in another order": (
@@ -30,7 +30,7 @@ BREAKS = {
 }
 GROWS = {
     "a function": ("MJENV_API uint32_t mjenv_abi", "MJENV_API void mjenv_more(void);\nMJENV_API uint32_t mjenv_abi"),
-    "an enumerator": ("MJENV_FLOAT32 = 1 }", "MJENV_FLOAT32 = 1, MJENV_FLOAT16 = 2 }"),
+    "an enumerator": ("MJENV_DTYPE_FLOAT32 = 1 }", "MJENV_DTYPE_FLOAT32 = 1, MJENV_DTYPE_FLOAT16 = 2 }"),
     "a field at the end": ("} mjenv_space;", "  int64_t more;\n} mjenv_space;"),
 }
 

@@ -96,7 +96,7 @@ static void test_step_and_reset(void** state) {
     for (int row = 0; row < ROWS; ++row) ended[row] = step == 0 || out->terminated[row] || out->truncated[row];
     status = mjenv_reset(env, ended, &out->reset);
     if (status == MJENV_OK) status = mjenv_sample_actions(env, action, ROWS * nu);
-    if (status == MJENV_OK) status = mjenv_step(env, action, ROWS * nu, MJENV_FLOAT32, &out->step);
+    if (status == MJENV_OK) status = mjenv_step(env, action, ROWS * nu, MJENV_DTYPE_FLOAT32, &out->step);
   }
   stop_counting();
   assert_ok(status);

@@ -21,10 +21,10 @@ static struct vector* vector_of(const char* path, int64_t threads, bool split) {
   *option = (struct golden_option){.name = "num_threads", .kind = "integer", .integer = threads};
   v->env = golden_create(v->golden, ROWS);
   mjenv_space space = {.struct_size = sizeof space};
-  assert_ok(mjenv_space_of(v->env, MJENV_OBSERVATION, &space));
+  assert_ok(mjenv_space_of(v->env, MJENV_ROLE_OBSERVATION, &space));
   v->obs_count = (size_t)space.count;
-  v->info_count = (size_t)role_count(v->env, MJENV_INFO);
-  v->reset_info_count = (size_t)role_count(v->env, MJENV_RESET_INFO);
+  v->info_count = (size_t)role_count(v->env, MJENV_ROLE_INFO);
+  v->reset_info_count = (size_t)role_count(v->env, MJENV_ROLE_RESET_INFO);
   v->obs = allocate(ROWS * v->obs_count * sizeof(double));
   v->info = allocate(ROWS * v->info_count * sizeof(double));
   v->reset_info = allocate(ROWS * v->reset_info_count * sizeof(double));
@@ -144,7 +144,7 @@ static void replay_reset(struct vector* v, size_t reset) {
   assert_ok(mjenv_reset(v->env, mask, &v->reset));
   for (int row = 0; row < ROWS; ++row) {
     assert_int_equal(v->was_reset[row], mask[row] ? 1 : PATTERN);
-    assert_infos(v, "reset_reset_info", true, reset, row, MJENV_RESET_INFO, mask[row] ? v->reset_info : NULL);
+    assert_infos(v, "reset_reset_info", true, reset, row, MJENV_ROLE_RESET_INFO, mask[row] ? v->reset_info : NULL);
     if (!mask[row]) continue;
     v->ended[row] = false;
     assert_recorded(v, "reset_obs", reset, (size_t)row, v->obs + (size_t)row * v->obs_count, v->obs_count);
@@ -157,12 +157,12 @@ static void play(struct vector* v, size_t step) {
   recorded(v, "action", "f4", step, 0, count, action);
   memset(v->final_obs, PATTERN, ROWS * v->obs_count * sizeof(double));
   if (!v->split) {
-    assert_ok(mjenv_step(v->env, action, count, MJENV_FLOAT32, &v->step));
+    assert_ok(mjenv_step(v->env, action, count, MJENV_DTYPE_FLOAT32, &v->step));
     return;
   }
   int64_t rows[ROWS];
   size_t done = 0;
-  assert_ok(mjenv_send(v->env, NULL, 0, action, count, MJENV_FLOAT32, &v->step));
+  assert_ok(mjenv_send(v->env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32, &v->step));
   assert_ok(mjenv_recv(v->env, ROWS, rows, ROWS, &done));
   assert_int_equal(done, ROWS);
 }
@@ -178,19 +178,20 @@ static void replay_step(struct vector* v, size_t step, const char* mode) {
     assert_int_equal(v->was_reset[row], was_reset);
     assert_recorded(v, "obs", step, r, v->obs + r * v->obs_count, v->obs_count);
     assert_recorded(v, "reward", step, r, v->reward + r, 1);
-    const mjenv_role role = was_reset ? MJENV_RESET_INFO : MJENV_INFO;
+    const mjenv_role role = was_reset ? MJENV_ROLE_RESET_INFO : MJENV_ROLE_INFO;
     const double* info = was_reset ? v->reset_info : v->info;
     assert_infos(v, "info", false, step, row, role, info);
     assert_infos(v, "reset_info", true, step, row, role, info);
     for (size_t f = 0; was_reset && f < v->golden->info_count; ++f)
-      assert_all(info_under(v, MJENV_INFO, v->info, row, v->golden->info[f].name), (size_t)v->golden->info[f].count, 0);
+      assert_all(info_under(v, MJENV_ROLE_INFO, v->info, row, v->golden->info[f].name),
+                 (size_t)v->golden->info[f].count, 0);
     const bool final = same_step && ended;
     assert_int_equal(recorded_flag(v, "final_obs_mask", step, r), final);
     if (final)
       assert_recorded(v, "final_obs", step, r, v->final_obs + r * v->obs_count, v->obs_count);
     else
       assert_soiled(v->final_obs + r * v->obs_count, v->obs_count * sizeof(double));
-    assert_infos(v, "final_info", false, step, row, MJENV_INFO, final ? v->final_info : NULL);
+    assert_infos(v, "final_info", false, step, row, MJENV_ROLE_INFO, final ? v->final_info : NULL);
     v->ended[row] = ended;
   }
 }

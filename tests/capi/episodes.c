@@ -38,7 +38,7 @@ static void test_episodes(void** state) {
     add_numbers(&checksum, out->info, out->reset_info_count);
     do {
       assert_ok(mjenv_sample_actions(env, action, nu));
-      assert_ok(mjenv_step(env, action, nu, MJENV_FLOAT32, &out->step));
+      assert_ok(mjenv_step(env, action, nu, MJENV_DTYPE_FLOAT32, &out->step));
       add_numbers(&checksum, out->obs, out->obs_count);
       add_numbers(&checksum, out->reward, 1);
       add_word(&checksum, *out->terminated);

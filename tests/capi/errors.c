@@ -119,25 +119,25 @@ static void test_null_env(void** state) {
   assert_int_equal(mjenv_rows(NULL), 0);
   assert_int_equal(mjenv_frame_skip(NULL), 0);
   assert_null(mjenv_options_of(NULL));
-  assert_int_equal(mjenv_field_count(NULL, MJENV_INFO), 0);
-  assert_refused(wanted, mjenv_space_of(NULL, MJENV_ACTION, &space), "env is NULL");
-  assert_refused(wanted, mjenv_space_of(b->env, MJENV_ACTION, NULL), "space is NULL");
-  assert_refused(wanted, mjenv_field_at(NULL, MJENV_INFO, 0, &field), "env is NULL");
-  assert_refused(wanted, mjenv_field_at(b->env, MJENV_INFO, 0, NULL), "field is NULL");
+  assert_int_equal(mjenv_field_count(NULL, MJENV_ROLE_INFO), 0);
+  assert_refused(wanted, mjenv_space_of(NULL, MJENV_ROLE_ACTION, &space), "env is NULL");
+  assert_refused(wanted, mjenv_space_of(b->env, MJENV_ROLE_ACTION, NULL), "space is NULL");
+  assert_refused(wanted, mjenv_field_at(NULL, MJENV_ROLE_INFO, 0, &field), "env is NULL");
+  assert_refused(wanted, mjenv_field_at(b->env, MJENV_ROLE_INFO, 0, NULL), "field is NULL");
   assert_refused(wanted, mjenv_seed(NULL, words, NULL), "env is NULL");
   assert_refused(wanted, mjenv_seed(b->env, NULL, NULL), "seeds is NULL");
   assert_refused(wanted, mjenv_seed_digits(NULL, 0, &digit, 1), "env is NULL");
   assert_refused(wanted, mjenv_seed_digits(b->env, 0, NULL, 1), "digits is NULL");
   assert_refused(wanted, mjenv_reset(NULL, NULL, &b->out->reset), "env is NULL");
-  assert_refused(wanted, mjenv_step(NULL, numbers, 3, MJENV_FLOAT64, &b->out->step), "env is NULL");
-  assert_refused(wanted, mjenv_step(b->env, NULL, 3, MJENV_FLOAT64, &b->out->step), "action is NULL");
-  assert_refused(wanted, mjenv_send(NULL, NULL, 0, numbers, 3, MJENV_FLOAT64, &b->out->step), "env is NULL");
-  assert_refused(wanted, mjenv_send(b->env, NULL, 0, NULL, 3, MJENV_FLOAT64, &b->out->step), "action is NULL");
+  assert_refused(wanted, mjenv_step(NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "env is NULL");
+  assert_refused(wanted, mjenv_step(b->env, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "action is NULL");
+  assert_refused(wanted, mjenv_send(NULL, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "env is NULL");
+  assert_refused(wanted, mjenv_send(b->env, NULL, 0, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "action is NULL");
   assert_refused(wanted, mjenv_recv(NULL, 1, rows, 1, &count), "env is NULL");
   assert_refused(wanted, mjenv_recv(b->env, 1, NULL, 1, &count), "rows is NULL");
   assert_refused(wanted, mjenv_recv(b->env, 1, rows, 1, NULL), "count is NULL");
-  assert_refused(wanted, mjenv_rollout(NULL, numbers, 1, 3, MJENV_FLOAT64, &b->out->step), "env is NULL");
-  assert_refused(wanted, mjenv_rollout(b->env, NULL, 1, 3, MJENV_FLOAT64, &b->out->step), "action is NULL");
+  assert_refused(wanted, mjenv_rollout(NULL, numbers, 3, MJENV_DTYPE_FLOAT64, 1, &b->out->step), "env is NULL");
+  assert_refused(wanted, mjenv_rollout(b->env, NULL, 3, MJENV_DTYPE_FLOAT64, 1, &b->out->step), "action is NULL");
   assert_refused(wanted, mjenv_copy_row(NULL, 0, &mask), "env is NULL");
   assert_refused(wanted, mjenv_copy_row(b->env, 0, NULL), "to_mask is NULL");
   assert_refused(wanted, mjenv_get_stream(NULL, 0, words, 4), "env is NULL");
@@ -151,6 +151,9 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_read(b->env, 0, NULL, values, 64, &count), "array is NULL");
   assert_refused(wanted, mjenv_read(b->env, 0, "qpos", NULL, 64, &count), "NULL");
   assert_refused(wanted, mjenv_read(b->env, 0, "qpos", values, 64, NULL), "NULL");
+  assert_refused(wanted, mjenv_object_count(NULL, "body", &index), "env is NULL");
+  assert_refused(wanted, mjenv_object_count(b->env, NULL, &index), "type is NULL");
+  assert_refused(wanted, mjenv_object_count(b->env, "body", NULL), "count is NULL");
   assert_refused(wanted, mjenv_object_index(NULL, "body", "torso", &index), "env is NULL");
   assert_refused(wanted, mjenv_object_index(b->env, NULL, "torso", &index), "type is NULL");
   assert_refused(wanted, mjenv_object_index(b->env, "body", NULL, &index), "name is NULL");
@@ -181,8 +184,8 @@ static void test_null_means_absent(void** state) {
   const double action[3] = {0};
   mjenv_batch bare = {.struct_size = sizeof bare, .rows = 1};
   assert_ok(mjenv_reset(b->env, NULL, &bare));
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_FLOAT64, &bare));
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_FLOAT64, NULL));
+  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, &bare));
+  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_observe(b->env, &bare));
   assert_unharmed(b);
 }
@@ -204,10 +207,10 @@ static void test_struct_size(void** state) {
     const mjenv_status wanted = MJENV_E_ARGUMENT;
     assert_refused(wanted, mjenv_spec_of("Ant-v5", &spec), "spec->struct_size", "sizeof");
     assert_refused(wanted, mjenv_options_at(mjenv_options_of(b->env), 0, &option), "option->struct_size");
-    assert_refused(wanted, mjenv_space_of(b->env, MJENV_ACTION, &space), "space->struct_size");
-    assert_refused(wanted, mjenv_field_at(b->env, MJENV_INFO, 0, &field), "field->struct_size");
+    assert_refused(wanted, mjenv_space_of(b->env, MJENV_ROLE_ACTION, &space), "space->struct_size");
+    assert_refused(wanted, mjenv_field_at(b->env, MJENV_ROLE_INFO, 0, &field), "field->struct_size");
     assert_refused(wanted, mjenv_reset(b->env, NULL, &batch), "out->struct_size");
-    assert_refused(wanted, mjenv_step(b->env, action, 3, MJENV_FLOAT64, &batch), "out->struct_size");
+    assert_refused(wanted, mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, &batch), "out->struct_size");
     assert_refused(wanted, mjenv_observe(b->env, &batch), "out->struct_size");
     assert_true(!spec.id && !option.name && !space.low && !field.name);
   }
@@ -246,7 +249,7 @@ static void test_first_structs(void** state) {
   memset((char*)&batch + offsetof(mjenv_batch, reset_info_count), 0x5a,
          sizeof batch - offsetof(mjenv_batch, reset_info_count));
   batch.struct_size = offsetof(mjenv_batch, reset_info_count);
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_FLOAT64, &batch));
+  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, &batch));
   outputs_soil(b->out);
   assert_unharmed(b);
 }
@@ -260,9 +263,9 @@ static void test_batch_sizes(void** state) {
   for (size_t i = 0; i < COUNT(wrong); ++i) {
     mjenv_batch rows = b->out->step, obs = b->out->step, info = b->out->step, reset = b->out->reset;
     rows.rows = obs.obs_count = info.info_count = reset.info_count = wrong[i];
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &rows), "rows");
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &obs), "obs_count", "11");
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &info), "info_count", "6");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &rows), "rows");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &obs), "obs_count", "11");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &info), "info_count", "6");
     assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &rows), "rows");
     assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &obs), "obs_count");
     assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &reset), "info_count", "2");
@@ -271,11 +274,11 @@ static void test_batch_sizes(void** state) {
   }
   mjenv_batch dtype = b->out->step, reset = b->out->reset;
   dtype.obs_dtype = reset.obs_dtype = 7;
-  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, action, count, MJENV_FLOAT64, &dtype), "obs_dtype", "7");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &dtype), "obs_dtype", "7");
   assert_refused(MJENV_E_ARGUMENT, mjenv_reset(b->env, NULL, &reset), "obs_dtype", "7");
   // What a step needs is not what a reset needs.
   assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &b->out->step), "info_count");
-  assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &b->out->reset), "info_count");
+  assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->reset), "info_count");
   assert_unharmed(b);
 }
 
@@ -287,8 +290,8 @@ static void test_action_sizes(void** state) {
   const size_t wrong[] = {0, count - 1, count + 1, SIZE_MAX};
   float samples[9] = {7};
   for (size_t i = 0; i < COUNT(wrong); ++i) {
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, wrong[i], MJENV_FLOAT64, &b->out->step), "count");
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, wrong[i], MJENV_FLOAT32, &b->out->step), "count");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, wrong[i], MJENV_DTYPE_FLOAT64, &b->out->step), "count");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, wrong[i], MJENV_DTYPE_FLOAT32, &b->out->step), "count");
     assert_refused(MJENV_E_SIZE, mjenv_sample_actions(b->env, samples, wrong[i]), "count");
   }
   assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, action, count, (mjenv_dtype)2, &b->out->step), "dtype", "2");
@@ -300,13 +303,14 @@ static void test_roles_and_indices(void** state) {
   struct bench* b = *state;
   mjenv_space space = {.struct_size = sizeof space};
   mjenv_field field = {.struct_size = sizeof field};
-  assert_refused(MJENV_E_ARGUMENT, mjenv_space_of(b->env, MJENV_INFO, &space), "MJENV_OBSERVATION", "MJENV_ACTION");
-  assert_refused(MJENV_E_ARGUMENT, mjenv_space_of(b->env, (mjenv_role)0, &space), "MJENV_OBSERVATION");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_space_of(b->env, MJENV_ROLE_INFO, &space), "MJENV_ROLE_OBSERVATION",
+                 "MJENV_ROLE_ACTION");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_space_of(b->env, (mjenv_role)0, &space), "MJENV_ROLE_OBSERVATION");
   assert_refused(MJENV_E_ARGUMENT, mjenv_field_at(b->env, (mjenv_role)99, 0, &field), "99");
   assert_int_equal(mjenv_field_count(b->env, (mjenv_role)99), 0);
-  assert_refused(MJENV_E_VALUE, mjenv_field_at(b->env, MJENV_INFO, -1, &field), "-1", "0..5");
-  assert_refused(MJENV_E_VALUE, mjenv_field_at(b->env, MJENV_INFO, 6, &field), "6", "0..5");
-  assert_refused(MJENV_E_VALUE, mjenv_field_at(b->env, MJENV_RESET_INFO, INT64_MAX, &field), "0..1");
+  assert_refused(MJENV_E_VALUE, mjenv_field_at(b->env, MJENV_ROLE_INFO, -1, &field), "-1", "0..5");
+  assert_refused(MJENV_E_VALUE, mjenv_field_at(b->env, MJENV_ROLE_INFO, 6, &field), "6", "0..5");
+  assert_refused(MJENV_E_VALUE, mjenv_field_at(b->env, MJENV_ROLE_RESET_INFO, INT64_MAX, &field), "0..1");
   assert_true(!space.low && !field.name);
   assert_unharmed(b);
 }
@@ -387,6 +391,7 @@ static void test_names(void** state) {
   const char* name = NULL;
   assert_refused(MJENV_E_NAME, mjenv_read(b->env, 0, "q_pos", values, 8, &count), "q_pos", "qpos", "body_mass");
   assert_refused(MJENV_E_NAME, mjenv_read(b->env, 0, "", values, 8, &count), "qpos");
+  assert_refused(MJENV_E_NAME, mjenv_object_count(b->env, "bodies", &index), "bodies", "body", "sensor");
   assert_refused(MJENV_E_NAME, mjenv_object_index(b->env, "bodies", "torso", &index), "bodies", "body", "sensor");
   assert_refused(MJENV_E_NAME, mjenv_object_index(b->env, "body", "head", &index), "body", "head", "torso", "thigh");
   assert_refused(MJENV_E_NAME, mjenv_object_name(b->env, "links", 0, &name), "links", "joint");
@@ -418,9 +423,9 @@ static void test_bad_actions(void** state) {
       narrow[at] = (float)bad[i];
       snprintf(row, sizeof row, "row %zu", at / before);
       snprintf(element, sizeof element, "action[%zu]", at % before);
-      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, wide, count, MJENV_FLOAT64, &b->out->step), row, element,
+      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, wide, count, MJENV_DTYPE_FLOAT64, &b->out->step), row, element,
                      says[i], "strict");
-      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, narrow, count, MJENV_FLOAT32, &b->out->step), row, element,
+      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, narrow, count, MJENV_DTYPE_FLOAT32, &b->out->step), row, element,
                      says[i]);
     }
   // No row was stepped.
@@ -451,7 +456,7 @@ static void test_divergence(void** state) {
   const double action[9] = {0};
   qvel[3] = 1e11;
   assert_ok(mjenv_set_state(b->env, 1, qpos, 6, qvel, 6));
-  assert_ok(mjenv_step(b->env, action, 9, MJENV_FLOAT64, &b->out->step));
+  assert_ok(mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step));
   const int32_t want[] = {MJENV_OK, MJENV_E_PHYSICS, MJENV_OK};
   for (int row = 0; row < 3; ++row) assert_int_equal(b->out->status[row], want[row]);
   for (int64_t i = 0; i < b->out->obs_count; ++i) assert_true(fabs(b->out->obs[b->out->obs_count + i]) < 10);
@@ -467,13 +472,16 @@ static void test_step_before_reset(void** state) {
   struct bench* b = *state;
   const double action[9] = {0};
   const size_t count = (size_t)(mjenv_rows(b->env) * b->nu);
-  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &b->out->step), "row 0", "reset");
+  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->step), "row 0",
+                 "reset");
   seed_rows(b->env, 1);
-  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &b->out->step), "row 0", "reset");
+  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->step), "row 0",
+                 "reset");
   if (mjenv_rows(b->env) == 3) {
     const uint8_t mask[] = {1, 0, 1};
     assert_ok(mjenv_reset(b->env, mask, NULL));
-    assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_FLOAT64, &b->out->step), "row 1", "reset");
+    assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->step), "row 1",
+                   "reset");
   }
   assert_unharmed(b);
 }
@@ -482,7 +490,7 @@ static void test_set_state_begins(void** state) {
   struct bench* b = *state;
   const double qpos[6] = {0, 1.25}, qvel[6] = {0}, action[3] = {0};
   assert_ok(mjenv_set_state(b->env, 0, qpos, 6, qvel, 6));
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_FLOAT64, NULL));
+  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   assert_unharmed(b);
 }
 
@@ -492,18 +500,18 @@ static void test_step_after_end(void** state) {
   start(b);
   const double lying[6] = {0, 0.1, 1.5}, qvel[6] = {0}, action[9] = {0};
   assert_ok(mjenv_set_state(b->env, 1, lying, 6, qvel, 6));
-  assert_ok(mjenv_step(b->env, action, 9, MJENV_FLOAT64, &b->out->step));
+  assert_ok(mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step));
   assert_true(!b->out->terminated[0] && b->out->terminated[1] && !b->out->terminated[2]);
   double* before = read_array(b->env, 0, "qpos", NULL);
   outputs_soil(b->out);
-  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, 9, MJENV_FLOAT64, &b->out->step), "row 1", "ended",
+  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step), "row 1", "ended",
                  "strict");
   double* after = read_array(b->env, 0, "qpos", NULL);
   assert_same_bits("qpos", after, before, 6);
   assert_true(outputs_untouched(b->out));
   const uint8_t mask[] = {0, 1, 0};
   assert_ok(mjenv_reset(b->env, mask, NULL));
-  assert_ok(mjenv_step(b->env, action, 9, MJENV_FLOAT64, &b->out->step));
+  assert_ok(mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step));
   free(before);
   free(after);
 }
@@ -516,15 +524,15 @@ static void test_step_after_truncation(void** state) {
   struct outputs* out = outputs_of(env);
   const double action[2] = {0};
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, &out->step));
+  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
   assert_true(!*out->truncated);
-  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, &out->step));
+  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
   assert_true(*out->truncated && !*out->terminated);
   outputs_soil(out);
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_FLOAT64, &out->step), "row 0", "ended");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step), "row 0", "ended");
   assert_true(outputs_untouched(out));
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, &out->step));
+  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
   assert_true(!*out->truncated);
   outputs_free(out);
   mjenv_destroy(env);
@@ -539,7 +547,7 @@ static void test_no_limit(void** state) {
   const double action[2] = {0};
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 200; ++step) {
-    assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, &out->step));
+    assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
     assert_true(!*out->truncated);
   }
   outputs_free(out);
@@ -610,6 +618,7 @@ static void test_versions(void** state) {
   int major, minor, patch;
   assert_int_equal(sscanf(mjenv_version(), "%d.%d.%d (MuJoCo 2.2.2)", &major, &minor, &patch), 3);
   assert_non_null(strstr(mjenv_version(), "(MuJoCo 2.2.2)"));
+  assert_int_equal(mjenv_version_number(), 1000000 * major + 1000 * minor + patch);
 }
 
 #define WITH(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)

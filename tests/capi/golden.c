@@ -163,7 +163,7 @@ const void* golden_action(const struct golden* golden, size_t row, void* buffer,
   const struct golden_array* actions = find(golden, "action");
   const bool narrow = actions->dtype[1] == '4';
   const size_t width = actions->columns * (narrow ? sizeof(float) : sizeof(double));
-  *dtype = narrow ? MJENV_FLOAT32 : MJENV_FLOAT64;
+  *dtype = narrow ? MJENV_DTYPE_FLOAT32 : MJENV_DTYPE_FLOAT64;
   *count = actions->columns;
   return memcpy(buffer, (const char*)actions->data + row * width, width);
 }
@@ -197,7 +197,7 @@ static mjenv_batch batch_of(const struct replay* r, const mjenv_batch* batch) {
   mjenv_batch with = *batch;
   if (!r->narrow) return with;
   with.obs = r->narrow;
-  with.obs_dtype = MJENV_FLOAT32;
+  with.obs_dtype = MJENV_DTYPE_FLOAT32;
   return with;
 }
 

@@ -19,8 +19,8 @@ static void replay(void** state) {
   struct golden* golden = golden_read(*state);
   mjenv_env* env = golden_create(golden, 1);
   char why[512];
-  assert_fields(env, MJENV_INFO, golden->info, golden->info_count);
-  assert_fields(env, MJENV_RESET_INFO, golden->reset_info, golden->reset_info_count);
+  assert_fields(env, MJENV_ROLE_INFO, golden->info, golden->info_count);
+  assert_fields(env, MJENV_ROLE_RESET_INFO, golden->reset_info, golden->reset_info_count);
   golden_assert_plays(golden, env);
   if (!golden_replay_narrow(golden, env, why, sizeof why)) fail_msg("float32: %s", why);
   mjenv_destroy(env);

@@ -20,9 +20,9 @@ struct everything {
 
 static struct everything everything_of(const mjenv_env* env) {
   mjenv_space space = {.struct_size = sizeof space};
-  assert_ok(mjenv_space_of(env, MJENV_OBSERVATION, &space));
-  const int64_t info = role_count(env, MJENV_INFO), reset_info = role_count(env, MJENV_RESET_INFO),
-                arrays = role_count(env, MJENV_ARRAYS);
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
+  const int64_t info = role_count(env, MJENV_ROLE_INFO), reset_info = role_count(env, MJENV_ROLE_RESET_INFO),
+                arrays = role_count(env, MJENV_ROLE_ARRAYS);
   const size_t numbers = (size_t)(ROWS * (2 * space.count + 1 + 2 * info + reset_info + arrays));
   struct everything e = {.size = numbers * sizeof(double) + ROWS * (sizeof(int32_t) + 3)};
   e.memory = allocate(e.size);
@@ -57,11 +57,11 @@ static uint64_t hash(uint64_t h, const unsigned char* bytes, size_t count) {
 
 static void take(mjenv_env* env, struct way way, const float* action, size_t count, const mjenv_batch* out) {
   if (!way.split) {
-    assert_ok(mjenv_step(env, action, count, MJENV_FLOAT32, out));
+    assert_ok(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, out));
     return;
   }
   int64_t rows[ROWS];
-  assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_FLOAT32, out));
+  assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32, out));
   for (size_t done = 0, some; done < ROWS; done += some) assert_ok(mjenv_recv(env, 1, rows, ROWS, &some));
 }
 

@@ -44,9 +44,9 @@ static void fill_actions(float* action, size_t count, int salt) {
 
 // The info of row `row` of `rows` in field order.
 static void gather_info(const mjenv_env* env, const double* info, int64_t rows, int64_t row, double* to) {
-  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_INFO); ++i) {
+  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_ROLE_INFO); ++i) {
     mjenv_field field = {.struct_size = sizeof field};
-    assert_ok(mjenv_field_at(env, MJENV_INFO, i, &field));
+    assert_ok(mjenv_field_at(env, MJENV_ROLE_INFO, i, &field));
     memcpy(to + field.offset, info + field.offset * rows + row * field.count, (size_t)field.count * sizeof *to);
   }
 }
@@ -79,7 +79,7 @@ static void test_rollout(void** state) {
                              .truncated = truncated,
                              .info = info};
   fill_actions(action, ROWS * STEPS * nu, 1);
-  assert_ok(mjenv_rollout(env, action, STEPS, ROWS * STEPS * nu, MJENV_FLOAT32, &batch));
+  assert_ok(mjenv_rollout(env, action, ROWS * STEPS * nu, MJENV_DTYPE_FLOAT32, STEPS, &batch));
   for (int row = 0; row < ROWS; ++row) {
     bool ended = false;
     for (int t = 0; t < STEPS; ++t) {
@@ -89,7 +89,7 @@ static void test_rollout(void** state) {
         assert_true(reward[at] == 0);
         for (size_t i = 0; i < k; ++i) assert_true(gathered[i] == 0);
       } else {
-        assert_ok(mjenv_step(twins[row], action + (size_t)at * nu, nu, MJENV_FLOAT32, &one->step));
+        assert_ok(mjenv_step(twins[row], action + (size_t)at * nu, nu, MJENV_DTYPE_FLOAT32, &one->step));
         assert_same_bits("reward", reward + at, one->reward, 1);
         assert_same_bits("info", gathered, one->info, k);
       }
@@ -102,10 +102,10 @@ static void test_rollout(void** state) {
     mjenv_destroy(twins[row]);
   }
   const mjenv_batch rows_of_a_step = {.struct_size = sizeof batch, .rows = ROWS};
-  assert_refused(MJENV_E_SIZE, mjenv_rollout(env, action, STEPS, ROWS * nu, MJENV_FLOAT32, NULL), "count");
-  assert_refused(MJENV_E_SIZE, mjenv_rollout(env, action, STEPS, ROWS * STEPS * nu, MJENV_FLOAT32, &rows_of_a_step),
-                 "rows");
-  assert_int_not_equal(mjenv_rollout(env, action, -1, 0, MJENV_FLOAT32, NULL), MJENV_OK);
+  assert_refused(MJENV_E_SIZE, mjenv_rollout(env, action, ROWS * nu, MJENV_DTYPE_FLOAT32, STEPS, NULL), "count");
+  assert_refused(MJENV_E_SIZE,
+                 mjenv_rollout(env, action, ROWS * STEPS * nu, MJENV_DTYPE_FLOAT32, STEPS, &rows_of_a_step), "rows");
+  assert_int_not_equal(mjenv_rollout(env, action, 0, MJENV_DTYPE_FLOAT32, -1, NULL), MJENV_OK);
   free(action);
   free(obs);
   free(info);
@@ -129,8 +129,8 @@ static void test_send_and_receive(void** state) {
     // In two parts, and in another order than the rows have.
     const int64_t order[ROWS] = {2, 0, 3, 1};
     fill_actions(action, ROWS * nu, step);
-    assert_ok(mjenv_send(env, order, 3, action, 3 * nu, MJENV_FLOAT32, &out->step));
-    assert_ok(mjenv_send(env, order + 3, 1, action + 3 * nu, nu, MJENV_FLOAT32, &out->step));
+    assert_ok(mjenv_send(env, order, 3, action, 3 * nu, MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_send(env, order + 3, 1, action + 3 * nu, nu, MJENV_DTYPE_FLOAT32, &out->step));
     bool reported[ROWS] = {false};
     for (size_t done = 0; done < ROWS;) {
       int64_t rows[ROWS];
@@ -146,7 +146,7 @@ static void test_send_and_receive(void** state) {
     uint8_t ended[ROWS];
     for (int i = 0; i < ROWS; ++i) {
       const int64_t row = order[i];
-      assert_ok(mjenv_step(twins[row], action + (size_t)i * nu, nu, MJENV_FLOAT32, &one->step));
+      assert_ok(mjenv_step(twins[row], action + (size_t)i * nu, nu, MJENV_DTYPE_FLOAT32, &one->step));
       gather_info(env, out->info, ROWS, row, gathered);
       assert_same_bits("obs", out->obs + row * out->obs_count, one->obs, (size_t)out->obs_count);
       assert_same_bits("reward", out->reward + row, one->reward, 1);
@@ -179,23 +179,26 @@ static void test_under_way(void** state) {
   const uint64_t seeds[ROWS] = {0};
   double values[64] = {0};
   size_t count = 77, size = 0;
-  assert_refused(MJENV_E_STATE, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_FLOAT32, &out->step), "reset");
+  assert_refused(MJENV_E_STATE, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &out->step), "reset");
   assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   // 2^61 rows of 8 numbers: their product is 0 in 64 bits.
-  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, (size_t)1 << 61, action, 0, MJENV_FLOAT32, &out->step),
+  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, (size_t)1 << 61, action, 0, MJENV_DTYPE_FLOAT32, &out->step),
                  "row_count");
-  assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_FLOAT32, &out->step), "row 4", "0..3");
-  assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_FLOAT32, &out->step), "row 1");
-  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_FLOAT32, &out->step), "count", "11", "12");
+  assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_DTYPE_FLOAT32, &out->step), "row 4",
+                 "0..3");
+  assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_DTYPE_FLOAT32, &out->step), "row 1");
+  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_DTYPE_FLOAT32, &out->step), "count", "11",
+                 "12");
   assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
 
-  assert_ok(mjenv_send(env, rows, 2, action, 12, MJENV_FLOAT32, &out->step));
-  assert_refused(MJENV_E_STATE, mjenv_send(env, rows, 1, action, 6, MJENV_FLOAT32, &out->step), "row 0", "under way");
+  assert_ok(mjenv_send(env, rows, 2, action, 12, MJENV_DTYPE_FLOAT32, &out->step));
+  assert_refused(MJENV_E_STATE, mjenv_send(env, rows, 1, action, 6, MJENV_DTYPE_FLOAT32, &out->step), "row 0",
+                 "under way");
   assert_refused(MJENV_E_SIZE, mjenv_recv(env, 3, rows, ROWS, &count), "3", "2");
   assert_refused(MJENV_E_SIZE, mjenv_recv(env, 2, rows, 1, &count), "1", "2");
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, ROWS * 6, MJENV_FLOAT32, &other->step), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &other->step), "under way");
   assert_refused(MJENV_E_STATE, mjenv_reset(env, NULL, &other->reset), "under way");
   assert_refused(MJENV_E_STATE, mjenv_observe(env, &other->step), "under way");
   assert_refused(MJENV_E_STATE, mjenv_snapshot(env, 0, image, sizeof image, &size), "under way");
@@ -211,7 +214,7 @@ static void test_under_way(void** state) {
   assert_true(count == 2);
   // Destroyed with rows under way.
   const int64_t all[ROWS] = {0, 1, 2, 3};
-  assert_ok(mjenv_send(env, all, ROWS, action, ROWS * 6, MJENV_FLOAT32, &out->step));
+  assert_ok(mjenv_send(env, all, ROWS, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &out->step));
   mjenv_destroy(env);
   outputs_free(out);
   outputs_free(other);
@@ -226,7 +229,7 @@ static void test_copy_row(void** state) {
   assert_ok(mjenv_reset(env, NULL, NULL));
   float action[ROWS * 17];
   fill_actions(action, ROWS * 17, 0);
-  for (int step = 0; step < 5; ++step) assert_ok(mjenv_step(env, action, ROWS * 17, MJENV_FLOAT32, NULL));
+  for (int step = 0; step < 5; ++step) assert_ok(mjenv_step(env, action, ROWS * 17, MJENV_DTYPE_FLOAT32, NULL));
   size_t size;
   unsigned char *kept = image_of(env, 1, &size), *then;
   const uint8_t mask[ROWS] = {1, 0, 1, 1};
@@ -252,7 +255,7 @@ static void test_image_of_all_rows(void** state) {
   assert_ok(mjenv_reset(first, NULL, NULL));
   for (int step = 0; step < 5; ++step) {
     fill_actions(action, COUNT(action), step);
-    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_FLOAT32, NULL));
+    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
   }
   size_t size;
   unsigned char* image = image_of(first, MJENV_ALL_ROWS, &size);
@@ -261,8 +264,8 @@ static void test_image_of_all_rows(void** state) {
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(second, 0, image, size), "image");
   for (int step = 0; step < 5; ++step) {
     fill_actions(action, COUNT(action), 50 + step);
-    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_FLOAT32, &out->step));
-    assert_ok(mjenv_step(second, action, COUNT(action), MJENV_FLOAT32, &again->step));
+    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_step(second, action, COUNT(action), MJENV_DTYPE_FLOAT32, &again->step));
     assert_same_bits("obs", again->obs, out->obs, (size_t)(ROWS * out->obs_count));
     assert_same_bits("reward", again->reward, out->reward, ROWS);
   }
@@ -284,8 +287,8 @@ static void test_image_of_all_rows(void** state) {
 static void test_arrays(void** state) {
   (void)state;
   mjenv_env* env = env_with("Ant-v5", ROWS, 2, "xpos cfrc_ext time");
-  assert_int_equal(mjenv_field_count(env, MJENV_ARRAYS), 3);
-  const int64_t count = role_count(env, MJENV_ARRAYS);
+  assert_int_equal(mjenv_field_count(env, MJENV_ROLE_ARRAYS), 3);
+  const int64_t count = role_count(env, MJENV_ROLE_ARRAYS);
   assert_true(count == 42 + 84 + 1);
   double* arrays = allocate((size_t)(ROWS * count) * sizeof *arrays);
   mjenv_batch batch = {.struct_size = sizeof batch, .rows = ROWS, .arrays_count = count, .arrays = arrays};
@@ -294,10 +297,10 @@ static void test_arrays(void** state) {
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 20; ++step) {
     fill_actions(action, COUNT(action), step);
-    assert_ok(mjenv_step(env, action, COUNT(action), MJENV_FLOAT32, &batch));
+    assert_ok(mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, &batch));
     for (int64_t i = 0; i < 3; ++i) {
       mjenv_field field = {.struct_size = sizeof field};
-      assert_ok(mjenv_field_at(env, MJENV_ARRAYS, i, &field));
+      assert_ok(mjenv_field_at(env, MJENV_ROLE_ARRAYS, i, &field));
       for (int row = 0; row < ROWS; ++row) {
         double* want = read_array(env, row, field.name, NULL);
         assert_same_bits(field.name, arrays + field.offset * ROWS + row * field.count, want, (size_t)field.count);

@@ -36,7 +36,7 @@ static mjenv_options* options_with(const char* id, const char* name, const char*
 
 static int64_t obs_count(const mjenv_env* env) {
   mjenv_space space = {.struct_size = sizeof space};
-  assert_ok(mjenv_space_of(env, MJENV_OBSERVATION, &space));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
   return space.count;
 }
 
@@ -264,7 +264,7 @@ static void test_unbounded_actuator(void** state) {
                                   "<actuator><motor joint='a'/></actuator>");
   mjenv_env* env = env_of_options(options_with("InvertedPendulum-v5", "xml_string", xml), 1);
   mjenv_space space = {.struct_size = sizeof space};
-  assert_ok(mjenv_space_of(env, MJENV_ACTION, &space));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
   assert_true(space.count == 1 && space.low[0] == 0 && space.high[0] == 0);
   float action = 5;
   assert_ok(mjenv_sample_actions(env, &action, 1));
@@ -278,7 +278,7 @@ static void test_no_actuator(void** state) {
   mjenv_env* env = env_of_options(options_with("InvertedPendulum-v5", "xml_string", xml), 1);
   assert_true(action_count(env) == 0);
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_step(env, NULL, 0, MJENV_FLOAT32, NULL));
+  assert_ok(mjenv_step(env, NULL, 0, MJENV_DTYPE_FLOAT32, NULL));
   mjenv_destroy(env);
 }
 
@@ -295,9 +295,9 @@ static void provoke(void) {
   mjenv_create(options, 1, &env);
   const double nans[3] = {NAN, INFINITY, 1e300}, qpos[6] = {0, 1e11}, qvel[6] = {1e20};
   mjenv_reset(env, NULL, NULL);
-  mjenv_step(env, nans, 3, MJENV_FLOAT64, NULL);
+  mjenv_step(env, nans, 3, MJENV_DTYPE_FLOAT64, NULL);
   mjenv_set_state(env, 0, qpos, 6, qvel, 6);
-  mjenv_step(env, nans, 3, MJENV_FLOAT64, NULL);
+  mjenv_step(env, nans, 3, MJENV_DTYPE_FLOAT64, NULL);
   mjenv_destroy(env);
   // More contacts than there is room for.
   mjenv_options_set_string(
@@ -310,7 +310,7 @@ static void provoke(void) {
   mjenv_create(options, 1, &env);
   if (env) {
     mjenv_reset(env, NULL, NULL);
-    mjenv_step(env, NULL, 0, MJENV_FLOAT64, NULL);
+    mjenv_step(env, NULL, 0, MJENV_DTYPE_FLOAT64, NULL);
   }
   mjenv_destroy(env);
   mjenv_options_destroy(options);

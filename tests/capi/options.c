@@ -42,8 +42,8 @@ static void assert_reals(const mjenv_options* options, const char* name, const d
 
 static void assert_default(const mjenv_options* options, const struct schema_option* want) {
   switch (want->kind) {
-    case MJENV_STRING: assert_text(options, want->name, want->text); break;
-    case MJENV_REALS: assert_reals(options, want->name, want->reals, want->count); break;
+    case MJENV_KIND_STRING: assert_text(options, want->name, want->text); break;
+    case MJENV_KIND_REALS: assert_reals(options, want->name, want->reals, want->count); break;
     default: assert_integer(options, want->name, want->integer);
   }
 }
@@ -66,7 +66,7 @@ static void test_schema(void** state) {
   for (int64_t i = 0; i < mjenv_options_count(options); ++i) {
     const mjenv_option option = option_at(options, i);
     assert_true(option.doc[0] != '\0');
-    assert_true(option.kind == MJENV_STRING || option.low <= option.high);
+    assert_true(option.kind == MJENV_KIND_STRING || option.low <= option.high);
     for (int64_t k = 0; k < i; ++k) assert_string_not_equal(option.name, option_at(options, k).name);
   }
   mjenv_options_destroy(options);
@@ -114,15 +114,15 @@ static void test_read_back(void** state) {
   for (int64_t i = 0; i < mjenv_options_count(options); ++i) {
     const mjenv_option option = option_at(options, i);
     switch (option.kind) {
-      case MJENV_REALS:
+      case MJENV_KIND_REALS:
         set_reals_and_read(options, &option);
         if (option.count > 1) break;
         const double real = 1;
         assert_ok(mjenv_options_set_integer(options, option.name, 1));
         assert_reals(options, option.name, &real, 1);
         break;
-      case MJENV_STRING: set_text_and_read(options, &option); break;
-      case MJENV_STRING_OR_INT:
+      case MJENV_KIND_STRING: set_text_and_read(options, &option); break;
+      case MJENV_KIND_STRING_OR_INT:
         set_integer_and_read(options, &option);
         set_text_and_read(options, &option);
         set_integer_and_read(options, &option);
@@ -165,7 +165,7 @@ static void test_refused_of_each_option(void** state) {
     const double below = nextafter(option.low, -INFINITY), above = nextafter(option.high, INFINITY);
     int64_t integer = -99;
     size_t count = 99;
-    if (option.kind == MJENV_REALS) {
+    if (option.kind == MJENV_KIND_REALS) {
       assert_refused(MJENV_E_TYPE, mjenv_options_set_string(options, name, "1"), name, id->id);
       assert_refused(MJENV_E_TYPE, mjenv_options_get_integer(options, name, &integer), name);
       assert_refused(MJENV_E_TYPE, mjenv_options_get_string(options, name, &text), name);
@@ -181,7 +181,7 @@ static void test_refused_of_each_option(void** state) {
       assert_refused(MJENV_E_TYPE, mjenv_options_set_reals(options, name, nans, 1), name, id->id);
       assert_refused(MJENV_E_TYPE, mjenv_options_get_reals(options, name, NULL, 0, &count), name);
     }
-    if (option.kind == MJENV_STRING) {
+    if (option.kind == MJENV_KIND_STRING) {
       assert_refused(MJENV_E_TYPE, mjenv_options_set_integer(options, name, 1), name, id->id);
       assert_refused(MJENV_E_TYPE, mjenv_options_get_integer(options, name, &integer), name);
       if (option.choices) {
@@ -192,7 +192,7 @@ static void test_refused_of_each_option(void** state) {
         assert_refused(MJENV_E_VALUE, mjenv_options_set_string(options, name, option.choices), name, first);
       }
     }
-    if (option.kind == MJENV_FLAG || option.kind == MJENV_INTEGER) {
+    if (option.kind == MJENV_KIND_FLAG || option.kind == MJENV_KIND_INTEGER) {
       assert_refused(MJENV_E_TYPE, mjenv_options_set_string(options, name, "1"), name, id->id);
       assert_refused(MJENV_E_TYPE, mjenv_options_get_string(options, name, &text), name);
       const int64_t beyond = option.high < 0x1p53 ? (int64_t)option.high + 1 : INT64_MAX;

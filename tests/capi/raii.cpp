@@ -49,9 +49,9 @@ TEST(sizes_and_descriptions) {
   mjenv::Env env("Ant-v5", 3);
   const mjenv::Batch batch = env.batch();
   EXPECT(env.rows() == 3);
-  EXPECT(env.count(MJENV_ACTION) == 8);
+  EXPECT(env.count(MJENV_ROLE_ACTION) == 8);
   EXPECT(batch.obs.size() == 3 * 105 && batch.reward.size() == 3 && batch.was_reset.size() == 3);
-  EXPECT(batch.info.size() == 3 * env.count(MJENV_INFO) && batch.info_count == env.count(MJENV_INFO));
+  EXPECT(batch.info.size() == 3 * env.count(MJENV_ROLE_INFO) && batch.info_count == env.count(MJENV_ROLE_INFO));
   EXPECT(batch.obs_of(2).data() == &batch.obs[210] && batch.obs_of(2).size() == 105);
   // 105 times the last is 314 in 64 bits.
   for (const std::size_t row : {std::size_t{3}, std::size_t{8081430737053708330U}}) try {
@@ -59,8 +59,8 @@ TEST(sizes_and_descriptions) {
       return "the observation of a row that there is not";
     } catch (const std::out_of_range&) {
     }
-  EXPECT(env.space(MJENV_ACTION).count == 8 && env.space(MJENV_ACTION).high[7] == 1.0);
-  EXPECT(std::string(env.fields(MJENV_RESET_INFO).at(0).name) == "x_position");
+  EXPECT(env.space(MJENV_ROLE_ACTION).count == 8 && env.space(MJENV_ROLE_ACTION).high[7] == 1.0);
+  EXPECT(std::string(env.fields(MJENV_ROLE_RESET_INFO).at(0).name) == "x_position");
   return "";
 }
 
@@ -113,7 +113,7 @@ TEST(handles_move) {
   second = std::move(first);
   EXPECT(second.handle() == handle && first.handle() == nullptr);
   const mjenv::Env third(std::move(second));
-  EXPECT(third.handle() == handle && third.count(MJENV_ACTION) == 3);
+  EXPECT(third.handle() == handle && third.count(MJENV_ROLE_ACTION) == 3);
   return "";
 }
 

@@ -100,7 +100,7 @@ static void reset_some(struct pair* p, const uint8_t* mask) {
   for (int row = 0; row < ROWS; ++row) {
     if (!mask || mask[row]) {
       assert_ok(mjenv_reset(p->single[row], NULL, &p->single_out[row]->reset));
-      assert_same_row(p, MJENV_RESET_INFO, row);
+      assert_same_row(p, MJENV_ROLE_RESET_INFO, row);
       continue;
     }
     assert_memory_equal(p->out->obs + row * p->out->obs_count, soiled->obs, (size_t)p->out->obs_count * sizeof(double));
@@ -116,18 +116,18 @@ static void step_all(struct pair* p, bool narrow) {
   double wide[ROWS * 32];
   float samples[ROWS * 32];
   for (size_t i = 0; i < ROWS * p->nu; ++i) wide[i] = samples[i] = (float)mixed(2001) / 1000 - 1;
-  const mjenv_dtype dtype = narrow ? MJENV_FLOAT32 : MJENV_FLOAT64;
+  const mjenv_dtype dtype = narrow ? MJENV_DTYPE_FLOAT32 : MJENV_DTYPE_FLOAT64;
   assert_ok(mjenv_step(p->many, narrow ? (const void*)samples : wide, ROWS * p->nu, dtype, &p->out->step));
   for (int row = 0; row < ROWS; ++row) {
     const void* action = narrow ? (const void*)(samples + row * p->nu) : wide + row * p->nu;
     assert_ok(mjenv_step(p->single[row], action, p->nu, dtype, &p->single_out[row]->step));
-    assert_same_row(p, MJENV_INFO, row);
+    assert_same_row(p, MJENV_ROLE_INFO, row);
   }
 }
 
 static mjenv_field data_field(const struct pair* p, int64_t index) {
   mjenv_field field = {.struct_size = sizeof field};
-  assert_ok(mjenv_field_at(p->many, MJENV_DATA, index, &field));
+  assert_ok(mjenv_field_at(p->many, MJENV_ROLE_DATA, index, &field));
   return field;
 }
 
@@ -141,7 +141,7 @@ static void test_rows(void** state) {
   struct pair* p = pair_of(*state);
   seed_some(p, NULL);
   reset_some(p, NULL);
-  const int64_t arrays = mjenv_field_count(p->many, MJENV_DATA);
+  const int64_t arrays = mjenv_field_count(p->many, MJENV_ROLE_DATA);
   const mjenv_field xpos = data_field(p, data_index(p, "xpos")), cfrc_ext = data_field(p, data_index(p, "cfrc_ext"));
   for (int step = 0; step < STEPS; ++step) {
     step_all(p, step % 2);
@@ -168,7 +168,7 @@ static void test_every_array(void** state) {
   for (int step = 0; step < 3; ++step) step_all(p, true);
   const uint8_t mask[ROWS] = {0, 0, 1, 0, 0};
   reset_some(p, mask);
-  for (int64_t i = 0; i < mjenv_field_count(p->many, MJENV_DATA); ++i) {
+  for (int64_t i = 0; i < mjenv_field_count(p->many, MJENV_ROLE_DATA); ++i) {
     const mjenv_field field = data_field(p, i);
     for (int row = 0; row < ROWS; ++row) assert_same_array(p, &field, row * 2 % ROWS);
   }
@@ -187,7 +187,7 @@ static void test_observe(void** state) {
   assert_ok(mjenv_observe(p->many, &batch));
   assert_same_bits("observation", seen, p->out->obs, count);
   batch.obs = narrow;
-  batch.obs_dtype = MJENV_FLOAT32;
+  batch.obs_dtype = MJENV_DTYPE_FLOAT32;
   assert_ok(mjenv_observe(p->many, &batch));
   for (size_t i = 0; i < count; ++i) assert_true(narrow[i] == (float)seen[i]);
   free(seen);
@@ -221,19 +221,19 @@ static void test_single_outputs(void** state) {
     if (kept != 4) batch.info = NULL;
     if (kept != 5) batch.status = NULL;
     outputs_soil(alone);
-    assert_ok(mjenv_step(p->many, action, ROWS * p->nu, MJENV_FLOAT64, &batch));
+    assert_ok(mjenv_step(p->many, action, ROWS * p->nu, MJENV_DTYPE_FLOAT64, &batch));
     for (int row = 0; row < ROWS; ++row) {
       const struct outputs* want = p->single_out[row];
-      assert_ok(mjenv_step(p->single[row], action + row * p->nu, p->nu, MJENV_FLOAT64, &want->step));
+      assert_ok(mjenv_step(p->single[row], action + row * p->nu, p->nu, MJENV_DTYPE_FLOAT64, &want->step));
       if (kept == 0) assert_same_bits("obs", alone->obs + row * want->obs_count, want->obs, (size_t)want->obs_count);
       if (kept == 1) assert_same_bits("reward", alone->reward + row, want->reward, 1);
       if (kept == 2) assert_int_equal(alone->terminated[row], *want->terminated);
       if (kept == 3) assert_int_equal(alone->truncated[row], *want->truncated);
       if (kept == 5) assert_int_equal(alone->status[row], *want->status);
     }
-    for (int64_t i = 0; kept == 4 && i < mjenv_field_count(p->many, MJENV_INFO); ++i) {
+    for (int64_t i = 0; kept == 4 && i < mjenv_field_count(p->many, MJENV_ROLE_INFO); ++i) {
       mjenv_field field = {.struct_size = sizeof field};
-      assert_ok(mjenv_field_at(p->many, MJENV_INFO, i, &field));
+      assert_ok(mjenv_field_at(p->many, MJENV_ROLE_INFO, i, &field));
       for (int row = 0; row < ROWS; ++row)
         assert_same_bits(field.name, alone->info + field.offset * ROWS + row * field.count,
                          p->single_out[row]->info + field.offset, (size_t)field.count);

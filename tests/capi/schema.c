@@ -6,15 +6,15 @@ mjenv_type type_of_name(const char* name) {
   static const struct {
     const char* name;
     mjenv_type type;
-  } types[] = {{"numpy_float64", MJENV_NUMPY_FLOAT64},
-               {"action_dtype", MJENV_ACTION_DTYPE},
-               {"python_float", MJENV_PYTHON_FLOAT},
-               {"python_int", MJENV_PYTHON_INT},
-               {"numpy_int64", MJENV_NUMPY_INT64}};
+  } types[] = {{"numpy_float64", MJENV_TYPE_FLOAT64},
+               {"action_dtype", MJENV_TYPE_ACTION},
+               {"python_float", MJENV_TYPE_NATIVE_FLOAT},
+               {"python_int", MJENV_TYPE_NATIVE_INT},
+               {"numpy_int64", MJENV_TYPE_INT64}};
   for (size_t i = 0; i < COUNT(types); ++i)
     if (strcmp(types[i].name, name) == 0) return types[i].type;
   fail_msg("no type %s", name);
-  return MJENV_NUMPY_FLOAT64;
+  return MJENV_TYPE_FLOAT64;
 }
 
 static size_t reals_of(const char* text, double* values, size_t capacity) {
@@ -31,18 +31,18 @@ static bool read_option(struct schema_option* option, const char* line) {
   char kind[16], value[256];
   if (sscanf(line, "option %63s %15s %255[^\n]", option->name, kind, value) != 3) return false;
   if (strcmp(kind, "reals") == 0) {
-    option->kind = MJENV_REALS;
+    option->kind = MJENV_KIND_REALS;
     option->count = reals_of(value, option->reals, COUNT(option->reals));
     return option->count > 0;
   }
   option->count = 1;
   if (strcmp(kind, "string") == 0) {
-    option->kind = MJENV_STRING;
+    option->kind = MJENV_KIND_STRING;
     return sscanf(value, "%63s", option->text) == 1;
   }
-  option->kind = strcmp(kind, "flag") == 0      ? MJENV_FLAG
-                 : strcmp(kind, "integer") == 0 ? MJENV_INTEGER
-                                                : MJENV_STRING_OR_INT;
+  option->kind = strcmp(kind, "flag") == 0      ? MJENV_KIND_FLAG
+                 : strcmp(kind, "integer") == 0 ? MJENV_KIND_INTEGER
+                                                : MJENV_KIND_STRING_OR_INT;
   return sscanf(value, "%" SCNd64, &option->integer) == 1;
 }
 
@@ -59,7 +59,7 @@ static bool read_space_line(struct schema_id* id, const char* line) {
   struct schema_space* space = strcmp(role, "action") == 0 ? &id->action : &id->observation;
   if (strcmp(word, "low") == 0) return (space->low_count = reals_of(rest, space->low, COUNT(space->low))) > 0;
   if (strcmp(word, "high") == 0) return (space->high_count = reals_of(rest, space->high, COUNT(space->high))) > 0;
-  space->dtype = strncmp(rest, "float32", 7) == 0 ? MJENV_FLOAT32 : MJENV_FLOAT64;
+  space->dtype = strncmp(rest, "float32", 7) == 0 ? MJENV_DTYPE_FLOAT32 : MJENV_DTYPE_FLOAT64;
   return sscanf(rest, "%*s %" SCNd64, &space->count) == 1;
 }
 

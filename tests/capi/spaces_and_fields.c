@@ -49,7 +49,7 @@ static void assert_fields(const mjenv_env* env, mjenv_role role, const struct sc
   for (size_t i = 0; i < count; ++i) {
     const mjenv_field field = field_at(env, role, (int64_t)i);
     assert_string_equal(field.name, want[i].name);
-    assert_true(role == MJENV_ACTION || field.doc[0]);
+    assert_true(role == MJENV_ROLE_ACTION || field.doc[0]);
     assert_true(field.count == want[i].count);
     if (want[i].type) {
       assert_int_equal(field.type, want[i].type);
@@ -64,11 +64,11 @@ static void assert_fields(const mjenv_env* env, mjenv_role role, const struct sc
 // The terms fill the observation, and are those of observation_structure that are not empty.
 static void assert_observation_terms(const mjenv_env* env, const struct schema_id* id) {
   int64_t offset = 0, next = 0;
-  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_OBSERVATION); ++i) {
-    const mjenv_field field = field_at(env, MJENV_OBSERVATION, i);
+  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_ROLE_OBSERVATION); ++i) {
+    const mjenv_field field = field_at(env, MJENV_ROLE_OBSERVATION, i);
     assert_true(field.doc[0]);
     assert_true(field.offset == offset);
-    assert_int_equal(field.type, MJENV_NUMPY_FLOAT64);
+    assert_int_equal(field.type, MJENV_TYPE_FLOAT64);
     offset += field.count;
     if (id->structure_count == 0) continue;
     while (id->structure[next].count == 0 || strcmp(id->structure[next].name, "skipped_qpos") == 0) ++next;
@@ -80,11 +80,11 @@ static void assert_observation_terms(const mjenv_env* env, const struct schema_i
 }
 
 static void assert_actions(const mjenv_env* env, const struct schema_id* id) {
-  assert_true(mjenv_field_count(env, MJENV_ACTION) == id->action.count);
+  assert_true(mjenv_field_count(env, MJENV_ROLE_ACTION) == id->action.count);
   for (int64_t i = 0; i < id->action.count; ++i) {
-    const mjenv_field field = field_at(env, MJENV_ACTION, i);
+    const mjenv_field field = field_at(env, MJENV_ROLE_ACTION, i);
     assert_true(field.offset == i && field.count == 1 && field.ndim == 0);
-    assert_int_equal(field.type, MJENV_ACTION_DTYPE);
+    assert_int_equal(field.type, MJENV_TYPE_ACTION);
     assert_true(field.name[0] != '\0');
   }
 }
@@ -115,18 +115,18 @@ static void test_id(void** state) {
   const struct schema_id* id = *state;
   assert_spec(id);
   mjenv_env* env = env_of_id(id->id, 1);
-  assert_space(env, MJENV_OBSERVATION, &id->observation);
-  assert_space(env, MJENV_ACTION, &id->action);
-  assert_fields(env, MJENV_INFO, id->info, id->info_count);
-  assert_fields(env, MJENV_RESET_INFO, id->reset_info, id->reset_info_count);
-  assert_fields(env, MJENV_STRUCTURE, id->structure, id->structure_count);
+  assert_space(env, MJENV_ROLE_OBSERVATION, &id->observation);
+  assert_space(env, MJENV_ROLE_ACTION, &id->action);
+  assert_fields(env, MJENV_ROLE_INFO, id->info, id->info_count);
+  assert_fields(env, MJENV_ROLE_RESET_INFO, id->reset_info, id->reset_info_count);
+  assert_fields(env, MJENV_ROLE_STRUCTURE, id->structure, id->structure_count);
   assert_observation_terms(env, id);
   assert_actions(env, id);
-  assert_int_equal(mjenv_field_count(env, MJENV_REWARD), 1);
-  assert_int_equal(field_at(env, MJENV_REWARD, 0).type, id->reward);
+  assert_int_equal(mjenv_field_count(env, MJENV_ROLE_REWARD), 1);
+  assert_int_equal(field_at(env, MJENV_ROLE_REWARD, 0).type, id->reward);
   assert_time(env, id);
-  assert_arrays(env, MJENV_DATA);
-  assert_arrays(env, MJENV_MODEL);
+  assert_arrays(env, MJENV_ROLE_DATA);
+  assert_arrays(env, MJENV_ROLE_MODEL);
   mjenv_destroy(env);
 }
 
@@ -145,6 +145,9 @@ static void test_objects(void** state) {
   const char* const counts[] = {"nbody", "njnt", "ngeom", "nsite", "ncam", "nu", "ntendon", "nsensor", "nlight"};
   for (size_t i = 0; i < COUNT(types); ++i) {
     double* count = read_array(env, 0, counts[i], NULL);
+    int64_t counted = -1;
+    assert_ok(mjenv_object_count(env, types[i], &counted));
+    assert_true((double)counted == *count);
     for (int64_t k = 0; k < (int64_t)*count; ++k) {
       const char* name = NULL;
       int64_t index = -1;

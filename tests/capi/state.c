@@ -35,7 +35,7 @@ static void follow_stage(const struct golden* golden, mjenv_env* env, struct out
                                 golden_array(golden, "set_qvel", "f8")->columns));
       break;
     case SIMULATE:
-      assert_int_equal(dtype, MJENV_FLOAT32);
+      assert_int_equal(dtype, MJENV_DTYPE_FLOAT32);
       for (size_t i = 0; i < nu; ++i) ctrl[i] = ((const float*)(const void*)action)[i];
       assert_ok(mjenv_simulate(env, 0, ctrl, nu, FRAMES));
       break;
@@ -172,14 +172,14 @@ static void test_condition_is_kept(void** state) {
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_set_state(env, 1, fallen, 2, qvel, 2));
-  assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT64, NULL));
+  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   struct image ended = image_of(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_restore(env, 0, fresh.bytes, fresh.size));
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_FLOAT64, NULL), "row 0", "reset");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 0", "reset");
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_restore(env, 1, ended.bytes, ended.size));
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_FLOAT64, NULL), "row 1", "ended");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 1", "ended");
   free(fresh.bytes);
   free(ended.bytes);
   mjenv_destroy(env);
@@ -192,13 +192,13 @@ static void test_step_count_is_kept(void** state) {
   struct outputs* out = outputs_of(env);
   const float action[2] = {0.1f, 0};
   assert_ok(mjenv_reset(env, NULL, NULL));
-  for (int step = 0; step < 48; ++step) assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT32, NULL));
+  for (int step = 0; step < 48; ++step) assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT32, NULL));
   struct image image = image_of(env, 0);
   for (int time = 0; time < 2; ++time) {
     assert_ok(mjenv_restore(env, 0, image.bytes, image.size));
-    assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT32, &out->step));
+    assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT32, &out->step));
     assert_false(*out->truncated);
-    assert_ok(mjenv_step(env, action, 2, MJENV_FLOAT32, &out->step));
+    assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT32, &out->step));
     assert_true(*out->truncated);
   }
   free(image.bytes);

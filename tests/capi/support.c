@@ -84,7 +84,7 @@ void seed_rows(mjenv_env* env, uint64_t seed) {
 
 int64_t action_count(const mjenv_env* env) {
   mjenv_space space = {.struct_size = sizeof space};
-  assert_ok(mjenv_space_of(env, MJENV_ACTION, &space));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
   return space.count;
 }
 
@@ -112,11 +112,11 @@ double* read_array(mjenv_env* env, int64_t row, const char* array, size_t* count
 struct outputs* outputs_of(const mjenv_env* env) {
   struct outputs* out = allocate(sizeof *out);
   mjenv_space space = {.struct_size = sizeof space};
-  assert_ok(mjenv_space_of(env, MJENV_OBSERVATION, &space));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
   out->rows = mjenv_rows(env);
   out->obs_count = space.count;
-  out->info_count = role_count(env, MJENV_INFO);
-  out->reset_info_count = role_count(env, MJENV_RESET_INFO);
+  out->info_count = role_count(env, MJENV_ROLE_INFO);
+  out->reset_info_count = role_count(env, MJENV_ROLE_RESET_INFO);
   const size_t rows = (size_t)out->rows;
   const int64_t info_count = out->info_count > out->reset_info_count ? out->info_count : out->reset_info_count;
   out->obs = allocate(rows * (size_t)out->obs_count * sizeof(double));
@@ -126,7 +126,7 @@ struct outputs* outputs_of(const mjenv_env* env) {
   out->truncated = allocate(rows);
   out->status = allocate(rows * sizeof(int32_t));
   out->step = (mjenv_batch){.struct_size = sizeof(mjenv_batch),
-                            .obs_dtype = MJENV_FLOAT64,
+                            .obs_dtype = MJENV_DTYPE_FLOAT64,
                             .rows = out->rows,
                             .obs_count = out->obs_count,
                             .info_count = out->info_count,

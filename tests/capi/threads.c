@@ -28,7 +28,7 @@ static void* step_without_end(void* argument) {
   const size_t count = ROWS * s->nu;
   double* action = calloc(count, sizeof *action);
   while (!__atomic_load_n(&s->stop, __ATOMIC_ACQUIRE)) {
-    const mjenv_status status = mjenv_step(s->env, action, count, MJENV_FLOAT64, NULL);
+    const mjenv_status status = mjenv_step(s->env, action, count, MJENV_DTYPE_FLOAT64, NULL);
     if (status == MJENV_OK) ++s->done;
     if (status != MJENV_OK && status != MJENV_E_BUSY) s->bad = status;
   }
@@ -46,7 +46,7 @@ static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double*
   uint64_t stream[4];
   size_t count;
   switch (which) {
-    case 0: return mjenv_step(env, actions, ROWS * nu, MJENV_FLOAT64, &out->step);
+    case 0: return mjenv_step(env, actions, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->step);
     case 1: return mjenv_reset(env, no_row, &out->reset);
     case 2: return mjenv_read(env, 3, "xpos", values, 1000, &count);
     case 3: return mjenv_observe(env, &out->step);
@@ -104,7 +104,7 @@ static void test_one_environment(void** state) {
   // As good as new.
   assert_ok(mjenv_reset(s.env, NULL, &out->reset));
   memset(values, 0, ROWS * 32 * sizeof *values);
-  assert_ok(mjenv_step(s.env, values, ROWS * s.nu, MJENV_FLOAT64, &out->step));
+  assert_ok(mjenv_step(s.env, values, ROWS * s.nu, MJENV_DTYPE_FLOAT64, &out->step));
   free(values);
   outputs_free(out);
   mjenv_destroy(s.env);
@@ -206,7 +206,7 @@ static void test_own_environments(void** state) {
 static void* step_once(void* argument) {
   mjenv_env* env = argument;
   const float action[8] = {0};
-  return mjenv_step(env, action, 8, MJENV_FLOAT32, NULL) == MJENV_OK ? env : NULL;
+  return mjenv_step(env, action, 8, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK ? env : NULL;
 }
 
 static void test_moves_between_threads(void** state) {

@@ -14,9 +14,9 @@ extern "C" {
 #include <cmocka.h>
 }
 
+#include "run.hpp"
 #include "system/cpus.hpp"
 #include "system/memory.hpp"
-#include "run.hpp"
 
 namespace {
 

@@ -92,7 +92,7 @@ std::string difference(Work& work, const mjData& plain) {
     const bool inside = mine >= base && mine < base + self->nbuffer;
     const char* theirs = inside ? static_cast<const char*>(plain.buffer) + (mine - base)
                                 : reinterpret_cast<const char*>(&plain) + (mine - reinterpret_cast<const char*>(self));
-    const std::size_t size = array.type == MJENV_NUMPY_INT32 ? sizeof(int) : sizeof(double);
+    const std::size_t size = array.type == MJENV_TYPE_INT32 ? sizeof(int) : sizeof(double);
     if (length(array, plain) && std::memcmp(mine, theirs, length(array, plain) * size)) return array.name;
   }
   return "";
@@ -126,7 +126,7 @@ std::string play(const std::shared_ptr<const Model>& model) {
       for (double& a : action) a = noise();
       work.save(state.data());
       work.load(state.data());
-      work.step({action.data(), MJENV_FLOAT64, m->nu}, kFrames, before.data());
+      work.step({action.data(), MJENV_DTYPE_FLOAT64, m->nu}, kFrames, before.data());
       std::copy(action.begin(), action.end(), d->ctrl);
       for (int k = 0; k < kFrames; ++k) mj_step(m, d);
       mj_rnePostConstraint(m, d);

@@ -81,14 +81,14 @@ static inline void episode_open(struct episode* e, const struct library* library
   check(library, library->mjenv_options_create(id, &options));
   check(library, library->mjenv_create(options, 1, &e->env));
   library->mjenv_options_destroy(options);
-  e->action_count = space_count(library, e->env, MJENV_ACTION);
-  e->reset_info_count = info_count(library, e->env, MJENV_RESET_INFO);
+  e->action_count = space_count(library, e->env, MJENV_ROLE_ACTION);
+  e->reset_info_count = info_count(library, e->env, MJENV_ROLE_RESET_INFO);
   e->action = calloc((size_t)e->action_count, sizeof *e->action);
   e->out = (mjenv_batch){.struct_size = sizeof e->out,
-                         .obs_dtype = MJENV_FLOAT64,
+                         .obs_dtype = MJENV_DTYPE_FLOAT64,
                          .rows = 1,
-                         .obs_count = space_count(library, e->env, MJENV_OBSERVATION),
-                         .info_count = info_count(library, e->env, MJENV_INFO),
+                         .obs_count = space_count(library, e->env, MJENV_ROLE_OBSERVATION),
+                         .info_count = info_count(library, e->env, MJENV_ROLE_INFO),
                          .reward = &e->reward,
                          .terminated = &e->terminated,
                          .truncated = &e->truncated};
@@ -108,7 +108,7 @@ static inline void episode_reset(struct episode* e, const struct library* librar
 static inline int episode_step(struct episode* e, const struct library* library) {
   const size_t count = (size_t)e->action_count;
   check(library, library->mjenv_sample_actions(e->env, e->action, count));
-  check(library, library->mjenv_step(e->env, e->action, count, MJENV_FLOAT32, &e->out));
+  check(library, library->mjenv_step(e->env, e->action, count, MJENV_DTYPE_FLOAT32, &e->out));
   return e->terminated || e->truncated;
 }
 

@@ -51,8 +51,8 @@ static void roll(const struct library* library, const char* id, long steps) {
     add(e.truncated);
     add_reals(e.out.info, e.out.info_count);
   }
-  add_arrays(library, e.env, MJENV_DATA);
-  add_arrays(library, e.env, MJENV_MODEL);
+  add_arrays(library, e.env, MJENV_ROLE_DATA);
+  add_arrays(library, e.env, MJENV_ROLE_MODEL);
   episode_close(&e, library);
   printf("%s %016llx\n", id, (unsigned long long)checksum);
 }

@@ -32,21 +32,22 @@ static void refuse_env(mjenv_env* env) {
   assert_int_equal(mjenv_rows(env), 0);
   assert_int_equal(mjenv_frame_skip(env), 0);
   assert_null(mjenv_options_of(env));
-  assert_int_equal(mjenv_field_count(env, MJENV_INFO), 0);
-  assert_refused(wanted, mjenv_space_of(env, MJENV_ACTION, &space), why);
-  assert_refused(wanted, mjenv_field_at(env, MJENV_INFO, 0, &field), why);
+  assert_int_equal(mjenv_field_count(env, MJENV_ROLE_INFO), 0);
+  assert_refused(wanted, mjenv_space_of(env, MJENV_ROLE_ACTION, &space), why);
+  assert_refused(wanted, mjenv_field_at(env, MJENV_ROLE_INFO, 0, &field), why);
   assert_refused(wanted, mjenv_seed(env, words, NULL), why);
   assert_refused(wanted, mjenv_seed_digits(env, 0, &digit, 1), why);
   assert_refused(wanted, mjenv_reset(env, NULL, &batch), why);
-  assert_refused(wanted, mjenv_step(env, numbers, 3, MJENV_FLOAT64, &batch), why);
-  assert_refused(wanted, mjenv_send(env, NULL, 0, numbers, 3, MJENV_FLOAT64, &batch), why);
+  assert_refused(wanted, mjenv_step(env, numbers, 3, MJENV_DTYPE_FLOAT64, &batch), why);
+  assert_refused(wanted, mjenv_send(env, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64, &batch), why);
   assert_refused(wanted, mjenv_recv(env, 1, &number, 1, &count), why);
-  assert_refused(wanted, mjenv_rollout(env, numbers, 1, 3, MJENV_FLOAT64, &batch), why);
+  assert_refused(wanted, mjenv_rollout(env, numbers, 3, MJENV_DTYPE_FLOAT64, 1, &batch), why);
   assert_refused(wanted, mjenv_get_stream(env, 0, words, 4), why);
   assert_refused(wanted, mjenv_set_stream(env, 0, words, 4), why);
   assert_refused(wanted, mjenv_seed_actions(env, 1), why);
   assert_refused(wanted, mjenv_sample_actions(env, samples, 3), why);
   assert_refused(wanted, mjenv_read(env, 0, "qpos", values, COUNT(values), &count), why);
+  assert_refused(wanted, mjenv_object_count(env, "body", &number), why);
   assert_refused(wanted, mjenv_object_index(env, "body", "torso", &number), why);
   assert_refused(wanted, mjenv_object_name(env, "body", 0, &name), why);
   assert_refused(wanted, mjenv_set_state(env, 0, numbers, 6, numbers, 6), why);
@@ -217,7 +218,7 @@ static void* step_until_refused(void* argument) {
   struct user* user = argument;
   const double action[64] = {0};
   while (!user->refused) {
-    note(user, mjenv_step(user->env, action, 4 * 3, MJENV_FLOAT64, NULL));
+    note(user, mjenv_step(user->env, action, 4 * 3, MJENV_DTYPE_FLOAT64, NULL));
     __atomic_add_fetch(&user->started, 1, __ATOMIC_RELEASE);
   }
   return NULL;
@@ -228,8 +229,8 @@ static void* look_until_refused(void* argument) {
   mjenv_space space = {.struct_size = sizeof space};
   mjenv_field field = {.struct_size = sizeof field};
   while (!user->refused) {
-    note(user, mjenv_space_of(user->env, MJENV_OBSERVATION, &space));
-    note(user, mjenv_field_at(user->env, MJENV_DATA, 3, &field));
+    note(user, mjenv_space_of(user->env, MJENV_ROLE_OBSERVATION, &space));
+    note(user, mjenv_field_at(user->env, MJENV_ROLE_DATA, 3, &field));
     __atomic_add_fetch(&user->started, 1, __ATOMIC_RELEASE);
   }
   return NULL;
@@ -349,7 +350,7 @@ static void test_forked_in_use(void** state) {
     if (child == 0) {
       alarm(SECONDS);
       const double action[12] = {0};
-      const mjenv_status status = mjenv_step(user.env, action, 12, MJENV_FLOAT64, NULL);
+      const mjenv_status status = mjenv_step(user.env, action, 12, MJENV_DTYPE_FLOAT64, NULL);
       bool fine = status == MJENV_OK || status == MJENV_E_BUSY || status == MJENV_E_STATE;
       mjenv_destroy(user.env);
       fine = fine && mjenv_rows(user.env) == 0;

@@ -98,18 +98,18 @@ static mjenv_status create_from_text(void) {
 
 static mjenv_status reset(void) { return mjenv_reset(s.env, NULL, NULL); }
 static mjenv_status reset_threaded(void) { return mjenv_reset(s.threaded, NULL, &s.out->reset); }
-static mjenv_status step(void) { return mjenv_step(s.env, s.action, NU, MJENV_FLOAT64, NULL); }
+static mjenv_status step(void) { return mjenv_step(s.env, s.action, NU, MJENV_DTYPE_FLOAT64, NULL); }
 
 static mjenv_status step_threaded(void) {
-  return mjenv_step(s.threaded, s.action, ROWS * NU, MJENV_FLOAT64, &s.out->step);
+  return mjenv_step(s.threaded, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, &s.out->step);
 }
 
-static mjenv_status bad_step(void) { return mjenv_step(s.env, s.action, NU - 1, MJENV_FLOAT64, NULL); }
+static mjenv_status bad_step(void) { return mjenv_step(s.env, s.action, NU - 1, MJENV_DTYPE_FLOAT64, NULL); }
 
 static mjenv_status send_and_recv(void) {
   int64_t rows[ROWS];
   size_t count = 0;
-  mjenv_status status = mjenv_send(s.threaded, NULL, 0, s.action, ROWS * NU, MJENV_FLOAT64, &s.out->step);
+  mjenv_status status = mjenv_send(s.threaded, NULL, 0, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, &s.out->step);
   for (size_t left = ROWS; status == MJENV_OK && left > 0; left -= count)
     status = mjenv_recv(s.threaded, 1, rows, ROWS, &count);
   return status;
@@ -117,7 +117,7 @@ static mjenv_status send_and_recv(void) {
 
 static mjenv_status rollout(void) {
   const mjenv_status status = mjenv_reset(s.env, NULL, NULL);
-  return status ? status : mjenv_rollout(s.env, s.action, ROWS, ROWS * NU, MJENV_FLOAT64, NULL);
+  return status ? status : mjenv_rollout(s.env, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, ROWS, NULL);
 }
 
 static mjenv_status sample(void) {

@@ -45,8 +45,8 @@ static void send_and_receive(void) {
     int64_t rows[ROWS];
     size_t count_ = 0, done = 0;
     assert_ok(mjenv_sample_actions(one, action, ROWS * NU));
-    assert_ok(mjenv_step(one, action, ROWS * NU, MJENV_FLOAT32, &want->step));
-    assert_ok(mjenv_send(threaded, NULL, 0, action, ROWS * NU, MJENV_FLOAT32, &got->step));
+    assert_ok(mjenv_step(one, action, ROWS * NU, MJENV_DTYPE_FLOAT32, &want->step));
+    assert_ok(mjenv_send(threaded, NULL, 0, action, ROWS * NU, MJENV_DTYPE_FLOAT32, &got->step));
     for (; done < ROWS; done += count_) {
       assert_ok(mjenv_recv(threaded, ROWS - done, rows, ROWS, &count_));
       assert_int_equal(count_, ROWS - done);
@@ -121,7 +121,7 @@ static void* step_without_end(void* argument) {
   struct stepper* stepper = argument;
   const double action[12] = {0};
   for (;;) {
-    const mjenv_status status = mjenv_step(stepper->env, action, 12, MJENV_FLOAT64, NULL);
+    const mjenv_status status = mjenv_step(stepper->env, action, 12, MJENV_DTYPE_FLOAT64, NULL);
     if (status != MJENV_OK) stepper->other = status;
     __atomic_add_fetch(&stepper->steps, 1, __ATOMIC_RELEASE);
     pthread_testcancel();
@@ -149,7 +149,7 @@ static void test_cancelled(void** state) {
     assert_int_equal(stepper.other, MJENV_OK);
     // Nobody is inside any more.
     const double action[12] = {0};
-    assert_ok(mjenv_step(stepper.env, action, 12, MJENV_FLOAT64, NULL));
+    assert_ok(mjenv_step(stepper.env, action, 12, MJENV_DTYPE_FLOAT64, NULL));
     mjenv_destroy(stepper.env);
   }
   mjenv_options_destroy(options);

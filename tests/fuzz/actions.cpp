@@ -29,11 +29,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const mjenv_batch reset = out.reset();
   REQUIRE(mjenv_seed(env, seeds, nullptr) == MJENV_OK);
   REQUIRE(mjenv_reset(env, nullptr, &reset) == MJENV_OK);
-  const auto count = 2 * static_cast<std::size_t>(mjenv_field_count(env, MJENV_ACTION));
+  const auto count = 2 * static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION));
   for (int calls = 0; calls < 12 && bytes.left() > 0; ++calls) {
     switch (bytes.below(5)) {
-      case 0: check(mjenv_step(env, bytes.list<float>(count).data(), count, MJENV_FLOAT32, &out.batch)); break;
-      case 1: check(mjenv_step(env, bytes.list<double>(count).data(), count, MJENV_FLOAT64, &out.batch)); break;
+      case 0: check(mjenv_step(env, bytes.list<float>(count).data(), count, MJENV_DTYPE_FLOAT32, &out.batch)); break;
+      case 1: check(mjenv_step(env, bytes.list<double>(count).data(), count, MJENV_DTYPE_FLOAT64, &out.batch)); break;
       case 2: {
         const std::size_t nq = number(env, "nq"), nv = number(env, "nv");
         const auto qpos = bytes.list<double>(nq), qvel = bytes.list<double>(nv);
@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       default: {
         const auto action = bytes.list<double>(count * 2);
         Outputs steps(env, 4);
-        check(mjenv_rollout(env, action.data(), 2, count * 2, MJENV_FLOAT64, &steps.batch));
+        check(mjenv_rollout(env, action.data(), count * 2, MJENV_DTYPE_FLOAT64, 2, &steps.batch));
       }
     }
   }

@@ -70,7 +70,7 @@ class Calls {
       case 4: changed.reset_info_count = integer(); break;
       case 5: changed.arrays_count = integer(); break;
       case 6: changed.obs_dtype = static_cast<std::int32_t>(integer()); break;
-      case 7: changed.obs_dtype = MJENV_FLOAT32; break;
+      case 7: changed.obs_dtype = MJENV_DTYPE_FLOAT32; break;
       case 8: changed.obs = nullptr; break;
       case 9: changed.info = nullptr; break;
       case 10: changed.reward = nullptr; break;
@@ -94,7 +94,7 @@ class Calls {
     made.env.reset();
     made.env = EnvHandle(env);
     made.out = std::make_unique<Outputs>(env, mjenv_rows(env));
-    made.actuators = static_cast<std::size_t>(mjenv_field_count(env, MJENV_ACTION));
+    made.actuators = static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION));
     made.nq = number(env, "nq");
     made.nv = number(env, "nv");
   }
@@ -131,6 +131,7 @@ class Calls {
     const char* name = nullptr;
     static const char* const types[] = {"body", "joint", "geom", "actuator", "nothing", "", nullptr};
     check(mjenv_object_index(s.env.get(), bytes_.one_of(types), bytes_.flag() ? "torso" : nullptr, maybe(&index)));
+    check(mjenv_object_count(s.env.get(), bytes_.one_of(types), maybe(&index)));
     check(mjenv_object_name(s.env.get(), bytes_.one_of(types), integer(), maybe(&name)));
   }
 
@@ -179,7 +180,7 @@ class Calls {
     const std::int64_t dtype = bytes_.below(8) ? 0 : integer() & 3;
     const mjenv_batch* out = batch(s, changed, false);
     if (bytes_.flag())
-      check(mjenv_step(s.env.get(), maybe(drawn.data()), size(count), MJENV_FLOAT32, out));
+      check(mjenv_step(s.env.get(), maybe(drawn.data()), size(count), MJENV_DTYPE_FLOAT32, out));
     else
       check(mjenv_step(s.env.get(), maybe(action.data()), size(count), static_cast<mjenv_dtype>(dtype), out));
   }
@@ -201,8 +202,8 @@ class Calls {
     const auto action = bytes_.list<double>(count);
     if (!s.env) return;
     Outputs out(s.env.get(), rows * steps);
-    check(mjenv_rollout(s.env.get(), maybe(action.data()), bytes_.below(8) ? steps : integer(), size(count),
-                        MJENV_FLOAT64, maybe(&out.batch)));
+    check(mjenv_rollout(s.env.get(), maybe(action.data()), size(count), MJENV_DTYPE_FLOAT64,
+                        bytes_.below(8) ? steps : integer(), maybe(&out.batch)));
   }
 
   void send() {
@@ -215,7 +216,7 @@ class Calls {
     const bool all = bytes_.flag();
     const std::size_t sent = all ? static_cast<std::size_t>(mjenv_rows(s.env.get())) : row_count;
     check(mjenv_send(s.env.get(), all ? nullptr : rows, size(sent), maybe(action.data()), size(sent * s.actuators),
-                     MJENV_FLOAT64, out));
+                     MJENV_DTYPE_FLOAT64, out));
   }
 
   void receive() {

@@ -74,7 +74,7 @@ inline std::int64_t total(const mjenv_env* env, mjenv_role role) {
     mjenv_field field{};
     field.struct_size = sizeof field;
     REQUIRE(mjenv_field_at(env, role, i, &field) == MJENV_OK);
-    REQUIRE(field.offset == count || role == MJENV_DATA || role == MJENV_MODEL);
+    REQUIRE(field.offset == count || role == MJENV_ROLE_DATA || role == MJENV_ROLE_MODEL);
     count += field.count;
   }
   return count;
@@ -110,10 +110,10 @@ inline void draw_all(const EnvHandle& env) {
 // Arrays for all outputs, as long as the library may write and no longer.
 struct Outputs {
   Outputs(const mjenv_env* env, std::int64_t elements)
-      : obs_count(total(env, MJENV_OBSERVATION)),
-        info_count(total(env, MJENV_INFO)),
-        reset_info_count(total(env, MJENV_RESET_INFO)),
-        arrays_count(total(env, MJENV_ARRAYS)),
+      : obs_count(total(env, MJENV_ROLE_OBSERVATION)),
+        info_count(total(env, MJENV_ROLE_INFO)),
+        reset_info_count(total(env, MJENV_ROLE_RESET_INFO)),
+        arrays_count(total(env, MJENV_ROLE_ARRAYS)),
         obs(static_cast<std::size_t>(elements * obs_count)),
         final_obs(obs),
         reward(static_cast<std::size_t>(elements)),

@@ -49,7 +49,7 @@ static void draw(mjenv_env* env) {
 }
 
 static void play(mjenv_env* env) {
-  const size_t count = (size_t)mjenv_field_count(env, MJENV_ACTION) * 2;
+  const size_t count = (size_t)mjenv_field_count(env, MJENV_ROLE_ACTION) * 2;
   float* action = calloc(count + 1, sizeof *action);
   const uint64_t seeds[2] = {1, 2};
   TRY(mjenv_seed(env, seeds, NULL));
@@ -58,7 +58,7 @@ static void play(mjenv_env* env) {
   for (int step = 0; step < 10; ++step) {
     if (mjenv_sample_actions(env, action, count) != MJENV_OK)
       for (size_t i = 0; i < count; ++i) action[i] = step % 2 ? 1e6F : -1e6F;
-    TRY(mjenv_step(env, action, count, MJENV_FLOAT32, NULL));
+    TRY(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, NULL));
   }
   read_all(env);
   draw(env);

@@ -74,8 +74,8 @@ end
 Base.show(io::IO, batch::Batch) =
     print(io, typeof(batch), " of ", size(batch.obs, 1), " observations × ", size(batch.obs, 2), " rows")
 
-dtype_of(::Type{Float64}) = MJENV_FLOAT64
-dtype_of(::Type{Float32}) = MJENV_FLOAT32
+dtype_of(::Type{Float64}) = MJENV_DTYPE_FLOAT64
+dtype_of(::Type{Float32}) = MJENV_DTYPE_FLOAT32
 
 # Returns the batch as C's struct. Its pointers are valid while the batch is preserved. Inlining keeps the Ref on the
 # stack.

@@ -1,9 +1,9 @@
 # Written by tools/declarations_julia.py from capi/include/mjenv/mjenv.h: change those.
 
 const MJENV_ABI_VERSION = 1
+const MJENV_ALL_ROWS = -1
 const MJENV_CAMERA_FREE = -1
 const MJENV_CAMERA_DEFAULT = -2
-const MJENV_ALL_ROWS = -1
 
 struct mjenv_options end
 struct mjenv_env end
@@ -28,39 +28,39 @@ struct mjenv_window end
 end
 
 @enum mjenv_dtype::Int32 begin
-    MJENV_FLOAT64 = 0
-    MJENV_FLOAT32 = 1
+    MJENV_DTYPE_FLOAT64 = 0
+    MJENV_DTYPE_FLOAT32 = 1
 end
 
 @enum mjenv_role::Int32 begin
-    MJENV_OBSERVATION = 1
-    MJENV_ACTION = 2
-    MJENV_INFO = 3
-    MJENV_RESET_INFO = 4
-    MJENV_REWARD = 5
-    MJENV_STRUCTURE = 6
-    MJENV_DATA = 7
-    MJENV_MODEL = 8
-    MJENV_ARRAYS = 9
+    MJENV_ROLE_OBSERVATION = 1
+    MJENV_ROLE_ACTION = 2
+    MJENV_ROLE_INFO = 3
+    MJENV_ROLE_RESET_INFO = 4
+    MJENV_ROLE_REWARD = 5
+    MJENV_ROLE_STRUCTURE = 6
+    MJENV_ROLE_DATA = 7
+    MJENV_ROLE_MODEL = 8
+    MJENV_ROLE_ARRAYS = 9
 end
 
 @enum mjenv_kind::Int32 begin
-    MJENV_FLAG = 1
-    MJENV_INTEGER = 2
-    MJENV_REALS = 3
-    MJENV_STRING = 4
-    MJENV_STRING_OR_INT = 5
+    MJENV_KIND_FLAG = 1
+    MJENV_KIND_INTEGER = 2
+    MJENV_KIND_REALS = 3
+    MJENV_KIND_STRING = 4
+    MJENV_KIND_STRING_OR_INT = 5
 end
 
 @enum mjenv_type::Int32 begin
-    MJENV_NUMPY_FLOAT64 = 1
-    MJENV_ACTION_DTYPE = 2
-    MJENV_PYTHON_FLOAT = 3
-    MJENV_PYTHON_INT = 4
-    MJENV_NUMPY_INT64 = 5
-    MJENV_NUMPY_FLOAT32 = 6
-    MJENV_NUMPY_INT32 = 7
-    MJENV_NUMPY_UINT8 = 8
+    MJENV_TYPE_FLOAT64 = 1
+    MJENV_TYPE_ACTION = 2
+    MJENV_TYPE_NATIVE_FLOAT = 3
+    MJENV_TYPE_NATIVE_INT = 4
+    MJENV_TYPE_INT64 = 5
+    MJENV_TYPE_FLOAT32 = 6
+    MJENV_TYPE_INT32 = 7
+    MJENV_TYPE_UINT8 = 8
 end
 
 @enum mjenv_gl::Int32 begin
@@ -116,6 +116,7 @@ Base.@kwdef struct mjenv_field
     offset::Int64 = 0
     count::Int64 = 0
     type::Int32 = 0
+    reserved::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_space
@@ -170,6 +171,7 @@ Base.@kwdef struct mjenv_render_settings
     samples::Int32 = 0
     shadows::Int32 = 0
     reflections::Int32 = 0
+    reserved::Int32 = 0
     camera_name::Cstring = Cstring(C_NULL)
     lookat::NTuple{3, Float64} = (0, 0, 0)
     distance::Float64 = 0
@@ -182,6 +184,7 @@ end
 const FUNCTIONS = (
     :mjenv_abi_version,
     :mjenv_version,
+    :mjenv_version_number,
     :mjenv_status_name,
     :mjenv_last_error,
     :mjenv_id_count,
@@ -217,6 +220,7 @@ const FUNCTIONS = (
     :mjenv_seed_actions,
     :mjenv_sample_actions,
     :mjenv_read,
+    :mjenv_object_count,
     :mjenv_object_index,
     :mjenv_object_name,
     :mjenv_set_state,
@@ -248,34 +252,40 @@ mjenv_version() = ccall(
     (),
 )
 
-mjenv_status_name(status) = ccall(
+mjenv_version_number() = ccall(
     address(3),
+    UInt32,
+    (),
+)
+
+mjenv_status_name(status) = ccall(
+    address(4),
     Cstring,
     (mjenv_status,),
     status,
 )
 
 mjenv_last_error() = ccall(
-    address(4),
+    address(5),
     Cstring,
     (),
 )
 
 mjenv_id_count() = ccall(
-    address(5),
+    address(6),
     Int64,
     (),
 )
 
 mjenv_id_at(index) = ccall(
-    address(6),
+    address(7),
     Cstring,
     (Int64,),
     index,
 )
 
 mjenv_spec_of(id, spec) = ccall(
-    address(7),
+    address(8),
     mjenv_status,
     (Cstring, Ptr{mjenv_spec}),
     id,
@@ -283,7 +293,7 @@ mjenv_spec_of(id, spec) = ccall(
 )
 
 mjenv_options_create(id, options) = ccall(
-    address(8),
+    address(9),
     mjenv_status,
     (Cstring, Ptr{Ptr{mjenv_options}}),
     id,
@@ -291,21 +301,21 @@ mjenv_options_create(id, options) = ccall(
 )
 
 mjenv_options_destroy(options) = ccall(
-    address(9),
+    address(10),
     Cvoid,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_count(options) = ccall(
-    address(10),
+    address(11),
     Int64,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_at(options, index, option) = ccall(
-    address(11),
+    address(12),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}),
     options,
@@ -314,7 +324,7 @@ mjenv_options_at(options, index, option) = ccall(
 )
 
 mjenv_options_set_integer(options, name, value) = ccall(
-    address(12),
+    address(13),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Int64),
     options,
@@ -323,7 +333,7 @@ mjenv_options_set_integer(options, name, value) = ccall(
 )
 
 mjenv_options_set_reals(options, name, values, count) = ccall(
-    address(13),
+    address(14),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t),
     options,
@@ -333,7 +343,7 @@ mjenv_options_set_reals(options, name, values, count) = ccall(
 )
 
 mjenv_options_set_string(options, name, value) = ccall(
-    address(14),
+    address(15),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Cstring),
     options,
@@ -342,7 +352,7 @@ mjenv_options_set_string(options, name, value) = ccall(
 )
 
 mjenv_options_get_integer(options, name, value) = ccall(
-    address(15),
+    address(16),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Int64}),
     options,
@@ -351,7 +361,7 @@ mjenv_options_get_integer(options, name, value) = ccall(
 )
 
 mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
-    address(16),
+    address(17),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     options,
@@ -362,7 +372,7 @@ mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
 )
 
 mjenv_options_get_string(options, name, value) = ccall(
-    address(17),
+    address(18),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Cstring}),
     options,
@@ -371,7 +381,7 @@ mjenv_options_get_string(options, name, value) = ccall(
 )
 
 mjenv_create(options, rows, env) = ccall(
-    address(18),
+    address(19),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}),
     options,
@@ -380,35 +390,35 @@ mjenv_create(options, rows, env) = ccall(
 )
 
 mjenv_destroy(env) = ccall(
-    address(19),
+    address(20),
     Cvoid,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_rows(env) = ccall(
-    address(20),
-    Int64,
-    (Ptr{mjenv_env},),
-    env,
-)
-
-mjenv_frame_skip(env) = ccall(
     address(21),
     Int64,
     (Ptr{mjenv_env},),
     env,
 )
 
-mjenv_options_of(env) = ccall(
+mjenv_frame_skip(env) = ccall(
     address(22),
+    Int64,
+    (Ptr{mjenv_env},),
+    env,
+)
+
+mjenv_options_of(env) = ccall(
+    address(23),
     Ptr{mjenv_options},
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_space_of(env, role, space) = ccall(
-    address(23),
+    address(24),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
     env,
@@ -417,7 +427,7 @@ mjenv_space_of(env, role, space) = ccall(
 )
 
 mjenv_field_count(env, role) = ccall(
-    address(24),
+    address(25),
     Int64,
     (Ptr{mjenv_env}, mjenv_role),
     env,
@@ -425,7 +435,7 @@ mjenv_field_count(env, role) = ccall(
 )
 
 mjenv_field_at(env, role, index, field) = ccall(
-    address(25),
+    address(26),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
     env,
@@ -435,7 +445,7 @@ mjenv_field_at(env, role, index, field) = ccall(
 )
 
 mjenv_seed(env, seeds, mask) = ccall(
-    address(26),
+    address(27),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt64}, Ptr{UInt8}),
     env,
@@ -444,7 +454,7 @@ mjenv_seed(env, seeds, mask) = ccall(
 )
 
 mjenv_seed_digits(env, row, digits, count) = ccall(
-    address(27),
+    address(28),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt32}, Csize_t),
     env,
@@ -454,7 +464,7 @@ mjenv_seed_digits(env, row, digits, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(28),
+    address(29),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -463,7 +473,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, action, count, dtype, out) = ccall(
-    address(29),
+    address(30),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -474,7 +484,7 @@ mjenv_step(env, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype, out) = ccall(
-    address(30),
+    address(31),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -487,7 +497,7 @@ mjenv_send(env, rows, row_count, action, count, dtype, out) = ccall(
 )
 
 mjenv_recv(env, least, rows, capacity, count) = ccall(
-    address(31),
+    address(32),
     mjenv_status,
     (Ptr{mjenv_env}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}),
     env,
@@ -497,29 +507,19 @@ mjenv_recv(env, least, rows, capacity, count) = ccall(
     count,
 )
 
-mjenv_rollout(env, action, steps, count, dtype, out) = ccall(
-    address(32),
+mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
+    address(33),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
     action,
-    steps,
     count,
     dtype,
+    steps,
     out,
 )
 
 mjenv_get_stream(env, row, words, count) = ccall(
-    address(33),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_set_stream(env, row, words, count) = ccall(
     address(34),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
@@ -529,8 +529,18 @@ mjenv_set_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_seed_actions(env, seed) = ccall(
+mjenv_set_stream(env, row, words, count) = ccall(
     address(35),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(36),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -538,7 +548,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(36),
+    address(37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
     env,
@@ -547,7 +557,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(37),
+    address(38),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     env,
@@ -558,8 +568,17 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
     count,
 )
 
+mjenv_object_count(env, type, count) = ccall(
+    address(39),
+    mjenv_status,
+    (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
+    env,
+    type,
+    count,
+)
+
 mjenv_object_index(env, type, name, index) = ccall(
-    address(38),
+    address(40),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -569,7 +588,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(39),
+    address(41),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -579,7 +598,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(40),
+    address(42),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Ptr{Float64}, Csize_t),
     env,
@@ -591,7 +610,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(41),
+    address(43),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
     env,
@@ -602,7 +621,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(42),
+    address(44),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -610,7 +629,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_copy_row(env, from, to_mask) = ccall(
-    address(43),
+    address(45),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
     env,
@@ -619,7 +638,7 @@ mjenv_copy_row(env, from, to_mask) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(44),
+    address(46),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
     env,
@@ -630,7 +649,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(45),
+    address(47),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
     env,
@@ -640,7 +659,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(46),
+    address(48),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -648,7 +667,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(47),
+    address(49),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -657,21 +676,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(48),
+    address(50),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(49),
+    address(51),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(50),
+    address(52),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
     renderer,
@@ -683,7 +702,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(51),
+    address(53),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -692,21 +711,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(52),
+    address(54),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(53),
+    address(55),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(54),
+    address(56),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,

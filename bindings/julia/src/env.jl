@@ -70,11 +70,11 @@ end
 
 function describe!(env::Env)
     env.frame_skip = mjenv_frame_skip(env.handle)
-    env.obs_count = space_of(env.handle, MJENV_OBSERVATION).count
-    env.action_count = space_of(env.handle, MJENV_ACTION).count
-    env.info_fields = fields_of(env.handle, MJENV_INFO)
-    env.reset_info_fields = fields_of(env.handle, MJENV_RESET_INFO)
-    env.array_fields = fields_of(env.handle, MJENV_ARRAYS)
+    env.obs_count = space_of(env.handle, MJENV_ROLE_OBSERVATION).count
+    env.action_count = space_of(env.handle, MJENV_ROLE_ACTION).count
+    env.info_fields = fields_of(env.handle, MJENV_ROLE_INFO)
+    env.reset_info_fields = fields_of(env.handle, MJENV_ROLE_RESET_INFO)
+    env.array_fields = fields_of(env.handle, MJENV_ROLE_ARRAYS)
     env.same_step = options(env).autoreset_mode == "same_step"
     env.arrays = Dict{String,Field}()
     env.latest = nothing
@@ -187,7 +187,7 @@ end
 function bounds(env::Env, role::mjenv_role)
     return inside(env) do handle
         space = space_of(handle, role)
-        T = mjenv_dtype(space.dtype) == MJENV_FLOAT32 ? Float32 : Float64
+        T = mjenv_dtype(space.dtype) == MJENV_DTYPE_FLOAT32 ? Float32 : Float64
         copied(pointer) = Vector{T}(unsafe_wrap(Array, pointer, space.count))
         (low = copied(space.low), high = copied(space.high))
     end
@@ -199,7 +199,7 @@ end
 Returns the bounds of one row's observation, Gymnasium's Box space, as a NamedTuple of two `Float64` vectors: `low` and
 `high`.
 """
-observation_space(env::Env) = bounds(env, MJENV_OBSERVATION)
+observation_space(env::Env) = bounds(env, MJENV_ROLE_OBSERVATION)
 
 """
     action_space(env)
@@ -207,7 +207,7 @@ observation_space(env::Env) = bounds(env, MJENV_OBSERVATION)
 Returns the bounds of one row's action, Gymnasium's Box space, as a NamedTuple of two `Float32` vectors: `low` and
 `high`.
 """
-action_space(env::Env) = bounds(env, MJENV_ACTION)
+action_space(env::Env) = bounds(env, MJENV_ROLE_ACTION)
 
 digits_of(seed::Integer) = digits(UInt32, BigInt(seed); base = big(2)^32)
 

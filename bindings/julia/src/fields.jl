@@ -5,7 +5,7 @@
 
 Describes a term of an observation, an actuator, an info or an array of MuJoCo: its `name`, its `doc`, its `shape` (`()`
 for a number), the `range` of its elements within one row, and the `type` that Gymnasium gives it, such as
-`MJEnv.MJENV_NUMPY_FLOAT64`.
+`MJEnv.MJENV_TYPE_FLOAT64`.
 
 Shapes are the reverse of NumPy's, because Julia stores columns and NumPy stores rows: `xpos` has the shape
 `(3, nbody)`, and `xpos[:, b]` is the position of body `b`.
@@ -24,7 +24,7 @@ function Field(f::mjenv_field)
     return Field(unsafe_string(f.name), borrowed(f.doc), shape, range, mjenv_type(f.type))
 end
 
-role_name(role::mjenv_role) = Symbol(lowercase(replace(string(role), "MJENV_" => "")))
+role_name(role::mjenv_role) = Symbol(lowercase(replace(string(role), "MJENV_ROLE_" => "")))
 const ROLES = Dict(role_name(role) => role for role in instances(mjenv_role))
 
 function role_of(name::Symbol)
@@ -44,11 +44,11 @@ end
 record_length(fields::Vector{Field}) = isempty(fields) ? 0 : last(fields[end].range)
 
 julia_type(type::mjenv_type, action_type::Type) =
-    type == MJENV_ACTION_DTYPE ? action_type :
-    type in (MJENV_PYTHON_INT, MJENV_NUMPY_INT64) ? Int64 :
-    type == MJENV_NUMPY_FLOAT32 ? Float32 :
-    type == MJENV_NUMPY_INT32 ? Int32 :
-    type == MJENV_NUMPY_UINT8 ? UInt8 : Float64
+    type == MJENV_TYPE_ACTION ? action_type :
+    type in (MJENV_TYPE_NATIVE_INT, MJENV_TYPE_INT64) ? Int64 :
+    type == MJENV_TYPE_FLOAT32 ? Float32 :
+    type == MJENV_TYPE_INT32 ? Int32 :
+    type == MJENV_TYPE_UINT8 ? UInt8 : Float64
 
 # The value of a field for one row: a number, or an array of the field's shape.
 shaped(values, field::Field, T::Type) = isempty(field.shape) ? T(values[1]) : reshape(T.(values), field.shape)

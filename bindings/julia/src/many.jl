@@ -40,7 +40,7 @@ function rollout_dense!(batch::Batch, env::Env, actions::StridedArray{T}) where 
     fields = env.info_fields
     GC.@preserve batch begin
         out = raw(batch, env, fields, env.rows * steps)
-        status = inside(handle -> mjenv_rollout(handle, actions, steps, length(actions), dtype_of(T), out), env)
+        status = inside(handle -> mjenv_rollout(handle, actions, length(actions), dtype_of(T), steps, out), env)
         note!(batch, env, status, fields, T)
         check(status)
     end

@@ -3,9 +3,9 @@
 """
     MJEnv.Option
 
-Describes an option that an id takes, see [`MJEnv.schema`](@ref): its `name`; its `kind` (`MJEnv.MJENV_FLAG`,
-`MJENV_INTEGER`, `MJENV_REALS`, `MJENV_STRING` or `MJENV_STRING_OR_INT`); its `doc`; the closed bounds `low` and `high`
-of each number; the `count` of numbers; the valid texts `choices` (empty if every text may be tried); and its `default`.
+Describes an option that an id takes, see [`MJEnv.schema`](@ref): its `name`; its `kind` (`MJEnv.MJENV_KIND_FLAG`,
+`MJENV_KIND_INTEGER`, `MJENV_KIND_REALS`, `MJENV_KIND_STRING` or `MJENV_KIND_STRING_OR_INT`); its `doc`; the closed
+bounds `low` and `high` of each number; the `count` of numbers; the valid texts `choices` (empty if every text may be tried); and its `default`.
 """
 struct Option
     name::Symbol
@@ -86,10 +86,10 @@ end
 
 function get_value(handle, option::mjenv_option)
     kind = mjenv_kind(option.kind)
-    kind == MJENV_FLAG && return get_integer(handle, option.name) != 0
-    kind == MJENV_INTEGER && return get_integer(handle, option.name)
-    kind == MJENV_STRING && return get_string(handle, option.name)
-    if kind == MJENV_REALS
+    kind == MJENV_KIND_FLAG && return get_integer(handle, option.name) != 0
+    kind == MJENV_KIND_INTEGER && return get_integer(handle, option.name)
+    kind == MJENV_KIND_STRING && return get_string(handle, option.name)
+    if kind == MJENV_KIND_REALS
         values = get_reals(handle, option.name)
         return length(values) == 1 ? values[1] : Tuple(values)
     end

@@ -17,19 +17,26 @@ end
 
 const SCHEMA = read_schema()
 const KINDS = Dict(
-    "flag" => MJEnv.MJENV_FLAG,
-    "integer" => MJEnv.MJENV_INTEGER,
-    "reals" => MJEnv.MJENV_REALS,
-    "string" => MJEnv.MJENV_STRING,
-    "string_or_int" => MJEnv.MJENV_STRING_OR_INT,
+    "flag" => MJEnv.MJENV_KIND_FLAG,
+    "integer" => MJEnv.MJENV_KIND_INTEGER,
+    "reals" => MJEnv.MJENV_KIND_REALS,
+    "string" => MJEnv.MJENV_KIND_STRING,
+    "string_or_int" => MJEnv.MJENV_KIND_STRING_OR_INT,
 )
 
 default_of(kind, words) =
     kind == "flag" ? words == ["1"] :
     kind == "string_or_int" ? parse(Int, words[1]) : option_value(kind, words)
 
-type_name(field) = lowercase(replace(string(field.type), "MJENV_" => ""))
-listed(fields) = [[field.name, string(length(field.range)), type_name(field)] for field in fields]
+const TYPES = Dict(
+    MJEnv.MJENV_TYPE_FLOAT64 => "numpy_float64",
+    MJEnv.MJENV_TYPE_ACTION => "action_dtype",
+    MJEnv.MJENV_TYPE_NATIVE_FLOAT => "python_float",
+    MJEnv.MJENV_TYPE_NATIVE_INT => "python_int",
+    MJEnv.MJENV_TYPE_INT64 => "numpy_int64",
+)
+
+listed(fields) = [[field.name, string(length(field.range)), TYPES[field.type]] for field in fields]
 
 # If all bounds are equal, schema.txt holds one.
 bound_of(words, count) = length(words) == 1 ? fill(real_of(words[1]), count) : real_of.(words)
@@ -71,7 +78,7 @@ bound_of(words, count) = length(words) == 1 ? fill(real_of(words[1]), count) : r
 
         @test listed(fields(env, :info)) == lines("info")
         @test listed(fields(env, :reset_info)) == lines("reset_info")
-        @test [type_name(field) for field in fields(env, :reward)] == only_line("reward")
+        @test [TYPES[field.type] for field in fields(env, :reward)] == only_line("reward")
         @test [[f.name, string(length(f.range))] for f in fields(env, :structure)] == lines("structure")
     end
 end

@@ -32,12 +32,16 @@ extern "C" {
 /* Changes when a compiled client would have to be rebuilt. */
 #define MJENV_ABI_VERSION 1
 
+/* Names all rows at once in mjenv_snapshot and mjenv_restore. */
+#define MJENV_ALL_ROWS (-1)
+
 typedef struct mjenv_options mjenv_options;   /* the constructor options of one environment id */
 typedef struct mjenv_env mjenv_env;           /* an environment of one or many rows */
 typedef struct mjenv_renderer mjenv_renderer; /* draws pictures of an environment's rows */
 typedef struct mjenv_window mjenv_window;     /* shows an environment's rows on a display */
 
-typedef enum mjenv_status {
+typedef int32_t mjenv_status;
+enum mjenv_status_value {
   MJENV_OK = 0,
   MJENV_E_ARGUMENT = -1,  /* a null pointer, an unknown enum value, a struct_size that is too small */
   MJENV_E_NAME = -2,      /* no such id, option, array or object; the message lists the valid ones */
@@ -52,47 +56,51 @@ typedef enum mjenv_status {
   MJENV_E_MEMORY = -11,   /* out of memory */
   MJENV_E_INTERNAL = -12, /* a defect of this library; please report it */
   MJENV_E_RENDER = -13    /* no OpenGL, or it failed; the message names what to install */
-} mjenv_status;
+};
 
-typedef enum mjenv_dtype { MJENV_FLOAT64 = 0, MJENV_FLOAT32 = 1 } mjenv_dtype;
+typedef int32_t mjenv_dtype;
+enum mjenv_dtype_value { MJENV_DTYPE_FLOAT64 = 0, MJENV_DTYPE_FLOAT32 = 1 };
 
 /* What a list of fields describes. */
-typedef enum mjenv_role {
-  MJENV_OBSERVATION = 1, /* the terms of an observation, in order */
-  MJENV_ACTION = 2,      /* the actuators */
-  MJENV_INFO = 3,        /* the info of a step */
-  MJENV_RESET_INFO = 4,  /* the info of a reset */
-  MJENV_REWARD = 5,      /* the reward: one field */
-  MJENV_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
-  MJENV_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
-  MJENV_MODEL = 8,       /* sizes, options and arrays of the mjModel, for mjenv_read */
-  MJENV_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch */
-} mjenv_role;
+typedef int32_t mjenv_role;
+enum mjenv_role_value {
+  MJENV_ROLE_OBSERVATION = 1, /* the terms of an observation, in order */
+  MJENV_ROLE_ACTION = 2,      /* the actuators */
+  MJENV_ROLE_INFO = 3,        /* the info of a step */
+  MJENV_ROLE_RESET_INFO = 4,  /* the info of a reset */
+  MJENV_ROLE_REWARD = 5,      /* the reward: one field */
+  MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
+  MJENV_ROLE_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
+  MJENV_ROLE_MODEL = 8,       /* sizes, options and arrays of the mjModel, for mjenv_read */
+  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch */
+};
 
-typedef enum mjenv_kind {
-  MJENV_FLAG = 1,         /* integer 0 or 1 */
-  MJENV_INTEGER = 2,      /* integer */
-  MJENV_REALS = 3,        /* one or more doubles */
-  MJENV_STRING = 4,       /* UTF-8 text */
-  MJENV_STRING_OR_INT = 5 /* a name or an index: text or integer */
-} mjenv_kind;
+typedef int32_t mjenv_kind;
+enum mjenv_kind_value {
+  MJENV_KIND_FLAG = 1,         /* integer 0 or 1 */
+  MJENV_KIND_INTEGER = 2,      /* integer */
+  MJENV_KIND_REALS = 3,        /* one or more doubles */
+  MJENV_KIND_STRING = 4,       /* UTF-8 text */
+  MJENV_KIND_STRING_OR_INT = 5 /* a name or an index: text or integer */
+};
 
 /* The type that Gymnasium gives a value. All values are passed as doubles; each fits exactly. */
-typedef enum mjenv_type {
-  MJENV_NUMPY_FLOAT64 = 1, /* np.float64 */
-  MJENV_ACTION_DTYPE = 2,  /* np.float32 when the action is float32, else np.float64 */
-  MJENV_PYTHON_FLOAT = 3,  /* float */
-  MJENV_PYTHON_INT = 4,    /* int */
-  MJENV_NUMPY_INT64 = 5,   /* np.int64 */
-  MJENV_NUMPY_FLOAT32 = 6, /* np.float32: some mjModel arrays */
-  MJENV_NUMPY_INT32 = 7,   /* np.int32: mjModel and mjData arrays */
-  MJENV_NUMPY_UINT8 = 8    /* np.uint8: flags and pixels in mjModel */
-} mjenv_type;
+typedef int32_t mjenv_type;
+enum mjenv_type_value {
+  MJENV_TYPE_FLOAT64 = 1,      /* np.float64 */
+  MJENV_TYPE_ACTION = 2,       /* np.float32 when the action is float32, else np.float64 */
+  MJENV_TYPE_NATIVE_FLOAT = 3, /* float */
+  MJENV_TYPE_NATIVE_INT = 4,   /* int */
+  MJENV_TYPE_INT64 = 5,        /* np.int64 */
+  MJENV_TYPE_FLOAT32 = 6,      /* np.float32: some mjModel arrays */
+  MJENV_TYPE_INT32 = 7,        /* np.int32: mjModel and mjData arrays */
+  MJENV_TYPE_UINT8 = 8         /* np.uint8: flags and pixels in mjModel */
+};
 
 /* One constructor option: its name is Gymnasium's, its bounds are closed. */
 typedef struct mjenv_option {
   uint32_t struct_size;
-  int32_t kind; /* mjenv_kind */
+  mjenv_kind kind;
   const char *name;
   const char *doc;
   double low, high;    /* of each number; infinite when unbounded; no meaning for text */
@@ -109,13 +117,14 @@ typedef struct mjenv_field {
   int64_t shape[4]; /* the first ndim are used */
   int64_t offset;   /* of the first element within one row's record */
   int64_t count;    /* elements: the product of the shape */
-  int32_t type;     /* mjenv_type */
+  mjenv_type type;
+  int32_t reserved; /* 0 */
 } mjenv_field;
 
 /* A Box space. The bounds are borrowed from the environment: low[count], high[count]. */
 typedef struct mjenv_space {
   uint32_t struct_size;
-  int32_t dtype; /* mjenv_dtype, as Gymnasium declares it: float64 observations, float32 actions */
+  mjenv_dtype dtype; /* as Gymnasium declares it: float64 observations, float32 actions */
   int64_t count;
   const double *low;
   const double *high;
@@ -139,39 +148,41 @@ typedef struct mjenv_spec {
 /* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
-  int32_t obs_dtype;   /* mjenv_dtype of obs: float64 as Gymnasium's, or float32, rounded to nearest */
-  int64_t rows;        /* must equal mjenv_rows */
-  int64_t obs_count;   /* elements of one row of obs: the observation space's count */
-  int64_t info_count;  /* elements of one row of info: the sum of the counts of the role's fields */
-  void *obs;           /* [rows][obs_count] */
-  double *reward;      /* [rows]; a reset writes 0 */
-  uint8_t *terminated; /* [rows], 0 or 1; a reset writes 0 */
-  uint8_t *truncated;  /* [rows], 0 or 1; a reset writes 0 */
-  double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset;
-                          0 in a step that reset the row */
-  int32_t *status;     /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
+  mjenv_dtype obs_dtype; /* of obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  int64_t rows;          /* must equal mjenv_rows */
+  int64_t obs_count;     /* elements of one row of obs: the observation space's count */
+  int64_t info_count;    /* elements of one row of info: the sum of the counts of the role's fields */
+  void *obs;             /* [rows][obs_count] */
+  double *reward;        /* [rows]; a reset writes 0 */
+  uint8_t *terminated;   /* [rows], 0 or 1; a reset writes 0 */
+  uint8_t *truncated;    /* [rows], 0 or 1; a reset writes 0 */
+  double *info;          /* field f at f.offset * rows, as [rows][f.count]; MJENV_ROLE_RESET_INFO's fields in a reset;
+                            0 in a step that reset the row */
+  int32_t *status; /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
   /* What automatic resets add (the option "autoreset_mode"). */
   int64_t reset_info_count; /* elements of one row of reset_info */
   int64_t arrays_count;     /* elements of one row of arrays */
   uint8_t *was_reset;       /* [rows] 1 where this call began an episode, so that the row's reset_info holds, else 0 */
-  double *reset_info;       /* MJENV_RESET_INFO's fields, as info; written where a step reset the row */
+  double *reset_info;       /* MJENV_ROLE_RESET_INFO's fields, as info; written where a step reset the row */
   void *final_obs;          /* [rows][obs_count], same_step: the last observation of the episode that ended */
   double *final_info;       /* as info, same_step: the info of that last step */
-  double *arrays;           /* MJENV_ARRAYS's fields, as info */
+  double *arrays;           /* MJENV_ROLE_ARRAYS's fields, as info */
 } mjenv_batch;
 
 /* What provides OpenGL. */
-typedef enum mjenv_gl {
+typedef int32_t mjenv_gl;
+enum mjenv_gl_value {
   MJENV_GL_AUTO = 0, /* the one that the environment variable MUJOCO_GL names (egl, osmesa or glfw); unset: the first
                         of egl, glfw and osmesa that works */
   MJENV_GL_EGL = 1,  /* without a display; Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device */
   MJENV_GL_OSMESA =
       2,            /* without a display or a graphics driver; Debian: libosmesa6. Excludes the others in a process */
   MJENV_GL_GLFW = 3 /* an invisible window on a display; Debian: libglfw3. Created on the main thread only */
-} mjenv_gl;
+};
 
 /* What to make visible beside the geoms: MuJoCo's mjtVisFlag. */
-typedef enum mjenv_visual {
+typedef int32_t mjenv_visual;
+enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
   MJENV_VISUAL_TEXTURE = 1,
   MJENV_VISUAL_JOINT = 2,
@@ -195,7 +206,7 @@ typedef enum mjenv_visual {
   MJENV_VISUAL_SELECT = 20,
   MJENV_VISUAL_STATIC = 21,
   MJENV_VISUAL_SKIN = 22
-} mjenv_visual;
+};
 
 #define MJENV_CAMERA_FREE (-1)
 #define MJENV_CAMERA_DEFAULT (-2)
@@ -203,7 +214,7 @@ typedef enum mjenv_visual {
 /* How a renderer draws: Gymnasium's arguments of the same names. mjenv_render_defaults fills it. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
-  int32_t gl;              /* mjenv_gl */
+  mjenv_gl gl;
   int32_t width;           /* pixels, 480 */
   int32_t height;          /* pixels, 480 */
   int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE, or MJENV_CAMERA_DEFAULT: the one
@@ -212,6 +223,7 @@ typedef struct mjenv_render_settings {
   int32_t samples;         /* a pixel, at most 64: the model's offsamples (4); 0: no multisampling */
   int32_t shadows;         /* 0 or 1; with samples 0 and shadows 0 drawing is fastest */
   int32_t reflections;     /* 0 or 1 */
+  int32_t reserved;        /* 0 */
   const char *camera_name; /* a camera of the model, instead of its index; NULL: none */
   /* The free camera: Gymnasium's default_camera_config. It does not move. */
   double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn */
@@ -228,6 +240,9 @@ MJENV_API uint32_t mjenv_abi_version(void);
 
 /* "major.minor.patch (MuJoCo x.y.z)"; static. */
 MJENV_API const char *mjenv_version(void);
+
+/* The version as one number: 1000000 * major + 1000 * minor + patch. */
+MJENV_API uint32_t mjenv_version_number(void);
 
 /* The enumerator's name, "MJENV_E_VALUE" for instance; static; "unknown status" for any other number. */
 MJENV_API const char *mjenv_status_name(mjenv_status status);
@@ -299,7 +314,7 @@ MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
 /* The options the environment was built with, borrowed from it; NULL for NULL. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 
-/* The space of MJENV_OBSERVATION or MJENV_ACTION, of one row. Errors: ARGUMENT. */
+/* The space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, of one row. Errors: ARGUMENT. */
 MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
 
 /* How many fields a role has; 0 for NULL or an unknown role. */
@@ -345,7 +360,7 @@ MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, int64_t *rows, s
  * out is laid out for rows * steps: out->rows is that product, element row * steps + t belongs to step t of the row.
  * A row that ends stays there: what follows in its flags repeats, its rewards and info are 0. No row is reset.
  * Errors: as mjenv_step. */
-MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t steps, size_t count, mjenv_dtype dtype,
+MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
                                      const mjenv_batch *out);
 
 /* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4.
@@ -373,8 +388,11 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
                                   size_t *count);
 
-/* The index of a named object: type is "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
- * "light". Errors: ARGUMENT, NAME. */
+/* How many objects of a type the model has: type is "body", "joint", "geom", "site", "camera", "actuator", "tendon",
+ * "sensor" or "light". Errors: ARGUMENT, NAME. */
+MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
+
+/* The index of a named object. Errors: ARGUMENT, NAME. */
 MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type, const char *name, int64_t *index);
 
 /* The name of an object, "" if it has none; borrowed. Errors: ARGUMENT, NAME (type), VALUE (index). */
@@ -398,9 +416,6 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 /* Makes the rows where to_mask[rows] is not 0 equal to the row from: simulation, random stream, counters.
  * Errors: ARGUMENT, VALUE (row), BUSY. */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
-
-/* Names all rows at once in mjenv_snapshot and mjenv_restore. */
-#define MJENV_ALL_ROWS (-1)
 
 /* Copies a row, or all, into an image: simulation, random stream, counters. size_bytes receives its size; image may be
  * NULL when capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */

@@ -176,7 +176,9 @@ class Env {
     for (const mjenv_field &field : fields(role)) total += field.count;
     return static_cast<std::size_t>(total);
   }
-  Batch batch() const { return {rows(), count(MJENV_OBSERVATION), count(MJENV_INFO), count(MJENV_RESET_INFO)}; }
+  Batch batch() const {
+    return {rows(), count(MJENV_ROLE_OBSERVATION), count(MJENV_ROLE_INFO), count(MJENV_ROLE_RESET_INFO)};
+  }
 
   /* Row i gets the seed first + i, as in Gymnasium. */
   void seed(std::uint64_t first) {
@@ -193,8 +195,8 @@ class Env {
     const mjenv_batch written = out.as_reset();
     check(mjenv_reset(handle(), per_row(mask), &written));
   }
-  void step(Span<const float> action, Batch &out) { step(action.data(), action.size(), MJENV_FLOAT32, out); }
-  void step(Span<const double> action, Batch &out) { step(action.data(), action.size(), MJENV_FLOAT64, out); }
+  void step(Span<const float> action, Batch &out) { step(action.data(), action.size(), MJENV_DTYPE_FLOAT32, out); }
+  void step(Span<const double> action, Batch &out) { step(action.data(), action.size(), MJENV_DTYPE_FLOAT64, out); }
 
   void seed_actions(std::uint64_t seed) { check(mjenv_seed_actions(handle(), seed)); }
   void sample_actions(Span<float> action) { check(mjenv_sample_actions(handle(), action.data(), action.size())); }

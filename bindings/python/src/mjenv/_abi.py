@@ -8,7 +8,6 @@ from ctypes import (
     c_char_p,
     c_double,
     c_float,
-    c_int,
     c_int32,
     c_int64,
     c_size_t,
@@ -20,9 +19,9 @@ from ctypes import (
 from enum import IntEnum
 
 ABI_VERSION = 1
+ALL_ROWS = -1
 CAMERA_FREE = -1
 CAMERA_DEFAULT = -2
-ALL_ROWS = -1
 
 
 class Status(IntEnum):
@@ -68,47 +67,47 @@ class Kind(IntEnum):
 
 
 class Type(IntEnum):
-    NUMPY_FLOAT64 = 1
-    ACTION_DTYPE = 2
-    PYTHON_FLOAT = 3
-    PYTHON_INT = 4
-    NUMPY_INT64 = 5
-    NUMPY_FLOAT32 = 6
-    NUMPY_INT32 = 7
-    NUMPY_UINT8 = 8
+    FLOAT64 = 1
+    ACTION = 2
+    NATIVE_FLOAT = 3
+    NATIVE_INT = 4
+    INT64 = 5
+    FLOAT32 = 6
+    INT32 = 7
+    UINT8 = 8
 
 
 class Gl(IntEnum):
-    GL_AUTO = 0
-    GL_EGL = 1
-    GL_OSMESA = 2
-    GL_GLFW = 3
+    AUTO = 0
+    EGL = 1
+    OSMESA = 2
+    GLFW = 3
 
 
 class Visual(IntEnum):
-    VISUAL_CONVEXHULL = 0
-    VISUAL_TEXTURE = 1
-    VISUAL_JOINT = 2
-    VISUAL_CAMERA = 3
-    VISUAL_ACTUATOR = 4
-    VISUAL_ACTIVATION = 5
-    VISUAL_LIGHT = 6
-    VISUAL_TENDON = 7
-    VISUAL_RANGEFINDER = 8
-    VISUAL_CONSTRAINT = 9
-    VISUAL_INERTIA = 10
-    VISUAL_SCLINERTIA = 11
-    VISUAL_PERTFORCE = 12
-    VISUAL_PERTOBJ = 13
-    VISUAL_CONTACTPOINT = 14
-    VISUAL_CONTACTFORCE = 15
-    VISUAL_CONTACTSPLIT = 16
-    VISUAL_TRANSPARENT = 17
-    VISUAL_AUTOCONNECT = 18
-    VISUAL_COM = 19
-    VISUAL_SELECT = 20
-    VISUAL_STATIC = 21
-    VISUAL_SKIN = 22
+    CONVEXHULL = 0
+    TEXTURE = 1
+    JOINT = 2
+    CAMERA = 3
+    ACTUATOR = 4
+    ACTIVATION = 5
+    LIGHT = 6
+    TENDON = 7
+    RANGEFINDER = 8
+    CONSTRAINT = 9
+    INERTIA = 10
+    SCLINERTIA = 11
+    PERTFORCE = 12
+    PERTOBJ = 13
+    CONTACTPOINT = 14
+    CONTACTFORCE = 15
+    CONTACTSPLIT = 16
+    TRANSPARENT = 17
+    AUTOCONNECT = 18
+    COM = 19
+    SELECT = 20
+    STATIC = 21
+    SKIN = 22
 
 
 class mjenv_option(Structure):
@@ -134,6 +133,7 @@ class mjenv_field(Structure):
         ("offset", c_int64),
         ("count", c_int64),
         ("type", c_int32),
+        ("reserved", c_int32),
     )
 
 
@@ -196,6 +196,7 @@ class mjenv_render_settings(Structure):
         ("samples", c_int32),
         ("shadows", c_int32),
         ("reflections", c_int32),
+        ("reserved", c_int32),
         ("camera_name", c_char_p),
         ("lookat", c_double * 3),
         ("distance", c_double),
@@ -212,7 +213,9 @@ class Library(CDLL):
         self.mjenv_abi_version.restype = c_uint32
         self.mjenv_version.argtypes = ()
         self.mjenv_version.restype = c_char_p
-        self.mjenv_status_name.argtypes = (c_int,)
+        self.mjenv_version_number.argtypes = ()
+        self.mjenv_version_number.restype = c_uint32
+        self.mjenv_status_name.argtypes = (c_int32,)
         self.mjenv_status_name.restype = c_char_p
         self.mjenv_last_error.argtypes = ()
         self.mjenv_last_error.restype = c_char_p
@@ -221,29 +224,29 @@ class Library(CDLL):
         self.mjenv_id_at.argtypes = (c_int64,)
         self.mjenv_id_at.restype = c_char_p
         self.mjenv_spec_of.argtypes = (c_char_p, POINTER(mjenv_spec))
-        self.mjenv_spec_of.restype = c_int
+        self.mjenv_spec_of.restype = c_int32
         self.mjenv_options_create.argtypes = (c_char_p, POINTER(c_void_p))
-        self.mjenv_options_create.restype = c_int
+        self.mjenv_options_create.restype = c_int32
         self.mjenv_options_destroy.argtypes = (c_void_p,)
         self.mjenv_options_destroy.restype = None
         self.mjenv_options_count.argtypes = (c_void_p,)
         self.mjenv_options_count.restype = c_int64
         self.mjenv_options_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_option))
-        self.mjenv_options_at.restype = c_int
+        self.mjenv_options_at.restype = c_int32
         self.mjenv_options_set_integer.argtypes = (c_void_p, c_char_p, c_int64)
-        self.mjenv_options_set_integer.restype = c_int
+        self.mjenv_options_set_integer.restype = c_int32
         self.mjenv_options_set_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_size_t)
-        self.mjenv_options_set_reals.restype = c_int
+        self.mjenv_options_set_reals.restype = c_int32
         self.mjenv_options_set_string.argtypes = (c_void_p, c_char_p, c_char_p)
-        self.mjenv_options_set_string.restype = c_int
+        self.mjenv_options_set_string.restype = c_int32
         self.mjenv_options_get_integer.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
-        self.mjenv_options_get_integer.restype = c_int
+        self.mjenv_options_get_integer.restype = c_int32
         self.mjenv_options_get_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
-        self.mjenv_options_get_reals.restype = c_int
+        self.mjenv_options_get_reals.restype = c_int32
         self.mjenv_options_get_string.argtypes = (c_void_p, c_char_p, POINTER(c_char_p))
-        self.mjenv_options_get_string.restype = c_int
+        self.mjenv_options_get_string.restype = c_int32
         self.mjenv_create.argtypes = (c_void_p, c_int64, POINTER(c_void_p))
-        self.mjenv_create.restype = c_int
+        self.mjenv_create.restype = c_int32
         self.mjenv_destroy.argtypes = (c_void_p,)
         self.mjenv_destroy.restype = None
         self.mjenv_rows.argtypes = (c_void_p,)
@@ -252,75 +255,77 @@ class Library(CDLL):
         self.mjenv_frame_skip.restype = c_int64
         self.mjenv_options_of.argtypes = (c_void_p,)
         self.mjenv_options_of.restype = c_void_p
-        self.mjenv_space_of.argtypes = (c_void_p, c_int, POINTER(mjenv_space))
-        self.mjenv_space_of.restype = c_int
-        self.mjenv_field_count.argtypes = (c_void_p, c_int)
+        self.mjenv_space_of.argtypes = (c_void_p, c_int32, POINTER(mjenv_space))
+        self.mjenv_space_of.restype = c_int32
+        self.mjenv_field_count.argtypes = (c_void_p, c_int32)
         self.mjenv_field_count.restype = c_int64
-        self.mjenv_field_at.argtypes = (c_void_p, c_int, c_int64, POINTER(mjenv_field))
-        self.mjenv_field_at.restype = c_int
+        self.mjenv_field_at.argtypes = (c_void_p, c_int32, c_int64, POINTER(mjenv_field))
+        self.mjenv_field_at.restype = c_int32
         self.mjenv_seed.argtypes = (c_void_p, POINTER(c_uint64), POINTER(c_uint8))
-        self.mjenv_seed.restype = c_int
+        self.mjenv_seed.restype = c_int32
         self.mjenv_seed_digits.argtypes = (c_void_p, c_int64, POINTER(c_uint32), c_size_t)
-        self.mjenv_seed_digits.restype = c_int
+        self.mjenv_seed_digits.restype = c_int32
         self.mjenv_reset.argtypes = (c_void_p, POINTER(c_uint8), POINTER(mjenv_batch))
-        self.mjenv_reset.restype = c_int
-        self.mjenv_step.argtypes = (c_void_p, c_void_p, c_size_t, c_int, POINTER(mjenv_batch))
-        self.mjenv_step.restype = c_int
+        self.mjenv_reset.restype = c_int32
+        self.mjenv_step.argtypes = (c_void_p, c_void_p, c_size_t, c_int32, POINTER(mjenv_batch))
+        self.mjenv_step.restype = c_int32
         self.mjenv_send.argtypes = (
             c_void_p,
             POINTER(c_int64),
             c_size_t,
             c_void_p,
             c_size_t,
-            c_int,
+            c_int32,
             POINTER(mjenv_batch),
         )
-        self.mjenv_send.restype = c_int
+        self.mjenv_send.restype = c_int32
         self.mjenv_recv.argtypes = (c_void_p, c_size_t, POINTER(c_int64), c_size_t, POINTER(c_size_t))
-        self.mjenv_recv.restype = c_int
-        self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_int64, c_size_t, c_int, POINTER(mjenv_batch))
-        self.mjenv_rollout.restype = c_int
+        self.mjenv_recv.restype = c_int32
+        self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_size_t, c_int32, c_int64, POINTER(mjenv_batch))
+        self.mjenv_rollout.restype = c_int32
         self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
-        self.mjenv_get_stream.restype = c_int
+        self.mjenv_get_stream.restype = c_int32
         self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
-        self.mjenv_set_stream.restype = c_int
+        self.mjenv_set_stream.restype = c_int32
         self.mjenv_seed_actions.argtypes = (c_void_p, c_uint64)
-        self.mjenv_seed_actions.restype = c_int
+        self.mjenv_seed_actions.restype = c_int32
         self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_size_t)
-        self.mjenv_sample_actions.restype = c_int
+        self.mjenv_sample_actions.restype = c_int32
         self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
-        self.mjenv_read.restype = c_int
+        self.mjenv_read.restype = c_int32
+        self.mjenv_object_count.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
+        self.mjenv_object_count.restype = c_int32
         self.mjenv_object_index.argtypes = (c_void_p, c_char_p, c_char_p, POINTER(c_int64))
-        self.mjenv_object_index.restype = c_int
+        self.mjenv_object_index.restype = c_int32
         self.mjenv_object_name.argtypes = (c_void_p, c_char_p, c_int64, POINTER(c_char_p))
-        self.mjenv_object_name.restype = c_int
+        self.mjenv_object_name.restype = c_int32
         self.mjenv_set_state.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, POINTER(c_double), c_size_t)
-        self.mjenv_set_state.restype = c_int
+        self.mjenv_set_state.restype = c_int32
         self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, c_int64)
-        self.mjenv_simulate.restype = c_int
+        self.mjenv_simulate.restype = c_int32
         self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
-        self.mjenv_observe.restype = c_int
+        self.mjenv_observe.restype = c_int32
         self.mjenv_copy_row.argtypes = (c_void_p, c_int64, POINTER(c_uint8))
-        self.mjenv_copy_row.restype = c_int
+        self.mjenv_copy_row.restype = c_int32
         self.mjenv_snapshot.argtypes = (c_void_p, c_int64, c_void_p, c_size_t, POINTER(c_size_t))
-        self.mjenv_snapshot.restype = c_int
+        self.mjenv_snapshot.restype = c_int32
         self.mjenv_restore.argtypes = (c_void_p, c_int64, c_void_p, c_size_t)
-        self.mjenv_restore.restype = c_int
+        self.mjenv_restore.restype = c_int32
         self.mjenv_render_defaults.argtypes = (c_void_p, POINTER(mjenv_render_settings))
-        self.mjenv_render_defaults.restype = c_int
+        self.mjenv_render_defaults.restype = c_int32
         self.mjenv_renderer_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))
-        self.mjenv_renderer_create.restype = c_int
+        self.mjenv_renderer_create.restype = c_int32
         self.mjenv_renderer_destroy.argtypes = (c_void_p,)
         self.mjenv_renderer_destroy.restype = None
         self.mjenv_renderer_gl.argtypes = (c_void_p,)
         self.mjenv_renderer_gl.restype = c_char_p
         self.mjenv_render.argtypes = (c_void_p, c_int64, POINTER(c_uint8), c_size_t, POINTER(c_float), c_size_t)
-        self.mjenv_render.restype = c_int
+        self.mjenv_render.restype = c_int32
         self.mjenv_window_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))
-        self.mjenv_window_create.restype = c_int
+        self.mjenv_window_create.restype = c_int32
         self.mjenv_window_destroy.argtypes = (c_void_p,)
         self.mjenv_window_destroy.restype = None
         self.mjenv_window_is_open.argtypes = (c_void_p,)
         self.mjenv_window_is_open.restype = c_int32
         self.mjenv_window_draw.argtypes = (c_void_p, c_int64)
-        self.mjenv_window_draw.restype = c_int
+        self.mjenv_window_draw.restype = c_int32

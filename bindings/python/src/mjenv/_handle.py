@@ -32,11 +32,11 @@ Float64Array = NDArray[np.float64]
 NOT_WAITING = (False,)
 
 DTYPES: dict[int, type[np.generic]] = {
-    Type.NUMPY_FLOAT64: np.float64,
-    Type.NUMPY_INT64: np.int64,
-    Type.NUMPY_FLOAT32: np.float32,
-    Type.NUMPY_INT32: np.int32,
-    Type.NUMPY_UINT8: np.uint8,
+    Type.FLOAT64: np.float64,
+    Type.INT64: np.int64,
+    Type.FLOAT32: np.float32,
+    Type.INT32: np.int32,
+    Type.UINT8: np.uint8,
 }
 
 
@@ -330,7 +330,7 @@ class Rows:
         return self._fields[role]
 
     def array(self, role: Role, name: str) -> Field | None:
-        """The array of MJENV_DATA or MJENV_MODEL with MuJoCo's name."""
+        """The array of MJENV_ROLE_DATA or MJENV_ROLE_MODEL with MuJoCo's name."""
         if role not in self._arrays:
             self._arrays[role] = {field.name: field for field in self.fields(role)}
         return self._arrays[role].get(name)

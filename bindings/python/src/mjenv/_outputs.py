@@ -31,9 +31,9 @@ _FLOAT64 = np.dtype(np.float64)
 
 def _dtype(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
     """What NumPy makes of an array of the type that Gymnasium gives the value."""
-    if kind == Type.ACTION_DTYPE:
+    if kind == Type.ACTION:
         return action_dtype
-    return np.dtype(np.int64) if kind in (Type.PYTHON_INT, Type.NUMPY_INT64) else _FLOAT64
+    return np.dtype(np.int64) if kind in (Type.NATIVE_INT, Type.INT64) else _FLOAT64
 
 
 class _Places:

@@ -25,14 +25,14 @@ Info = dict[str, Any]
 
 # What turns an np.float64 into the type that Gymnasium gives a value.
 _CONVERTERS: dict[Type, Callable[[Any], Any]] = {
-    Type.PYTHON_FLOAT: float,
-    Type.PYTHON_INT: int,
-    Type.NUMPY_INT64: np.int64,
+    Type.NATIVE_FLOAT: float,
+    Type.NATIVE_INT: int,
+    Type.INT64: np.int64,
 }
 
 
 def _is_narrow(field: Field, action_dtype: np.dtype[Any]) -> bool:
-    return field.type == Type.ACTION_DTYPE and action_dtype == np.float32
+    return field.type == Type.ACTION and action_dtype == np.float32
 
 
 def _value(field: Field, action_dtype: np.dtype[Any]) -> str:

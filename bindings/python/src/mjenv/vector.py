@@ -344,7 +344,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             self._stale = True
             self._check(
                 LIBRARY.mjenv_rollout(
-                    env, action.ctypes.data, steps, action.size, FLOATS[action.dtype], byref(out.struct)
+                    env, action.ctypes.data, action.size, FLOATS[action.dtype], steps, byref(out.struct)
                 )
             )
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)

@@ -13,11 +13,11 @@ mod sealed {
     }
 
     impl Sealed for f64 {
-        const DTYPE: mjenv_sys::mjenv_dtype = mjenv_sys::MJENV_FLOAT64;
+        const DTYPE: mjenv_sys::mjenv_dtype = mjenv_sys::MJENV_DTYPE_FLOAT64;
     }
 
     impl Sealed for f32 {
-        const DTYPE: mjenv_sys::mjenv_dtype = mjenv_sys::MJENV_FLOAT32;
+        const DTYPE: mjenv_sys::mjenv_dtype = mjenv_sys::MJENV_DTYPE_FLOAT32;
     }
 }
 
@@ -103,7 +103,7 @@ impl<T: Real> Batch<T> {
     fn common_raw(&mut self) -> sys::mjenv_batch {
         sys::mjenv_batch {
             struct_size: size_of::<sys::mjenv_batch>(),
-            obs_dtype: T::DTYPE as i32,
+            obs_dtype: T::DTYPE,
             rows: int64(self.rows),
             obs_count: int64(self.obs_count),
             obs: self.obs.as_mut_ptr() as *mut c_void,

@@ -33,15 +33,15 @@ pub enum Role {
 impl Role {
     pub(crate) fn raw(self) -> sys::mjenv_role {
         match self {
-            Self::Observation => sys::MJENV_OBSERVATION,
-            Self::Action => sys::MJENV_ACTION,
-            Self::Info => sys::MJENV_INFO,
-            Self::ResetInfo => sys::MJENV_RESET_INFO,
-            Self::Reward => sys::MJENV_REWARD,
-            Self::Structure => sys::MJENV_STRUCTURE,
-            Self::Data => sys::MJENV_DATA,
-            Self::Model => sys::MJENV_MODEL,
-            Self::Arrays => sys::MJENV_ARRAYS,
+            Self::Observation => sys::MJENV_ROLE_OBSERVATION,
+            Self::Action => sys::MJENV_ROLE_ACTION,
+            Self::Info => sys::MJENV_ROLE_INFO,
+            Self::ResetInfo => sys::MJENV_ROLE_RESET_INFO,
+            Self::Reward => sys::MJENV_ROLE_REWARD,
+            Self::Structure => sys::MJENV_ROLE_STRUCTURE,
+            Self::Data => sys::MJENV_ROLE_DATA,
+            Self::Model => sys::MJENV_ROLE_MODEL,
+            Self::Arrays => sys::MJENV_ROLE_ARRAYS,
         }
     }
 }
@@ -51,36 +51,36 @@ impl Role {
 #[non_exhaustive]
 pub enum ValueType {
     /// `np.float64`
-    NumpyFloat64,
+    Float64,
     /// `np.float32` when the action is float32, else `np.float64`
-    ActionDtype,
+    Action,
     /// `float`
-    PythonFloat,
+    NativeFloat,
     /// `int`
-    PythonInt,
+    NativeInt,
     /// `np.int64`
-    NumpyInt64,
+    Int64,
     /// `np.float32`: some mjModel arrays
-    NumpyFloat32,
+    Float32,
     /// `np.int32`: mjModel and mjData arrays
-    NumpyInt32,
+    Int32,
     /// `np.uint8`: flags and pixels in mjModel
-    NumpyUint8,
+    Uint8,
     /// A type that this version of the crate does not know.
     Unknown,
 }
 
 impl ValueType {
     fn from_raw(raw: i32) -> Self {
-        match raw as sys::mjenv_type {
-            sys::MJENV_NUMPY_FLOAT64 => Self::NumpyFloat64,
-            sys::MJENV_ACTION_DTYPE => Self::ActionDtype,
-            sys::MJENV_PYTHON_FLOAT => Self::PythonFloat,
-            sys::MJENV_PYTHON_INT => Self::PythonInt,
-            sys::MJENV_NUMPY_INT64 => Self::NumpyInt64,
-            sys::MJENV_NUMPY_FLOAT32 => Self::NumpyFloat32,
-            sys::MJENV_NUMPY_INT32 => Self::NumpyInt32,
-            sys::MJENV_NUMPY_UINT8 => Self::NumpyUint8,
+        match raw {
+            sys::MJENV_TYPE_FLOAT64 => Self::Float64,
+            sys::MJENV_TYPE_ACTION => Self::Action,
+            sys::MJENV_TYPE_NATIVE_FLOAT => Self::NativeFloat,
+            sys::MJENV_TYPE_NATIVE_INT => Self::NativeInt,
+            sys::MJENV_TYPE_INT64 => Self::Int64,
+            sys::MJENV_TYPE_FLOAT32 => Self::Float32,
+            sys::MJENV_TYPE_INT32 => Self::Int32,
+            sys::MJENV_TYPE_UINT8 => Self::Uint8,
             _ => Self::Unknown,
         }
     }

@@ -121,7 +121,7 @@ impl Env {
             // SAFETY: the bounds hold `count` values that belong to the environment and never change.
             count => unsafe { std::slice::from_raw_parts(values, count) },
         };
-        let dtype = if raw.dtype as sys::mjenv_dtype == sys::MJENV_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
+        let dtype = if raw.dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
         Space { dtype, low: bound(raw.low), high: bound(raw.high) }
     }
 

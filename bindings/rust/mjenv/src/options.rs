@@ -30,12 +30,12 @@ pub enum Kind {
 
 impl Kind {
     fn from_raw(raw: i32) -> Self {
-        match raw as sys::mjenv_kind {
-            sys::MJENV_FLAG => Self::Flag,
-            sys::MJENV_INTEGER => Self::Integer,
-            sys::MJENV_REALS => Self::Reals,
-            sys::MJENV_STRING => Self::String,
-            sys::MJENV_STRING_OR_INT => Self::StringOrInteger,
+        match raw {
+            sys::MJENV_KIND_FLAG => Self::Flag,
+            sys::MJENV_KIND_INTEGER => Self::Integer,
+            sys::MJENV_KIND_REALS => Self::Reals,
+            sys::MJENV_KIND_STRING => Self::String,
+            sys::MJENV_KIND_STRING_OR_INT => Self::StringOrInteger,
             _ => Self::Unknown,
         }
     }

@@ -140,7 +140,7 @@ impl RenderSettings {
     fn with_raw<T>(&self, body: impl FnOnce(*const sys::mjenv_render_settings) -> Result<T>) -> Result<T> {
         let name: CString;
         let mut raw = empty();
-        raw.gl = self.gl.raw() as i32;
+        raw.gl = self.gl.raw();
         raw.width = i32::try_from(self.width).unwrap_or(i32::MAX);
         raw.height = i32::try_from(self.height).unwrap_or(i32::MAX);
         raw.max_geom = self.max_geom;

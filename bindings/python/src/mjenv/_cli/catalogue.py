@@ -23,11 +23,11 @@ ROLES = {
     "reset_info": Role.RESET_INFO,
 }
 TYPES = {
-    Type.NUMPY_FLOAT64: "float64",
-    Type.ACTION_DTYPE: "float of the action's dtype",
-    Type.PYTHON_FLOAT: "Python float",
-    Type.PYTHON_INT: "Python int",
-    Type.NUMPY_INT64: "int64",
+    Type.FLOAT64: "float64",
+    Type.ACTION: "float of the action's dtype",
+    Type.NATIVE_FLOAT: "Python float",
+    Type.NATIVE_INT: "Python int",
+    Type.INT64: "int64",
 }
 
 

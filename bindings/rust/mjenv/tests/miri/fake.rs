@@ -17,10 +17,10 @@ const ELEMENTS: usize = 3;
 /// With this num_threads all rows that are sent fail because there is not enough memory.
 pub const SHORT_OF_MEMORY: i64 = 99;
 const OPTIONS: [(&[u8], mjenv_kind); 4] = [
-    (b"num_threads\0", MJENV_INTEGER),
-    (b"strict\0", MJENV_FLAG),
-    (b"range\0", MJENV_REALS),
-    (b"autoreset_mode\0", MJENV_STRING),
+    (b"num_threads\0", MJENV_KIND_INTEGER),
+    (b"strict\0", MJENV_KIND_FLAG),
+    (b"range\0", MJENV_KIND_REALS),
+    (b"autoreset_mode\0", MJENV_KIND_STRING),
 ];
 static BOUNDS: [f64; ELEMENTS] = [1.0; ELEMENTS];
 
@@ -199,7 +199,7 @@ extern "C" fn mjenv_frame_skip(_: *const mjenv_env) -> i64 {
 #[no_mangle]
 unsafe extern "C" fn mjenv_space_of(_: *const mjenv_env, role: mjenv_role, space: *mut mjenv_space) -> mjenv_status {
     let space = &mut *space;
-    space.count = if role == MJENV_ACTION { ACTUATORS } else { ELEMENTS } as i64;
+    space.count = if role == MJENV_ROLE_ACTION { ACTUATORS } else { ELEMENTS } as i64;
     (space.low, space.high) = (BOUNDS.as_ptr(), BOUNDS.as_ptr());
     MJENV_OK
 }
@@ -218,7 +218,7 @@ unsafe extern "C" fn mjenv_field_at(
 ) -> mjenv_status {
     let (name, count) = FIELDS[index as usize];
     let field = &mut *field;
-    (field.name, field.doc, field.type_) = (text(name), text(b"\0"), MJENV_NUMPY_FLOAT64 as i32);
+    (field.name, field.doc, field.type_) = (text(name), text(b"\0"), MJENV_TYPE_FLOAT64 as i32);
     (field.offset, field.count) = (index * 2, count as i64);
     (field.ndim, field.shape[0]) = (1, count as i64);
     MJENV_OK
@@ -377,7 +377,7 @@ unsafe extern "C" fn mjenv_recv(
 
 /// Returns the sum of each row's actions.
 unsafe fn sums(action: *const c_void, count: usize, dtype: mjenv_dtype) -> Vec<f64> {
-    let actions: Vec<f64> = if dtype == MJENV_FLOAT32 {
+    let actions: Vec<f64> = if dtype == MJENV_DTYPE_FLOAT32 {
         slice::from_raw_parts(action as *const f32, count).iter().map(|&a| a.into()).collect()
     } else {
         slice::from_raw_parts(action as *const f64, count).to_vec()
@@ -403,7 +403,7 @@ unsafe fn write(out: &mjenv_batch, row: usize, state: f64) {
 
 unsafe fn observe(out: &mjenv_batch, to: *mut c_void, row: usize, state: f64) {
     for element in row * ELEMENTS..(row + 1) * ELEMENTS {
-        if out.obs_dtype == MJENV_FLOAT32 as i32 {
+        if out.obs_dtype == MJENV_DTYPE_FLOAT32 as i32 {
             *(to as *mut f32).add(element) = state as f32;
         } else {
             *(to as *mut f64).add(element) = state;

@@ -25,11 +25,11 @@ pub fn real(text: &str) -> f64 {
 
 pub fn value_type(name: &str) -> ValueType {
     match name {
-        "numpy_float64" => ValueType::NumpyFloat64,
-        "action_dtype" => ValueType::ActionDtype,
-        "python_float" => ValueType::PythonFloat,
-        "python_int" => ValueType::PythonInt,
-        "numpy_int64" => ValueType::NumpyInt64,
+        "numpy_float64" => ValueType::Float64,
+        "action_dtype" => ValueType::Action,
+        "python_float" => ValueType::NativeFloat,
+        "python_int" => ValueType::NativeInt,
+        "numpy_int64" => ValueType::Int64,
         _ => panic!("no value type {name}"),
     }
 }

@@ -114,9 +114,9 @@ fn fields_tell_where_their_elements_are() {
     }
     assert!(env.fields(Role::Action).all(|actuator| actuator.shape().is_empty()));
     let xpos = env.fields(Role::Data).find(|field| field.name == "xpos").unwrap();
-    assert_eq!((xpos.shape(), xpos.value_type), (&[14, 3][..], ValueType::NumpyFloat64));
+    assert_eq!((xpos.shape(), xpos.value_type), (&[14, 3][..], ValueType::Float64));
     let names = env.fields(Role::Model).find(|field| field.name == "geom_rgba").unwrap();
-    assert_eq!(names.value_type, ValueType::NumpyFloat32);
+    assert_eq!(names.value_type, ValueType::Float32);
 }
 
 #[test]
@@ -163,8 +163,8 @@ fn an_integer_weight_makes_gymnasiums_int() {
         let field = env.fields(Role::Info).find(|field| field.name == "reward_survive").unwrap();
         field.value_type
     };
-    assert_eq!(survive(options.set("healthy_reward", 1.0).unwrap()), ValueType::PythonFloat);
-    assert_eq!(survive(options.set("healthy_reward", 1).unwrap()), ValueType::PythonInt);
+    assert_eq!(survive(options.set("healthy_reward", 1.0).unwrap()), ValueType::NativeFloat);
+    assert_eq!(survive(options.set("healthy_reward", 1).unwrap()), ValueType::NativeInt);
 }
 
 #[test]

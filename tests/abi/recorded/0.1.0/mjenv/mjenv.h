@@ -1,12 +1,14 @@
 /* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
  *
- * Rows       An environment holds one or many independent rows. A row is one episode: a few hundred bytes of state.
+ * Rows       An environment holds one or many independent rows. A row is one episode: 200 bytes to 2 KB of state.
  *            The threads that step rows own the MuJoCo work space, so rows are cheap, and their bits do not depend on
  *            the number of threads (the option "num_threads").
  * Numbers    For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
  * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
  *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
- *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed.
+ *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed; those that
+ *            read or change rows MJENV_E_STATE while rows are under way (mjenv_send); those that need the environment's
+ *            threads do so in a forked child, which lacks them.
  * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
  *            A const char * or const double * result is borrowed from the handle it came from.
  *            *_destroy waits for a call that is inside on another thread; later ones are refused.
@@ -30,19 +32,23 @@ extern "C" {
 /* Changes when a compiled client would have to be rebuilt. */
 #define MJENV_ABI_VERSION 1
 
+/* Names all rows at once in mjenv_snapshot and mjenv_restore. */
+#define MJENV_ALL_ROWS (-1)
+
 typedef struct mjenv_options mjenv_options;   /* the constructor options of one environment id */
 typedef struct mjenv_env mjenv_env;           /* an environment of one or many rows */
 typedef struct mjenv_renderer mjenv_renderer; /* draws pictures of an environment's rows */
 typedef struct mjenv_window mjenv_window;     /* shows an environment's rows on a display */
 
-typedef enum mjenv_status {
+typedef int32_t mjenv_status;
+enum mjenv_status_value {
   MJENV_OK = 0,
   MJENV_E_ARGUMENT = -1,  /* a null pointer, an unknown enum value, a struct_size that is too small */
   MJENV_E_NAME = -2,      /* no such id, option, array or object; the message lists the valid ones */
   MJENV_E_TYPE = -3,      /* the option holds another kind of value */
   MJENV_E_VALUE = -4,     /* a value outside its bounds, or a NaN where a number is needed */
   MJENV_E_SIZE = -5,      /* an array of another length than needed */
-  MJENV_E_STATE = -6,     /* not now: a step before the first reset or after the end of the episode */
+  MJENV_E_STATE = -6,     /* not now: before the first reset, after the end of the episode, while rows are under way */
   MJENV_E_BUSY = -7,      /* another thread is inside this environment */
   MJENV_E_MODEL = -8,     /* a model file that is missing, malformed or lacks what the task needs */
   MJENV_E_PHYSICS = -9,   /* MuJoCo reported an error, or a row diverged */
@@ -50,47 +56,51 @@ typedef enum mjenv_status {
   MJENV_E_MEMORY = -11,   /* out of memory */
   MJENV_E_INTERNAL = -12, /* a defect of this library; please report it */
   MJENV_E_RENDER = -13    /* no OpenGL, or it failed; the message names what to install */
-} mjenv_status;
+};
 
-typedef enum mjenv_dtype { MJENV_FLOAT64 = 0, MJENV_FLOAT32 = 1 } mjenv_dtype;
+typedef int32_t mjenv_dtype;
+enum mjenv_dtype_value { MJENV_DTYPE_FLOAT64 = 0, MJENV_DTYPE_FLOAT32 = 1 };
 
 /* What a list of fields describes. */
-typedef enum mjenv_role {
-  MJENV_OBSERVATION = 1, /* the terms of an observation, in order */
-  MJENV_ACTION = 2,      /* the actuators */
-  MJENV_INFO = 3,        /* the info of a step */
-  MJENV_RESET_INFO = 4,  /* the info of a reset */
-  MJENV_REWARD = 5,      /* the reward: one field */
-  MJENV_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
-  MJENV_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
-  MJENV_MODEL = 8,       /* sizes, options and arrays of the mjModel, for mjenv_read */
-  MJENV_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch */
-} mjenv_role;
+typedef int32_t mjenv_role;
+enum mjenv_role_value {
+  MJENV_ROLE_OBSERVATION = 1, /* the terms of an observation, in order */
+  MJENV_ROLE_ACTION = 2,      /* the actuators */
+  MJENV_ROLE_INFO = 3,        /* the info of a step */
+  MJENV_ROLE_RESET_INFO = 4,  /* the info of a reset */
+  MJENV_ROLE_REWARD = 5,      /* the reward: one field */
+  MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
+  MJENV_ROLE_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
+  MJENV_ROLE_MODEL = 8,       /* sizes, options and arrays of the mjModel, for mjenv_read */
+  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch */
+};
 
-typedef enum mjenv_kind {
-  MJENV_FLAG = 1,         /* integer 0 or 1 */
-  MJENV_INTEGER = 2,      /* integer */
-  MJENV_REALS = 3,        /* one or more doubles */
-  MJENV_STRING = 4,       /* UTF-8 text */
-  MJENV_STRING_OR_INT = 5 /* a name or an index: text or integer */
-} mjenv_kind;
+typedef int32_t mjenv_kind;
+enum mjenv_kind_value {
+  MJENV_KIND_FLAG = 1,         /* integer 0 or 1 */
+  MJENV_KIND_INTEGER = 2,      /* integer */
+  MJENV_KIND_REALS = 3,        /* one or more doubles */
+  MJENV_KIND_STRING = 4,       /* UTF-8 text */
+  MJENV_KIND_STRING_OR_INT = 5 /* a name or an index: text or integer */
+};
 
 /* The type that Gymnasium gives a value. All values are passed as doubles; each fits exactly. */
-typedef enum mjenv_type {
-  MJENV_NUMPY_FLOAT64 = 1, /* np.float64 */
-  MJENV_ACTION_DTYPE = 2,  /* np.float32 when the action is float32, else np.float64 */
-  MJENV_PYTHON_FLOAT = 3,  /* float */
-  MJENV_PYTHON_INT = 4,    /* int */
-  MJENV_NUMPY_INT64 = 5,   /* np.int64 */
-  MJENV_NUMPY_FLOAT32 = 6, /* np.float32: some mjModel arrays */
-  MJENV_NUMPY_INT32 = 7,   /* np.int32: mjModel and mjData arrays */
-  MJENV_NUMPY_UINT8 = 8    /* np.uint8: flags and pixels in mjModel */
-} mjenv_type;
+typedef int32_t mjenv_type;
+enum mjenv_type_value {
+  MJENV_TYPE_FLOAT64 = 1,      /* np.float64 */
+  MJENV_TYPE_ACTION = 2,       /* np.float32 when the action is float32, else np.float64 */
+  MJENV_TYPE_NATIVE_FLOAT = 3, /* float */
+  MJENV_TYPE_NATIVE_INT = 4,   /* int */
+  MJENV_TYPE_INT64 = 5,        /* np.int64 */
+  MJENV_TYPE_FLOAT32 = 6,      /* np.float32: some mjModel arrays */
+  MJENV_TYPE_INT32 = 7,        /* np.int32: mjModel and mjData arrays */
+  MJENV_TYPE_UINT8 = 8         /* np.uint8: flags and pixels in mjModel */
+};
 
 /* One constructor option: its name is Gymnasium's, its bounds are closed. */
 typedef struct mjenv_option {
   uint32_t struct_size;
-  int32_t kind; /* mjenv_kind */
+  mjenv_kind kind;
   const char *name;
   const char *doc;
   double low, high;    /* of each number; infinite when unbounded; no meaning for text */
@@ -107,13 +117,14 @@ typedef struct mjenv_field {
   int64_t shape[4]; /* the first ndim are used */
   int64_t offset;   /* of the first element within one row's record */
   int64_t count;    /* elements: the product of the shape */
-  int32_t type;     /* mjenv_type */
+  mjenv_type type;
+  int32_t reserved; /* 0 */
 } mjenv_field;
 
 /* A Box space. The bounds are borrowed from the environment: low[count], high[count]. */
 typedef struct mjenv_space {
   uint32_t struct_size;
-  int32_t dtype; /* mjenv_dtype, as Gymnasium declares it: float64 observations, float32 actions */
+  mjenv_dtype dtype; /* as Gymnasium declares it: float64 observations, float32 actions */
   int64_t count;
   const double *low;
   const double *high;
@@ -137,39 +148,41 @@ typedef struct mjenv_spec {
 /* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
-  int32_t obs_dtype;   /* mjenv_dtype of obs: float64 as Gymnasium's, or float32, rounded to nearest */
-  int64_t rows;        /* must equal mjenv_rows */
-  int64_t obs_count;   /* elements of one row of obs: the observation space's count */
-  int64_t info_count;  /* elements of one row of info: the sum of the counts of the role's fields */
-  void *obs;           /* [rows][obs_count] */
-  double *reward;      /* [rows]; a reset writes 0 */
-  uint8_t *terminated; /* [rows], 0 or 1; a reset writes 0 */
-  uint8_t *truncated;  /* [rows], 0 or 1; a reset writes 0 */
-  double *info;        /* field f at f.offset * rows, as [rows][f.count]; MJENV_RESET_INFO's fields in a reset;
-                          0 in a step that reset the row */
-  int32_t *status;     /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
+  mjenv_dtype obs_dtype; /* of obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  int64_t rows;          /* must equal mjenv_rows */
+  int64_t obs_count;     /* elements of one row of obs: the observation space's count */
+  int64_t info_count;    /* elements of one row of info: the sum of the counts of the role's fields */
+  void *obs;             /* [rows][obs_count] */
+  double *reward;        /* [rows]; a reset writes 0 */
+  uint8_t *terminated;   /* [rows], 0 or 1; a reset writes 0 */
+  uint8_t *truncated;    /* [rows], 0 or 1; a reset writes 0 */
+  double *info;          /* field f at f.offset * rows, as [rows][f.count]; MJENV_ROLE_RESET_INFO's fields in a reset;
+                            0 in a step that reset the row */
+  int32_t *status; /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
   /* What automatic resets add (the option "autoreset_mode"). */
   int64_t reset_info_count; /* elements of one row of reset_info */
   int64_t arrays_count;     /* elements of one row of arrays */
   uint8_t *was_reset;       /* [rows] 1 where this call began an episode, so that the row's reset_info holds, else 0 */
-  double *reset_info;       /* MJENV_RESET_INFO's fields, as info; written where a step reset the row */
+  double *reset_info;       /* MJENV_ROLE_RESET_INFO's fields, as info; written where a step reset the row */
   void *final_obs;          /* [rows][obs_count], same_step: the last observation of the episode that ended */
   double *final_info;       /* as info, same_step: the info of that last step */
-  double *arrays;           /* MJENV_ARRAYS's fields, as info */
+  double *arrays;           /* MJENV_ROLE_ARRAYS's fields, as info */
 } mjenv_batch;
 
 /* What provides OpenGL. */
-typedef enum mjenv_gl {
+typedef int32_t mjenv_gl;
+enum mjenv_gl_value {
   MJENV_GL_AUTO = 0, /* the one that the environment variable MUJOCO_GL names (egl, osmesa or glfw); unset: the first
                         of egl, glfw and osmesa that works */
   MJENV_GL_EGL = 1,  /* without a display; Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device */
   MJENV_GL_OSMESA =
       2,            /* without a display or a graphics driver; Debian: libosmesa6. Excludes the others in a process */
   MJENV_GL_GLFW = 3 /* an invisible window on a display; Debian: libglfw3. Created on the main thread only */
-} mjenv_gl;
+};
 
 /* What to make visible beside the geoms: MuJoCo's mjtVisFlag. */
-typedef enum mjenv_visual {
+typedef int32_t mjenv_visual;
+enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
   MJENV_VISUAL_TEXTURE = 1,
   MJENV_VISUAL_JOINT = 2,
@@ -193,7 +206,7 @@ typedef enum mjenv_visual {
   MJENV_VISUAL_SELECT = 20,
   MJENV_VISUAL_STATIC = 21,
   MJENV_VISUAL_SKIN = 22
-} mjenv_visual;
+};
 
 #define MJENV_CAMERA_FREE (-1)
 #define MJENV_CAMERA_DEFAULT (-2)
@@ -201,15 +214,16 @@ typedef enum mjenv_visual {
 /* How a renderer draws: Gymnasium's arguments of the same names. mjenv_render_defaults fills it. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
-  int32_t gl;              /* mjenv_gl */
+  mjenv_gl gl;
   int32_t width;           /* pixels, 480 */
   int32_t height;          /* pixels, 480 */
   int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE, or MJENV_CAMERA_DEFAULT: the one
                               called "track" if the model has it, else the free one */
   int32_t max_geom;        /* geoms drawn at most, 1000 */
-  int32_t samples;         /* a pixel, the model's offsamples (4); 0: no multisampling */
+  int32_t samples;         /* a pixel, at most 64: the model's offsamples (4); 0: no multisampling */
   int32_t shadows;         /* 0 or 1; with samples 0 and shadows 0 drawing is fastest */
   int32_t reflections;     /* 0 or 1 */
+  int32_t reserved;        /* 0 */
   const char *camera_name; /* a camera of the model, instead of its index; NULL: none */
   /* The free camera: Gymnasium's default_camera_config. It does not move. */
   double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn */
@@ -226,6 +240,9 @@ MJENV_API uint32_t mjenv_abi_version(void);
 
 /* "major.minor.patch (MuJoCo x.y.z)"; static. */
 MJENV_API const char *mjenv_version(void);
+
+/* The version as one number: 1000000 * major + 1000 * minor + patch. */
+MJENV_API uint32_t mjenv_version_number(void);
 
 /* The enumerator's name, "MJENV_E_VALUE" for instance; static; "unknown status" for any other number. */
 MJENV_API const char *mjenv_status_name(mjenv_status status);
@@ -282,7 +299,8 @@ MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, co
 
 /* ---- Environment ---- */
 
-/* Builds an environment of rows >= 1 rows. Errors: ARGUMENT, VALUE, MODEL, MEMORY. */
+/* Builds an environment of rows >= 1 rows. Errors: ARGUMENT, NAME (in the option "arrays"), VALUE, MODEL, MEMORY, BUSY
+ * (another thread sets the options). */
 MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
 
 MJENV_API void mjenv_destroy(mjenv_env *env);
@@ -296,7 +314,7 @@ MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
 /* The options the environment was built with, borrowed from it; NULL for NULL. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 
-/* The space of MJENV_OBSERVATION or MJENV_ACTION, of one row. Errors: ARGUMENT. */
+/* The space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, of one row. Errors: ARGUMENT. */
 MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
 
 /* How many fields a role has; 0 for NULL or an unknown role. */
@@ -342,7 +360,7 @@ MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, int64_t *rows, s
  * out is laid out for rows * steps: out->rows is that product, element row * steps + t belongs to step t of the row.
  * A row that ends stays there: what follows in its flags repeats, its rewards and info are 0. No row is reset.
  * Errors: as mjenv_step. */
-MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t steps, size_t count, mjenv_dtype dtype,
+MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
                                      const mjenv_batch *out);
 
 /* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4.
@@ -365,13 +383,16 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_
 
 /* Reads an array of the row's mjData or of the mjModel, by its MuJoCo name ("xpos", "body_mass", "nq", "opt.timestep"),
  * as Gymnasium's env.unwrapped.data holds it after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may
- * hold anything. count receives the length; values may be NULL when
- * capacity is 0, to ask for the length alone. Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
+ * hold anything. count receives the length; values may be NULL when capacity is 0, to ask for the length alone.
+ * Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
                                   size_t *count);
 
-/* The index of a named object: type is "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
- * "light". Errors: ARGUMENT, NAME. */
+/* How many objects of a type the model has: type is "body", "joint", "geom", "site", "camera", "actuator", "tendon",
+ * "sensor" or "light". Errors: ARGUMENT, NAME. */
+MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
+
+/* The index of a named object. Errors: ARGUMENT, NAME. */
 MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type, const char *name, int64_t *index);
 
 /* The name of an object, "" if it has none; borrowed. Errors: ARGUMENT, NAME (type), VALUE (index). */
@@ -388,16 +409,13 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Errors: ARGUMENT, VALUE (row, frames < 1), SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
 
-/* Writes the observations of all rows as they are, without stepping: out's obs alone. Errors: ARGUMENT, SIZE, PHYSICS,
- * BUSY. */
+/* Writes the observations of all rows as they are, without stepping: out's obs and arrays alone. Errors: ARGUMENT,
+ * SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* Makes the rows where to_mask[rows] is not 0 equal to the row from: simulation, random stream, counters.
  * Errors: ARGUMENT, VALUE (row), BUSY. */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
-
-/* Names all rows at once in mjenv_snapshot and mjenv_restore. */
-#define MJENV_ALL_ROWS (-1)
 
 /* Copies a row, or all, into an image: simulation, random stream, counters. size_bytes receives its size; image may be
  * NULL when capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
@@ -405,8 +423,8 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
                                       size_t *size_bytes);
 
 /* Continues a row, or all, from an image, bit for bit, also in another process and with another number of threads. The
- * environment must have the id, the options and the model of the one the image was taken from, and as many rows if the
- * image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
+ * environment must have the id, the model and the options ("num_threads", "cpu_affinity", "arrays" aside) of the one
+ * the image was taken from, and as many rows if the image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 /* ---- Pictures ----
@@ -420,7 +438,9 @@ MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_
 /* Builds a renderer with an OpenGL context of its own; null settings: the defaults. The caller destroys it, before or
  * after the environment. Renderers of one environment draw at the same time on different threads; a renderer draws on
  * any thread, on one at a time. What the calling thread has current in OpenGL stays so. A process that was forked after
- * OpenGL was used cannot use it. Errors: ARGUMENT, NAME (camera_name), VALUE, RENDER, MEMORY. */
+ * OpenGL was used cannot use it. What MuJoCo makes of the model for OpenGL must fit into free memory (MEMORY) and,
+ * unless the option "trust_xml" is 1, have at most 2^25 vertices (RENDER). Errors: ARGUMENT, NAME (camera_name), VALUE,
+ * RENDER, MEMORY. */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 
@@ -432,9 +452,10 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 /* Draws a row: colours into rgb[height][width][3], and the depth buffer, 0 (near) to 1 (far), into
  * depth[height][width], the top row first. Either may be NULL; the counts say how many elements there is room for. A
  * depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, near and far being the model's
- * vis.map.znear and vis.map.zfar times stat.extent. Errors: ARGUMENT, VALUE (row), SIZE, STATE (never reset, under
- * way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is inside the renderer or steps the
- * environment). */
+ * vis.map.znear and vis.map.zfar times stat.extent. A picture of a model that is not trusted may take 2^30 vertices
+ * and pixels of shadow maps, each light that casts shadows drawing all twice (RENDER). Errors: ARGUMENT, VALUE (row),
+ * SIZE, STATE (never reset, under way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is
+ * inside the renderer or steps the environment). */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
 
