@@ -1,4 +1,4 @@
-//! What the library tells about an environment: fields and spaces.
+//! How the library describes an environment: fields and spaces.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use mjenv_sys as sys;
 
 use crate::text;
 
-/// What a list of fields describes.
+/// What the fields of a list describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Role {
@@ -18,15 +18,15 @@ pub enum Role {
     Info,
     /// The info of a reset.
     ResetInfo,
-    /// The reward: one field.
+    /// The reward, which is one field.
     Reward,
-    /// Gymnasium's `observation_structure`: names and counts; empty where Gymnasium has none.
+    /// Gymnasium's `observation_structure`: names and numbers of elements. It is empty where Gymnasium has none.
     Structure,
-    /// Arrays of a row's mjData, for [`Env::read`](crate::Env::read).
+    /// The arrays of a row's mjData that [`Env::read`](crate::Env::read) takes.
     Data,
-    /// Sizes, options and arrays of the mjModel, for [`Env::read`](crate::Env::read).
+    /// The sizes, options and arrays of the mjModel that [`Env::read`](crate::Env::read) takes.
     Model,
-    /// The mjData arrays that the option `arrays` names, for [`Batch::array`](crate::Batch::array).
+    /// The mjData arrays that the option `arrays` names, see [`Batch::array`](crate::Batch::array).
     Arrays,
 }
 
@@ -46,7 +46,7 @@ impl Role {
     }
 }
 
-/// The type that Gymnasium gives a value. Here all values are `f64`; each fits exactly.
+/// The type that Gymnasium gives a value. In this crate all values are `f64`, which holds each of them exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ValueType {
@@ -86,17 +86,17 @@ impl ValueType {
     }
 }
 
-/// One named term of an observation, an action or an info; one readable array.
+/// A term of an observation, an actuator, an info, or an array of MuJoCo.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Field<'a> {
-    /// The name, Gymnasium's or MuJoCo's.
+    /// Its name in Gymnasium or MuJoCo.
     pub name: Cow<'a, str>,
-    /// What it is, with the unit where there is one; empty when the name says it all.
+    /// What it is, with its unit. It is empty if the name says enough.
     pub doc: &'a str,
-    /// Where its first element is within one row's record.
+    /// The position of its first element among the elements of one row.
     pub offset: usize,
-    /// How many elements it has: the product of the shape.
+    /// The number of its elements: the product of the shape.
     pub count: usize,
     /// The type that Gymnasium gives its values.
     pub value_type: ValueType,
@@ -108,7 +108,7 @@ impl<'a> Field<'a> {
     /// # Safety
     /// The texts of `raw` live for `'a`.
     pub(crate) unsafe fn from_raw(raw: &sys::mjenv_field) -> Self {
-        // SAFETY: as the caller promises. A field may be named after an actuator of the user's model.
+        // SAFETY: as the caller promises. The name may be that of an actuator in the user's model, of any bytes.
         let (name, doc) = unsafe { (text::lossy(raw.name), text::borrowed(raw.doc)) };
         Self {
             name,
@@ -121,7 +121,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// The extents, empty for a scalar.
+    /// Returns the shape; it is empty for a scalar.
     pub fn shape(&self) -> &[usize] {
         &self.shape[..self.ndim]
     }
@@ -137,36 +137,36 @@ pub enum Dtype {
     Float32,
 }
 
-/// Gymnasium's `Box` space of one row. The bounds may be infinite.
+/// The space of one row's observation or action: Gymnasium's `Box`. The bounds may be infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Space<'a> {
-    /// As Gymnasium declares it: float64 observations, float32 actions.
+    /// The type that Gymnasium declares: float64 for observations, float32 for actions.
     pub dtype: Dtype,
-    /// The least value of each element.
+    /// The lowest value of each element.
     pub low: &'a [f64],
-    /// The greatest value of each element.
+    /// The highest value of each element.
     pub high: &'a [f64],
 }
 
 impl Space<'_> {
-    /// How many elements a row has.
+    /// Returns the number of elements.
     pub fn count(&self) -> usize {
         self.low.len()
     }
 }
 
-/// A size that the library counts in a signed integer.
+/// Converts a size from the library, which counts in signed integers.
 pub(crate) fn size(count: i64) -> usize {
     usize::try_from(count).unwrap_or(0)
 }
 
-/// An index or a size on its way to the library, which refuses what it cannot use.
+/// Converts an index or a size for the library. If it does not fit, the library gets a number that it refuses.
 pub(crate) fn int64(size: usize) -> i64 {
     i64::try_from(size).unwrap_or(i64::MAX)
 }
 
-/// The value of a `struct_size`.
+/// Returns the value of `struct_size` for a struct.
 pub(crate) fn size_of<T>() -> u32 {
     std::mem::size_of::<T>() as u32
 }
