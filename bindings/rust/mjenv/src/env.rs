@@ -231,7 +231,7 @@ impl Env {
         let out = out.step_raw();
         let (env, action, count) = (self.raw(), actions.as_ptr() as *const c_void, actions.len());
         // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
-        check(unsafe { sys::mjenv_rollout(env, action, int64(steps), count, A::DTYPE, &out) })
+        check(unsafe { sys::mjenv_rollout(env, action, count, A::DTYPE, int64(steps), &out) })
     }
 
     /// Writes the present observations of all rows, without a step, and the arrays that the option `arrays` names. The
