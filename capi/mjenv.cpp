@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "engine/assets.hpp"
 #include "firewall.hpp"
 #include "task/registry.hpp"
 #include "version.hpp"
@@ -144,6 +145,7 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
     out.camera_elevation = task.camera.elevation;
     std::copy(task.camera.lookat.begin(), task.camera.lookat.end(), out.camera_lookat);
     out.camera_trackbodyid = task.camera.trackbodyid;
+    out.model_xml = asset_text(task.asset);
     hand_out(spec, "spec", out, offsetof(mjenv_spec, camera_distance));
   });
 }

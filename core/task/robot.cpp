@@ -37,6 +37,7 @@ Robot& Robot::open(const std::string& xml_file) {
 
 Robot& Robot::xml_file(const char* name) {
   takes_xml_ = true;
+  task_.asset = name;
   const auto& file = options_.text("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first",
                                    "", Scope::service);
   if (build_ == Build::options) return *this;
@@ -46,7 +47,10 @@ Robot& Robot::xml_file(const char* name) {
   return *this;
 }
 
-Robot& Robot::model(const char* name) { return v5 ? xml_file(name) : open(name); }
+Robot& Robot::model(const char* name) {
+  task_.asset = name;
+  return v5 ? xml_file(name) : open(name);
+}
 
 Robot& Robot::frame_skip(int count) {
   task_.frame_skip = count;

@@ -129,6 +129,7 @@ struct Camera {
 // A task: what a definition has built.
 struct Task {
   std::shared_ptr<const Model> model;
+  const char* asset = "";  // the built-in model's name
   int frame_skip = 1;
   std::int64_t time_limit = 0;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();

@@ -122,6 +122,7 @@ int main(void) {
   FIELD(mjenv_spec, camera_elevation);
   FIELD(mjenv_spec, camera_lookat);
   FIELD(mjenv_spec, camera_trackbodyid);
+  FIELD(mjenv_spec, model_xml);
 
   STRUCT(mjenv_batch);
   FIELD(mjenv_batch, struct_size);

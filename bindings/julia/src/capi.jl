@@ -138,6 +138,7 @@ Base.@kwdef struct mjenv_spec
     camera_elevation::Float64 = 0
     camera_lookat::NTuple{3, Float64} = (0, 0, 0)
     camera_trackbodyid::Float64 = 0
+    model_xml::Cstring = Cstring(C_NULL)
 end
 
 Base.@kwdef struct mjenv_batch

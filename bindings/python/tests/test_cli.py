@@ -78,6 +78,17 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert [option["name"] for option in found["options"]][: len(names)] == names
 
 
+@pytest.mark.parametrize("id", SCHEMA)
+def test_model(id: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The text that it prints is the model that the id has when nothing is chosen."""
+    assert run("model", id) == 0
+    xml = capsys.readouterr().out
+    assert xml == mjenv.model_xml(f"mjenv/{id}")
+    own = mjenv.make(id.replace("-v4", "-v5"), xml_string=xml).model  # only v5 takes a text
+    for name in ("body_mass", "geom_friction", "geom_size", "actuator_ctrlrange", "qpos0"):
+        assert np.array_equal(getattr(own, name), getattr(mjenv.make(id).model, name))
+
+
 def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("info", "Walker2d-v5", "--option", "healthy_z_range=0.5,inf", "--option", "frame_skip=2") == 0
     text = capsys.readouterr().out

@@ -143,6 +143,7 @@ typedef struct mjenv_spec {
   double camera_elevation;   /* degrees */
   double camera_lookat[3];   /* m */
   double camera_trackbodyid; /* a whole number */
+  const char *model_xml;     /* the MJCF text of the built-in model */
 } mjenv_spec;
 
 /* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */

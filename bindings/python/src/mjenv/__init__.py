@@ -1,7 +1,7 @@
 """Gymnasium's MuJoCo environments, bit for bit, from a native library.
 
-make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id) and
-options(id) tell what there is. Importing registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
+make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id), options(id)
+and model_xml(id) tell what there is. Importing registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
 """
 
 from mjenv._abi import Kind, Status
@@ -29,7 +29,7 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
-from mjenv.registration import ids, make, options, register, spec, version
+from mjenv.registration import ids, make, model_xml, options, register, spec, version
 from mjenv.vector import VectorEnv, make_vec
 
 __all__ = [
@@ -61,6 +61,7 @@ __all__ = [
     "ids",
     "make",
     "make_vec",
+    "model_xml",
     "options",
     "spec",
     "version",

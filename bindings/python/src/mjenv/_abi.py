@@ -159,6 +159,7 @@ class mjenv_spec(Structure):
         ("camera_elevation", c_double),
         ("camera_lookat", c_double * 3),
         ("camera_trackbodyid", c_double),
+        ("model_xml", c_char_p),
     )
 
 

@@ -46,6 +46,11 @@ def spec(id: str) -> EnvSpec:
     )
 
 
+def model_xml(id: str) -> str:
+    """The text (MJCF) of the model that is built into the library for an id: the start of a model of your own."""
+    return str(_handle.spec_of(id.removeprefix(f"{NAMESPACE}/")).model_xml.decode())
+
+
 def register() -> None:
     """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids."""
     for id in ids():

@@ -610,12 +610,14 @@ pub struct mjenv_spec {
     pub camera_lookat: [f64; 3usize],
     #[doc = " a whole number"]
     pub camera_trackbodyid: f64,
+    #[doc = " the MJCF text of the built-in model"]
+    pub model_xml: *const ::std::os::raw::c_char,
 }
 #[test]
 fn bindgen_test_layout_mjenv_spec() {
     assert_eq!(
         ::std::mem::size_of::<mjenv_spec>(),
-        88usize,
+        96usize,
         concat!("Size of: ", stringify!(mjenv_spec))
     );
     assert_eq!(
@@ -793,6 +795,23 @@ fn bindgen_test_layout_mjenv_spec() {
         );
     }
     test_field_camera_trackbodyid();
+    fn test_field_model_xml() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_spec>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).model_xml) as usize - ptr as usize
+            },
+            88usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_spec),
+                "::",
+                stringify!(model_xml)
+            )
+        );
+    }
+    test_field_model_xml();
 }
 impl Default for mjenv_spec {
     fn default() -> Self {

@@ -1,9 +1,10 @@
-"""mjenv list, mjenv info: what there is."""
+"""mjenv list, mjenv info, mjenv model: what there is."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import sys
 from typing import Any
 
 import gymnasium
@@ -48,6 +49,15 @@ def add(commands: Commands) -> None:
     add_options(command)
     add_json(command)
     command.set_defaults(run=run_info)
+
+    command = commands.add_parser(
+        "model",
+        help="print the model of an environment",
+        description="Prints the MJCF text of the model that is built into the library. Write it to a file, change it, "
+        "and pass the path of the file as the option xml_file.",
+    )
+    command.add_argument("id", type=known_id, help="an id, Ant-v5 for instance")
+    command.set_defaults(run=run_model)
 
 
 def run_list(arguments: argparse.Namespace) -> int:
@@ -154,6 +164,11 @@ def run_info(arguments: argparse.Namespace) -> int:
         print_json(described)
     else:
         _show(described)
+    return 0
+
+
+def run_model(arguments: argparse.Namespace) -> int:
+    sys.stdout.write(mjenv.model_xml(arguments.id))
     return 0
 
 
