@@ -1,13 +1,13 @@
-/* Compares engines: the same episodes on builds of mjenv and, as a bare loop, on builds of MuJoCo 2.2.2.
+/* Compares the speed of engines: plays the same episodes on builds of mjenv and of MuJoCo 2.2.2.
  * Usage: engine [-s SECONDS] [-r ROUNDS] [-i ID]... [-m MODELS] LIBRARY LIBRARY...
- *   LIBRARY is a libmjenv.so (mjenv_step: observation, reward, ends and info included) or a libmujoco.so (mj_resetData
- *   and mj_forward for an episode, frame_skip times mj_step and mj_rnePostConstraint for a step, on the stock model; no
- *   observation, reward or info). At least one is a libmjenv.so: the first of them records the episodes (seed 42,
- * sampled actions) that all play. MODELS is the folder of the MJCF files (assets). -i names an id, once or more
- * (default: the 11 robots' v5). Prints steps per second of CPU time of the first library, and how many times as fast
- * the others are: medians over the rounds, in which the libraries take turns, each in a process of its own. Fails if
- * one plays other states than the rest. Then, for each libmjenv.so, the milliseconds from dlopen to the end of the
- * first step (Ant-v5). */
+ *   LIBRARY is a libmjenv.so or a libmujoco.so. On mjenv, a step is mjenv_step with observation, reward, ends and info.
+ *   On MuJoCo, an episode begins with mj_resetData and mj_forward, and a step is frame_skip times mj_step and then
+ *   mj_rnePostConstraint, on the unchanged model and without observation, reward or info. At least one LIBRARY is a
+ *   libmjenv.so; the first of them records the episodes (seed 42, sampled actions) that all libraries play.
+ *   MODELS is the folder of the MJCF files (assets). -i names an id and can be repeated (default: v5 of the 11 robots).
+ * Prints steps per second of CPU time of the first library, and how many times as fast the others are: medians over
+ * rounds in which the libraries take turns, each in its own process. Fails if the libraries reach different states.
+ * Then prints, for each libmjenv.so, the milliseconds from dlopen to the end of the first step (Ant-v5). */
 #include <math.h>
 #include <mujoco/mujoco.h>
 #include <string.h>
@@ -39,7 +39,7 @@ static const struct robot known[] = {
     {"Walker2d", "walker2d_v5", 4},
 };
 
-/* What was played: shared by all processes. */
+/* The recorded episodes, which all processes share. */
 struct tape {
   int starts[TAPE_STEPS]; /* an episode begins here, from the state of that number */
   double states[TAPE_STEPS + 1][MAX_STATE];
@@ -114,7 +114,7 @@ static void compare_end(const struct tape* tape, const double* qpos, const doubl
     die("plays other states than the first libmjenv.so", path);
 }
 
-/* A process that plays tapes on an mjenv. */
+/* A process that plays the recorded episodes on an mjenv. */
 static void serve_mjenv(const struct player* player, int work_pipe, int seconds_pipe) {
   const struct library library = library_open(player->path);
   struct episode episodes[MAX_IDS];
@@ -144,7 +144,7 @@ static void serve_mjenv(const struct player* player, int work_pipe, int seconds_
 #define MUJOCO_FUNCTIONS(X) \
   X(mj_loadXML) X(mj_makeData) X(mj_resetData) X(mj_forward) X(mj_step) X(mj_rnePostConstraint)
 
-/* A process that plays tapes on a bare MuJoCo. */
+/* A process that plays the recorded episodes on a bare MuJoCo. */
 static void serve_mujoco(const struct player* player, void* handle, int work_pipe, int seconds_pipe) {
   struct {
 #define X(name) __typeof__(name)* name;
@@ -242,7 +242,7 @@ static int is_mjenv(const char* path) {
   return found;
 }
 
-/* Runs in a child, so that no process but the players' holds a library. */
+/* Runs in a child, so that only the players' processes load a library. */
 static void record_all(const char* path) {
   if (fork() == 0) {
     const struct library library = library_open(path);

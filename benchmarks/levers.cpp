@@ -1,5 +1,5 @@
-// What each way of calling MuJoCo gains: the same episodes by bare loops on the engine that this library is built with,
-// each with one lever more than the one before, block by block in turn. All play the same bits.
+// Measures what each way of calling MuJoCo gains. Bare loops play the same episodes in turns, on the engine that this
+// library is built with. Each loop adds a lever, which leaves out some work, to the loop before; the bits stay the same.
 //
 //   levers [ID...]    prints CSV: id, steps/s of the plain loop, then each lever's gain over the loop before it
 #include <mujoco/mujoco.h>
@@ -37,14 +37,14 @@ constexpr Case cases[] = {
     {"Walker2d-v5", "walker2d_v5.xml", 4, false},
 };
 
-// Each has those before it too.
+// Each lever includes those before it.
 constexpr std::array levers{"plain", "row instead of mj_resetData", "mj_rnePostConstraint on demand", "explicit pairs",
                             "frames on demand"};
 
 constexpr int kSteps = 1000;
 constexpr int kRounds = 15;
 
-// Recorded episodes: where each begins, from which state, and every action.
+// Recorded episodes: the step and the state where each begins, and every action.
 struct Tape {
   std::vector<bool> begins;
   std::vector<std::vector<double>> qpos, qvel;

@@ -1,4 +1,4 @@
-// What the benchmarks written in C++ share.
+// Functions that several benchmarks in C++ use.
 #pragma once
 
 #include <time.h>
@@ -22,7 +22,7 @@ inline void check(mjenv_status status) {
   std::exit(1);
 }
 
-// Of CPU time, which other programs on the machine disturb least.
+// Measures CPU time, because other programs on the machine disturb it least.
 inline double seconds(const std::function<void()>& work) {
   const auto now = [] {
     timespec t{};

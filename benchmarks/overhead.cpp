@@ -1,5 +1,6 @@
-// What mjenv_step costs beyond its physics: one row against a bare loop of mj_step (and mj_rnePostConstraint where the
-// task reads its outputs), on the same engine, from the same state and under the same actions, block by block in turn.
+// Measures what mjenv_step costs beyond its physics. Compares one row with a bare loop of mj_step (and
+// mj_rnePostConstraint where the task reads its outputs) on the same engine, from the same state and with the same
+// actions; both take turns.
 //
 //   overhead [ID...]    prints CSV: id, steps a block, blocks, median steps/s of both, median of the paired ratios
 #include <mujoco/mujoco.h>

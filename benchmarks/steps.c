@@ -1,6 +1,7 @@
-/* Steps environments from C on request: steps LIBRARY, then commands on stdin, answers on stdout.
+/* Steps environments from C on request: steps LIBRARY. Reads commands from stdin and writes answers to stdout.
  * about -> what runs here | open ID ENVS THREADS SEED -> ok | run SECONDS -> env steps and seconds taken | close -> ok
- * The actions are drawn beforehand. One environment is reset by its caller, many reset themselves. */
+ * The actions are drawn before measuring. The program resets a single environment; many environments reset
+ * themselves. */
 #include <dlfcn.h>
 #include <stdint.h>
 #include <string.h>

@@ -1,6 +1,6 @@
-/* What environments take, from C: create seconds|bytes LIBRARY ID ENVS THREADS
- * seconds: to create them first, and again. bytes: of one environment a thread and of all, each with the threads' work
- * spaces. */
+/* Measures what environments take, from C: create seconds|bytes LIBRARY ID ENVS THREADS
+ * "seconds" prints how long the first and the second creation take. "bytes" prints the memory of one environment for
+ * each thread and the memory of all, both with the work spaces of the threads. */
 #include <dlfcn.h>
 #include <math.h>
 #include <stdint.h>
@@ -26,7 +26,7 @@ static double resident(void) {
   return (double)pages * (double)sysconf(_SC_PAGESIZE);
 }
 
-/* Memory that is there: written, not only promised. */
+/* Allocates memory and writes to it, so that the system really provides it. */
 static void* touched(size_t bytes) {
   void* memory = malloc(bytes);
   if (!memory) exit(1);
@@ -34,7 +34,7 @@ static void* touched(size_t bytes) {
   return memory;
 }
 
-/* Resets and steps; returns how many bytes the process has grown by. The arrays of outputs are there before. */
+/* Resets and steps; returns how many bytes the process has grown by, without the arrays of outputs. */
 static double play(const struct library* library, mjenv_env* env, int64_t rows) {
   const size_t n = (size_t)rows, actions = n * (size_t)space_count(library, env, MJENV_ROLE_ACTION);
   mjenv_batch out = {.struct_size = sizeof out, .rows = rows};
