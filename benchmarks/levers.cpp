@@ -1,5 +1,6 @@
 // Measures what each way of calling MuJoCo gains. Bare loops play the same episodes in turns, on the engine that this
-// library is built with. Each loop adds a lever, which leaves out some work, to the loop before; the bits stay the same.
+// library is built with. Each loop adds a lever, which leaves out some work, to the loop before; the bits stay the
+// same.
 //
 //   levers [ID...]    prints CSV: id, steps/s of the plain loop, then each lever's gain over the loop before it
 #include <mujoco/mujoco.h>
