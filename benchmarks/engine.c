@@ -129,7 +129,8 @@ static void serve_mjenv(const struct player* player, int work_pipe, int seconds_
       const double start = now();
       for (int t = 0; t < TAPE_STEPS; ++t) {
         if (tape->starts[t]) episode_reset(e, &library);
-        check(&library, library.mjenv_step(e->env, tape->actions[t], (size_t)tape->nu, MJENV_DTYPE_FLOAT32, &e->out));
+        check(&library,
+              library.mjenv_step(e->env, NULL, tape->actions[t], (size_t)tape->nu, MJENV_DTYPE_FLOAT32, &e->out));
       }
       seconds += now() - start;
     }

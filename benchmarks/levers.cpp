@@ -77,7 +77,7 @@ Tape record(const char* id, std::size_t nu) {
       tape.qvel.push_back(measure::read(env, "qvel"));
     }
     check(mjenv_sample_actions(env, tape.actions.data() + t * nu, nu));
-    check(mjenv_step(env, tape.actions.data() + t * nu, nu, MJENV_DTYPE_FLOAT32, &out));
+    check(mjenv_step(env, nullptr, tape.actions.data() + t * nu, nu, MJENV_DTYPE_FLOAT32, &out));
   }
   mjenv_destroy(env);
   return tape;

@@ -85,7 +85,7 @@ void run(const Case& c) {
   };
   const auto whole = [&] {
     for (std::size_t i = 0; i < actions.size(); i += nu)
-      check(mjenv_step(env, actions.data() + i, nu, MJENV_DTYPE_FLOAT32, &out));
+      check(mjenv_step(env, nullptr, actions.data() + i, nu, MJENV_DTYPE_FLOAT32, &out));
   };
   const auto bare = [&] {
     for (std::size_t i = 0; i < actions.size(); i += nu) {

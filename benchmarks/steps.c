@@ -13,7 +13,7 @@ enum { WARM_UP = 30, ACTIONS = 16384, AT_LEAST = 64 };
 
 struct work {
   mjenv_env* env;
-  mjenv_batch out, reset;
+  mjenv_batch out;
   float* actions;
   size_t count; /* of one step's actions */
   long steps, next;
@@ -31,9 +31,9 @@ static double now(void) {
 static void step(struct work* w, const struct library* library) {
   const float* action = w->actions + (size_t)w->next * w->count;
   w->next = (w->next + 1) % w->steps;
-  check(library, library->mjenv_step(w->env, action, w->count, MJENV_DTYPE_FLOAT32, &w->out));
+  check(library, library->mjenv_step(w->env, NULL, action, w->count, MJENV_DTYPE_FLOAT32, &w->out));
   if (w->out.rows == 1 && (*w->out.terminated || *w->out.truncated))
-    check(library, library->mjenv_reset(w->env, NULL, &w->reset));
+    check(library, library->mjenv_reset(w->env, NULL, &w->out));
 }
 
 static void work_open(struct work* w, const struct library* library, const char* id, int64_t rows, long threads,
@@ -56,9 +56,6 @@ static void work_open(struct work* w, const struct library* library, const char*
   w->out.truncated = calloc(n, 1);
   w->out.info = calloc(n * (size_t)w->out.info_count + 1, sizeof(double));
   w->out.reset_info = calloc(n * (size_t)w->out.reset_info_count + 1, sizeof(double));
-  w->reset = w->out;
-  w->reset.info = w->out.reset_info;
-  w->reset.info_count = w->out.reset_info_count;
 
   w->count = n * (size_t)space_count(library, w->env, MJENV_ROLE_ACTION);
   w->steps = ACTIONS / rows > AT_LEAST ? ACTIONS / rows : AT_LEAST;
@@ -72,7 +69,7 @@ static void work_open(struct work* w, const struct library* library, const char*
   for (size_t i = 0; i < n; ++i) seeds[i] = seed + i;
   check(library, library->mjenv_seed(w->env, seeds, NULL));
   free(seeds);
-  check(library, library->mjenv_reset(w->env, NULL, &w->reset));
+  check(library, library->mjenv_reset(w->env, NULL, &w->out));
   for (int i = 0; i < WARM_UP; ++i) step(w, library);
 }
 

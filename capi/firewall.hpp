@@ -55,7 +55,6 @@ struct HeldEnv {
   Env env;
   std::shared_ptr<Link> link = std::make_shared<Link>();
   mjenv_options* options;  // as the environment was built with
-  mjenv_batch pending{};   // where rows under way will be written
 
   HeldEnv(const Options& chosen, std::int64_t rows)
       : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {
@@ -181,11 +180,11 @@ void hand_out(T* to, const char* name, T value, std::size_t least = sizeof(T)) {
 inline mjenv_batch taken(const mjenv_batch* given) {
   if (!given) return {};
   const mjenv_batch& from = *given;
-  checked_size(from.struct_size, offsetof(mjenv_batch, reset_info_count), "out");
+  checked_size(from.struct_size, sizeof(mjenv_batch), "out");
   mjenv_batch batch{};
   // Whole fields: half a pointer points anywhere.
   constexpr std::size_t field = sizeof(void*);
-  static_assert(offsetof(mjenv_batch, reset_info_count) % field == 0 && sizeof batch % field == 0);
+  static_assert(sizeof batch % field == 0);
   std::memcpy(&batch, &from, std::min<std::size_t>(from.struct_size / field * field, sizeof batch));
   return batch;
 }
@@ -193,10 +192,7 @@ inline mjenv_batch taken(const mjenv_batch* given) {
 // The same, with the batch that the call writes to: nulls if the caller gave none.
 template <typename F>
 mjenv_status enter(mjenv_env* handle, const mjenv_batch* out, const F& body) noexcept {
-  return enter(handle, [&](Env& env) {
-    mjenv_batch batch = taken(out);
-    body(env, batch);
-  });
+  return enter(handle, [&](Env& env) { body(env, taken(out)); });
 }
 
 // The two-call protocol: the size always, the elements when there is room for them.

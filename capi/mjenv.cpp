@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <utility>
 
 #include "engine/assets.hpp"
 #include "firewall.hpp"
@@ -282,35 +281,24 @@ mjenv_status mjenv_seed_digits(mjenv_env* env, std::int64_t row, const std::uint
 }
 
 mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, mjenv_batch& batch) {
-    batch.reset_info = std::exchange(batch.info, nullptr);
-    batch.reset_info_count = batch.info_count;
-    e.reset(mask, batch);
-  });
+  return enter(env, out, [&](Env& e, const mjenv_batch& batch) { e.reset(mask, batch); });
 }
 
-mjenv_status mjenv_step(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype,
-                        const mjenv_batch* out) {
+mjenv_status mjenv_step(mjenv_env* env, const std::uint8_t* mask, const void* action, std::size_t count,
+                        mjenv_dtype dtype, const mjenv_batch* out) {
   return enter(env, out,
-               [&](Env& e, const mjenv_batch& batch) { e.step(nullptr, action_of(action, count, dtype), batch); });
+               [&](Env& e, const mjenv_batch& batch) { e.step(mask, action_of(action, count, dtype), batch); });
 }
 
 mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::size_t row_count, const void* action,
-                        std::size_t count, mjenv_dtype dtype, const mjenv_batch* out) {
-  return guard([&] {
-    const Entered entered(env);
-    const mjenv_batch batch = taken(out);
-    (*entered).env.schema().check(batch, (*entered).env.rows());
-    (*entered).env.send(rows, row_count, action_of(action, count, dtype));
-    (*entered).pending = batch;
-  });
+                        std::size_t count, mjenv_dtype dtype) {
+  return enter(env, [&](Env& e) { e.send(rows, row_count, action_of(action, count, dtype)); });
 }
 
-mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, std::int64_t* rows, std::size_t capacity,
-                        std::size_t* count) {
-  return guard([&] {
-    const Entered entered(env);
-    (*entered).env.receive(least, -1, &need(rows, "rows"), capacity, &need(count, "count"), (*entered).pending);
+mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity,
+                        std::size_t* count, const mjenv_batch* out) {
+  return enter(env, out, [&](Env& e, const mjenv_batch& batch) {
+    e.receive(least, timeout, &need(rows, "rows"), capacity, &need(count, "count"), batch);
   });
 }
 

@@ -1,8 +1,7 @@
-"""Reads capi/include/mjenv/mjenv.h into plain Python objects, from which tools/declarations.py writes declarations.
+"""Reads capi/include/mjenv/mjenv.h into plain Python objects, from which the bindings' declarations are generated.
 
-The header keeps to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars,
-pointers and arrays of a literal length, opaque structs and functions marked MJENV_API. The parser raises ValueError for
-anything else, so that it misses nothing.
+The header keeps to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars, pointers and arrays of a
+literal length, opaque structs and functions marked MJENV_API. Anything else raises ValueError, so nothing is missed.
 
     import header
     api = header.parse()
@@ -132,7 +131,7 @@ def _enum(name: str, text: str) -> Enum:
 
 
 def parse(path: Path = PATH) -> Header:
-    """Reads the header. Raises ValueError for a declaration that it does not understand."""
+    """Reads the header; raises ValueError for a declaration it does not understand."""
     text = re.sub(r"/\*.*?\*/", "", path.read_text(encoding="utf-8"), flags=re.S)
     constants = tuple((name, int(value)) for name, value in re.findall(r"#define (\w+) \(?(-?\d+)\)?\s", text))
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)

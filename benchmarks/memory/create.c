@@ -43,19 +43,19 @@ static double play(const struct library* library, mjenv_env* env, int64_t rows) 
   const int64_t reset_info_count = info_count(library, env, MJENV_ROLE_RESET_INFO);
   float* action = touched(actions * sizeof *action);
   out.obs = touched(n * (size_t)out.obs_count * sizeof(double));
-  out.info = touched(n * (size_t)(out.info_count + reset_info_count) * sizeof(double));
+  out.info = touched(n * (size_t)out.info_count * sizeof(double));
+  out.reset_info_count = reset_info_count;
+  out.reset_info = touched(n * (size_t)reset_info_count * sizeof(double));
   out.reward = touched(n * sizeof(double));
   out.terminated = touched(n);
   out.truncated = touched(n);
-  mjenv_batch reset = out;
-  reset.info_count = reset_info_count;
 
   const double before = resident();
-  check(library, library->mjenv_reset(env, NULL, &reset));
+  check(library, library->mjenv_reset(env, NULL, &out));
   check(library, library->mjenv_seed_actions(env, 1));
   for (int i = 0; i < STEPS; ++i) {
     check(library, library->mjenv_sample_actions(env, action, actions));
-    check(library, library->mjenv_step(env, action, actions, MJENV_DTYPE_FLOAT32, &out));
+    check(library, library->mjenv_step(env, NULL, action, actions, MJENV_DTYPE_FLOAT32, &out));
   }
   return resident() - before;
 }

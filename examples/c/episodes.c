@@ -103,21 +103,17 @@ static void play(const char* id, const char* norm) {
   float* action = allocate((size_t)actions.count, sizeof *action);
   double reward, total = 0;
   uint8_t terminated, truncated;
-  const mjenv_batch started = {.struct_size = sizeof started,
-                               .rows = 1,
-                               .obs_count = observations.count,
-                               .info_count = reset_info_count,
-                               .obs = obs,
-                               .info = reset_info};
-  const mjenv_batch stepped = {.struct_size = sizeof stepped,
-                               .rows = 1,
-                               .obs_count = observations.count,
-                               .info_count = info_count,
-                               .obs = obs,
-                               .reward = &reward,
-                               .terminated = &terminated,
-                               .truncated = &truncated,
-                               .info = info};
+  const mjenv_batch out = {.struct_size = sizeof out,
+                           .rows = 1,
+                           .obs_count = observations.count,
+                           .info_count = info_count,
+                           .reset_info_count = reset_info_count,
+                           .obs = obs,
+                           .reward = &reward,
+                           .terminated = &terminated,
+                           .truncated = &truncated,
+                           .info = info,
+                           .reset_info = reset_info};
 
   const uint64_t seed = SEED;
   uint64_t hash = 0xcbf29ce484222325u;
@@ -126,11 +122,11 @@ static void play(const char* id, const char* norm) {
   check(p_mjenv_seed(env, &seed, NULL));
   check(p_mjenv_seed_actions(env, seed));
   for (int episode = 0; episode < EPISODES; ++episode) {
-    check(p_mjenv_reset(env, NULL, &started));
+    check(p_mjenv_reset(env, NULL, &out));
     hash = mix(mix(hash, obs, observations.count), reset_info, reset_info_count);
     do {
       check(p_mjenv_sample_actions(env, action, (size_t)actions.count));
-      check(p_mjenv_step(env, action, (size_t)actions.count, MJENV_DTYPE_FLOAT32, &stepped));
+      check(p_mjenv_step(env, NULL, action, (size_t)actions.count, MJENV_DTYPE_FLOAT32, &out));
       hash = mix(mix(hash, obs, observations.count), &reward, 1);
       hash = mix(mix_flag(mix_flag(hash, terminated), truncated), info, info_count);
       total += reward;

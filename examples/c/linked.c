@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     check(mjenv_reset(env, NULL, NULL));
     do {
       check(mjenv_sample_actions(env, action, count));
-      check(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, &out));
+      check(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, &out));
       total += reward;
       ++steps;
     } while (!terminated && !truncated);

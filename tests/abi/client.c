@@ -1,7 +1,7 @@
 // A program of old: compiled with a recorded header, it runs with today's library and gets what Gymnasium gave.
 #include "golden.h"
 
-#define RECORDING "trajectories/Hopper-v5.options.golden"
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.options.golden"
 
 enum { SOIL = 0x5a };
 
@@ -65,10 +65,10 @@ static void test_state(void** state) {
   assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
   unsigned char* image = allocate(size);
   assert_ok(mjenv_snapshot(env, 0, image, size, &size));
-  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_read(env, 0, "qpos", before, 4, &count));
   assert_ok(mjenv_restore(env, 0, image, size));
-  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_read(env, 0, "qpos", after, 4, &count));
   assert_int_equal(count, 4);
   assert_same_bits("qpos", after, before, 4);
@@ -77,7 +77,7 @@ static void test_state(void** state) {
   const char* name = NULL;
   assert_ok(mjenv_object_name(env, "body", index, &name));
   assert_string_equal(name, "fingertip");
-  assert_refused(MJENV_E_SIZE, mjenv_step(env, action, 1, MJENV_DTYPE_FLOAT64, NULL), "count");
+  assert_refused(MJENV_E_SIZE, mjenv_step(env, NULL, action, 1, MJENV_DTYPE_FLOAT64, NULL), "count");
   free(image);
   mjenv_destroy(env);
 }

@@ -130,14 +130,14 @@ int main(void) {
   FIELD(mjenv_batch, rows);
   FIELD(mjenv_batch, obs_count);
   FIELD(mjenv_batch, info_count);
+  FIELD(mjenv_batch, reset_info_count);
+  FIELD(mjenv_batch, arrays_count);
   FIELD(mjenv_batch, obs);
   FIELD(mjenv_batch, reward);
   FIELD(mjenv_batch, terminated);
   FIELD(mjenv_batch, truncated);
-  FIELD(mjenv_batch, info);
   FIELD(mjenv_batch, status);
-  FIELD(mjenv_batch, reset_info_count);
-  FIELD(mjenv_batch, arrays_count);
+  FIELD(mjenv_batch, info);
   FIELD(mjenv_batch, was_reset);
   FIELD(mjenv_batch, reset_info);
   FIELD(mjenv_batch, final_obs);

@@ -94,9 +94,9 @@ static void test_step_and_reset(void** state) {
   start_counting();
   for (int step = 0; status == MJENV_OK && step < STEPS; ++step) {
     for (int row = 0; row < ROWS; ++row) ended[row] = step == 0 || out->terminated[row] || out->truncated[row];
-    status = mjenv_reset(env, ended, &out->reset);
+    status = mjenv_reset(env, ended, &out->batch);
     if (status == MJENV_OK) status = mjenv_sample_actions(env, action, ROWS * nu);
-    if (status == MJENV_OK) status = mjenv_step(env, action, ROWS * nu, MJENV_DTYPE_FLOAT32, &out->step);
+    if (status == MJENV_OK) status = mjenv_step(env, NULL, action, ROWS * nu, MJENV_DTYPE_FLOAT32, &out->batch);
   }
   stop_counting();
   assert_ok(status);
@@ -105,6 +105,29 @@ static void test_step_and_reset(void** state) {
   if (counted.qsort > 0) print_message("%s: %zu allocations by the C library's qsort\n", id, counted.qsort);
   free(action);
   outputs_free(out);
+  mjenv_destroy(env);
+}
+
+// Once there is room for all rows, sending and receiving one of them allocates nothing.
+static void test_send_and_recv(void** state) {
+  (void)state;
+  enum { ROWS = 10000 };
+  mjenv_env* env = env_of_id("Reacher-v5", ROWS);
+  const float action[2] = {0};
+  int64_t row = 7;
+  size_t count = 0;
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  mjenv_status status = mjenv_send(env, &row, 1, action, 2, MJENV_DTYPE_FLOAT32);
+  if (status == MJENV_OK) status = mjenv_recv(env, 1, -1, &row, 1, &count, NULL);
+  start_counting();
+  for (int64_t i = 0; status == MJENV_OK && i < 100; ++i) {
+    row = 99 * i;
+    status = mjenv_send(env, &row, 1, action, 2, MJENV_DTYPE_FLOAT32);
+    if (status == MJENV_OK) status = mjenv_recv(env, 1, -1, &row, 1, &count, NULL);
+  }
+  stop_counting();
+  assert_ok(status);
+  assert_int_equal(counted.ours, 0);
   mjenv_destroy(env);
 }
 
@@ -146,15 +169,16 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  struct CMUnitTest tests[1 + 2 * ids];
+  struct CMUnitTest tests[2 + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
+  tests[1] = (struct CMUnitTest)cmocka_unit_test(test_send_and_recv);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);
     snprintf(names[2 * i + 1], sizeof names[0], "memory of rows of %s", id);
-    tests[1 + 2 * i] = (struct CMUnitTest){names[2 * i], test_step_and_reset, NULL, NULL, (void*)(uintptr_t)id};
-    tests[2 + 2 * i] = (struct CMUnitTest){names[2 * i + 1], test_memory_of_rows, NULL, NULL, (void*)(uintptr_t)id};
+    tests[2 + 2 * i] = (struct CMUnitTest){names[2 * i], test_step_and_reset, NULL, NULL, (void*)(uintptr_t)id};
+    tests[3 + 2 * i] = (struct CMUnitTest){names[2 * i + 1], test_memory_of_rows, NULL, NULL, (void*)(uintptr_t)id};
   }
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,7 +7,7 @@ struct vector {
   struct golden* golden;
   mjenv_env* env;
   bool split;  // steps are sent and received
-  mjenv_batch step, reset;
+  mjenv_batch batch;
   size_t obs_count, info_count, reset_info_count;
   double *obs, *info, *reset_info, *final_obs, *final_info, reward[ROWS];
   uint8_t terminated[ROWS], truncated[ROWS], was_reset[ROWS];
@@ -30,24 +30,20 @@ static struct vector* vector_of(const char* path, int64_t threads, bool split) {
   v->reset_info = allocate(ROWS * v->reset_info_count * sizeof(double));
   v->final_obs = allocate(ROWS * v->obs_count * sizeof(double));
   v->final_info = allocate(ROWS * v->info_count * sizeof(double));
-  v->step = (mjenv_batch){.struct_size = sizeof v->step,
-                          .rows = ROWS,
-                          .obs_count = (int64_t)v->obs_count,
-                          .info_count = (int64_t)v->info_count,
-                          .reset_info_count = (int64_t)v->reset_info_count,
-                          .obs = v->obs,
-                          .reward = v->reward,
-                          .terminated = v->terminated,
-                          .truncated = v->truncated,
-                          .info = v->info,
-                          .was_reset = v->was_reset,
-                          .reset_info = v->reset_info,
-                          .final_obs = v->final_obs,
-                          .final_info = v->final_info};
-  v->reset = v->step;
-  v->reset.info = v->reset_info;
-  v->reset.info_count = (int64_t)v->reset_info_count;
-  v->reset.reset_info = v->reset.final_obs = v->reset.final_info = NULL;
+  v->batch = (mjenv_batch){.struct_size = sizeof v->batch,
+                           .rows = ROWS,
+                           .obs_count = (int64_t)v->obs_count,
+                           .info_count = (int64_t)v->info_count,
+                           .reset_info_count = (int64_t)v->reset_info_count,
+                           .obs = v->obs,
+                           .reward = v->reward,
+                           .terminated = v->terminated,
+                           .truncated = v->truncated,
+                           .info = v->info,
+                           .was_reset = v->was_reset,
+                           .reset_info = v->reset_info,
+                           .final_obs = v->final_obs,
+                           .final_info = v->final_info};
   return v;
 }
 
@@ -141,7 +137,7 @@ static void replay_reset(struct vector* v, size_t reset) {
   }
   assert_ok(mjenv_seed(v->env, given, seeded));
   memset(v->was_reset, PATTERN, sizeof v->was_reset);
-  assert_ok(mjenv_reset(v->env, mask, &v->reset));
+  assert_ok(mjenv_reset(v->env, mask, &v->batch));
   for (int row = 0; row < ROWS; ++row) {
     assert_int_equal(v->was_reset[row], mask[row] ? 1 : PATTERN);
     assert_infos(v, "reset_reset_info", true, reset, row, MJENV_ROLE_RESET_INFO, mask[row] ? v->reset_info : NULL);
@@ -157,13 +153,13 @@ static void play(struct vector* v, size_t step) {
   recorded(v, "action", "f4", step, 0, count, action);
   memset(v->final_obs, PATTERN, ROWS * v->obs_count * sizeof(double));
   if (!v->split) {
-    assert_ok(mjenv_step(v->env, action, count, MJENV_DTYPE_FLOAT32, &v->step));
+    assert_ok(mjenv_step(v->env, NULL, action, count, MJENV_DTYPE_FLOAT32, &v->batch));
     return;
   }
   int64_t rows[ROWS];
   size_t done = 0;
-  assert_ok(mjenv_send(v->env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32, &v->step));
-  assert_ok(mjenv_recv(v->env, ROWS, rows, ROWS, &done));
+  assert_ok(mjenv_send(v->env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
+  assert_ok(mjenv_recv(v->env, ROWS, -1, rows, ROWS, &done, &v->batch));
   assert_int_equal(done, ROWS);
 }
 

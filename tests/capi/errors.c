@@ -4,7 +4,7 @@
 
 #include "golden.h"
 
-#define RECORDING "trajectories/Hopper-v5.golden"
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
 
 // An environment that follows a recording, before it was seeded.
 struct bench {
@@ -128,16 +128,16 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_seed(b->env, NULL, NULL), "seeds is NULL");
   assert_refused(wanted, mjenv_seed_digits(NULL, 0, &digit, 1), "env is NULL");
   assert_refused(wanted, mjenv_seed_digits(b->env, 0, NULL, 1), "digits is NULL");
-  assert_refused(wanted, mjenv_reset(NULL, NULL, &b->out->reset), "env is NULL");
-  assert_refused(wanted, mjenv_step(NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "env is NULL");
-  assert_refused(wanted, mjenv_step(b->env, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "action is NULL");
-  assert_refused(wanted, mjenv_send(NULL, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "env is NULL");
-  assert_refused(wanted, mjenv_send(b->env, NULL, 0, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->step), "action is NULL");
-  assert_refused(wanted, mjenv_recv(NULL, 1, rows, 1, &count), "env is NULL");
-  assert_refused(wanted, mjenv_recv(b->env, 1, NULL, 1, &count), "rows is NULL");
-  assert_refused(wanted, mjenv_recv(b->env, 1, rows, 1, NULL), "count is NULL");
-  assert_refused(wanted, mjenv_rollout(NULL, numbers, 3, MJENV_DTYPE_FLOAT64, 1, &b->out->step), "env is NULL");
-  assert_refused(wanted, mjenv_rollout(b->env, NULL, 3, MJENV_DTYPE_FLOAT64, 1, &b->out->step), "action is NULL");
+  assert_refused(wanted, mjenv_reset(NULL, NULL, &b->out->batch), "env is NULL");
+  assert_refused(wanted, mjenv_step(NULL, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->batch), "env is NULL");
+  assert_refused(wanted, mjenv_step(b->env, NULL, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->batch), "action is NULL");
+  assert_refused(wanted, mjenv_send(NULL, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64), "env is NULL");
+  assert_refused(wanted, mjenv_send(b->env, NULL, 0, NULL, 3, MJENV_DTYPE_FLOAT64), "action is NULL");
+  assert_refused(wanted, mjenv_recv(NULL, 1, -1, rows, 1, &count, &b->out->batch), "env is NULL");
+  assert_refused(wanted, mjenv_recv(b->env, 1, -1, NULL, 1, &count, &b->out->batch), "rows is NULL");
+  assert_refused(wanted, mjenv_recv(b->env, 1, -1, rows, 1, NULL, &b->out->batch), "count is NULL");
+  assert_refused(wanted, mjenv_rollout(NULL, numbers, 3, MJENV_DTYPE_FLOAT64, 1, &b->out->batch), "env is NULL");
+  assert_refused(wanted, mjenv_rollout(b->env, NULL, 3, MJENV_DTYPE_FLOAT64, 1, &b->out->batch), "action is NULL");
   assert_refused(wanted, mjenv_copy_row(NULL, 0, &mask), "env is NULL");
   assert_refused(wanted, mjenv_copy_row(b->env, 0, NULL), "to_mask is NULL");
   assert_refused(wanted, mjenv_get_stream(NULL, 0, words, 4), "env is NULL");
@@ -166,7 +166,7 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_set_state(b->env, 0, numbers, 6, NULL, 6), "qvel is NULL");
   assert_refused(wanted, mjenv_simulate(NULL, 0, numbers, 3, 1), "env is NULL");
   assert_refused(wanted, mjenv_simulate(b->env, 0, NULL, 3, 1), "ctrl is NULL");
-  assert_refused(wanted, mjenv_observe(NULL, &b->out->step), "env is NULL");
+  assert_refused(wanted, mjenv_observe(NULL, &b->out->batch), "env is NULL");
   assert_refused(wanted, mjenv_observe(b->env, NULL), "out is NULL");
   assert_refused(wanted, mjenv_snapshot(NULL, 0, values, sizeof values, &count), "env is NULL");
   assert_refused(wanted, mjenv_snapshot(b->env, 0, NULL, 8, &count), "NULL");
@@ -184,8 +184,8 @@ static void test_null_means_absent(void** state) {
   const double action[3] = {0};
   mjenv_batch bare = {.struct_size = sizeof bare, .rows = 1};
   assert_ok(mjenv_reset(b->env, NULL, &bare));
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, &bare));
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(b->env, NULL, action, 3, MJENV_DTYPE_FLOAT64, &bare));
+  assert_ok(mjenv_step(b->env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_observe(b->env, &bare));
   assert_unharmed(b);
 }
@@ -202,7 +202,7 @@ static void test_struct_size(void** state) {
     mjenv_option option = {.struct_size = sizes[i]};
     mjenv_space space = {.struct_size = sizes[i]};
     mjenv_field field = {.struct_size = sizes[i]};
-    mjenv_batch batch = b->out->step;
+    mjenv_batch batch = b->out->batch;
     batch.struct_size = sizes[i];
     const mjenv_status wanted = MJENV_E_ARGUMENT;
     assert_refused(wanted, mjenv_spec_of("Ant-v5", &spec), "spec->struct_size", "sizeof");
@@ -210,7 +210,7 @@ static void test_struct_size(void** state) {
     assert_refused(wanted, mjenv_space_of(b->env, MJENV_ROLE_ACTION, &space), "space->struct_size");
     assert_refused(wanted, mjenv_field_at(b->env, MJENV_ROLE_INFO, 0, &field), "field->struct_size");
     assert_refused(wanted, mjenv_reset(b->env, NULL, &batch), "out->struct_size");
-    assert_refused(wanted, mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, &batch), "out->struct_size");
+    assert_refused(wanted, mjenv_step(b->env, NULL, action, 3, MJENV_DTYPE_FLOAT64, &batch), "out->struct_size");
     assert_refused(wanted, mjenv_observe(b->env, &batch), "out->struct_size");
     assert_true(!spec.id && !option.name && !space.low && !field.name);
   }
@@ -234,8 +234,7 @@ static void test_longer_struct(void** state) {
 
 // A client compiled with the first header has shorter structs.
 static void test_first_structs(void** state) {
-  struct bench* b = *state;
-  const double action[3] = {0};
+  (void)state;
   mjenv_spec spec;
   memset(&spec, 0x5a, sizeof spec);
   const size_t spec_size = offsetof(mjenv_spec, camera_distance);
@@ -243,15 +242,6 @@ static void test_first_structs(void** state) {
   assert_ok(mjenv_spec_of("Ant-v5", &spec));
   assert_string_equal(spec.id, "Ant-v5");
   for (size_t i = spec_size; i < sizeof spec; ++i) assert_int_equal(((unsigned char*)&spec)[i], 0x5a);
-
-  start(b);
-  mjenv_batch batch = b->out->step;
-  memset((char*)&batch + offsetof(mjenv_batch, reset_info_count), 0x5a,
-         sizeof batch - offsetof(mjenv_batch, reset_info_count));
-  batch.struct_size = offsetof(mjenv_batch, reset_info_count);
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, &batch));
-  outputs_soil(b->out);
-  assert_unharmed(b);
 }
 
 static void test_batch_sizes(void** state) {
@@ -261,24 +251,24 @@ static void test_batch_sizes(void** state) {
   const size_t count = (size_t)(mjenv_rows(b->env) * b->nu);
   const int64_t wrong[] = {0, -1, 1000000, INT64_MAX, INT64_MIN};
   for (size_t i = 0; i < COUNT(wrong); ++i) {
-    mjenv_batch rows = b->out->step, obs = b->out->step, info = b->out->step, reset = b->out->reset;
-    rows.rows = obs.obs_count = info.info_count = reset.info_count = wrong[i];
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &rows), "rows");
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &obs), "obs_count", "11");
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &info), "info_count", "6");
+    mjenv_batch rows = b->out->batch, obs = b->out->batch, info = b->out->batch, reset_info = b->out->batch;
+    rows.rows = obs.obs_count = info.info_count = reset_info.reset_info_count = wrong[i];
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &rows), "rows");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &obs), "obs_count", "11");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &info), "info_count",
+                   "6");
     assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &rows), "rows");
     assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &obs), "obs_count");
-    assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &reset), "info_count", "2");
+    assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &info), "info_count", "6");
+    assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &reset_info), "reset_info_count", "2");
     assert_refused(MJENV_E_SIZE, mjenv_observe(b->env, &rows), "rows");
     assert_refused(MJENV_E_SIZE, mjenv_observe(b->env, &obs), "obs_count");
   }
-  mjenv_batch dtype = b->out->step, reset = b->out->reset;
-  dtype.obs_dtype = reset.obs_dtype = 7;
-  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &dtype), "obs_dtype", "7");
-  assert_refused(MJENV_E_ARGUMENT, mjenv_reset(b->env, NULL, &reset), "obs_dtype", "7");
-  // What a step needs is not what a reset needs.
-  assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &b->out->step), "info_count");
-  assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->reset), "info_count");
+  mjenv_batch dtype = b->out->batch;
+  dtype.obs_dtype = 7;
+  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &dtype), "obs_dtype",
+                 "7");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_reset(b->env, NULL, &dtype), "obs_dtype", "7");
   assert_unharmed(b);
 }
 
@@ -290,11 +280,14 @@ static void test_action_sizes(void** state) {
   const size_t wrong[] = {0, count - 1, count + 1, SIZE_MAX};
   float samples[9] = {7};
   for (size_t i = 0; i < COUNT(wrong); ++i) {
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, wrong[i], MJENV_DTYPE_FLOAT64, &b->out->step), "count");
-    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, action, wrong[i], MJENV_DTYPE_FLOAT32, &b->out->step), "count");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, NULL, action, wrong[i], MJENV_DTYPE_FLOAT64, &b->out->batch),
+                   "count");
+    assert_refused(MJENV_E_SIZE, mjenv_step(b->env, NULL, action, wrong[i], MJENV_DTYPE_FLOAT32, &b->out->batch),
+                   "count");
     assert_refused(MJENV_E_SIZE, mjenv_sample_actions(b->env, samples, wrong[i]), "count");
   }
-  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, action, count, (mjenv_dtype)2, &b->out->step), "dtype", "2");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, NULL, action, count, (mjenv_dtype)2, &b->out->batch), "dtype",
+                 "2");
   assert_true(samples[0] == 7);
   assert_unharmed(b);
 }
@@ -423,10 +416,10 @@ static void test_bad_actions(void** state) {
       narrow[at] = (float)bad[i];
       snprintf(row, sizeof row, "row %zu", at / before);
       snprintf(element, sizeof element, "action[%zu]", at % before);
-      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, wide, count, MJENV_DTYPE_FLOAT64, &b->out->step), row, element,
-                     says[i], "strict");
-      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, narrow, count, MJENV_DTYPE_FLOAT32, &b->out->step), row, element,
-                     says[i]);
+      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, NULL, wide, count, MJENV_DTYPE_FLOAT64, &b->out->batch), row,
+                     element, says[i], "strict");
+      assert_refused(MJENV_E_VALUE, mjenv_step(b->env, NULL, narrow, count, MJENV_DTYPE_FLOAT32, &b->out->batch), row,
+                     element, says[i]);
     }
   // No row was stepped.
   double* then = read_array(b->env, 0, "qpos", NULL);
@@ -456,13 +449,13 @@ static void test_divergence(void** state) {
   const double action[9] = {0};
   qvel[3] = 1e11;
   assert_ok(mjenv_set_state(b->env, 1, qpos, 6, qvel, 6));
-  assert_ok(mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step));
+  assert_ok(mjenv_step(b->env, NULL, action, 9, MJENV_DTYPE_FLOAT64, &b->out->batch));
   const int32_t want[] = {MJENV_OK, MJENV_E_PHYSICS, MJENV_OK};
   for (int row = 0; row < 3; ++row) assert_int_equal(b->out->status[row], want[row]);
   for (int64_t i = 0; i < b->out->obs_count; ++i) assert_true(fabs(b->out->obs[b->out->obs_count + i]) < 10);
   outputs_soil(b->out);
   const uint8_t mask[] = {0, 1, 0};
-  assert_ok(mjenv_reset(b->env, mask, &b->out->reset));
+  assert_ok(mjenv_reset(b->env, mask, &b->out->batch));
   assert_int_equal(b->out->status[1], MJENV_OK);
 }
 
@@ -472,15 +465,15 @@ static void test_step_before_reset(void** state) {
   struct bench* b = *state;
   const double action[9] = {0};
   const size_t count = (size_t)(mjenv_rows(b->env) * b->nu);
-  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->step), "row 0",
+  assert_refused(MJENV_E_STATE, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &b->out->batch), "row 0",
                  "reset");
   seed_rows(b->env, 1);
-  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->step), "row 0",
+  assert_refused(MJENV_E_STATE, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &b->out->batch), "row 0",
                  "reset");
   if (mjenv_rows(b->env) == 3) {
     const uint8_t mask[] = {1, 0, 1};
     assert_ok(mjenv_reset(b->env, mask, NULL));
-    assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, count, MJENV_DTYPE_FLOAT64, &b->out->step), "row 1",
+    assert_refused(MJENV_E_STATE, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &b->out->batch), "row 1",
                    "reset");
   }
   assert_unharmed(b);
@@ -490,7 +483,7 @@ static void test_set_state_begins(void** state) {
   struct bench* b = *state;
   const double qpos[6] = {0, 1.25}, qvel[6] = {0}, action[3] = {0};
   assert_ok(mjenv_set_state(b->env, 0, qpos, 6, qvel, 6));
-  assert_ok(mjenv_step(b->env, action, 3, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(b->env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   assert_unharmed(b);
 }
 
@@ -500,18 +493,18 @@ static void test_step_after_end(void** state) {
   start(b);
   const double lying[6] = {0, 0.1, 1.5}, qvel[6] = {0}, action[9] = {0};
   assert_ok(mjenv_set_state(b->env, 1, lying, 6, qvel, 6));
-  assert_ok(mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step));
+  assert_ok(mjenv_step(b->env, NULL, action, 9, MJENV_DTYPE_FLOAT64, &b->out->batch));
   assert_true(!b->out->terminated[0] && b->out->terminated[1] && !b->out->terminated[2]);
   double* before = read_array(b->env, 0, "qpos", NULL);
   outputs_soil(b->out);
-  assert_refused(MJENV_E_STATE, mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step), "row 1", "ended",
-                 "strict");
+  assert_refused(MJENV_E_STATE, mjenv_step(b->env, NULL, action, 9, MJENV_DTYPE_FLOAT64, &b->out->batch), "row 1",
+                 "ended", "strict");
   double* after = read_array(b->env, 0, "qpos", NULL);
   assert_same_bits("qpos", after, before, 6);
   assert_true(outputs_untouched(b->out));
   const uint8_t mask[] = {0, 1, 0};
   assert_ok(mjenv_reset(b->env, mask, NULL));
-  assert_ok(mjenv_step(b->env, action, 9, MJENV_DTYPE_FLOAT64, &b->out->step));
+  assert_ok(mjenv_step(b->env, NULL, action, 9, MJENV_DTYPE_FLOAT64, &b->out->batch));
   free(before);
   free(after);
 }
@@ -524,15 +517,15 @@ static void test_step_after_truncation(void** state) {
   struct outputs* out = outputs_of(env);
   const double action[2] = {0};
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, &out->batch));
   assert_true(!*out->truncated);
-  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, &out->batch));
   assert_true(*out->truncated && !*out->terminated);
   outputs_soil(out);
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step), "row 0", "ended");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, &out->batch), "row 0", "ended");
   assert_true(outputs_untouched(out));
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, &out->batch));
   assert_true(!*out->truncated);
   outputs_free(out);
   mjenv_destroy(env);
@@ -547,7 +540,7 @@ static void test_no_limit(void** state) {
   const double action[2] = {0};
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 200; ++step) {
-    assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, &out->step));
+    assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, &out->batch));
     assert_true(!*out->truncated);
   }
   outputs_free(out);

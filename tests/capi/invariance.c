@@ -57,12 +57,12 @@ static uint64_t hash(uint64_t h, const unsigned char* bytes, size_t count) {
 
 static void take(mjenv_env* env, struct way way, const float* action, size_t count, const mjenv_batch* out) {
   if (!way.split) {
-    assert_ok(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, out));
+    assert_ok(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, out));
     return;
   }
   int64_t rows[ROWS];
-  assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32, out));
-  for (size_t done = 0, some; done < ROWS; done += some) assert_ok(mjenv_recv(env, 1, rows, ROWS, &some));
+  assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
+  for (size_t done = 0, some; done < ROWS; done += some) assert_ok(mjenv_recv(env, 1, -1, rows, ROWS, &some, out));
 }
 
 // The hash of all outputs of all steps, and of the image of all rows at the end.

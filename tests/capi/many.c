@@ -1,5 +1,7 @@
 // What acts on many rows at once: rollouts, send and receive, copies, images of all rows, exported arrays. Rows alone,
 // whose steps the recordings prove, are the measure.
+#include <math.h>
+
 #include "support.h"
 
 enum { ROWS = 4 };
@@ -89,7 +91,7 @@ static void test_rollout(void** state) {
         assert_true(reward[at] == 0);
         for (size_t i = 0; i < k; ++i) assert_true(gathered[i] == 0);
       } else {
-        assert_ok(mjenv_step(twins[row], action + (size_t)at * nu, nu, MJENV_DTYPE_FLOAT32, &one->step));
+        assert_ok(mjenv_step(twins[row], NULL, action + (size_t)at * nu, nu, MJENV_DTYPE_FLOAT32, &one->batch));
         assert_same_bits("reward", reward + at, one->reward, 1);
         assert_same_bits("info", gathered, one->info, k);
       }
@@ -129,13 +131,13 @@ static void test_send_and_receive(void** state) {
     // In two parts, and in another order than the rows have.
     const int64_t order[ROWS] = {2, 0, 3, 1};
     fill_actions(action, ROWS * nu, step);
-    assert_ok(mjenv_send(env, order, 3, action, 3 * nu, MJENV_DTYPE_FLOAT32, &out->step));
-    assert_ok(mjenv_send(env, order + 3, 1, action + 3 * nu, nu, MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_send(env, order, 3, action, 3 * nu, MJENV_DTYPE_FLOAT32));
+    assert_ok(mjenv_send(env, order + 3, 1, action + 3 * nu, nu, MJENV_DTYPE_FLOAT32));
     bool reported[ROWS] = {false};
     for (size_t done = 0; done < ROWS;) {
       int64_t rows[ROWS];
       size_t count = 0;
-      assert_ok(mjenv_recv(env, 1, rows, ROWS, &count));
+      assert_ok(mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch));
       assert_true(count >= 1 && done + count <= ROWS);
       for (size_t i = 0; i < count; ++i) {
         assert_false(reported[rows[i]]);
@@ -146,7 +148,7 @@ static void test_send_and_receive(void** state) {
     uint8_t ended[ROWS];
     for (int i = 0; i < ROWS; ++i) {
       const int64_t row = order[i];
-      assert_ok(mjenv_step(twins[row], action + (size_t)i * nu, nu, MJENV_DTYPE_FLOAT32, &one->step));
+      assert_ok(mjenv_step(twins[row], NULL, action + (size_t)i * nu, nu, MJENV_DTYPE_FLOAT32, &one->batch));
       gather_info(env, out->info, ROWS, row, gathered);
       assert_same_bits("obs", out->obs + row * out->obs_count, one->obs, (size_t)out->obs_count);
       assert_same_bits("reward", out->reward + row, one->reward, 1);
@@ -167,6 +169,79 @@ static void test_send_and_receive(void** state) {
   mjenv_destroy(env);
 }
 
+// A step leaves the rows outside of its mask alone, their outputs too.
+static void test_step_mask(void** state) {
+  const char* id = *state;
+  mjenv_env *env = env_with(id, ROWS, 2, ""), *twins[ROWS];
+  twins_of(env, id, twins, 5);
+  struct outputs *out = outputs_of(env), *one = outputs_of(twins[0]);
+  const size_t nu = (size_t)action_count(env);
+  float action[ROWS * 32];
+  for (int step = 0; step < 20; ++step) {
+    uint8_t mask[ROWS];
+    fill_actions(action, ROWS * nu, step);
+    for (int row = 0; row < ROWS; ++row) {
+      mask[row] = (step + row) % 3 == 0;
+      if (!mask[row]) action[(size_t)row * nu] = NAN;  // not looked at
+    }
+    outputs_soil(out);
+    const struct outputs untouched = *out;
+    double* obs = allocate(ROWS * (size_t)out->obs_count * sizeof *obs);
+    memcpy(obs, untouched.obs, ROWS * (size_t)out->obs_count * sizeof *obs);
+    assert_ok(mjenv_step(env, mask, action, ROWS * nu, MJENV_DTYPE_FLOAT32, &out->batch));
+    for (int row = 0; row < ROWS; ++row) {
+      const size_t count = (size_t)out->obs_count;
+      if (mask[row])
+        assert_ok(mjenv_step(twins[row], NULL, action + (size_t)row * nu, nu, MJENV_DTYPE_FLOAT32, &one->batch));
+      const double* wanted = mask[row] ? one->obs : obs + (size_t)row * count;
+      assert_memory_equal(out->obs + (size_t)row * count, wanted, count * sizeof *wanted);
+      if (mask[row]) assert_same_bits("reward", out->reward + row, one->reward, 1);
+      assert_same_image(env, row, twins[row], 0);
+    }
+    free(obs);
+  }
+  for (int row = 0; row < ROWS; ++row) mjenv_destroy(twins[row]);
+  outputs_free(out);
+  outputs_free(one);
+  mjenv_destroy(env);
+}
+
+// Polling makes progress on one thread, and a timeout ends the wait.
+static void test_polling(void** state) {
+  (void)state;
+  const float action[ROWS * 2] = {0};
+  for (int threads = 1; threads <= 2; ++threads) {
+    mjenv_env* env = env_with("Reacher-v5", ROWS, threads, "");
+    assert_ok(mjenv_reset(env, NULL, NULL));
+    int64_t rows[ROWS];
+    size_t count = 0, done = 0;
+    assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
+    for (int polls = 0; done < ROWS && polls < 100000; ++polls) {
+      assert_ok(mjenv_recv(env, 0, -1, rows, ROWS, &count, NULL));
+      if (threads == 1) assert_int_equal(count, 1);
+      done += count;
+    }
+    assert_int_equal(done, ROWS);
+    assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
+    for (done = 0; done < ROWS; done += count) assert_ok(mjenv_recv(env, 1, 0, rows, ROWS, &count, NULL));
+    assert_refused(MJENV_E_STATE, mjenv_recv(env, 0, 0, rows, ROWS, &count, NULL), "send");
+    assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
+    assert_refused(MJENV_E_VALUE, mjenv_recv(env, 1, NAN, rows, ROWS, &count, NULL), "timeout");
+    mjenv_destroy(env);
+  }
+  // Many rows take longer than the timeout: the call returns with some of them.
+  enum { MANY = 512 };
+  static float still[MANY * 17];
+  static int64_t all[MANY];
+  mjenv_env* env = env_with("Humanoid-v5", MANY, 2, "");
+  size_t count = 0;
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_send(env, NULL, 0, still, COUNT(still), MJENV_DTYPE_FLOAT32));
+  assert_ok(mjenv_recv(env, MANY, 0.001, all, MANY, &count, NULL));
+  assert_true(count < MANY);
+  mjenv_destroy(env);
+}
+
 static void test_under_way(void** state) {
   (void)state;
   mjenv_env* env = env_with("HalfCheetah-v5", ROWS, 2, "");
@@ -179,28 +254,25 @@ static void test_under_way(void** state) {
   const uint64_t seeds[ROWS] = {0};
   double values[64] = {0};
   size_t count = 77, size = 0;
-  assert_refused(MJENV_E_STATE, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &out->step), "reset");
-  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
+  assert_refused(MJENV_E_STATE, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_DTYPE_FLOAT32), "reset");
+  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   // 2^61 rows of 8 numbers: their product is 0 in 64 bits.
-  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, (size_t)1 << 61, action, 0, MJENV_DTYPE_FLOAT32, &out->step),
-                 "row_count");
-  assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_DTYPE_FLOAT32, &out->step), "row 4",
-                 "0..3");
-  assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_DTYPE_FLOAT32, &out->step), "row 1");
-  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_DTYPE_FLOAT32, &out->step), "count", "11",
-                 "12");
-  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, rows, ROWS, &count), "send");
+  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, (size_t)1 << 61, action, 0, MJENV_DTYPE_FLOAT32), "row_count");
+  assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_DTYPE_FLOAT32), "row 4", "0..3");
+  assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_DTYPE_FLOAT32), "row 1");
+  assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_DTYPE_FLOAT32), "count", "11", "12");
+  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
 
-  assert_ok(mjenv_send(env, rows, 2, action, 12, MJENV_DTYPE_FLOAT32, &out->step));
-  assert_refused(MJENV_E_STATE, mjenv_send(env, rows, 1, action, 6, MJENV_DTYPE_FLOAT32, &out->step), "row 0",
+  assert_ok(mjenv_send(env, rows, 2, action, 12, MJENV_DTYPE_FLOAT32));
+  assert_refused(MJENV_E_STATE, mjenv_send(env, rows, 1, action, 6, MJENV_DTYPE_FLOAT32), "row 0", "under way");
+  assert_refused(MJENV_E_SIZE, mjenv_recv(env, 3, -1, rows, ROWS, &count, &out->batch), "3", "2");
+  assert_refused(MJENV_E_SIZE, mjenv_recv(env, 2, -1, rows, 1, &count, &out->batch), "1", "2");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &other->batch),
                  "under way");
-  assert_refused(MJENV_E_SIZE, mjenv_recv(env, 3, rows, ROWS, &count), "3", "2");
-  assert_refused(MJENV_E_SIZE, mjenv_recv(env, 2, rows, 1, &count), "1", "2");
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &other->step), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_reset(env, NULL, &other->reset), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_observe(env, &other->step), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_reset(env, NULL, &other->batch), "under way");
+  assert_refused(MJENV_E_STATE, mjenv_observe(env, &other->batch), "under way");
   assert_refused(MJENV_E_STATE, mjenv_snapshot(env, 0, image, sizeof image, &size), "under way");
   assert_refused(MJENV_E_STATE, mjenv_restore(env, 0, image, sizeof image), "under way");
   assert_refused(MJENV_E_STATE, mjenv_copy_row(env, 0, mask), "under way");
@@ -210,11 +282,11 @@ static void test_under_way(void** state) {
   assert_refused(MJENV_E_STATE, mjenv_seed(env, seeds, NULL), "under way");
   assert_true(count == 77 && size == 0);
   assert_true(outputs_untouched(other));
-  assert_ok(mjenv_recv(env, 2, rows, ROWS, &count));
+  assert_ok(mjenv_recv(env, 2, -1, rows, ROWS, &count, &out->batch));
   assert_true(count == 2);
   // Destroyed with rows under way.
   const int64_t all[ROWS] = {0, 1, 2, 3};
-  assert_ok(mjenv_send(env, all, ROWS, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &out->step));
+  assert_ok(mjenv_send(env, all, ROWS, action, ROWS * 6, MJENV_DTYPE_FLOAT32));
   mjenv_destroy(env);
   outputs_free(out);
   outputs_free(other);
@@ -229,7 +301,7 @@ static void test_copy_row(void** state) {
   assert_ok(mjenv_reset(env, NULL, NULL));
   float action[ROWS * 17];
   fill_actions(action, ROWS * 17, 0);
-  for (int step = 0; step < 5; ++step) assert_ok(mjenv_step(env, action, ROWS * 17, MJENV_DTYPE_FLOAT32, NULL));
+  for (int step = 0; step < 5; ++step) assert_ok(mjenv_step(env, NULL, action, ROWS * 17, MJENV_DTYPE_FLOAT32, NULL));
   size_t size;
   unsigned char *kept = image_of(env, 1, &size), *then;
   const uint8_t mask[ROWS] = {1, 0, 1, 1};
@@ -255,7 +327,7 @@ static void test_image_of_all_rows(void** state) {
   assert_ok(mjenv_reset(first, NULL, NULL));
   for (int step = 0; step < 5; ++step) {
     fill_actions(action, COUNT(action), step);
-    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+    assert_ok(mjenv_step(first, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
   }
   size_t size;
   unsigned char* image = image_of(first, MJENV_ALL_ROWS, &size);
@@ -264,8 +336,8 @@ static void test_image_of_all_rows(void** state) {
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(second, 0, image, size), "image");
   for (int step = 0; step < 5; ++step) {
     fill_actions(action, COUNT(action), 50 + step);
-    assert_ok(mjenv_step(first, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->step));
-    assert_ok(mjenv_step(second, action, COUNT(action), MJENV_DTYPE_FLOAT32, &again->step));
+    assert_ok(mjenv_step(first, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->batch));
+    assert_ok(mjenv_step(second, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &again->batch));
     assert_same_bits("obs", again->obs, out->obs, (size_t)(ROWS * out->obs_count));
     assert_same_bits("reward", again->reward, out->reward, ROWS);
   }
@@ -297,7 +369,7 @@ static void test_arrays(void** state) {
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 20; ++step) {
     fill_actions(action, COUNT(action), step);
-    assert_ok(mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, &batch));
+    assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &batch));
     for (int64_t i = 0; i < 3; ++i) {
       mjenv_field field = {.struct_size = sizeof field};
       assert_ok(mjenv_field_at(env, MJENV_ROLE_ARRAYS, i, &field));
@@ -330,6 +402,9 @@ int main(void) {
       {"send and receive of Hopper-v5", test_send_and_receive, NULL, NULL, &cases[0]},
       {"send and receive of Reacher-v5, 3 threads", test_send_and_receive, NULL, NULL, &cases[2]},
       {"send and receive of Humanoid-v5, 2 threads", test_send_and_receive, NULL, NULL, &cases[3]},
+      cmocka_unit_test_prestate(test_step_mask, "Hopper-v5"),
+      cmocka_unit_test_prestate(test_step_mask, "Ant-v5"),
+      cmocka_unit_test(test_polling),
       cmocka_unit_test(test_under_way),
       cmocka_unit_test(test_copy_row),
       cmocka_unit_test(test_image_of_all_rows),

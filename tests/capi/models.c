@@ -91,7 +91,7 @@ static void test_paths(void** state) {
         i < COUNT(paths) ? options_with("Ant-v5", "xml_file", paths[i]) : options_with("Ant-v5", "xml_string", xml), 1);
     struct outputs* out = outputs_of(env);
     seed_rows(env, 3);
-    assert_ok(mjenv_reset(env, NULL, &out->reset));
+    assert_ok(mjenv_reset(env, NULL, &out->batch));
     assert_true(out->obs_count == 23 + 22 - 2 + 6 * 25);
     assert_true(action_count(env) == 16);
     if (i == 0) memcpy(first, out->obs, (size_t)out->obs_count * sizeof(double));
@@ -278,7 +278,7 @@ static void test_no_actuator(void** state) {
   mjenv_env* env = env_of_options(options_with("InvertedPendulum-v5", "xml_string", xml), 1);
   assert_true(action_count(env) == 0);
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_step(env, NULL, 0, MJENV_DTYPE_FLOAT32, NULL));
+  assert_ok(mjenv_step(env, NULL, NULL, 0, MJENV_DTYPE_FLOAT32, NULL));
   mjenv_destroy(env);
 }
 
@@ -295,9 +295,9 @@ static void provoke(void) {
   mjenv_create(options, 1, &env);
   const double nans[3] = {NAN, INFINITY, 1e300}, qpos[6] = {0, 1e11}, qvel[6] = {1e20};
   mjenv_reset(env, NULL, NULL);
-  mjenv_step(env, nans, 3, MJENV_DTYPE_FLOAT64, NULL);
+  mjenv_step(env, NULL, nans, 3, MJENV_DTYPE_FLOAT64, NULL);
   mjenv_set_state(env, 0, qpos, 6, qvel, 6);
-  mjenv_step(env, nans, 3, MJENV_DTYPE_FLOAT64, NULL);
+  mjenv_step(env, NULL, nans, 3, MJENV_DTYPE_FLOAT64, NULL);
   mjenv_destroy(env);
   // More contacts than there is room for.
   mjenv_options_set_string(
@@ -310,7 +310,7 @@ static void provoke(void) {
   mjenv_create(options, 1, &env);
   if (env) {
     mjenv_reset(env, NULL, NULL);
-    mjenv_step(env, NULL, 0, MJENV_DTYPE_FLOAT64, NULL);
+    mjenv_step(env, NULL, NULL, 0, MJENV_DTYPE_FLOAT64, NULL);
   }
   mjenv_destroy(env);
   mjenv_options_destroy(options);

@@ -71,7 +71,7 @@ static void step_env(mjenv_env* env, const mjenv_batch* out) {
   const size_t count = (size_t)(mjenv_rows(env) * action_count(env));
   assert_true(count <= COUNT(action));
   assert_ok(mjenv_sample_actions(env, action, count));
-  assert_ok(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, out));
+  assert_ok(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, out));
 }
 
 // Everything there is to say of an environment, to be freed.
@@ -122,7 +122,7 @@ static int without_libraries(mjenv_env* env) {
   }
   CHECK(!renderer);
   float action[3] = {0};
-  CHECK(mjenv_step(env, action, 3, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK);
+  CHECK(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK);
   hidden = "";  // installed in the meantime
   setenv("MUJOCO_GL", "egl", 1);
   CHECK(mjenv_renderer_create(env, NULL, &renderer) == MJENV_OK);
@@ -143,7 +143,7 @@ static int without_driver(mjenv_env* env) {
   setenv("MUJOCO_EGL_DEVICE_ID", "77", 1);
   CHECK(mjenv_renderer_create(env, NULL, &renderer) == MJENV_E_VALUE && said("MUJOCO_EGL_DEVICE_ID"));
   float action[3] = {0};
-  CHECK(mjenv_step(env, action, 3, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK);
+  CHECK(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK);
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
   unsetenv("MUJOCO_GL");
@@ -299,9 +299,9 @@ static void test_refused_pictures(void** state) {
   const mjenv_batch out = {.struct_size = sizeof out, .rows = 2};
   int64_t done;
   size_t count;
-  assert_ok(mjenv_send(env, &row, 1, action, 8, MJENV_DTYPE_FLOAT32, &out));
+  assert_ok(mjenv_send(env, &row, 1, action, 8, MJENV_DTYPE_FLOAT32));
   assert_refused(MJENV_E_STATE, draw(renderer, 0, &picture), "under way");
-  assert_ok(mjenv_recv(env, 1, &done, 1, &count));
+  assert_ok(mjenv_recv(env, 1, -1, &done, 1, &count, &out));
 
   mjenv_destroy(env);
   assert_refused(MJENV_E_STATE, draw(renderer, 0, &picture), "destroyed");
@@ -343,14 +343,14 @@ static void test_simulation_untouched(void** state) {
     seed_rows(envs[i], 11);
     assert_ok(mjenv_seed_actions(envs[i], 11));
     outs[i] = outputs_of(envs[i]);
-    assert_ok(mjenv_reset(envs[i], NULL, &outs[i]->reset));
+    assert_ok(mjenv_reset(envs[i], NULL, &outs[i]->batch));
   }
   mjenv_renderer* renderer = renderer_of(envs[1]);
   const size_t count = outputs_row_count(outs[0]);
   double* records[2] = {allocate(count * sizeof(double)), allocate(count * sizeof(double))};
   static struct picture picture;
   for (int t = 0; t < STEPS; ++t) {
-    for (int i = 0; i < 2; ++i) step_env(envs[i], &outs[i]->step);
+    for (int i = 0; i < 2; ++i) step_env(envs[i], &outs[i]->batch);
     assert_ok(draw(renderer, t % FEW, &picture));
     for (int64_t row = 0; row < FEW; ++row) {
       for (int i = 0; i < 2; ++i) outputs_row(envs[i], outs[i], MJENV_ROLE_INFO, row, records[i]);
@@ -473,7 +473,7 @@ static void test_fork(void** state) {
     if (draw(renderer, 0, &after) != MJENV_E_RENDER || !said("fork")) _exit(1);
     if (mjenv_renderer_create(env, NULL, &other) != MJENV_E_RENDER || !said("fork")) _exit(2);
     float action[3] = {0};
-    if (mjenv_step(env, action, 3, MJENV_DTYPE_FLOAT32, NULL) != MJENV_OK) _exit(3);
+    if (mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT32, NULL) != MJENV_OK) _exit(3);
     mjenv_renderer_destroy(renderer);
     mjenv_destroy(env);
     _exit(0);

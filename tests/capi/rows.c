@@ -96,10 +96,10 @@ static void seed_some(struct pair* p, const uint8_t* mask) {
 static void reset_some(struct pair* p, const uint8_t* mask) {
   outputs_soil(p->out);
   struct outputs* soiled = outputs_of(p->many);
-  assert_ok(mjenv_reset(p->many, mask, &p->out->reset));
+  assert_ok(mjenv_reset(p->many, mask, &p->out->batch));
   for (int row = 0; row < ROWS; ++row) {
     if (!mask || mask[row]) {
-      assert_ok(mjenv_reset(p->single[row], NULL, &p->single_out[row]->reset));
+      assert_ok(mjenv_reset(p->single[row], NULL, &p->single_out[row]->batch));
       assert_same_row(p, MJENV_ROLE_RESET_INFO, row);
       continue;
     }
@@ -117,10 +117,10 @@ static void step_all(struct pair* p, bool narrow) {
   float samples[ROWS * 32];
   for (size_t i = 0; i < ROWS * p->nu; ++i) wide[i] = samples[i] = (float)mixed(2001) / 1000 - 1;
   const mjenv_dtype dtype = narrow ? MJENV_DTYPE_FLOAT32 : MJENV_DTYPE_FLOAT64;
-  assert_ok(mjenv_step(p->many, narrow ? (const void*)samples : wide, ROWS * p->nu, dtype, &p->out->step));
+  assert_ok(mjenv_step(p->many, NULL, narrow ? (const void*)samples : wide, ROWS * p->nu, dtype, &p->out->batch));
   for (int row = 0; row < ROWS; ++row) {
     const void* action = narrow ? (const void*)(samples + row * p->nu) : wide + row * p->nu;
-    assert_ok(mjenv_step(p->single[row], action, p->nu, dtype, &p->single_out[row]->step));
+    assert_ok(mjenv_step(p->single[row], NULL, action, p->nu, dtype, &p->single_out[row]->batch));
     assert_same_row(p, MJENV_ROLE_INFO, row);
   }
 }
@@ -213,7 +213,7 @@ static void test_single_outputs(void** state) {
       free(image);
     }
     const double action[ROWS * 32] = {0.25, -0.5};
-    mjenv_batch batch = alone->step;
+    mjenv_batch batch = alone->batch;
     if (kept != 0) batch.obs = NULL;
     if (kept != 1) batch.reward = NULL;
     if (kept != 2) batch.terminated = NULL;
@@ -221,10 +221,10 @@ static void test_single_outputs(void** state) {
     if (kept != 4) batch.info = NULL;
     if (kept != 5) batch.status = NULL;
     outputs_soil(alone);
-    assert_ok(mjenv_step(p->many, action, ROWS * p->nu, MJENV_DTYPE_FLOAT64, &batch));
+    assert_ok(mjenv_step(p->many, NULL, action, ROWS * p->nu, MJENV_DTYPE_FLOAT64, &batch));
     for (int row = 0; row < ROWS; ++row) {
       const struct outputs* want = p->single_out[row];
-      assert_ok(mjenv_step(p->single[row], action + row * p->nu, p->nu, MJENV_DTYPE_FLOAT64, &want->step));
+      assert_ok(mjenv_step(p->single[row], NULL, action + row * p->nu, p->nu, MJENV_DTYPE_FLOAT64, &want->batch));
       if (kept == 0) assert_same_bits("obs", alone->obs + row * want->obs_count, want->obs, (size_t)want->obs_count);
       if (kept == 1) assert_same_bits("reward", alone->reward + row, want->reward, 1);
       if (kept == 2) assert_int_equal(alone->terminated[row], *want->terminated);
@@ -261,7 +261,7 @@ static void test_unseeded_rows_differ(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("HalfCheetah-v5", 2);
   struct outputs* out = outputs_of(env);
-  assert_ok(mjenv_reset(env, NULL, &out->reset));
+  assert_ok(mjenv_reset(env, NULL, &out->batch));
   assert_memory_not_equal(out->obs, out->obs + out->obs_count, (size_t)out->obs_count * sizeof(double));
   outputs_free(out);
   mjenv_destroy(env);

@@ -26,8 +26,8 @@ static void follow_stage(const struct golden* golden, mjenv_env* env, struct out
   size_t nu;
   golden_action(golden, stage, action, &dtype, &nu);
   switch (((const uint8_t*)golden_array(golden, "stage", "u1")->data)[stage]) {
-    case RESET: assert_ok(mjenv_reset(env, NULL, &out->reset)); break;
-    case STEP: assert_ok(mjenv_step(env, action, nu, dtype, &out->step)); break;
+    case RESET: assert_ok(mjenv_reset(env, NULL, &out->batch)); break;
+    case STEP: assert_ok(mjenv_step(env, NULL, action, nu, dtype, &out->batch)); break;
     case SET_STATE:
       golden_row(golden, "set_qpos", stage, qpos);
       golden_row(golden, "set_qvel", stage, qvel);
@@ -61,7 +61,7 @@ static void assert_stage(const struct golden* golden, mjenv_env* env, struct out
     assert_same_bits("reward", out->reward, golden_row(golden, "reward", stage, want), 1);
     assert_same_bits("info", out->info, golden_row(golden, "info", stage, want), (size_t)out->info_count);
   }
-  assert_ok(mjenv_observe(env, &out->step));
+  assert_ok(mjenv_observe(env, &out->batch));
   snprintf(what, sizeof what, "stage %zu, obs", stage);
   assert_same_bits(what, out->obs, golden_row(golden, "obs", stage, want), (size_t)out->obs_count);
   for (size_t i = 0; i < golden->array_count; ++i)
@@ -105,7 +105,7 @@ static const char* const recordings[] = {"Ant-v5",    "HalfCheetah-v5", "Humanoi
 
 static struct golden* recording_of(const char* id) {
   char path[512];
-  snprintf(path, sizeof path, "trajectories/%s.golden", id);
+  snprintf(path, sizeof path, PROJECT_FOLDER "/tests/golden/trajectories/%s.golden", id);
   return golden_read(path);
 }
 
@@ -172,14 +172,14 @@ static void test_condition_is_kept(void** state) {
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_set_state(env, 1, fallen, 2, qvel, 2));
-  assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   struct image ended = image_of(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_restore(env, 0, fresh.bytes, fresh.size));
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 0", "reset");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 0", "reset");
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_restore(env, 1, ended.bytes, ended.size));
-  assert_refused(MJENV_E_STATE, mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 1", "ended");
+  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 1", "ended");
   free(fresh.bytes);
   free(ended.bytes);
   mjenv_destroy(env);
@@ -192,13 +192,13 @@ static void test_step_count_is_kept(void** state) {
   struct outputs* out = outputs_of(env);
   const float action[2] = {0.1f, 0};
   assert_ok(mjenv_reset(env, NULL, NULL));
-  for (int step = 0; step < 48; ++step) assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT32, NULL));
+  for (int step = 0; step < 48; ++step) assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT32, NULL));
   struct image image = image_of(env, 0);
   for (int time = 0; time < 2; ++time) {
     assert_ok(mjenv_restore(env, 0, image.bytes, image.size));
-    assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT32, &out->batch));
     assert_false(*out->truncated);
-    assert_ok(mjenv_step(env, action, 2, MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT32, &out->batch));
     assert_true(*out->truncated);
   }
   free(image.bytes);
@@ -362,7 +362,7 @@ static void test_streams(void** state) {
   // The second row follows the first one's stream.
   assert_ok(mjenv_set_stream(env, 1, words, 4));
   for (int reset = 0; reset < 3; ++reset) {
-    assert_ok(mjenv_reset(env, NULL, &out->reset));
+    assert_ok(mjenv_reset(env, NULL, &out->batch));
     assert_same_bits("obs", out->obs + out->obs_count, out->obs, (size_t)out->obs_count);
   }
   // Digits make the same stream as the number they stand for, leading zeros or not.

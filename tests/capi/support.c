@@ -118,26 +118,26 @@ struct outputs* outputs_of(const mjenv_env* env) {
   out->info_count = role_count(env, MJENV_ROLE_INFO);
   out->reset_info_count = role_count(env, MJENV_ROLE_RESET_INFO);
   const size_t rows = (size_t)out->rows;
-  const int64_t info_count = out->info_count > out->reset_info_count ? out->info_count : out->reset_info_count;
   out->obs = allocate(rows * (size_t)out->obs_count * sizeof(double));
   out->reward = allocate(rows * sizeof(double));
-  out->info = allocate(rows * (size_t)info_count * sizeof(double));
+  out->info = allocate(rows * (size_t)out->info_count * sizeof(double));
+  out->reset_info = allocate(rows * (size_t)out->reset_info_count * sizeof(double));
   out->terminated = allocate(rows);
   out->truncated = allocate(rows);
   out->status = allocate(rows * sizeof(int32_t));
-  out->step = (mjenv_batch){.struct_size = sizeof(mjenv_batch),
-                            .obs_dtype = MJENV_DTYPE_FLOAT64,
-                            .rows = out->rows,
-                            .obs_count = out->obs_count,
-                            .info_count = out->info_count,
-                            .obs = out->obs,
-                            .reward = out->reward,
-                            .terminated = out->terminated,
-                            .truncated = out->truncated,
-                            .info = out->info,
-                            .status = out->status};
-  out->reset = out->step;
-  out->reset.info_count = out->reset_info_count;
+  out->batch = (mjenv_batch){.struct_size = sizeof(mjenv_batch),
+                             .obs_dtype = MJENV_DTYPE_FLOAT64,
+                             .rows = out->rows,
+                             .obs_count = out->obs_count,
+                             .info_count = out->info_count,
+                             .obs = out->obs,
+                             .reward = out->reward,
+                             .terminated = out->terminated,
+                             .truncated = out->truncated,
+                             .info = out->info,
+                             .status = out->status,
+                             .reset_info_count = out->reset_info_count,
+                             .reset_info = out->reset_info};
   outputs_soil(out);
   return out;
 }
@@ -146,6 +146,7 @@ void outputs_free(struct outputs* out) {
   free(out->obs);
   free(out->reward);
   free(out->info);
+  free(out->reset_info);
   free(out->terminated);
   free(out->truncated);
   free(out->status);
@@ -155,11 +156,12 @@ void outputs_free(struct outputs* out) {
 // Calls visit for each buffer until one says false.
 static bool each_buffer(const struct outputs* out, bool (*visit)(unsigned char* bytes, size_t count)) {
   const size_t rows = (size_t)out->rows;
-  const int64_t info_count = out->info_count > out->reset_info_count ? out->info_count : out->reset_info_count;
   return visit((unsigned char*)out->obs, rows * (size_t)out->obs_count * sizeof(double)) &&
          visit((unsigned char*)out->reward, rows * sizeof(double)) &&
-         visit((unsigned char*)out->info, rows * (size_t)info_count * sizeof(double)) && visit(out->terminated, rows) &&
-         visit(out->truncated, rows) && visit((unsigned char*)out->status, rows * sizeof(int32_t));
+         visit((unsigned char*)out->info, rows * (size_t)out->info_count * sizeof(double)) &&
+         visit((unsigned char*)out->reset_info, rows * (size_t)out->reset_info_count * sizeof(double)) &&
+         visit(out->terminated, rows) && visit(out->truncated, rows) &&
+         visit((unsigned char*)out->status, rows * sizeof(int32_t));
 }
 
 static bool soil(unsigned char* bytes, size_t count) {
@@ -193,7 +195,8 @@ void outputs_row(const mjenv_env* env, const struct outputs* out, mjenv_role inf
   for (int64_t i = 0; i < mjenv_field_count(env, info_role); ++i) {
     mjenv_field field = {.struct_size = sizeof field};
     assert_ok(mjenv_field_at(env, info_role, i, &field));
-    memcpy(record, out->info + field.offset * out->rows + row * field.count, (size_t)field.count * sizeof(double));
+    const double* info = info_role == MJENV_ROLE_RESET_INFO ? out->reset_info : out->info;
+    memcpy(record, info + field.offset * out->rows + row * field.count, (size_t)field.count * sizeof(double));
     record += field.count;
   }
 }

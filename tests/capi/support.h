@@ -61,9 +61,9 @@ double* read_array(mjenv_env* env, int64_t row, const char* array, size_t* count
 
 // Buffers for all that a step or a reset writes, filled with a pattern.
 struct outputs {
-  mjenv_batch step, reset;  // the same arrays; info as each needs it
+  mjenv_batch batch;
   int64_t rows, obs_count, info_count, reset_info_count;
-  double *obs, *reward, *info;
+  double *obs, *reward, *info, *reset_info;
   uint8_t *terminated, *truncated;
   int32_t* status;
 };

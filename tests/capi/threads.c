@@ -28,7 +28,7 @@ static void* step_without_end(void* argument) {
   const size_t count = ROWS * s->nu;
   double* action = calloc(count, sizeof *action);
   while (!__atomic_load_n(&s->stop, __ATOMIC_ACQUIRE)) {
-    const mjenv_status status = mjenv_step(s->env, action, count, MJENV_DTYPE_FLOAT64, NULL);
+    const mjenv_status status = mjenv_step(s->env, NULL, action, count, MJENV_DTYPE_FLOAT64, NULL);
     if (status == MJENV_OK) ++s->done;
     if (status != MJENV_OK && status != MJENV_E_BUSY) s->bad = status;
   }
@@ -46,10 +46,10 @@ static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double*
   uint64_t stream[4];
   size_t count;
   switch (which) {
-    case 0: return mjenv_step(env, actions, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->step);
-    case 1: return mjenv_reset(env, no_row, &out->reset);
+    case 0: return mjenv_step(env, NULL, actions, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->batch);
+    case 1: return mjenv_reset(env, no_row, &out->batch);
     case 2: return mjenv_read(env, 3, "xpos", values, 1000, &count);
-    case 3: return mjenv_observe(env, &out->step);
+    case 3: return mjenv_observe(env, &out->batch);
     case 4: return mjenv_snapshot(env, 0, values, 1000 * sizeof *values, &count);
     case 5: return mjenv_seed(env, seeds, no_row);
     case 6: return mjenv_seed_digits(env, 0, &digit, 1);
@@ -102,9 +102,9 @@ static void test_one_environment(void** state) {
   assert_int_equal(s.bad, 0);
   assert_true(s.done > 0);
   // As good as new.
-  assert_ok(mjenv_reset(s.env, NULL, &out->reset));
+  assert_ok(mjenv_reset(s.env, NULL, &out->batch));
   memset(values, 0, ROWS * 32 * sizeof *values);
-  assert_ok(mjenv_step(s.env, values, ROWS * s.nu, MJENV_DTYPE_FLOAT64, &out->step));
+  assert_ok(mjenv_step(s.env, NULL, values, ROWS * s.nu, MJENV_DTYPE_FLOAT64, &out->batch));
   free(values);
   outputs_free(out);
   mjenv_destroy(s.env);
@@ -131,7 +131,7 @@ static void* look_without_end(void* argument) {
 
 static void test_looked_at(void** state) {
   (void)state;
-  struct golden* golden = golden_read("trajectories/HumanoidStandup-v5.golden");
+  struct golden* golden = golden_read(PROJECT_FOLDER "/tests/golden/trajectories/HumanoidStandup-v5.golden");
   struct looker looker = {.env = golden_create(golden, 1)};
   struct outputs* out = outputs_of(looker.env);
   int64_t first_episode;
@@ -151,7 +151,7 @@ static void test_looked_at(void** state) {
     for (size_t step = 0; step < (size_t)first_episode && !problem; ++step) {
       golden_action(golden, step, action, &dtype, &nu);
       mjenv_status status;
-      while ((status = mjenv_step(looker.env, action, nu, dtype, &out->step)) == MJENV_E_BUSY) continue;
+      while ((status = mjenv_step(looker.env, NULL, action, nu, dtype, &out->batch)) == MJENV_E_BUSY) continue;
       if (status != MJENV_OK) problem = mjenv_last_error();
       sched_yield();
       golden_row(golden, "obs", step, want);
@@ -179,7 +179,7 @@ struct player {
 static void* play(void* argument) {
   struct player* player = argument;
   char path[512];
-  snprintf(path, sizeof path, "trajectories/%s.options.golden", player->id);
+  snprintf(path, sizeof path, PROJECT_FOLDER "/tests/golden/trajectories/%s.options.golden", player->id);
   player->fine = true;
   for (int i = 0; player->fine && i < player->times; ++i) {
     struct golden* golden = golden_read(path);
@@ -206,7 +206,7 @@ static void test_own_environments(void** state) {
 static void* step_once(void* argument) {
   mjenv_env* env = argument;
   const float action[8] = {0};
-  return mjenv_step(env, action, 8, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK ? env : NULL;
+  return mjenv_step(env, NULL, action, 8, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK ? env : NULL;
 }
 
 static void test_moves_between_threads(void** state) {

@@ -94,10 +94,10 @@ static void test_idle(void** state) {
   (void)state;
   mjenv_env* env = cheetahs(8);
   assert_true(cpu_seconds_idle() < 0.01);
-  assert_ok(mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+  assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
   assert_true(cpu_seconds_idle() < 0.01);
   // Sent, stepped, not yet received.
-  assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+  assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
   assert_true(cpu_seconds_idle() < 0.01);
   mjenv_destroy(env);
 }
@@ -127,15 +127,15 @@ static bool use_what_was_left(mjenv_env* env) {
   const size_t count = COUNT(action);
   int64_t rows[ROWS];
   size_t received;
-  bool fine = told_of_fork(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, NULL));
+  bool fine = told_of_fork(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, NULL));
   fine = fine && told_of_fork(mjenv_reset(env, NULL, NULL));
   fine = fine && told_of_fork(mjenv_rollout(env, action, count, MJENV_DTYPE_FLOAT32, 1, NULL));
-  fine = fine && told_of_fork(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32, NULL));
-  fine = fine && told_of_fork(mjenv_recv(env, 1, rows, ROWS, &received));
+  fine = fine && told_of_fork(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
+  fine = fine && told_of_fork(mjenv_recv(env, 1, -1, rows, ROWS, &received, NULL));
   mjenv_destroy(env);
 #ifndef NO_THREADS_AFTER_FORK
   mjenv_env* own = cheetahs(3);
-  fine = fine && mjenv_step(own, action, count, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK;
+  fine = fine && mjenv_step(own, NULL, action, count, MJENV_DTYPE_FLOAT32, NULL) == MJENV_OK;
   mjenv_destroy(own);
 #endif
   return fine;
@@ -145,7 +145,7 @@ static void test_fork(void** state) {
   (void)state;
   mjenv_env* env = cheetahs(3);
   in_child(use_what_was_left, env);
-  assert_ok(mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+  assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
   mjenv_destroy(env);
 }
 
@@ -154,9 +154,9 @@ static void test_fork_under_way(void** state) {
   mjenv_env* env = cheetahs(3);
   int64_t rows[ROWS];
   size_t count;
-  assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+  assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
   in_child(use_what_was_left, env);
-  assert_ok(mjenv_recv(env, ROWS, rows, ROWS, &count));
+  assert_ok(mjenv_recv(env, ROWS, -1, rows, ROWS, &count, NULL));
   assert_int_equal(count, ROWS);
   mjenv_destroy(env);
 }
@@ -166,7 +166,7 @@ static struct outputs* wanted;
 // Without threads of its own a handle survives: same bits in both processes.
 static bool step_alike(mjenv_env* env) {
   struct outputs* out = outputs_of(env);
-  const bool fine = mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->step) == MJENV_OK &&
+  const bool fine = mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->batch) == MJENV_OK &&
                     memcmp(out->obs, wanted->obs, (size_t)(ROWS * out->obs_count) * sizeof *out->obs) == 0;
   outputs_free(out);
   mjenv_destroy(env);
@@ -177,7 +177,7 @@ static void test_fork_of_one_thread(void** state) {
   (void)state;
   mjenv_env *env = cheetahs(1), *twin = cheetahs(1);
   wanted = outputs_of(twin);
-  assert_ok(mjenv_step(twin, action, COUNT(action), MJENV_DTYPE_FLOAT32, &wanted->step));
+  assert_ok(mjenv_step(twin, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &wanted->batch));
   in_child(step_alike, env);
   assert_true(step_alike(env));
   outputs_free(wanted);
@@ -194,8 +194,8 @@ static void test_destroy_under_way(void** state) {
       struct outputs* out = outputs_of(env);
       int64_t rows[ROWS];
       size_t count;
-      assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->step));
-      if (i % 2) assert_ok(mjenv_recv(env, 1, rows, ROWS, &count));
+      assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
+      if (i % 2) assert_ok(mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch));
       mjenv_destroy(env);
       outputs_free(out);  // nobody writes there any more
     }
@@ -206,12 +206,10 @@ static void test_destroy_under_way(void** state) {
 static bool leave_under_way(mjenv_env* none) {
   (void)none;
   enum { MANY = 256 };
-  static double obs[MANY * 348];
-  const mjenv_batch out = {.struct_size = sizeof out, .rows = MANY, .obs_count = 348, .obs = obs};
   static const float still[MANY * 17];
   mjenv_env* env = env_with_threads("Humanoid-v5", MANY, 4);
   if (mjenv_reset(env, NULL, NULL) != MJENV_OK) return false;
-  if (mjenv_send(env, NULL, 0, still, COUNT(still), MJENV_DTYPE_FLOAT32, &out) != MJENV_OK) return false;
+  if (mjenv_send(env, NULL, 0, still, COUNT(still), MJENV_DTYPE_FLOAT32) != MJENV_OK) return false;
   exit(0);
 }
 
@@ -258,8 +256,9 @@ static void test_failing_row(void** state) {
     mjenv_env *env = boxes(threads, true), *whole = boxes(threads, false);
     struct outputs *out = outputs_of(env), *want = outputs_of(whole);
     double* before = read_array(env, FALLING, "qpos", NULL);
-    assert_refused(MJENV_E_PHYSICS, mjenv_step(env, action, ROWS, MJENV_DTYPE_FLOAT32, &out->step), "row 5", "MuJoCo");
-    assert_ok(mjenv_step(whole, action, ROWS, MJENV_DTYPE_FLOAT32, &want->step));
+    assert_refused(MJENV_E_PHYSICS, mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &out->batch), "row 5",
+                   "MuJoCo");
+    assert_ok(mjenv_step(whole, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &want->batch));
     assert_others(out, want);
     double* after = read_array(env, FALLING, "qpos", NULL);
     assert_same_bits("qpos", after, before, 3);
@@ -269,21 +268,21 @@ static void test_failing_row(void** state) {
     int64_t rows[ROWS];
     size_t count = 0;
     outputs_soil(out);
-    assert_ok(mjenv_send(env, NULL, 0, action, ROWS, MJENV_DTYPE_FLOAT32, &out->step));
-    assert_refused(MJENV_E_PHYSICS, mjenv_recv(env, ROWS, rows, ROWS, &count), "row 5", "MuJoCo");
+    assert_ok(mjenv_send(env, NULL, 0, action, ROWS, MJENV_DTYPE_FLOAT32));
+    assert_refused(MJENV_E_PHYSICS, mjenv_recv(env, ROWS, -1, rows, ROWS, &count, &out->batch), "row 5", "MuJoCo");
     assert_int_equal(count, ROWS);
-    assert_ok(mjenv_step(whole, action, ROWS, MJENV_DTYPE_FLOAT32, &want->step));
+    assert_ok(mjenv_step(whole, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &want->batch));
     assert_others(out, want);
 
     outputs_soil(out);
-    assert_refused(MJENV_E_PHYSICS, mjenv_rollout(env, action, ROWS, MJENV_DTYPE_FLOAT32, 1, &out->step), "row 5",
+    assert_refused(MJENV_E_PHYSICS, mjenv_rollout(env, action, ROWS, MJENV_DTYPE_FLOAT32, 1, &out->batch), "row 5",
                    "MuJoCo");
-    assert_ok(mjenv_step(whole, action, ROWS, MJENV_DTYPE_FLOAT32, &want->step));
+    assert_ok(mjenv_step(whole, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &want->batch));
     assert_others(out, want);
 
     // A reset puts it right.
     assert_ok(mjenv_reset(env, NULL, NULL));
-    assert_ok(mjenv_step(env, action, ROWS, MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &out->batch));
     outputs_free(out);
     outputs_free(want);
     mjenv_destroy(env);
@@ -310,15 +309,15 @@ static void diverge(const struct divergence* d, const char* autoreset_mode, cons
   assert_ok(mjenv_reset(env, NULL, NULL));
   double qpos[9] = {d->qpos}, qvel[9] = {d->qvel, 0, 0, d->qvel};
   assert_ok(mjenv_set_state(env, FALLING, qpos, 9, qvel, 9));
-  assert_ok(mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->step));
-  assert_ok(mjenv_step(whole, action, COUNT(action), MJENV_DTYPE_FLOAT32, &want->step));
+  assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->batch));
+  assert_ok(mjenv_step(whole, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &want->batch));
   assert_others(out, want);
   const bool ends = strcmp(on_divergence, "terminate") == 0, same_step = strcmp(autoreset_mode, "same_step") == 0;
   for (int row = 0; row < ROWS; ++row) {
     assert_int_equal(out->terminated[row], ends && row == FALLING);
     assert_int_equal(out->truncated[row], 0);
   }
-  const mjenv_status next = mjenv_step(env, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->step);
+  const mjenv_status next = mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &out->batch);
   assert_int_equal(next, ends && strcmp(autoreset_mode, "disabled") == 0 ? MJENV_E_STATE : MJENV_OK);
   if (next == MJENV_OK && !(ends && same_step)) assert_int_equal(out->status[FALLING], MJENV_OK);
   outputs_free(out);

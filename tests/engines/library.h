@@ -54,7 +54,7 @@ static inline void check(const struct library* library, mjenv_status status) {
 struct episode {
   mjenv_env* env;
   mjenv_batch out;
-  int64_t action_count, reset_info_count;
+  int64_t action_count;
   float* action;
   double reward;
   uint8_t terminated, truncated;
@@ -82,33 +82,32 @@ static inline void episode_open(struct episode* e, const struct library* library
   check(library, library->mjenv_create(options, 1, &e->env));
   library->mjenv_options_destroy(options);
   e->action_count = space_count(library, e->env, MJENV_ROLE_ACTION);
-  e->reset_info_count = info_count(library, e->env, MJENV_ROLE_RESET_INFO);
   e->action = calloc((size_t)e->action_count, sizeof *e->action);
   e->out = (mjenv_batch){.struct_size = sizeof e->out,
                          .obs_dtype = MJENV_DTYPE_FLOAT64,
                          .rows = 1,
                          .obs_count = space_count(library, e->env, MJENV_ROLE_OBSERVATION),
                          .info_count = info_count(library, e->env, MJENV_ROLE_INFO),
+                         .reset_info_count = info_count(library, e->env, MJENV_ROLE_RESET_INFO),
                          .reward = &e->reward,
                          .terminated = &e->terminated,
                          .truncated = &e->truncated};
   e->out.obs = calloc((size_t)e->out.obs_count, sizeof(double));
-  e->out.info = calloc((size_t)(e->out.info_count + e->reset_info_count), sizeof(double));
+  e->out.info = calloc((size_t)e->out.info_count, sizeof(double));
+  e->out.reset_info = calloc((size_t)e->out.reset_info_count, sizeof(double));
   check(library, library->mjenv_seed(e->env, &seed, NULL));
   check(library, library->mjenv_seed_actions(e->env, seed));
 }
 
 static inline void episode_reset(struct episode* e, const struct library* library) {
-  mjenv_batch out = e->out;
-  out.info_count = e->reset_info_count;
-  check(library, library->mjenv_reset(e->env, NULL, &out));
+  check(library, library->mjenv_reset(e->env, NULL, &e->out));
 }
 
 /* Steps under a sampled action; returns whether the episode ended. */
 static inline int episode_step(struct episode* e, const struct library* library) {
   const size_t count = (size_t)e->action_count;
   check(library, library->mjenv_sample_actions(e->env, e->action, count));
-  check(library, library->mjenv_step(e->env, e->action, count, MJENV_DTYPE_FLOAT32, &e->out));
+  check(library, library->mjenv_step(e->env, NULL, e->action, count, MJENV_DTYPE_FLOAT32, &e->out));
   return e->terminated || e->truncated;
 }
 
@@ -117,4 +116,5 @@ static inline void episode_close(struct episode* e, const struct library* librar
   free(e->action);
   free(e->out.obs);
   free(e->out.info);
+  free(e->out.reset_info);
 }

@@ -42,7 +42,7 @@ static void roll(const struct library* library, const char* id, long steps) {
     if (ended) {
       episode_reset(&e, library);
       add_reals(e.out.obs, e.out.obs_count);
-      add_reals(e.out.info, e.reset_info_count);
+      add_reals(e.out.reset_info, e.out.reset_info_count);
     }
     ended = episode_step(&e, library);
     add_reals(e.out.obs, e.out.obs_count);

@@ -76,7 +76,7 @@ static void create_and_destroy(int64_t i) {
   // Under way when it is destroyed.
   const float action[3 * 8] = {0};
   const size_t count = (size_t)(rows * action_count(env));
-  if (i % 5 == 0) assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32, NULL));
+  if (i % 5 == 0) assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
   mjenv_destroy(env);
 }
 
@@ -102,7 +102,7 @@ static void test_errors(void** state) {
     size_t count;
     mjenv_options* options = NULL;
     if (i == 0) before = held();
-    assert_int_equal(mjenv_step(env, values, 3, MJENV_DTYPE_FLOAT64, NULL), MJENV_E_STATE);
+    assert_int_equal(mjenv_step(env, NULL, values, 3, MJENV_DTYPE_FLOAT64, NULL), MJENV_E_STATE);
     assert_int_equal(mjenv_read(env, 0, "nothing", values, 4, &count), MJENV_E_NAME);
     assert_int_equal(mjenv_options_create("nothing", &options), MJENV_E_NAME);
     assert_int_equal(mjenv_restore(env, 0, values, sizeof values), MJENV_E_SNAPSHOT);
@@ -118,7 +118,7 @@ static void play(mjenv_env* env, struct outputs* out, int64_t count, size_t acti
   uint8_t ended[8];
   for (int64_t step = 0; step < count; ++step) {
     assert_ok(mjenv_sample_actions(env, action, actions));
-    assert_ok(mjenv_step(env, action, actions, MJENV_DTYPE_FLOAT32, &out->step));
+    assert_ok(mjenv_step(env, NULL, action, actions, MJENV_DTYPE_FLOAT32, &out->batch));
     bool any = false;
     for (int64_t row = 0; row < out->rows; ++row) any |= ended[row] = out->terminated[row] || out->truncated[row];
     if (any) assert_ok(mjenv_reset(env, ended, NULL));

@@ -7,7 +7,7 @@
 
 #include "golden.h"
 
-#define RECORDING "trajectories/Hopper-v5.golden"
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
 
 static const uint8_t mask[8] = {1};
 
@@ -38,9 +38,9 @@ static void refuse_env(mjenv_env* env) {
   assert_refused(wanted, mjenv_seed(env, words, NULL), why);
   assert_refused(wanted, mjenv_seed_digits(env, 0, &digit, 1), why);
   assert_refused(wanted, mjenv_reset(env, NULL, &batch), why);
-  assert_refused(wanted, mjenv_step(env, numbers, 3, MJENV_DTYPE_FLOAT64, &batch), why);
-  assert_refused(wanted, mjenv_send(env, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64, &batch), why);
-  assert_refused(wanted, mjenv_recv(env, 1, &number, 1, &count), why);
+  assert_refused(wanted, mjenv_step(env, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &batch), why);
+  assert_refused(wanted, mjenv_send(env, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64), why);
+  assert_refused(wanted, mjenv_recv(env, 1, -1, &number, 1, &count, &batch), why);
   assert_refused(wanted, mjenv_rollout(env, numbers, 3, MJENV_DTYPE_FLOAT64, 1, &batch), why);
   assert_refused(wanted, mjenv_get_stream(env, 0, words, 4), why);
   assert_refused(wanted, mjenv_set_stream(env, 0, words, 4), why);
@@ -218,7 +218,7 @@ static void* step_until_refused(void* argument) {
   struct user* user = argument;
   const double action[64] = {0};
   while (!user->refused) {
-    note(user, mjenv_step(user->env, action, 4 * 3, MJENV_DTYPE_FLOAT64, NULL));
+    note(user, mjenv_step(user->env, NULL, action, 4 * 3, MJENV_DTYPE_FLOAT64, NULL));
     __atomic_add_fetch(&user->started, 1, __ATOMIC_RELEASE);
   }
   return NULL;
@@ -350,7 +350,7 @@ static void test_forked_in_use(void** state) {
     if (child == 0) {
       alarm(SECONDS);
       const double action[12] = {0};
-      const mjenv_status status = mjenv_step(user.env, action, 12, MJENV_DTYPE_FLOAT64, NULL);
+      const mjenv_status status = mjenv_step(user.env, NULL, action, 12, MJENV_DTYPE_FLOAT64, NULL);
       bool fine = status == MJENV_OK || status == MJENV_E_BUSY || status == MJENV_E_STATE;
       mjenv_destroy(user.env);
       fine = fine && mjenv_rows(user.env) == 0;

@@ -8,7 +8,7 @@
 
 enum { ROWS = 3, MOST = 100000, NU = 8 };
 
-#define RECORDING "trajectories/Ant-v5.golden"
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Ant-v5.golden"
 
 static struct {
   struct golden* golden;
@@ -97,21 +97,21 @@ static mjenv_status create_from_text(void) {
 }
 
 static mjenv_status reset(void) { return mjenv_reset(s.env, NULL, NULL); }
-static mjenv_status reset_threaded(void) { return mjenv_reset(s.threaded, NULL, &s.out->reset); }
-static mjenv_status step(void) { return mjenv_step(s.env, s.action, NU, MJENV_DTYPE_FLOAT64, NULL); }
+static mjenv_status reset_threaded(void) { return mjenv_reset(s.threaded, NULL, &s.out->batch); }
+static mjenv_status step(void) { return mjenv_step(s.env, NULL, s.action, NU, MJENV_DTYPE_FLOAT64, NULL); }
 
 static mjenv_status step_threaded(void) {
-  return mjenv_step(s.threaded, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, &s.out->step);
+  return mjenv_step(s.threaded, NULL, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, &s.out->batch);
 }
 
-static mjenv_status bad_step(void) { return mjenv_step(s.env, s.action, NU - 1, MJENV_DTYPE_FLOAT64, NULL); }
+static mjenv_status bad_step(void) { return mjenv_step(s.env, NULL, s.action, NU - 1, MJENV_DTYPE_FLOAT64, NULL); }
 
 static mjenv_status send_and_recv(void) {
   int64_t rows[ROWS];
   size_t count = 0;
-  mjenv_status status = mjenv_send(s.threaded, NULL, 0, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, &s.out->step);
+  mjenv_status status = mjenv_send(s.threaded, NULL, 0, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64);
   for (size_t left = ROWS; status == MJENV_OK && left > 0; left -= count)
-    status = mjenv_recv(s.threaded, 1, rows, ROWS, &count);
+    status = mjenv_recv(s.threaded, 1, -1, rows, ROWS, &count, &s.out->batch);
   return status;
 }
 
@@ -150,7 +150,7 @@ static mjenv_status no_object(void) {
   return mjenv_object_index(s.env, "joint", "a joint that there is not", &index);
 }
 
-static mjenv_status observe(void) { return mjenv_observe(s.threaded, &s.out->step); }
+static mjenv_status observe(void) { return mjenv_observe(s.threaded, &s.out->batch); }
 static mjenv_status snapshot(void) { return mjenv_snapshot(s.built, 0, s.image, sizeof s.image, &s.image_size); }
 static mjenv_status restore(void) { return mjenv_restore(s.built, 0, s.image, s.image_size); }
 

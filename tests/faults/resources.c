@@ -11,7 +11,7 @@
 
 #include "golden.h"
 
-#define RECORDING "trajectories/Hopper-v5.golden"
+#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
 
 // ---- A pthread_create that fails ----
 
@@ -108,7 +108,7 @@ static bool works(int64_t threads) {
   bool fine = mjenv_options_create("Hopper-v5", &options) == MJENV_OK &&
               mjenv_options_set_integer(options, "num_threads", threads) == MJENV_OK &&
               mjenv_create(options, 4, &env) == MJENV_OK && mjenv_reset(env, NULL, NULL) == MJENV_OK &&
-              mjenv_step(env, action, 12, MJENV_DTYPE_FLOAT64, NULL) == MJENV_OK;
+              mjenv_step(env, NULL, action, 12, MJENV_DTYPE_FLOAT64, NULL) == MJENV_OK;
   mjenv_destroy(env);
   mjenv_options_destroy(options);
   return fine;
@@ -205,7 +205,7 @@ static bool complaints(void) {
   mjenv_options_set_integer(options, "strict", 0);
   if (mjenv_create(options, 1, &env) != MJENV_OK || mjenv_reset(env, NULL, NULL) != MJENV_OK) return false;
   mjenv_set_state(env, 0, qpos, 6, qvel, 6);
-  for (int i = 0; i < 50; ++i) mjenv_step(env, wild, 3, MJENV_DTYPE_FLOAT64, NULL);
+  for (int i = 0; i < 50; ++i) mjenv_step(env, NULL, wild, 3, MJENV_DTYPE_FLOAT64, NULL);
   mjenv_simulate(env, 0, wild, 3, 50);
   mjenv_renderer* renderer = NULL;
   mjenv_render_settings settings = {.struct_size = sizeof settings};

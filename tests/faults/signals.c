@@ -45,10 +45,10 @@ static void send_and_receive(void) {
     int64_t rows[ROWS];
     size_t count_ = 0, done = 0;
     assert_ok(mjenv_sample_actions(one, action, ROWS * NU));
-    assert_ok(mjenv_step(one, action, ROWS * NU, MJENV_DTYPE_FLOAT32, &want->step));
-    assert_ok(mjenv_send(threaded, NULL, 0, action, ROWS * NU, MJENV_DTYPE_FLOAT32, &got->step));
+    assert_ok(mjenv_step(one, NULL, action, ROWS * NU, MJENV_DTYPE_FLOAT32, &want->batch));
+    assert_ok(mjenv_send(threaded, NULL, 0, action, ROWS * NU, MJENV_DTYPE_FLOAT32));
     for (; done < ROWS; done += count_) {
-      assert_ok(mjenv_recv(threaded, ROWS - done, rows, ROWS, &count_));
+      assert_ok(mjenv_recv(threaded, ROWS - done, -1, rows, ROWS, &count_, &got->batch));
       assert_int_equal(count_, ROWS - done);
     }
     assert_same_bits("obs", got->obs, want->obs, (size_t)(ROWS * want->obs_count));
@@ -67,8 +67,8 @@ static void under_a_storm(int flags) {
   arrived = 0;
   storm(true, flags);
   do {
-    golden_assert_file_plays("trajectories/Humanoid-v5.golden");
-    golden_assert_file_plays("trajectories/Reacher-v4.golden");
+    golden_assert_file_plays(PROJECT_FOLDER "/tests/golden/trajectories/Humanoid-v5.golden");
+    golden_assert_file_plays(PROJECT_FOLDER "/tests/golden/trajectories/Reacher-v4.golden");
     send_and_receive();
     clock_gettime(CLOCK_MONOTONIC, &now);
   } while (arrived < WANTED && now.tv_sec - start.tv_sec < SECONDS);
@@ -121,7 +121,7 @@ static void* step_without_end(void* argument) {
   struct stepper* stepper = argument;
   const double action[12] = {0};
   for (;;) {
-    const mjenv_status status = mjenv_step(stepper->env, action, 12, MJENV_DTYPE_FLOAT64, NULL);
+    const mjenv_status status = mjenv_step(stepper->env, NULL, action, 12, MJENV_DTYPE_FLOAT64, NULL);
     if (status != MJENV_OK) stepper->other = status;
     __atomic_add_fetch(&stepper->steps, 1, __ATOMIC_RELEASE);
     pthread_testcancel();
@@ -149,7 +149,7 @@ static void test_cancelled(void** state) {
     assert_int_equal(stepper.other, MJENV_OK);
     // Nobody is inside any more.
     const double action[12] = {0};
-    assert_ok(mjenv_step(stepper.env, action, 12, MJENV_DTYPE_FLOAT64, NULL));
+    assert_ok(mjenv_step(stepper.env, NULL, action, 12, MJENV_DTYPE_FLOAT64, NULL));
     mjenv_destroy(stepper.env);
   }
   mjenv_options_destroy(options);

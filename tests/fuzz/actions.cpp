@@ -32,8 +32,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto count = 2 * static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION));
   for (int calls = 0; calls < 12 && bytes.left() > 0; ++calls) {
     switch (bytes.below(5)) {
-      case 0: check(mjenv_step(env, bytes.list<float>(count).data(), count, MJENV_DTYPE_FLOAT32, &out.batch)); break;
-      case 1: check(mjenv_step(env, bytes.list<double>(count).data(), count, MJENV_DTYPE_FLOAT64, &out.batch)); break;
+      case 0:
+        check(mjenv_step(env, nullptr, bytes.list<float>(count).data(), count, MJENV_DTYPE_FLOAT32, &out.batch));
+        break;
+      case 1:
+        check(mjenv_step(env, nullptr, bytes.list<double>(count).data(), count, MJENV_DTYPE_FLOAT64, &out.batch));
+        break;
       case 2: {
         const std::size_t nq = number(env, "nq"), nv = number(env, "nv");
         const auto qpos = bytes.list<double>(nq), qvel = bytes.list<double>(nv);

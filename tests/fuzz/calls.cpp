@@ -180,9 +180,9 @@ class Calls {
     const std::int64_t dtype = bytes_.below(8) ? 0 : integer() & 3;
     const mjenv_batch* out = batch(s, changed, false);
     if (bytes_.flag())
-      check(mjenv_step(s.env.get(), maybe(drawn.data()), size(count), MJENV_DTYPE_FLOAT32, out));
+      check(mjenv_step(s.env.get(), nullptr, maybe(drawn.data()), size(count), MJENV_DTYPE_FLOAT32, out));
     else
-      check(mjenv_step(s.env.get(), maybe(action.data()), size(count), static_cast<mjenv_dtype>(dtype), out));
+      check(mjenv_step(s.env.get(), nullptr, maybe(action.data()), size(count), static_cast<mjenv_dtype>(dtype), out));
   }
 
   void reset() {
@@ -208,22 +208,25 @@ class Calls {
 
   void send() {
     Slot& s = slot();
-    mjenv_batch changed{};
     const std::size_t row_count = bytes_.below(4);
     std::int64_t rows[4] = {row(), row(), row(), row()};
     const auto action = bytes_.list<double>(4 * s.actuators);
-    const mjenv_batch* out = s.out && bytes_.below(4) ? &s.out->batch : batch(s, changed, false);
     const bool all = bytes_.flag();
     const std::size_t sent = all ? static_cast<std::size_t>(mjenv_rows(s.env.get())) : row_count;
     check(mjenv_send(s.env.get(), all ? nullptr : rows, size(sent), maybe(action.data()), size(sent * s.actuators),
-                     MJENV_DTYPE_FLOAT64, out));
+                     MJENV_DTYPE_FLOAT64));
   }
 
   void receive() {
     Slot& s = slot();
     std::int64_t rows[4];
     std::size_t count = 0;
-    check(mjenv_recv(s.env.get(), bytes_.below(5), maybe(rows), at_most(4), maybe(&count)));
+    mjenv_batch changed{};
+    const mjenv_batch* out = s.out && bytes_.below(4) ? &s.out->batch : batch(s, changed, false);
+    // No endless wait: rows that are under way are done soon.
+    const double timeout = bytes_.flag() ? -1 : bytes_.take<double>();
+    check(mjenv_recv(s.env.get(), bytes_.below(5), timeout > 1 ? 1 : timeout, maybe(rows), at_most(4), maybe(&count),
+                     out));
   }
 
   void read() {

@@ -58,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const EnvHandle env = create(options, 1);
   if (!env) return 0;
   check(mjenv_reset(env.get(), nullptr, nullptr));
-  check(mjenv_step(env.get(), nullptr, 0, MJENV_DTYPE_FLOAT64, nullptr));
+  check(mjenv_step(env.get(), nullptr, nullptr, 0, MJENV_DTYPE_FLOAT64, nullptr));
   draw_all(env);
   return 0;
 }

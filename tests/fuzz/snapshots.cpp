@@ -51,7 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Outputs out(env, 2);
     const std::vector<double> action(2 * static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION)));
     check(mjenv_observe(env, &out.batch));
-    check(mjenv_step(env, action.data(), action.size(), MJENV_DTYPE_FLOAT64, &out.batch));
+    check(mjenv_step(env, nullptr, action.data(), action.size(), MJENV_DTYPE_FLOAT64, &out.batch));
     std::size_t count = 0;
     check(mjenv_read(env, 1, "xpos", nullptr, 0, &count));
     std::vector<double> values(count);

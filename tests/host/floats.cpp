@@ -41,7 +41,7 @@ std::vector<double> pushed(mjenv_env* env) {
   const double zeros[2] = {0, 0}, action = 1e-310;
   assert_ok(mjenv_reset(env, nullptr, nullptr));
   assert_ok(mjenv_set_state(env, 0, zeros, 2, zeros, 2));
-  assert_ok(mjenv_step(env, &action, 1, MJENV_DTYPE_FLOAT64, nullptr));
+  assert_ok(mjenv_step(env, nullptr, &action, 1, MJENV_DTYPE_FLOAT64, nullptr));
   return read(env, 0, "qvel");
 }
 

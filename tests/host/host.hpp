@@ -64,7 +64,7 @@ inline std::vector<double> played(mjenv_env* env, int64_t rows, double action, i
   const size_t count = read(env, 0, "ctrl").size() * static_cast<size_t>(rows);
   const std::vector<double> actions(count, action);
   for (int step = 0; step < steps; ++step)
-    assert_ok(mjenv_step(env, actions.data(), count, MJENV_DTYPE_FLOAT64, nullptr));
+    assert_ok(mjenv_step(env, nullptr, actions.data(), count, MJENV_DTYPE_FLOAT64, nullptr));
   std::vector<double> state;
   for (int64_t row = 0; row < rows; ++row)
     for (const char* array : {"qpos", "qvel", "cfrc_ext"})

@@ -58,7 +58,7 @@ static void play(mjenv_env* env) {
   for (int step = 0; step < 10; ++step) {
     if (mjenv_sample_actions(env, action, count) != MJENV_OK)
       for (size_t i = 0; i < count; ++i) action[i] = step % 2 ? 1e6F : -1e6F;
-    TRY(mjenv_step(env, action, count, MJENV_DTYPE_FLOAT32, NULL));
+    TRY(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, NULL));
   }
   read_all(env);
   draw(env);

@@ -48,7 +48,7 @@ class Env:
 
     def step(self, action: NDArray[np.float32]) -> None:
         action = np.ascontiguousarray(action, np.float32)
-        check(LIBRARY.mjenv_step(self.handle, action.ctypes.data, action.size, _abi.Dtype.FLOAT32, None))
+        check(LIBRARY.mjenv_step(self.handle, None, action.ctypes.data, action.size, _abi.Dtype.FLOAT32, None))
 
     def set_state(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
         arrays = (_pointer(qpos, c_double), qpos.size, _pointer(qvel, c_double), qvel.size)

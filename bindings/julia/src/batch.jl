@@ -79,19 +79,17 @@ dtype_of(::Type{Float32}) = MJENV_DTYPE_FLOAT32
 
 # Returns the batch as C's struct. Its pointers are valid while the batch is preserved. Inlining keeps the Ref on the
 # stack.
-@inline function raw(batch::Batch{T}, env::Env, fields::Vector{Field}, columns::Int = env.rows) where {T}
-    stepping = fields === env.info_fields
-    info = stepping ? batch.step_info : batch.reset_info
-    info_count, reset_info_count = record_length(fields), record_length(env.reset_info_fields)
+@inline function raw(batch::Batch{T}, env::Env, columns::Int = env.rows) where {T}
+    info_count, reset_info_count = record_length(env.info_fields), record_length(env.reset_info_fields)
     array_count = record_length(env.array_fields)
-    keeps_final = stepping && !isempty(batch.final_obs)
+    keeps_final = !isempty(batch.final_obs)
     fits(env, "obs", size(batch.obs), (env.obs_count, columns))
     fits(env, "reward", size(batch.reward), (columns,))
     fits(env, "terminated", size(batch.terminated), (columns,))
     fits(env, "truncated", size(batch.truncated), (columns,))
     fits(env, "status", size(batch.status), (columns,))
     fits(env, "was_reset", size(batch.was_reset), (columns,))
-    fits(env, stepping ? "step_info" : "reset_info", size(info), (info_count * columns,))
+    fits(env, "step_info", size(batch.step_info), (info_count * columns,))
     fits(env, "reset_info", size(batch.reset_info), (reset_info_count * columns,))
     fits(env, "arrays", size(batch.arrays), (array_count * columns,))
     if keeps_final
@@ -103,16 +101,16 @@ dtype_of(::Type{Float32}) = MJENV_DTYPE_FLOAT32
         rows = columns,
         obs_count = env.obs_count,
         info_count = info_count,
+        reset_info_count = reset_info_count,
+        arrays_count = array_count,
         obs = pointer(batch.obs),
         reward = pointer(batch.reward),
         terminated = pointer(batch.terminated),
         truncated = pointer(batch.truncated),
-        info = pointer(info),
         status = pointer(batch.status),
-        reset_info_count = reset_info_count,
-        arrays_count = array_count,
+        info = pointer(batch.step_info),
         was_reset = pointer(batch.was_reset),
-        reset_info = stepping ? pointer(batch.reset_info) : Ptr{Float64}(C_NULL),
+        reset_info = pointer(batch.reset_info),
         final_obs = keeps_final ? pointer(batch.final_obs) : Ptr{T}(C_NULL),
         final_info = keeps_final ? pointer(batch.final_info) : Ptr{Float64}(C_NULL),
         arrays = pointer(batch.arrays),
@@ -163,7 +161,7 @@ function reset!(batch::Batch, env::Env; mask::Union{Nothing,AbstractVector{Bool}
     chosen = as_mask(env, mask)
     fields = env.reset_info_fields
     GC.@preserve batch begin
-        out = raw(batch, env, fields)
+        out = raw(batch, env)
         status = inside(handle -> mjenv_reset(handle, chosen, out), env)
         note!(batch, env, status, fields, Float64)
         check(status)
@@ -210,8 +208,8 @@ function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}) where {
     check_action(env, action)
     fields = env.info_fields
     GC.@preserve batch begin
-        out = raw(batch, env, fields)
-        status = inside(handle -> mjenv_step(handle, action, length(action), dtype_of(T), out), env)
+        out = raw(batch, env)
+        status = inside(handle -> mjenv_step(handle, C_NULL, action, length(action), dtype_of(T), out), env)
         note!(batch, env, status, fields, T)
         check(status)
     end
@@ -250,7 +248,7 @@ names into its `arrays`. The other outputs keep their values. Returns the batch.
 """
 function observe!(batch::Batch, env::Env)
     GC.@preserve batch begin
-        out = raw(batch, env, env.info_fields)
+        out = raw(batch, env)
         check(inside(handle -> mjenv_observe(handle, out), env))
     end
     return batch

@@ -1,4 +1,4 @@
-# Written by tools/declarations.py from capi/include/mjenv/mjenv.h: do not edit.
+# Written by tools/declarations_julia.py from capi/include/mjenv/mjenv.h: change those.
 
 const MJENV_ABI_VERSION = 1
 const MJENV_ALL_ROWS = -1
@@ -147,14 +147,14 @@ Base.@kwdef struct mjenv_batch
     rows::Int64 = 0
     obs_count::Int64 = 0
     info_count::Int64 = 0
+    reset_info_count::Int64 = 0
+    arrays_count::Int64 = 0
     obs::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     reward::Ptr{Float64} = Ptr{Float64}(C_NULL)
     terminated::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
     truncated::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
-    info::Ptr{Float64} = Ptr{Float64}(C_NULL)
     status::Ptr{Int32} = Ptr{Int32}(C_NULL)
-    reset_info_count::Int64 = 0
-    arrays_count::Int64 = 0
+    info::Ptr{Float64} = Ptr{Float64}(C_NULL)
     was_reset::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
     reset_info::Ptr{Float64} = Ptr{Float64}(C_NULL)
     final_obs::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
@@ -473,39 +473,41 @@ mjenv_reset(env, mask, out) = ccall(
     out,
 )
 
-mjenv_step(env, action, count, dtype, out) = ccall(
+mjenv_step(env, mask, action, count, dtype, out) = ccall(
     address(30),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
     env,
+    mask,
     action,
     count,
     dtype,
     out,
 )
 
-mjenv_send(env, rows, row_count, action, count, dtype, out) = ccall(
+mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
     address(31),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype),
     env,
     rows,
     row_count,
     action,
     count,
     dtype,
-    out,
 )
 
-mjenv_recv(env, least, rows, capacity, count) = ccall(
+mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
     address(32),
     mjenv_status,
-    (Ptr{mjenv_env}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}),
+    (Ptr{mjenv_env}, Csize_t, Float64, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{mjenv_batch}),
     env,
     least,
+    timeout,
     rows,
     capacity,
     count,
+    out,
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(

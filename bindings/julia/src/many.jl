@@ -39,7 +39,7 @@ function rollout_dense!(batch::Batch, env::Env, actions::StridedArray{T}) where 
     fits || refuse_actions(env, actions)
     fields = env.info_fields
     GC.@preserve batch begin
-        out = raw(batch, env, fields, env.rows * steps)
+        out = raw(batch, env, env.rows * steps)
         status = inside(handle -> mjenv_rollout(handle, actions, length(actions), dtype_of(T), steps, out), env)
         note!(batch, env, status, fields, T)
         check(status)
@@ -80,15 +80,12 @@ function send!(
 end
 
 function send_and_keep!(batch, env, fields, numbers, given)
-    out = raw(batch, env, fields)
+    raw(batch, env)  # refuses a batch of other sizes before anything is under way
     check(inside(env) do handle
-        mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)), out)
+        mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)))
     end)
     env.under_way += length(numbers)
-    env.written = (
-        batch.obs, batch.reward, batch.terminated, batch.truncated, batch.status, batch.was_reset,
-        batch.step_info, batch.reset_info, batch.final_obs, batch.final_info, batch.arrays,
-    )
+    env.written = batch
     note!(batch, env, MJENV_OK, fields, eltype(given))
     return
 end
@@ -121,7 +118,12 @@ recv!(rows::Vector{Int64}, env::Env; least::Integer = 1) = alone(() -> receive!(
 
 function receive!(rows, env, least)
     received = Ref{Csize_t}(0)
-    status = inside(handle -> mjenv_recv(handle, least, rows, length(rows), received), env)
+    batch = env.written
+    status = batch === nothing ? inside(handle -> mjenv_recv(handle, least, -1.0, rows, length(rows), received, C_NULL), env) :
+             GC.@preserve batch begin
+        out = raw(batch, env)
+        inside(handle -> mjenv_recv(handle, least, -1.0, rows, length(rows), received, out), env)
+    end
     # A failure in a row, for want of memory, too, is told as the rows are; any other tells none.
     status == MJENV_OK || received[] > 0 || check(status)
     count = Int(received[])

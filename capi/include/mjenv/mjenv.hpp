@@ -118,29 +118,22 @@ struct Batch {
     return {obs.data() + row * obs_count, obs_count};
   }
 
-  /* For the functions of mjenv.h: as a step writes it. */
-  mjenv_batch as_step() { return as(info, info_count, true); }
-  /* As a reset writes it: its info goes to reset_info. */
-  mjenv_batch as_reset() { return as(reset_info, reset_info_count, false); }
-
- private:
-  mjenv_batch as(std::vector<double> &written, std::size_t count, bool resets) {
+  /* For the functions of mjenv.h. */
+  mjenv_batch as_batch() {
     mjenv_batch batch{};
     batch.struct_size = sizeof batch;
     batch.rows = static_cast<std::int64_t>(reward.size());
     batch.obs_count = static_cast<std::int64_t>(obs_count);
-    batch.info_count = static_cast<std::int64_t>(count);
+    batch.info_count = static_cast<std::int64_t>(info_count);
+    batch.reset_info_count = static_cast<std::int64_t>(reset_info_count);
     batch.obs = obs.data();
     batch.reward = reward.data();
     batch.terminated = terminated.data();
     batch.truncated = truncated.data();
-    batch.info = written.data();
     batch.status = status.data();
+    batch.info = info.data();
     batch.was_reset = was_reset.data();
-    if (resets) {
-      batch.reset_info_count = static_cast<std::int64_t>(reset_info_count);
-      batch.reset_info = reset_info.data();
-    }
+    batch.reset_info = reset_info.data();
     return batch;
   }
 };
@@ -187,12 +180,12 @@ class Env {
     check(mjenv_seed(handle(), seeds.data(), nullptr));
   }
   void reset(Batch &out) {
-    const mjenv_batch written = out.as_reset();
+    const mjenv_batch written = out.as_batch();
     check(mjenv_reset(handle(), nullptr, &written));
   }
   /* Where mask[rows] is not 0; the other rows of out stay. */
   void reset(Span<const std::uint8_t> mask, Batch &out) {
-    const mjenv_batch written = out.as_reset();
+    const mjenv_batch written = out.as_batch();
     check(mjenv_reset(handle(), per_row(mask), &written));
   }
   void step(Span<const float> action, Batch &out) { step(action.data(), action.size(), MJENV_DTYPE_FLOAT32, out); }
@@ -230,8 +223,8 @@ class Env {
 
  private:
   void step(const void *action, std::size_t elements, mjenv_dtype dtype, Batch &out) {
-    const mjenv_batch written = out.as_step();
-    check(mjenv_step(handle(), action, elements, dtype, &written));
+    const mjenv_batch written = out.as_batch();
+    check(mjenv_step(handle(), nullptr, action, elements, dtype, &written));
   }
   /* The C function takes a bare pointer. */
   const std::uint8_t *per_row(Span<const std::uint8_t> mask) const {

@@ -170,14 +170,14 @@ class mjenv_batch(Structure):
         ("rows", c_int64),
         ("obs_count", c_int64),
         ("info_count", c_int64),
+        ("reset_info_count", c_int64),
+        ("arrays_count", c_int64),
         ("obs", c_void_p),
         ("reward", POINTER(c_double)),
         ("terminated", POINTER(c_uint8)),
         ("truncated", POINTER(c_uint8)),
-        ("info", POINTER(c_double)),
         ("status", POINTER(c_int32)),
-        ("reset_info_count", c_int64),
-        ("arrays_count", c_int64),
+        ("info", POINTER(c_double)),
         ("was_reset", POINTER(c_uint8)),
         ("reset_info", POINTER(c_double)),
         ("final_obs", c_void_p),
@@ -268,19 +268,19 @@ class Library(CDLL):
         self.mjenv_seed_digits.restype = c_int32
         self.mjenv_reset.argtypes = (c_void_p, POINTER(c_uint8), POINTER(mjenv_batch))
         self.mjenv_reset.restype = c_int32
-        self.mjenv_step.argtypes = (c_void_p, c_void_p, c_size_t, c_int32, POINTER(mjenv_batch))
+        self.mjenv_step.argtypes = (c_void_p, POINTER(c_uint8), c_void_p, c_size_t, c_int32, POINTER(mjenv_batch))
         self.mjenv_step.restype = c_int32
-        self.mjenv_send.argtypes = (
+        self.mjenv_send.argtypes = (c_void_p, POINTER(c_int64), c_size_t, c_void_p, c_size_t, c_int32)
+        self.mjenv_send.restype = c_int32
+        self.mjenv_recv.argtypes = (
             c_void_p,
+            c_size_t,
+            c_double,
             POINTER(c_int64),
             c_size_t,
-            c_void_p,
-            c_size_t,
-            c_int32,
+            POINTER(c_size_t),
             POINTER(mjenv_batch),
         )
-        self.mjenv_send.restype = c_int32
-        self.mjenv_recv.argtypes = (c_void_p, c_size_t, POINTER(c_int64), c_size_t, POINTER(c_size_t))
         self.mjenv_recv.restype = c_int32
         self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_size_t, c_int32, c_int64, POINTER(mjenv_batch))
         self.mjenv_rollout.restype = c_int32

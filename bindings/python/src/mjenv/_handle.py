@@ -255,7 +255,6 @@ class Rows:
         self.count: int = count
         self.pointer: int | None = handle.value
         self.lock: threading.Lock = threading.Lock()
-        self.written: object = None  # what the library's threads write to, kept until they have ended
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._destroy = _destroy_with(self, LIBRARY.mjenv_destroy, handle.value)

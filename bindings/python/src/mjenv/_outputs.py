@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv._abi import Dtype, Role, Type, mjenv_batch
+from mjenv._abi import Dtype, Role, Type
 from mjenv._handle import Batch, Field, Float64Array, Rows, pointer_to
 
 Info = dict[str, Any]
@@ -92,7 +92,7 @@ class _Layout:
 
 
 class Outputs(Batch):
-    """The arrays that calls on all rows write, the mjenv_batch of a step, and that of a reset."""
+    """The arrays that calls on all rows write."""
 
     def __init__(self, rows: Rows, dtype: np.dtype[Any], *, final: bool) -> None:
         fields = {role: rows.fields(role) for role in ROLES}
@@ -119,10 +119,6 @@ class Outputs(Batch):
             self.final_obs, self.final_info = np.zeros_like(self.obs), np.zeros_like(self.info)
             self.struct.final_obs = self.final_obs.ctypes.data
             self.struct.final_info = pointer_to(self.final_info, c_double)
-
-        self.reset_struct = mjenv_batch.from_buffer_copy(self.struct)
-        self.reset_struct.info, self.reset_struct.info_count = self.struct.reset_info, counts[Role.RESET_INFO]
-        self.reset_struct.reset_info, self.reset_struct.final_obs, self.reset_struct.final_info = None, None, None
 
         self._layouts = {kind: _Layout(fields[Role.INFO], count, kind) for kind in FLOATS}
         self._reset_layout = _Layout(fields[Role.RESET_INFO], count, np.dtype(np.float64))

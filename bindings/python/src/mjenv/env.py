@@ -62,7 +62,7 @@ class _Input:
 
     def __init__(self, rows: Rows, dtype: np.dtype[Any], nu: int, out: Any, info: Sequence[Field]) -> None:
         self.buffer: NDArray[Any] = np.zeros(nu, dtype)
-        self.step = rows.prepared("mjenv_step", self.buffer.ctypes.data, nu, int(_ACTION_DTYPES[dtype]), out)
+        self.step = rows.prepared("mjenv_step", None, self.buffer.ctypes.data, nu, int(_ACTION_DTYPES[dtype]), out)
         self.read = _reader(info, dtype)
 
 
@@ -86,6 +86,8 @@ class _Exchange:
         self.acquire, self.release = rows.lock.acquire, rows.lock.release
 
         self.reset_batch = Batch(1, counts[Role.OBSERVATION], counts[Role.RESET_INFO])
+        struct = self.reset_batch.struct
+        struct.reset_info, struct.reset_info_count, struct.info = struct.info, struct.info_count, None
         self.reset = rows.prepared("mjenv_reset", None, byref(self.reset_batch.struct))
         self.read_reset = _reader(fields[Role.RESET_INFO], float64)
 

@@ -111,7 +111,7 @@ class _Input:
     def __init__(self, rows: Rows, dtype: np.dtype[Any], shape: tuple[int, int], out: Any) -> None:
         self.dtype = dtype
         self.buffer: Array = np.zeros(shape, dtype)
-        self.step = rows.prepared("mjenv_step", self.buffer.ctypes.data, self.buffer.size, int(FLOATS[dtype]), out)
+        self.step = rows.prepared("mjenv_step", None, self.buffer.ctypes.data, self.buffer.size, int(FLOATS[dtype]), out)
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
@@ -176,7 +176,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     def _prepare(self) -> None:
         rows = self._rows
         self._outputs = Outputs(rows, self._dtype, final=self.autoreset_mode == AutoresetMode.SAME_STEP)
-        self._out, self._reset_out = byref(self._outputs.struct), byref(self._outputs.reset_struct)
+        self._out = byref(self._outputs.struct)
         self.arrays = self._outputs.arrays
         self._shape = (self.num_envs, self._outputs.nu)
         self._inputs = {dtype: _Input(rows, dtype, self._shape, self._out) for dtype in FLOATS}
@@ -186,9 +186,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self._under_way: BoolArray = np.zeros(self.num_envs, np.bool_)
         self._sent_float32: BoolArray = np.zeros(self.num_envs, np.bool_)
         self._process = os.getpid()
-        # The handle goes before the arrays that its threads write, at the end of the process, too; and with it they
-        # stay where another thread, reading a row's data, keeps it from being closed.
-        rows.written = self._outputs
         self._finalizer = weakref.finalize(self, _close, rows)
 
     # ---- gymnasium.vector.VectorEnv ----
@@ -208,7 +205,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             self.observe()
         pointer = None if mask is None else pointer_to(mask, c_uint8)
         with self._rows.entered() as env:
-            self._check(LIBRARY.mjenv_reset(env, pointer, self._reset_out))
+            self._check(LIBRARY.mjenv_reset(env, pointer, self._out))
             self._stale = False
             results = self._observations(), self._outputs.reset_infos(mask)
         if self._in_windows:
@@ -277,7 +274,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         status = Status.OK  # should an interrupt come as the call returns: then the rows are under way
         with self._rows.entered() as env:
             try:
-                status = LIBRARY.mjenv_send(env, pointer, count, address, size, code, self._out)
+                status = LIBRARY.mjenv_send(env, pointer, count, address, size, code)
             finally:
                 if not status:
                     self._pending += count
@@ -300,7 +297,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             count = c_size_t()
             pointer, size, received = pointer_to(buffer, c_int64), buffer.size, byref(count)
             try:
-                status = LIBRARY.mjenv_recv(env, wanted, pointer, size, received)
+                status = LIBRARY.mjenv_recv(env, wanted, -1, pointer, size, received, self._out)
             finally:  # also when an interrupt comes as the call returns: the rows are not under way any more
                 self._pending -= count.value
                 self._under_way[buffer[: count.value]] = False

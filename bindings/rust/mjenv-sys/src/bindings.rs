@@ -822,44 +822,46 @@ impl Default for mjenv_spec {
         }
     }
 }
-#[doc = " Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given."]
+#[doc = " Where reset, step, recv, rollout and observe write. One batch serves all of them. A null array is skipped. The counts"]
+#[doc = " guard the sizes of the arrays that are given. Info arrays hold one block for each field: field f starts at element"]
+#[doc = " f.offset * rows and is [rows][f.count]."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
-    #[doc = " of obs: float64 as Gymnasium's, or float32, rounded to nearest"]
+    #[doc = " of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest"]
     pub obs_dtype: mjenv_dtype,
-    #[doc = " must equal mjenv_rows"]
+    #[doc = " mjenv_rows(env); in a rollout mjenv_rows(env) * steps"]
     pub rows: i64,
     #[doc = " elements of one row of obs: the observation space's count"]
     pub obs_count: i64,
-    #[doc = " elements of one row of info: the sum of the counts of the role's fields"]
+    #[doc = " elements of one row of info: the sum of the counts of MJENV_ROLE_INFO's fields"]
     pub info_count: i64,
+    #[doc = " elements of one row of reset_info: the same for MJENV_ROLE_RESET_INFO"]
+    pub reset_info_count: i64,
+    #[doc = " elements of one row of arrays: the same for MJENV_ROLE_ARRAYS"]
+    pub arrays_count: i64,
     #[doc = " [rows][obs_count]"]
     pub obs: *mut ::std::os::raw::c_void,
-    #[doc = " [rows]; a reset writes 0"]
+    #[doc = " [rows]; 0 for a row that was reset"]
     pub reward: *mut f64,
-    #[doc = " [rows], 0 or 1; a reset writes 0"]
+    #[doc = " [rows] 0 or 1; 0 for a row that was reset"]
     pub terminated: *mut u8,
-    #[doc = " [rows], 0 or 1; a reset writes 0"]
+    #[doc = " [rows] 0 or 1; 0 for a row that was reset"]
     pub truncated: *mut u8,
-    #[doc = " field f at f.offset * rows, as [rows][f.count]; MJENV_ROLE_RESET_INFO's fields in a reset;"]
-    #[doc = "0 in a step that reset the row"]
-    pub info: *mut f64,
-    #[doc = " [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it"]
+    #[doc = " [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it,"]
+    #[doc = "or where the row failed"]
     pub status: *mut i32,
-    #[doc = " elements of one row of reset_info"]
-    pub reset_info_count: i64,
-    #[doc = " elements of one row of arrays"]
-    pub arrays_count: i64,
-    #[doc = " [rows] 1 where this call began an episode, so that the row's reset_info holds, else 0"]
+    #[doc = " MJENV_ROLE_INFO's fields; 0 for a row that was reset"]
+    pub info: *mut f64,
+    #[doc = " [rows] 1 where this call began an episode, so that reset_info holds, else 0"]
     pub was_reset: *mut u8,
-    #[doc = " MJENV_ROLE_RESET_INFO's fields, as info; written where a step reset the row"]
+    #[doc = " MJENV_ROLE_RESET_INFO's fields; written for the rows that were reset"]
     pub reset_info: *mut f64,
-    #[doc = " [rows][obs_count], same_step: the last observation of the episode that ended"]
+    #[doc = " [rows][obs_count] the last observation of the episode that ended"]
     pub final_obs: *mut ::std::os::raw::c_void,
-    #[doc = " as info, same_step: the info of that last step"]
+    #[doc = " MJENV_ROLE_INFO's fields of that last step"]
     pub final_info: *mut f64,
-    #[doc = " MJENV_ROLE_ARRAYS's fields, as info"]
+    #[doc = " MJENV_ROLE_ARRAYS's fields"]
     pub arrays: *mut f64,
 }
 #[test]
@@ -959,108 +961,6 @@ fn bindgen_test_layout_mjenv_batch() {
         );
     }
     test_field_info_count();
-    fn test_field_obs() {
-        assert_eq!(
-            unsafe {
-                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
-                let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).obs) as usize - ptr as usize
-            },
-            32usize,
-            concat!(
-                "Offset of field: ",
-                stringify!(mjenv_batch),
-                "::",
-                stringify!(obs)
-            )
-        );
-    }
-    test_field_obs();
-    fn test_field_reward() {
-        assert_eq!(
-            unsafe {
-                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
-                let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).reward) as usize - ptr as usize
-            },
-            40usize,
-            concat!(
-                "Offset of field: ",
-                stringify!(mjenv_batch),
-                "::",
-                stringify!(reward)
-            )
-        );
-    }
-    test_field_reward();
-    fn test_field_terminated() {
-        assert_eq!(
-            unsafe {
-                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
-                let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).terminated) as usize - ptr as usize
-            },
-            48usize,
-            concat!(
-                "Offset of field: ",
-                stringify!(mjenv_batch),
-                "::",
-                stringify!(terminated)
-            )
-        );
-    }
-    test_field_terminated();
-    fn test_field_truncated() {
-        assert_eq!(
-            unsafe {
-                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
-                let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).truncated) as usize - ptr as usize
-            },
-            56usize,
-            concat!(
-                "Offset of field: ",
-                stringify!(mjenv_batch),
-                "::",
-                stringify!(truncated)
-            )
-        );
-    }
-    test_field_truncated();
-    fn test_field_info() {
-        assert_eq!(
-            unsafe {
-                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
-                let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).info) as usize - ptr as usize
-            },
-            64usize,
-            concat!(
-                "Offset of field: ",
-                stringify!(mjenv_batch),
-                "::",
-                stringify!(info)
-            )
-        );
-    }
-    test_field_info();
-    fn test_field_status() {
-        assert_eq!(
-            unsafe {
-                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
-                let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).status) as usize - ptr as usize
-            },
-            72usize,
-            concat!(
-                "Offset of field: ",
-                stringify!(mjenv_batch),
-                "::",
-                stringify!(status)
-            )
-        );
-    }
-    test_field_status();
     fn test_field_reset_info_count() {
         assert_eq!(
             unsafe {
@@ -1068,7 +968,7 @@ fn bindgen_test_layout_mjenv_batch() {
                 let ptr = uninit.as_ptr();
                 ::std::ptr::addr_of!((*ptr).reset_info_count) as usize - ptr as usize
             },
-            80usize,
+            32usize,
             concat!(
                 "Offset of field: ",
                 stringify!(mjenv_batch),
@@ -1085,7 +985,7 @@ fn bindgen_test_layout_mjenv_batch() {
                 let ptr = uninit.as_ptr();
                 ::std::ptr::addr_of!((*ptr).arrays_count) as usize - ptr as usize
             },
-            88usize,
+            40usize,
             concat!(
                 "Offset of field: ",
                 stringify!(mjenv_batch),
@@ -1095,6 +995,108 @@ fn bindgen_test_layout_mjenv_batch() {
         );
     }
     test_field_arrays_count();
+    fn test_field_obs() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).obs) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_batch),
+                "::",
+                stringify!(obs)
+            )
+        );
+    }
+    test_field_obs();
+    fn test_field_reward() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reward) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_batch),
+                "::",
+                stringify!(reward)
+            )
+        );
+    }
+    test_field_reward();
+    fn test_field_terminated() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).terminated) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_batch),
+                "::",
+                stringify!(terminated)
+            )
+        );
+    }
+    test_field_terminated();
+    fn test_field_truncated() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).truncated) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_batch),
+                "::",
+                stringify!(truncated)
+            )
+        );
+    }
+    test_field_truncated();
+    fn test_field_status() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).status) as usize - ptr as usize
+            },
+            80usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_batch),
+                "::",
+                stringify!(status)
+            )
+        );
+    }
+    test_field_status();
+    fn test_field_info() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_batch>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).info) as usize - ptr as usize
+            },
+            88usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_batch),
+                "::",
+                stringify!(info)
+            )
+        );
+    }
+    test_field_info();
     fn test_field_was_reset() {
         assert_eq!(
             unsafe {
@@ -1724,8 +1726,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Begins a new episode where mask[rows] is not 0 (a null mask: all rows), going on with the row's random stream."]
-    #[doc = " Writes those rows of out; a null out writes nothing. Errors: ARGUMENT, SIZE, PHYSICS, BUSY."]
+    #[doc = " Begins a new episode in the rows that the mask names; each row goes on with its own random stream."]
+    #[doc = " mask   [rows] 0 leaves the row alone; NULL: all rows"]
+    #[doc = " out    receives the outputs of those rows; NULL: none"]
+    #[doc = " Errors: ARGUMENT, SIZE, PHYSICS, BUSY."]
     pub fn mjenv_reset(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -1733,13 +1737,17 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Steps every row. action[rows][action count] is count elements of dtype; the dtype takes part in the arithmetic as it"]
-    #[doc = " does in NumPy. Without the option \"strict\" non-finite actions and finished rows are stepped as Gymnasium steps them."]
-    #[doc = " The option \"autoreset_mode\" resets finished rows as Gymnasium's SyncVectorEnv does: in their next step, whose action"]
-    #[doc = " is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the others"]
-    #[doc = " are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (non-finite action), PHYSICS, BUSY."]
+    #[doc = " Steps the rows that the mask names."]
+    #[doc = " mask    [rows] 0 leaves the row, its element of action and its outputs alone; NULL: all rows"]
+    #[doc = " action  [rows][action count], count elements in all; their dtype takes part in the arithmetic as it does in NumPy"]
+    #[doc = " out     receives the outputs of those rows; NULL: none"]
+    #[doc = " Without the option \"strict\", non-finite actions and finished rows are stepped as Gymnasium steps them. With the"]
+    #[doc = " option \"autoreset_mode\", finished rows are reset as Gymnasium's vector environments do: in their next step, whose"]
+    #[doc = " action is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the"]
+    #[doc = " others are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (a non-finite action), PHYSICS, BUSY."]
     pub fn mjenv_step(
         env: *mut mjenv_env,
+        mask: *const u8,
         action: *const ::std::os::raw::c_void,
         count: usize,
         dtype: mjenv_dtype,
@@ -1747,10 +1755,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Begins a step of some rows (rows[row_count]; a null rows: all) and returns: action[row_count][action count] is"]
-    #[doc = " copied, the arrays of out must live until mjenv_recv has reported their rows. Each row's outputs go to its own place"]
-    #[doc = " in out. While rows are under way only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed. Errors: as"]
-    #[doc = " mjenv_step; STATE for a row that is under way, or for another out than the rows under way have."]
+    #[doc = " Begins a step of some rows and returns without waiting for it."]
+    #[doc = " rows    [row_count] the rows to step, each at most once; NULL: all rows"]
+    #[doc = " action  [row_count][action count], count elements in all; copied"]
+    #[doc = " The library keeps the outputs until mjenv_recv reports the row; the first call allocates room for the outputs of all"]
+    #[doc = " rows. While rows are under way, only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed."]
+    #[doc = " Errors: as mjenv_step; STATE for a row that is under way already."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
         rows: *const i64,
@@ -1758,19 +1768,26 @@ extern "C" {
         action: *const ::std::os::raw::c_void,
         count: usize,
         dtype: mjenv_dtype,
-        out: *const mjenv_batch,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Waits until `least` rows that were sent have been stepped, and reports all that have: their numbers in"]
-    #[doc = " rows[capacity], how many in count. A row is reported once. Errors: ARGUMENT, SIZE (capacity < least, or least > rows"]
-    #[doc = " under way), STATE (nothing under way), PHYSICS (see mjenv_step; the rows are reported), BUSY."]
+    #[doc = " Waits for rows that were sent, and reports all that are done. Each row is reported once."]
+    #[doc = " least    return when at least so many rows are done; 0: do not wait. An environment with one thread steps one row in"]
+    #[doc = "          this call even so, as no other thread would"]
+    #[doc = " timeout  seconds after which the call returns with the rows that are done, even if they are less; negative: never"]
+    #[doc = " rows     [capacity] receives the numbers of the rows"]
+    #[doc = " count    receives how many there are"]
+    #[doc = " out      receives the outputs of those rows, each at the row's own place; NULL: none"]
+    #[doc = " Errors: ARGUMENT, SIZE (capacity < least, or least > rows under way), STATE (no rows are under way), VALUE (timeout"]
+    #[doc = " is NaN), PHYSICS (as in mjenv_step; the rows are reported), BUSY."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
         least: usize,
+        timeout: f64,
         rows: *mut i64,
         capacity: usize,
         count: *mut usize,
+        out: *const mjenv_batch,
     ) -> mjenv_status;
 }
 extern "C" {

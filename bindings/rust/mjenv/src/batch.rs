@@ -77,45 +77,33 @@ impl<T: Real> Batch<T> {
         }
     }
 
-    /// Returns pointers to all arrays for a step or an observation. They are valid until the batch is used again.
-    pub(crate) fn step_raw(&mut self) -> sys::mjenv_batch {
-        let mut raw = self.common_raw();
-        raw.info_count = int64(self.info.count);
-        raw.info = self.info.values.as_mut_ptr();
-        raw.reset_info_count = int64(self.reset_info.count);
-        raw.reset_info = self.reset_info.values.as_mut_ptr();
+    /// Returns pointers to all arrays. They are valid until the batch is used again.
+    pub(crate) fn raw(&mut self) -> sys::mjenv_batch {
+        let mut raw = sys::mjenv_batch {
+            struct_size: size_of::<sys::mjenv_batch>(),
+            obs_dtype: T::DTYPE,
+            rows: int64(self.rows),
+            obs_count: int64(self.obs_count),
+            info_count: int64(self.info.count),
+            reset_info_count: int64(self.reset_info.count),
+            arrays_count: int64(self.arrays.count),
+            obs: self.obs.as_mut_ptr() as *mut c_void,
+            reward: self.reward.as_mut_ptr(),
+            // The library writes 0 or 1 where the batch has a `bool`.
+            terminated: self.terminated.as_mut_ptr() as *mut u8,
+            truncated: self.truncated.as_mut_ptr() as *mut u8,
+            status: self.status.as_mut_ptr(),
+            info: self.info.values.as_mut_ptr(),
+            was_reset: self.was_reset.as_mut_ptr() as *mut u8,
+            reset_info: self.reset_info.values.as_mut_ptr(),
+            arrays: self.arrays.values.as_mut_ptr(),
+            ..Default::default()
+        };
         if let Some(last) = &mut self.last {
             raw.final_obs = last.obs.as_mut_ptr() as *mut c_void;
             raw.final_info = last.info.values.as_mut_ptr();
         }
         raw
-    }
-
-    /// Returns pointers to all arrays for a reset. They are valid until the batch is used again.
-    pub(crate) fn reset_raw(&mut self) -> sys::mjenv_batch {
-        let mut raw = self.common_raw();
-        raw.info_count = int64(self.reset_info.count);
-        raw.info = self.reset_info.values.as_mut_ptr();
-        raw
-    }
-
-    /// The library writes 0 or 1 where the batch has a `bool`.
-    fn common_raw(&mut self) -> sys::mjenv_batch {
-        sys::mjenv_batch {
-            struct_size: size_of::<sys::mjenv_batch>(),
-            obs_dtype: T::DTYPE,
-            rows: int64(self.rows),
-            obs_count: int64(self.obs_count),
-            obs: self.obs.as_mut_ptr() as *mut c_void,
-            reward: self.reward.as_mut_ptr(),
-            terminated: self.terminated.as_mut_ptr() as *mut u8,
-            truncated: self.truncated.as_mut_ptr() as *mut u8,
-            status: self.status.as_mut_ptr(),
-            was_reset: self.was_reset.as_mut_ptr() as *mut u8,
-            arrays_count: int64(self.arrays.count),
-            arrays: self.arrays.values.as_mut_ptr(),
-            ..Default::default()
-        }
     }
 
     /// Returns the number of rows. In the batch of a rollout this is rows * steps, and step `t` of a row is at

@@ -192,7 +192,7 @@ impl Env {
     /// the reset infos into `out`. Errors: [`ErrorKind::Size`] (`out` is of another environment),
     /// [`ErrorKind::Physics`].
     pub fn reset<T: Real>(&mut self, out: &mut Batch<T>) -> Result<()> {
-        let out = out.reset_raw();
+        let out = out.raw();
         // SAFETY: the arrays of the batch have the sizes in `out`.
         check(unsafe { sys::mjenv_reset(self.raw(), ptr::null(), &out) })
     }
@@ -201,7 +201,7 @@ impl Env {
     /// outputs of the other rows keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn reset_where<T: Real>(&mut self, mask: &[bool], out: &mut Batch<T>) -> Result<()> {
         check_length("mask", mask.len(), self.rows)?;
-        let out = out.reset_raw();
+        let out = out.raw();
         // SAFETY: the arrays of the batch have the sizes in `out`, and the mask has an element for each row.
         check(unsafe { sys::mjenv_reset(self.raw(), mask.as_ptr() as *const u8, &out) })
     }
@@ -217,10 +217,10 @@ impl Env {
     /// [`ErrorKind::Value`] (an action is NaN or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row). The option
     /// `strict` turns the checks of episodes and actions off.
     pub fn step<A: Real, T: Real>(&mut self, actions: &[A], out: &mut Batch<T>) -> Result<()> {
-        let out = out.step_raw();
+        let out = out.raw();
         let action = actions.as_ptr() as *const c_void;
         // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
-        check(unsafe { sys::mjenv_step(self.raw(), action, actions.len(), A::DTYPE, &out) })
+        check(unsafe { sys::mjenv_step(self.raw(), ptr::null(), action, actions.len(), A::DTYPE, &out) })
     }
 
     /// Steps every row `steps` times, beginning at its present state. `actions` is
@@ -228,7 +228,7 @@ impl Env {
     /// stays there: for the steps that remain, its flags and its observation repeat, and its rewards and infos are 0.
     /// No row is reset. Errors: those of [`Env::step`].
     pub fn rollout<A: Real, T: Real>(&mut self, actions: &[A], steps: usize, out: &mut Batch<T>) -> Result<()> {
-        let out = out.step_raw();
+        let out = out.raw();
         let (env, action, count) = (self.raw(), actions.as_ptr() as *const c_void, actions.len());
         // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
         check(unsafe { sys::mjenv_rollout(env, action, count, A::DTYPE, int64(steps), &out) })
@@ -237,7 +237,7 @@ impl Env {
     /// Writes the present observations of all rows, without a step, and the arrays that the option `arrays` names. The
     /// other outputs keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn observe<T: Real>(&self, out: &mut Batch<T>) -> Result<()> {
-        let out = out.step_raw();
+        let out = out.raw();
         // SAFETY: the arrays of the batch have the sizes in `out`.
         check(unsafe { sys::mjenv_observe(self.raw(), &out) })
     }

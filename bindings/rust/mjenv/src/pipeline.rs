@@ -99,13 +99,12 @@ impl<T: Real> Pipeline<T> {
 
     /// Sends the first `count` of raw_rows, or all rows.
     fn send_raw<A: Real>(&mut self, count: Option<usize>, actions: &[A]) -> Result<()> {
-        let out = self.batch.step_raw();
         let rows = count.map_or(std::ptr::null(), |_| self.raw_rows.as_ptr());
         let (action, env) = (actions.as_ptr() as *const c_void, self.env.raw());
         // SAFETY: rows and actions hold as many elements as are told, and are copied. The arrays of the batch have the
         // sizes that it tells. The library's threads write a row of them until it is received: until then `row` gives no
         // reference into it, and the batch outlives the environment, whose drop waits for the threads.
-        check(unsafe { sys::mjenv_send(env, rows, count.unwrap_or(0), action, actions.len(), A::DTYPE, &out) })
+        check(unsafe { sys::mjenv_send(env, rows, count.unwrap_or(0), action, actions.len(), A::DTYPE) })
     }
 
     /// Waits until at least `least` rows have been stepped, and tells the numbers of all that have. Errors:
@@ -113,8 +112,9 @@ impl<T: Real> Pipeline<T> {
     /// failed in rows, which [`Row::failed`] tells; [`Pipeline::received`] has the numbers).
     pub fn recv(&mut self, least: usize) -> Result<&[usize]> {
         let (rows, room, mut count) = (self.raw_rows.as_mut_ptr(), self.raw_rows.len(), 0);
+        let out = self.batch.raw();
         // SAFETY: there is as much room as is told.
-        let status = unsafe { sys::mjenv_recv(self.env.raw(), least, rows, room, &mut count) };
+        let status = unsafe { sys::mjenv_recv(self.env.raw(), least, -1.0, rows, room, &mut count, &out) };
         let result = check(status);
         // A failure in a row, for want of memory, too, is told as the rows are; any other tells none.
         if status == sys::MJENV_OK || count > 0 {

@@ -33,7 +33,7 @@ struct Options {
 struct Env {
     options: Options,
     state: Vec<f64>,
-    sent: Vec<(i64, JoinHandle<()>)>,
+    sent: Vec<(i64, JoinHandle<f64>)>,
 }
 
 fn text(of: &'static [u8]) -> *const c_char {
@@ -294,6 +294,7 @@ unsafe extern "C" fn mjenv_reset(env: *mut mjenv_env, mask: *const u8, out: *con
 #[no_mangle]
 unsafe extern "C" fn mjenv_step(
     env: *mut mjenv_env,
+    mask: *const u8,
     action: *const c_void,
     count: usize,
     dtype: mjenv_dtype,
@@ -305,18 +306,15 @@ unsafe extern "C" fn mjenv_step(
     }
     let sums = sums(action, count, dtype);
     for (row, state) in state.iter_mut().enumerate() {
-        *state += sums[row];
-        write(&*out, row, *state);
+        if mask.is_null() || *mask.add(row) != 0 {
+            *state += sums[row];
+            write(&*out, row, *state);
+        }
     }
     MJENV_OK
 }
 
 // ---- Steps in two halves ----
-
-struct Sent(mjenv_batch);
-
-// SAFETY: each thread writes its own row, as the header lets the library do until that row is received.
-unsafe impl Send for Sent {}
 
 #[no_mangle]
 unsafe extern "C" fn mjenv_send(
@@ -326,7 +324,6 @@ unsafe extern "C" fn mjenv_send(
     action: *const c_void,
     count: usize,
     dtype: mjenv_dtype,
-    out: *const mjenv_batch,
 ) -> mjenv_status {
     let env = env_of(env);
     let all: Vec<i64> = (0..env.state.len() as i64).collect();
@@ -339,11 +336,10 @@ unsafe extern "C" fn mjenv_send(
     }
     for (&row, sum) in rows.iter().zip(sums(action, count, dtype)) {
         env.state[row as usize] += sum;
-        let (state, sent) = (env.state[row as usize], Sent(ptr::read(out)));
+        let state = env.state[row as usize];
         let work = move || {
-            let sent = sent;
             thread::yield_now();
-            write(&sent.0, row as usize, state);
+            state
         };
         env.sent.push((row, thread::spawn(work)));
     }
@@ -354,9 +350,11 @@ unsafe extern "C" fn mjenv_send(
 unsafe extern "C" fn mjenv_recv(
     env: *mut mjenv_env,
     least: usize,
+    _: f64,
     rows: *mut i64,
     _: usize,
     count: *mut usize,
+    out: *const mjenv_batch,
 ) -> mjenv_status {
     let env = env_of(env);
     if env.sent.is_empty() {
@@ -364,7 +362,7 @@ unsafe extern "C" fn mjenv_recv(
     }
     *count = least;
     for (i, (row, thread)) in env.sent.drain(..least).enumerate() {
-        thread.join().unwrap();
+        write(&*out, row as usize, thread.join().unwrap());
         *rows.add(i) = row;
     }
     if env.options.threads == SHORT_OF_MEMORY {

@@ -12,7 +12,7 @@
  * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
  *            A const char * or const double * result is borrowed from the handle it came from.
  *            *_destroy waits for a call that is inside on another thread; later ones are refused.
- *            The library keeps no pointer that a caller passed in.
+ *            The library keeps no pointer that a caller passed in: when a call returns, its arrays may be freed.
  * Threads    Distinct handles are independent. Two threads in one environment at once: the later gets MJENV_E_BUSY. So
  *            does a thread that sets options that another is in.
  * Arrays     Row-major, dense, owned by the caller. Sizes count elements unless the name says bytes.
@@ -146,28 +146,30 @@ typedef struct mjenv_spec {
   const char *model_xml;     /* the MJCF text of the built-in model */
 } mjenv_spec;
 
-/* Where reset and step write. A null array is skipped. The counts guard the sizes of the arrays that are given. */
+/* Where reset, step, recv, rollout and observe write. One batch serves all of them. A null array is skipped. The counts
+ * guard the sizes of the arrays that are given. Info arrays hold one block for each field: field f starts at element
+ * f.offset * rows and is [rows][f.count]. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
-  mjenv_dtype obs_dtype; /* of obs: float64 as Gymnasium's, or float32, rounded to nearest */
-  int64_t rows;          /* must equal mjenv_rows */
-  int64_t obs_count;     /* elements of one row of obs: the observation space's count */
-  int64_t info_count;    /* elements of one row of info: the sum of the counts of the role's fields */
-  void *obs;             /* [rows][obs_count] */
-  double *reward;        /* [rows]; a reset writes 0 */
-  uint8_t *terminated;   /* [rows], 0 or 1; a reset writes 0 */
-  uint8_t *truncated;    /* [rows], 0 or 1; a reset writes 0 */
-  double *info;          /* field f at f.offset * rows, as [rows][f.count]; MJENV_ROLE_RESET_INFO's fields in a reset;
-                            0 in a step that reset the row */
-  int32_t *status; /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it */
-  /* What automatic resets add (the option "autoreset_mode"). */
-  int64_t reset_info_count; /* elements of one row of reset_info */
-  int64_t arrays_count;     /* elements of one row of arrays */
-  uint8_t *was_reset;       /* [rows] 1 where this call began an episode, so that the row's reset_info holds, else 0 */
-  double *reset_info;       /* MJENV_ROLE_RESET_INFO's fields, as info; written where a step reset the row */
-  void *final_obs;          /* [rows][obs_count], same_step: the last observation of the episode that ended */
-  double *final_info;       /* as info, same_step: the info of that last step */
-  double *arrays;           /* MJENV_ROLE_ARRAYS's fields, as info */
+  mjenv_dtype obs_dtype;    /* of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  int64_t rows;             /* mjenv_rows(env); in a rollout mjenv_rows(env) * steps */
+  int64_t obs_count;        /* elements of one row of obs: the observation space's count */
+  int64_t info_count;       /* elements of one row of info: the sum of the counts of MJENV_ROLE_INFO's fields */
+  int64_t reset_info_count; /* elements of one row of reset_info: the same for MJENV_ROLE_RESET_INFO */
+  int64_t arrays_count;     /* elements of one row of arrays: the same for MJENV_ROLE_ARRAYS */
+  void *obs;                /* [rows][obs_count] */
+  double *reward;           /* [rows]; 0 for a row that was reset */
+  uint8_t *terminated;      /* [rows] 0 or 1; 0 for a row that was reset */
+  uint8_t *truncated;       /* [rows] 0 or 1; 0 for a row that was reset */
+  int32_t *status;    /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it,
+                         or where the row failed */
+  double *info;       /* MJENV_ROLE_INFO's fields; 0 for a row that was reset */
+  uint8_t *was_reset; /* [rows] 1 where this call began an episode, so that reset_info holds, else 0 */
+  double *reset_info; /* MJENV_ROLE_RESET_INFO's fields; written for the rows that were reset */
+  /* autoreset_mode "same_step", for rows that ended and were reset in the same step: */
+  void *final_obs;    /* [rows][obs_count] the last observation of the episode that ended */
+  double *final_info; /* MJENV_ROLE_INFO's fields of that last step */
+  double *arrays;     /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
 
 /* What provides OpenGL. */
@@ -333,29 +335,43 @@ MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint64_t *seeds, const u
  * Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
 MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint32_t *digits, size_t count);
 
-/* Begins a new episode where mask[rows] is not 0 (a null mask: all rows), going on with the row's random stream.
- * Writes those rows of out; a null out writes nothing. Errors: ARGUMENT, SIZE, PHYSICS, BUSY. */
+/* Begins a new episode in the rows that the mask names; each row goes on with its own random stream.
+ * mask   [rows] 0 leaves the row alone; NULL: all rows
+ * out    receives the outputs of those rows; NULL: none
+ * Errors: ARGUMENT, SIZE, PHYSICS, BUSY. */
 MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
 
-/* Steps every row. action[rows][action count] is count elements of dtype; the dtype takes part in the arithmetic as it
- * does in NumPy. Without the option "strict" non-finite actions and finished rows are stepped as Gymnasium steps them.
- * The option "autoreset_mode" resets finished rows as Gymnasium's SyncVectorEnv does: in their next step, whose action
- * is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the others
- * are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (non-finite action), PHYSICS, BUSY. */
-MJENV_API mjenv_status mjenv_step(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype,
-                                  const mjenv_batch *out);
+/* Steps the rows that the mask names.
+ * mask    [rows] 0 leaves the row, its element of action and its outputs alone; NULL: all rows
+ * action  [rows][action count], count elements in all; their dtype takes part in the arithmetic as it does in NumPy
+ * out     receives the outputs of those rows; NULL: none
+ * Without the option "strict", non-finite actions and finished rows are stepped as Gymnasium steps them. With the
+ * option "autoreset_mode", finished rows are reset as Gymnasium's vector environments do: in their next step, whose
+ * action is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the
+ * others are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (a non-finite action), PHYSICS, BUSY. */
+MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,
+                                  mjenv_dtype dtype, const mjenv_batch *out);
 
-/* Begins a step of some rows (rows[row_count]; a null rows: all) and returns: action[row_count][action count] is
- * copied, the arrays of out must live until mjenv_recv has reported their rows. Each row's outputs go to its own place
- * in out. While rows are under way only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed. Errors: as
- * mjenv_step; STATE for a row that is under way, or for another out than the rows under way have. */
+/* Begins a step of some rows and returns without waiting for it.
+ * rows    [row_count] the rows to step, each at most once; NULL: all rows
+ * action  [row_count][action count], count elements in all; copied
+ * The library keeps the outputs until mjenv_recv reports the row; the first call allocates room for the outputs of all
+ * rows. While rows are under way, only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed.
+ * Errors: as mjenv_step; STATE for a row that is under way already. */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t row_count, const void *action,
-                                  size_t count, mjenv_dtype dtype, const mjenv_batch *out);
+                                  size_t count, mjenv_dtype dtype);
 
-/* Waits until `least` rows that were sent have been stepped, and reports all that have: their numbers in
- * rows[capacity], how many in count. A row is reported once. Errors: ARGUMENT, SIZE (capacity < least, or least > rows
- * under way), STATE (nothing under way), PHYSICS (see mjenv_step; the rows are reported), BUSY. */
-MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, int64_t *rows, size_t capacity, size_t *count);
+/* Waits for rows that were sent, and reports all that are done. Each row is reported once.
+ * least    return when at least so many rows are done; 0: do not wait. An environment with one thread steps one row in
+ *          this call even so, as no other thread would
+ * timeout  seconds after which the call returns with the rows that are done, even if they are less; negative: never
+ * rows     [capacity] receives the numbers of the rows
+ * count    receives how many there are
+ * out      receives the outputs of those rows, each at the row's own place; NULL: none
+ * Errors: ARGUMENT, SIZE (capacity < least, or least > rows under way), STATE (no rows are under way), VALUE (timeout
+ * is NaN), PHYSICS (as in mjenv_step; the rows are reported), BUSY. */
+MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, int64_t *rows, size_t capacity,
+                                  size_t *count, const mjenv_batch *out);
 
 /* Plays action[rows][steps][action count] open-loop from the rows' present states and leaves the rows at their ends.
  * out is laid out for rows * steps: out->rows is that product, element row * steps + t belongs to step t of the row.
