@@ -1,7 +1,7 @@
 // A program of old: compiled with a recorded header, it runs with today's library and gets what Gymnasium gave.
 #include "golden.h"
 
-#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.options.golden"
+#define RECORDING "trajectories/Hopper-v5.options.golden"
 
 enum { SOIL = 0x5a };
 

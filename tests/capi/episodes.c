@@ -1,5 +1,5 @@
-// The episodes of the examples, against what Gymnasium gave: examples/expected.txt, which says what is summed.
-#include "support.h"
+// The episodes of the examples, against what Gymnasium gave: episodes.txt, which says what is summed.
+#include "golden.h"
 
 enum { EPISODES = 3, SEED = 42 };
 
@@ -58,7 +58,8 @@ static void test_episodes(void** state) {
 }
 
 int main(void) {
-  char* text = read_file(PROJECT_FOLDER "/examples/expected.txt", NULL);
+  char path[512];
+  char* text = read_file(golden_path("episodes.txt", path), NULL);
   struct expected expected[64];
   struct CMUnitTest tests[64];
   size_t count = 0;

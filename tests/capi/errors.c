@@ -4,7 +4,7 @@
 
 #include "golden.h"
 
-#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
+#define RECORDING "trajectories/Hopper-v5.golden"
 
 // An environment that follows a recording, before it was seeded.
 struct bench {

@@ -38,8 +38,11 @@ struct golden {
   char* bytes;
 };
 
-// Fails the test when the file is not as described, or was recorded with another variant of the C library's functions
-// than this CPU's.
+// The recordings depend on which variants of sin, cos, exp, log1p and pow the C library chooses for the CPU; there is a
+// folder for each class. Writes the path of `name` in the folder of this CPU's class into path, and returns it.
+const char* golden_path(const char* name, char path[512]);
+// A path that is not absolute is one in that folder. Fails the test when the file is not as described, or was recorded
+// with other variants than this CPU's.
 struct golden* golden_read(const char* path);
 void golden_free(struct golden* golden);
 
@@ -65,7 +68,7 @@ const double* golden_row(const struct golden* golden, const char* name, size_t r
 // Row `row` of the actions, copied into buffer, and its dtype and count.
 const void* golden_action(const struct golden* golden, size_t row, void* buffer, mjenv_dtype* dtype, size_t* count);
 
-// Paths of all *.golden in a folder of tests/golden/, sorted; ends with NULL. To be freed by golden_free_list.
+// Paths of all *.golden in a folder of this CPU's recordings, sorted; ends with NULL. To be freed by golden_free_list.
 char** golden_list(const char* folder);
 void golden_free_list(char** paths);
 

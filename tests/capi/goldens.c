@@ -28,8 +28,9 @@ static void replay(void** state) {
 }
 
 int main(void) {
-  // Where the recordings of other models find them.
-  if (chdir(PROJECT_FOLDER "/tests/golden/custom") != 0) return 1;
+  // The recordings of own models name them relative to this folder.
+  char folder[512];
+  if (chdir(golden_path("custom", folder)) != 0) return 1;
   char **paths = golden_list("trajectories"), **custom = golden_list("custom");
   size_t count = 0, more = 0;
   while (paths[count]) ++count;

@@ -105,7 +105,7 @@ static const char* const recordings[] = {"Ant-v5",    "HalfCheetah-v5", "Humanoi
 
 static struct golden* recording_of(const char* id) {
   char path[512];
-  snprintf(path, sizeof path, PROJECT_FOLDER "/tests/golden/trajectories/%s.golden", id);
+  snprintf(path, sizeof path, "trajectories/%s.golden", id);
   return golden_read(path);
 }
 

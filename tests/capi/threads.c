@@ -131,7 +131,7 @@ static void* look_without_end(void* argument) {
 
 static void test_looked_at(void** state) {
   (void)state;
-  struct golden* golden = golden_read(PROJECT_FOLDER "/tests/golden/trajectories/HumanoidStandup-v5.golden");
+  struct golden* golden = golden_read("trajectories/HumanoidStandup-v5.golden");
   struct looker looker = {.env = golden_create(golden, 1)};
   struct outputs* out = outputs_of(looker.env);
   int64_t first_episode;
@@ -179,7 +179,7 @@ struct player {
 static void* play(void* argument) {
   struct player* player = argument;
   char path[512];
-  snprintf(path, sizeof path, PROJECT_FOLDER "/tests/golden/trajectories/%s.options.golden", player->id);
+  snprintf(path, sizeof path, "trajectories/%s.options.golden", player->id);
   player->fine = true;
   for (int i = 0; player->fine && i < player->times; ++i) {
     struct golden* golden = golden_read(path);

@@ -1,4 +1,4 @@
-// NumPy's generator, sums, norms and powers, against what NumPy gave: tests/golden/random.txt.
+// NumPy's generator, sums, norms and powers, against what NumPy gave: random.txt and powers.txt in tests/golden.
 #include <algorithm>
 #include <cmath>
 #include <csetjmp>
@@ -31,8 +31,15 @@ using mjenv::core::np::Norm;
 using Words = std::vector<std::string>;
 std::vector<Words> lines;
 
-void read_lines() {
-  std::ifstream file(PROJECT_FOLDER "/tests/golden/random.txt");
+// The folder of the recordings that fit this CPU: the C library chooses variants of its functions by CPU.
+const char* recordings() {
+  volatile double angle = 692;  // keeps the compiler from computing the sine
+  return std::sin(angle) == 0x1.80869e3fad89ap-1 ? PROJECT_FOLDER "/tests/golden/fma/"
+                                                 : PROJECT_FOLDER "/tests/golden/sse2/";
+}
+
+void read_lines(const std::string& path) {
+  std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
     std::istringstream stream(line);
     Words words;
@@ -224,18 +231,33 @@ void test_norms(void**) {
   assert_true(unlike > 10);
 }
 
-// As NumPy under the same environment variable.
+// The kernel that OpenBLAS chooses for this CPU.
+std::string kernel_of_this_cpu() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512vl")) return "SkylakeX";
+  if (__builtin_cpu_supports("avx2")) return "Haswell";
+  if (__builtin_cpu_supports("avx")) return "Sandybridge";
+#endif
+  return "Nehalem";
+}
+
+// As NumPy under the same environment variable, on this kind of CPU.
 void test_norm_follows_openblas(void**) {
+  const std::string cpu = kernel_of_this_cpu();
   int seen = 0;
   for (const auto& line : lines) {
-    if (line[0] != "coretype") continue;
-    setenv("OPENBLAS_CORETYPE", line[1].c_str(), 1);
-    if (Norm::as_numpy_here().fused() != (line[2] == "fused"))
-      fail_msg("not %s under %s", line[2].c_str(), line[1].c_str());
-    ++seen;
+    if (line[0] != "coretype" || line[1] != cpu) continue;
+    setenv("OPENBLAS_CORETYPE", line[2].c_str(), 1);
+    const bool fused = Norm::as_numpy_here().fused();
+    // Else NumPy crashes on this CPU, or rounds as the library cannot.
+    if (line[3] == "fused" || line[3] == "plain") {
+      if (fused != (line[3] == "fused"))
+        fail_msg("not %s under %s on %s", line[3].c_str(), line[2].c_str(), cpu.c_str());
+      ++seen;
+    }
   }
   unsetenv("OPENBLAS_CORETYPE");
-  assert_int_equal(seen, 7);
+  assert_true(seen > 0);
 }
 
 // numpy.clip: NaN passes, the upper bound wins, -0.0 stays.
@@ -263,7 +285,8 @@ void test_scalar(void**) {
 }  // namespace
 
 int run_numpy() {
-  read_lines();
+  read_lines(PROJECT_FOLDER "/tests/golden/random.txt");
+  read_lines(recordings() + std::string("powers.txt"));
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_state),
       cmocka_unit_test(test_raw),

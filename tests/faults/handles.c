@@ -7,7 +7,7 @@
 
 #include "golden.h"
 
-#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
+#define RECORDING "trajectories/Hopper-v5.golden"
 
 static const uint8_t mask[8] = {1};
 

@@ -8,7 +8,7 @@
 
 enum { ROWS = 3, MOST = 100000, NU = 8 };
 
-#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Ant-v5.golden"
+#define RECORDING "trajectories/Ant-v5.golden"
 
 static struct {
   struct golden* golden;

@@ -11,7 +11,7 @@
 
 #include "golden.h"
 
-#define RECORDING PROJECT_FOLDER "/tests/golden/trajectories/Hopper-v5.golden"
+#define RECORDING "trajectories/Hopper-v5.golden"
 
 // ---- A pthread_create that fails ----
 

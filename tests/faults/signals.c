@@ -67,8 +67,8 @@ static void under_a_storm(int flags) {
   arrived = 0;
   storm(true, flags);
   do {
-    golden_assert_file_plays(PROJECT_FOLDER "/tests/golden/trajectories/Humanoid-v5.golden");
-    golden_assert_file_plays(PROJECT_FOLDER "/tests/golden/trajectories/Reacher-v4.golden");
+    golden_assert_file_plays("trajectories/Humanoid-v5.golden");
+    golden_assert_file_plays("trajectories/Reacher-v4.golden");
     send_and_receive();
     clock_gettime(CLOCK_MONOTONIC, &now);
   } while (arrived < WANTED && now.tv_sec - start.tv_sec < SECONDS);

@@ -1,4 +1,4 @@
-"""Records what Gymnasium returns step by step: trajectories/, custom/, state/ and examples/expected.txt."""
+"""Records what Gymnasium returns step by step: trajectories/, custom/, state/ and episodes.txt."""
 
 from __future__ import annotations
 
@@ -126,7 +126,9 @@ def field_lines(info_fields: list[list[Any]], reset_fields: list[list[Any]]) -> 
 def trajectory(name: str, seed: int, kind: str, options: dict[str, Any], facts: dict[str, str]) -> bytes:
     """One golden. kind: "" (defaults), "options" or "strict0"."""
     limit = 20 if kind == "strict0" else EPISODE
-    local = {key: str(CUSTOM / value) if str(value).startswith("./") else value for key, value in options.items()}
+    local = {
+        key: str(CUSTOM / Path(value).name) if str(value).startswith(".") else value for key, value in options.items()
+    }
     env = gymnasium.make(name, disable_env_checker=True, max_episode_steps=limit, **local)
     info_fields, reset_fields = learn_types(env, seed)
     env.action_space.seed(seed)
@@ -213,23 +215,22 @@ def state(name: str, facts: dict[str, str]) -> bytes:
     return golden(name, SEED, {}, field_lines(info_fields, reset_fields), arrays, facts)
 
 
+def option_goldens(facts: dict[str, str]) -> Iterator[tuple[str, bytes]]:
+    for name in IDS:
+        content = trajectory(name, OPTIONS_SEED, "options", OPTIONS[name], facts)
+        yield f"trajectories/{name}.options.golden", content
+
+
 def goldens(facts: dict[str, str]) -> Iterator[tuple[str, bytes]]:
     for name in IDS:
-        if facts["kernel"] == "Haswell":
-            yield f"trajectories/{name}.golden", trajectory(name, SEED, "", {}, facts)
-        else:
-            yield (
-                f"trajectories/{name}.options.golden",
-                trajectory(name, OPTIONS_SEED, "options", OPTIONS[name], facts),
-            )
-    if facts["kernel"] == "Haswell":
-        for name, (_, options) in UNGUARDED.items():
-            yield f"trajectories/{name}.strict0.golden", trajectory(name, SEED, "strict0", options, facts)
-        for model, (name, options) in CUSTOM_MODELS.items():
-            chosen = {"xml_file": f"./{model}.xml", **options}
-            yield f"custom/{model}.golden", trajectory(name, SEED, "options", chosen, facts)
-        for name in STATE_IDS:
-            yield f"state/{name}.golden", state(name, facts)
+        yield f"trajectories/{name}.golden", trajectory(name, SEED, "", {}, facts)
+    for name, (_, options) in UNGUARDED.items():
+        yield f"trajectories/{name}.strict0.golden", trajectory(name, SEED, "strict0", options, facts)
+    for model, (name, options) in CUSTOM_MODELS.items():
+        chosen = {"xml_file": f"../../custom/{model}.xml", **options}
+        yield f"custom/{model}.golden", trajectory(name, SEED, "options", chosen, facts)
+    for name in STATE_IDS:
+        yield f"state/{name}.golden", state(name, facts)
 
 
 class Checksum:
@@ -247,7 +248,7 @@ class Checksum:
         self.value = (self.value ^ word) * 0x100000001B3 % 2**64
 
 
-def expected(facts: dict[str, str]) -> bytes:
+def episodes(facts: dict[str, str]) -> bytes:
     lines = [
         "# What Gymnasium gives for the examples' episodes: ID NORM LENGTH RETURN CHECKSUM",
         f"# {EXAMPLE_EPISODES} episodes of sampled float32 actions, the environment and the action space seeded with"

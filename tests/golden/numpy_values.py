@@ -1,4 +1,4 @@
-"""What NumPy gives: random.txt."""
+"""Records what NumPy returns, and Python's powers: random.txt and powers.txt."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from machine import KERNELS, hexed, lines_of, run_under
+from machine import CPUS, dot_products, emulator, hexed, lines_of
 
-CORETYPES = ("Haswell", "Zen", "Sandybridge", "Nehalem", "SkylakeX", "Cooperlake", "SapphireRapids")
+# Names of kernels, of which OpenBLAS 0.3.29 does not know the last two. On CPUs without AVX-512 a few names suffice.
+FEW_CORETYPES = ("Nehalem", "Haswell", "SkylakeX", "SapphireRapids")
+CORETYPES = (
+    *("Nehalem", "Barcelona", "Atom", "Bobcat", "Sandybridge", "Bulldozer", "Piledriver", "Steamroller", "Excavator"),
+    *("Haswell", "Zen", "SkylakeX", "Cooperlake", "SapphireRapids", "NoSuchKernel"),
+)
 
 # Where a fresh generator's normals take each path through the ziggurat: seed, index.
 ZIGGURAT_PATHS = {
@@ -68,38 +73,56 @@ def sum_terms(count: int) -> np.ndarray:
     return np.array([((7919 * i + 13) % 1009) / 17.0 - 30.0 for i in range(count)])
 
 
-def math_lines() -> Iterator[str]:
+def sum_lines() -> Iterator[str]:
     terms = sum_terms(300)
     narrow = terms.astype(np.float32)
     for count in range(len(terms) + 1):
         yield f"sum {count} {hexed([float(np.sum(terms[:count])), float(np.sum(narrow[:count]))])}"
+
+
+def power_lines() -> Iterator[str]:
     numbers = np.random.default_rng(1).normal(scale=3.0, size=20000).tolist()
     special = [x for x in numbers if x**2 != x * x]
     for x in special + numbers[:20] + [0.0, -0.0, math.inf, -math.inf, 1e200, 1e-200]:
         yield f"power2 {hexed([x, np.float64(x) ** 2 if math.isinf(x) or abs(x) > 1e150 else x**2])}"
 
 
-def norm_lines(kernel: str) -> Iterator[str]:
+def norm_lines(rounding: str) -> Iterator[str]:
     generator = np.random.default_rng(2)
     for size in (2, 3):
         for vector in generator.normal(size=(100, size)):
-            yield f"norm {KERNELS[kernel]} {hexed([*vector, float(np.linalg.norm(vector))])}"
+            yield f"norm {rounding} {hexed([*vector, float(np.linalg.norm(vector))])}"
 
 
-def coretype_lines() -> Iterator[str]:
-    for name in CORETYPES:
-        yield f"coretype {name} {run_under(name, '--norm').stdout.strip()}"
+def coretype_lines() -> dict[str, list[str]]:
+    """The lines of random.txt for each CPU. There are none for a CPU that this one neither is nor can emulate."""
+    own = dot_products([], None).split()[0]
+    lines = {}
+    for cpu in CPUS:
+        prefix = [] if cpu == own else emulator(cpu)
+        if prefix is None:
+            lines[cpu] = []
+            continue
+        names = CORETYPES if cpu == "SkylakeX" else FEW_CORETYPES
+        lines[cpu] = [f"coretype {cpu} {name} {dot_products(prefix, name).split()[1]}" for name in names]
+    return lines
 
 
-def random_text(facts: dict[str, str], fused_norms: list[str]) -> bytes:
+def powers_text(facts: dict[str, str]) -> bytes:
+    head = ["mjenv-powers 1", "# power2 X Y: Python's X ** 2."]
+    lines = [*head, *lines_of({key: facts[key] for key in ("python", "cpu", "libm")}), *power_lines()]
+    return "\n".join(lines).encode() + b"\n"
+
+
+def random_text(facts: dict[str, str], norms: list[str], coretypes: list[str]) -> bytes:
     head = [
         "# Seeds, pools, words, states and raw numbers are hexadecimal integers. uniform: 20 of uniform(-0.1, 0.1).",
         "# branch PATH SEED INDEX DRAWS VALUE: normal number INDEX of default_rng(SEED), made of DRAWS raw numbers.",
-        "# bulk SEED N CHECKSUM: of the bits of N normals, as in examples/expected.txt.",
+        "# bulk SEED N CHECKSUM: of the bits of N normals, as in episodes.txt.",
         "# sum N F8 F4: np.sum of the first N of ((7919*i + 13) % 1009) / 17 - 30 as float64 and as float32.",
-        "# coretype NAME plain|fused: how norms are rounded with NAME in OPENBLAS_CORETYPE.",
-        "# power2 X Y: Python's X ** 2. norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX.",
+        "# norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX.",
+        "# coretype CPU NAME plain|fused|other|crash: how norms are rounded with NAME in OPENBLAS_CORETYPE on a CPU",
+        "# for which OpenBLAS chooses the kernel CPU if the variable is unset.",
     ]
-    lines = ["mjenv-random 1", *head, *lines_of({key: facts[key] for key in ("numpy", "python", "cpu", "libm")})]
-    lines += [*random_lines(), *math_lines(), *coretype_lines(), *norm_lines("Haswell"), *fused_norms]
-    return "\n".join(lines).encode() + b"\n"
+    lines = ["mjenv-random 1", *head, *lines_of({key: facts[key] for key in ("numpy", "python", "cpu")})]
+    return "\n".join([*lines, *random_lines(), *sum_lines(), *norms, *coretypes]).encode() + b"\n"

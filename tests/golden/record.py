@@ -1,13 +1,16 @@
 """Records what Gymnasium and NumPy do, for the tests of all languages; their expected values come from here alone.
 
-Needs Python 3.10 with gymnasium==1.3.0, mujoco==2.2.2 and numpy==2.2.6, on a CPU with AVX-512 for half of the files.
+Needs Python 3.10 with gymnasium==1.3.0, mujoco==2.2.2 and numpy==2.2.6, and qemu-x86_64 for what belongs to other CPUs.
 
-    record.py           writes trajectories/, custom/, state/ and vector/*.golden, random.txt, schema.txt and
-                        examples/expected.txt
-    record.py --check   records again and compares with the files that are there
+    record.py           writes the files named below; needs a CPU with AVX-512
+    record.py --check   records again, compares with the files that are there, and says what it could not compare
 
-Last bits depend on the machine in two places: OpenBLAS picks a kernel for the norms (pinned here: Haswell or SkylakeX,
-the file says which), and the C library picks its sin, cos, exp, log1p and pow by CPU ("libm" in the files).
+The last bits depend on the CPU in two places. OpenBLAS chooses a kernel for the norms; each file names the kernel
+that was set for it. The C library has variants of sin, cos, exp, log1p and pow for CPUs with FMA and AVX2, and others
+for all other CPUs; the files name them "libm". What depends on the C library is therefore recorded twice, in the
+folders fma/ and sse2/. Each contains trajectories/, custom/, state/ and vector/*.golden, powers.txt, and
+episodes.txt, with which the examples are compared. random.txt and schema.txt are valid on all CPUs; some lines of
+random.txt name the CPU for which they are valid.
 
 A golden: text lines up to "data", then the arrays, raw and little-endian, in the order listed.
     mjenv-golden 1, id, seed, gymnasium, mujoco, numpy, python, cpu, kernel, norm plain|fused, libm fma|sse2
@@ -28,57 +31,102 @@ final_info of the episodes that ended in it; reset_reset_info of a reset.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from episodes import expected, goldens
-from machine import WANTED, machine, norm_rounding, openblas_kernel, run_under
-from numpy_values import norm_lines, random_text
+import gymnasium
+
+from episodes import episodes, goldens, option_goldens
+from machine import EMULATOR, HERE, WANTED, Run, libm, machine
+from numpy_values import coretype_lines, norm_lines, powers_text, random_text
 from schema import schema
 from vectors import vectors
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-GOLDEN = "tests/golden"
-EXPECTED = "examples/expected.txt"
-RANDOM = f"{GOLDEN}/random.txt"
-SCHEMA = f"{GOLDEN}/schema.txt"
+# On a CPU without FMA all norms are plain.
+FUSED, PLAIN, WITHOUT_FMA = Run("fma", "SkylakeX"), Run("fma", "Haswell"), Run("sse2", "Nehalem")
+EPISODES, RANDOM, SCHEMA = "episodes.txt", "random.txt", "schema.txt"
+NORMS = "norms"  # a run's lines of random.txt, in the folder that it leaves
 
 
-def record_kernel(folder: Path) -> None:
-    """Writes what belongs to the kernel of this process; Haswell comes last, for it collects the other's norms."""
+def record_run(folder: Path, run: Run) -> None:
+    """Writes what belongs to a run; called in the process that was started for it."""
     facts = machine()
-    norms = folder / "fused_norms"
-    if facts["kernel"] == "SkylakeX":
-        norms.write_text("\n".join(norm_lines("SkylakeX")))
-        files = [(f"{GOLDEN}/{name}", content) for name, content in goldens(facts)]
-    else:
-        fused = norms.read_text().splitlines() if norms.exists() else []
-        files = [(f"{GOLDEN}/{name}", content) for name, content in (*goldens(facts), *vectors(facts))]
-        files += [(RANDOM, random_text(facts, fused)), (SCHEMA, schema(facts)), (EXPECTED, expected(facts))]
+    if (facts["libm"], facts["kernel"]) != run:
+        raise SystemExit(f"record.py: this is {facts['libm']} with {facts['kernel']}, not {' with '.join(run)}")
+    files: list[tuple[str, bytes]] = []
+    if run != PLAIN:
+        files += option_goldens(facts)
+    if run != FUSED:
+        files += [*goldens(facts), *vectors(facts), ("powers.txt", powers_text(facts))]
+        if not run.is_emulated:
+            files.append((EPISODES, episodes(facts)))
     for name, content in files:
-        path = folder / "files" / name
+        path = folder / run.libm / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
+    (folder / NORMS).write_text("\n".join(norm_lines(facts["norm"])))
 
 
-def record(folder: Path) -> tuple[dict[str, bytes], list[str]]:
-    """All files, and the kernels that this CPU cannot run."""
-    missing = []
-    for kernel in ("SkylakeX", "Haswell"):
-        if run_under(kernel, "--kernel").stdout.strip() != kernel:
-            missing.append(kernel)
-            continue
-        done = run_under(kernel, "--into", str(folder), folder=folder)
+def belongs_to(name: str) -> Run:
+    if name.startswith("sse2/"):
+        return WITHOUT_FMA
+    return FUSED if name.endswith(".options.golden") else PLAIN
+
+
+class Recording:
+    """All files, as far as this machine can record them, and why it could not record others."""
+
+    def __init__(self, folder: Path) -> None:
+        self.files: dict[str, bytes] = {}
+        self.missing: dict[str, str] = {}
+        runs = (FUSED, PLAIN, WITHOUT_FMA)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            folders = dict(zip(runs, pool.map(lambda run: self._run(folder / "-".join(run), run), runs), strict=True))
+            coretypes = coretype_lines()
+        facts = machine()
+        self.files[SCHEMA] = schema(facts)
+        lines = (HERE / RANDOM).read_text().splitlines()
+
+        def stored(start: str, reason: str) -> list[str]:
+            self.missing[f"{RANDOM}, {start}"] = reason
+            return [line for line in lines if line.startswith(start)]
+
+        norms, kernels = [], []
+        for run, start in ((PLAIN, "norm plain "), (FUSED, "norm fused ")):
+            where = folders[run]
+            norms += (where / NORMS).read_text().splitlines() if where else stored(start, NO_EMULATOR)
+        for cpu, found in coretypes.items():
+            reason = NO_EMULATOR if cpu != "SkylakeX" else "neither this CPU nor the emulator has AVX-512"
+            kernels += found or stored(f"coretype {cpu} ", reason)
+        self.files[RANDOM] = random_text(facts, norms, kernels)
+
+    def _run(self, folder: Path, run: Run) -> Path | None:
+        done = run.record(folder)
+        if done is None:
+            return None
         if done.returncode:
-            raise SystemExit(done.stderr[-2000:] + f"record.py: recording with kernel {kernel} failed")
-    top = folder / "files"
-    return {str(path.relative_to(top)): path.read_bytes() for path in top.rglob("*") if path.is_file()}, missing
+            raise SystemExit(f"{done.stderr[-2000:]}record.py: recording with {' and '.join(run)} failed")
+        for path in folder.glob(f"{run.libm}/**/*.*"):
+            self.files[str(path.relative_to(folder))] = path.read_bytes()
+        return folder
+
+    def why_missing(self, name: str) -> str | None:
+        """Why this machine does not record a file; None where it does."""
+        run = belongs_to(name)
+        if name in self.files or not run.is_emulated:
+            return None
+        return "an emulator would need half an hour for it" if name.endswith(EPISODES) else NO_EMULATOR
+
+
+NO_EMULATOR = f"it belongs to another kind of CPU, and there is no {EMULATOR} here (tools/setup emulator)"
 
 
 def stored_facts(content: bytes) -> dict[str, str]:
     """The lines of a file that name versions and the machine."""
-    keys = ("gymnasium", "mujoco", "numpy", "python", "cpu", "kernel", "libm")
+    keys = ("gymnasium", "mujoco", "numpy", "python", "cpu")
     text = content[: content.find(b"\ndata\n")].decode() if content.startswith(b"mjenv-golden") else content.decode()
     words = (part.strip().partition(" ") for line in text.splitlines() for part in line.lstrip("# ").split(","))
     return {key: value for key, _, value in words if key in keys}
@@ -92,49 +140,42 @@ def without_machine(content: bytes) -> bytes:
     return content
 
 
-def check(files: dict[str, bytes], missing: list[str]) -> bool:
-    stored = [str(path.relative_to(ROOT)) for path in (ROOT / GOLDEN).glob("*/*.golden")]
-    stored += [RANDOM, SCHEMA, EXPECTED]
-    equal, bad, skipped = 0, 0, 0
-    now = {**machine(), "kernel": "any"}
+def check(recording: Recording) -> bool:
+    stored = [str(path.relative_to(HERE)) for folder in ("fma", "sse2") for path in (HERE / folder).rglob("*.*")]
+    equal, bad = 0, 0
+    missing = dict(recording.missing)
     then: dict[str, str] = {}
-    for name in sorted({*stored, *files}):
-        old = (ROOT / name).read_bytes() if (ROOT / name).exists() else b""
-        facts = stored_facts(old)
-        then |= facts
-        if facts.get("kernel") in missing or (name == RANDOM and missing):
-            skipped += 1
-            print(f"{name}: not checked: this CPU cannot run OpenBLAS's kernel {', '.join(missing)}")
-        elif name not in files or not old:
+    for name in sorted({*stored, RANDOM, SCHEMA, *recording.files}):
+        old = (HERE / name).read_bytes() if (HERE / name).exists() else b""
+        then |= stored_facts(old)
+        reason = recording.why_missing(name)
+        if reason:
+            missing[name] = reason
+        elif name not in recording.files or not old:
             bad += 1
             print(f"{name}: {'not recorded any more' if old else 'missing'}")
-        elif without_machine(old) != without_machine(files[name]):
+        elif without_machine(old) != without_machine(recording.files[name]):
             bad += 1
             print(f"{name}: DIFFERS")
         else:
             equal += 1
-    for key in ("gymnasium", "mujoco", "numpy", "python", "cpu", "libm"):
-        if then.get(key) != now[key]:
-            print(f"{key}: recorded with {then.get(key)}, this is {now[key]}")
-    print(f"record.py --check: {equal} files equal, {bad} differ, {skipped} not checked")
+    now = machine()
+    for key, value in then.items():
+        if value != now[key]:
+            print(f"{key}: recorded with {value}, this is {now[key]}")
+    for name, reason in missing.items():
+        print(f"NOT CHECKED on this CPU ({libm()}): {name}: {reason}")
+    print(f"record.py --check: {equal} files equal, {bad} differ, {len(missing)} not checked")
     return not bad
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="compare with the files that are there, write nothing")
-    parser.add_argument("--kernel", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--norm", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--into", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--into", nargs=3, metavar=("FOLDER", "LIBM", "KERNEL"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.kernel:
-        print(openblas_kernel())
-        return
-    if arguments.norm:
-        print(norm_rounding())
-        return
     if arguments.into:
-        record_kernel(arguments.into)
+        record_run(Path(arguments.into[0]), Run(*arguments.into[1:]))
         return
     versions = {
         key: value.removesuffix("." + value.split(".")[-1]) if key == "python" else value
@@ -143,17 +184,22 @@ def main() -> None:
     }
     if versions != WANTED:
         raise SystemExit(f"record.py: this is {versions}, the goldens are of {WANTED}")
+    gymnasium.logger.min_level = gymnasium.logger.ERROR  # v4 is out of date
     with tempfile.TemporaryDirectory() as folder:
-        files, missing = record(Path(folder))
-        if arguments.check:
-            sys.exit(not check(files, missing))
-        if missing:
-            raise SystemExit(f"record.py: this CPU cannot run OpenBLAS's kernel {', '.join(missing)}; nothing written")
-        for name, content in sorted(files.items()):
-            path = ROOT / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-            print(f"{name}: {len(content)} bytes")
+        os.chdir(folder)  # where MuJoCo's log bothers nobody
+        recording = Recording(Path(folder))
+        os.chdir(HERE)
+    if arguments.check:
+        sys.exit(not check(recording))
+    if recording.missing or libm() != "fma":
+        raise SystemExit("record.py: nothing is written: that needs a CPU with AVX-512, and " + EMULATOR)
+    for name, content in sorted(recording.files.items()):
+        path = HERE / name
+        if path.exists() and without_machine(path.read_bytes()) == without_machine(content):
+            continue  # but for the machine's name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        print(f"{name}: {len(content)} bytes")
 
 
 if __name__ == "__main__":

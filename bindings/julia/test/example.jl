@@ -4,7 +4,7 @@ module Example
 include(joinpath(@__DIR__, "..", "..", "..", "examples", "julia", "episodes.jl"))
 end
 
-const EXPECTED = filter(!startswith('#'), readlines(joinpath(REPOSITORY, "examples", "expected.txt")))
+const EXPECTED = filter(!startswith('#'), readlines(joinpath(recordings(), "episodes.txt")))
 
 @test length(EXPECTED) == 22
 
