@@ -1,24 +1,29 @@
 #!/usr/bin/env python3
-"""Writes the declarations of the C interface that the bindings need, from capi/include/mjenv/mjenv.h.
+"""Writes the declarations of the C interface that each binding needs from capi/include/mjenv/mjenv.h.
 
-    tools/declarations.py            write the files
-    tools/declarations.py --check    say which file is stale, and exit 1
+    declarations.py [LANGUAGE...]            writes the files of these languages, or of all
+    declarations.py --check [LANGUAGE...]    names each file that is stale, and then exits with 1
 
-A language is one entry of TARGETS: the file and the function that makes its text from a header.Header.
+LANGUAGES has one entry for each language: its file, and the function that makes the file's text.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
+import subprocess
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import header
 
 ROOT = Path(__file__).resolve().parent.parent
 
-CTYPES = {
+# ---- Python ----
+
+PYTHON_TYPES = {
     "uint8_t": "c_uint8",
     "int32_t": "c_int32",
     "uint32_t": "c_uint32",
@@ -40,7 +45,7 @@ def python_type(api: header.Header, ctype: header.CType) -> str:
     elif kind == "enum":
         text = "c_int32"
     else:
-        text = ctype.base if kind == "struct" else CTYPES[ctype.base]
+        text = ctype.base if kind == "struct" else PYTHON_TYPES[ctype.base]
     for _ in range(pointers):
         text = f"POINTER({text})"
     return text if ctype.length is None else f"{text} * {ctype.length}"
@@ -82,28 +87,146 @@ def python_module(api: header.Header) -> str:
     return "\n".join(lines) + "\n"
 
 
-TARGETS: dict[str, Callable[[header.Header], str]] = {
-    "bindings/python/src/mjenv/_abi.py": python_module,
+# ---- Julia ----
+
+JULIA_TYPES = {
+    "void": "Cvoid",
+    "char": "Cchar",
+    "uint8_t": "UInt8",
+    "int32_t": "Int32",
+    "uint32_t": "UInt32",
+    "int64_t": "Int64",
+    "uint64_t": "UInt64",
+    "size_t": "Csize_t",
+    "float": "Float32",
+    "double": "Float64",
+}
+
+
+def julia_type(ctype: header.CType) -> str:
+    """Cstring for `const char *`, NTuple for an array, Ptr for every other pointer."""
+    name = JULIA_TYPES.get(ctype.base, ctype.base)
+    pointers = ctype.pointers
+    if ctype.base == "char" and ctype.const and pointers > 0:
+        name = "Cstring"
+        pointers -= 1
+    name = "Ptr{" * pointers + name + "}" * pointers
+    return name if ctype.length is None else f"NTuple{{{ctype.length}, {name}}}"
+
+
+def julia_enum(enum: header.Enum) -> Iterator[str]:
+    yield f"@enum {enum.name}::Int32 begin"
+    for name, value in enum.values:
+        yield f"    {name} = {value}"
+    yield "end"
+
+
+def julia_default(struct: header.Struct, field: header.Member, kind: str) -> str:
+    if field.name == "struct_size":
+        return f"sizeof({struct.name})"
+    if field.type.length is not None:
+        return "(" + "0, " * (field.type.length - 1) + "0)"
+    if field.type.pointers == 0:
+        return "0" if kind in ("scalar", "enum") else f"{julia_type(field.type)}(0)"
+    return f"{julia_type(field.type)}(C_NULL)"
+
+
+def julia_struct(api: header.Header, struct: header.Struct) -> Iterator[str]:
+    # With keywords, because structs grow.
+    yield f"Base.@kwdef struct {struct.name}"
+    for field in struct.fields:
+        kind = api.kind(field.type.base)
+        # Int32 for an enum, of which a newer library may have more values.
+        name = "Int32" if kind == "enum" else julia_type(field.type)
+        yield f"    {field.name}::{name} = {julia_default(struct, field, kind)}"
+    yield "end"
+
+
+def julia_function(index: int, function: header.Function) -> Iterator[str]:
+    names = [parameter.name for parameter in function.parameters]
+    types = [julia_type(parameter.type) for parameter in function.parameters]
+    yield f"{function.name}({', '.join(names)}) = ccall("
+    yield f"    address({index}),"
+    yield f"    {julia_type(function.result)},"
+    yield f"    ({', '.join(types)}{',' if len(types) == 1 else ''}),"
+    yield from (f"    {name}," for name in names)
+    yield ")"
+
+
+def julia_module(api: header.Header) -> str:
+    """The text of capi.jl."""
+    lines = ["# Written by tools/declarations.py from capi/include/mjenv/mjenv.h: do not edit."]
+    lines.append("")
+    lines.extend(f"const {name} = {value}" for name, value in api.constants)
+    lines.append("")
+    lines.extend(f"struct {name} end" for name in api.opaques)
+    for enum in api.enums:
+        lines.extend(["", *julia_enum(enum)])
+    for struct in api.structs:
+        lines.extend(["", *julia_struct(api, struct)])
+    lines.extend(["", "# In the order of the indices given to address."])
+    lines.extend(["const FUNCTIONS = (", *(f"    :{function.name}," for function in api.functions), ")"])
+    for index, function in enumerate(api.functions, start=1):
+        lines.extend(["", *julia_function(index, function)])
+    return "\n".join(lines) + "\n"
+
+
+# ---- Rust ----
+
+BINDGEN_OPTIONS = (
+    *("--rust-target", "1.47", "--size_t-is-usize", "--default-enum-style", "consts", "--no-prepend-enum-name"),
+    *("--with-derive-default", "--blocklist-type", "__.*", "--allowlist-function", "mjenv_.*"),
+    *("--allowlist-type", "mjenv_.*", "--allowlist-var", "MJENV_.*"),
+    # An empty configuration, so that a user's own settings of rustfmt do not change the file.
+    *("--rustfmt-configuration-file", "/dev/null"),
+)
+
+
+def rust_module(_: header.Header) -> str:
+    """The text of bindings.rs, which bindgen writes."""
+    setup = [str(ROOT / "tools" / "setup"), "bindgen"]
+    bindgen = subprocess.run(setup, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, "bindings.rs")
+        arguments = [str(header.PATH.relative_to(ROOT)), "--output", str(output), *BINDGEN_OPTIONS]
+        subprocess.run([bindgen, *arguments, "--", "-std=c99", "-fparse-all-comments"], check=True, cwd=ROOT)
+        text = output.read_text(encoding="utf-8")
+    # The values of an enum get the type that the header gives the enum.
+    text = re.sub(r": (mjenv_[a-z]+)_value = ", r": \1 = ", text)
+    return re.sub(r"(?m)^pub type mjenv_[a-z]+_value = .*\n", "", text)
+
+
+# ---- All languages ----
+
+LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
+    "python": ("bindings/python/src/mjenv/_abi.py", python_module),
+    "julia": ("bindings/julia/src/capi.jl", julia_module),
+    "rust": ("bindings/rust/mjenv-sys/src/bindings.rs", rust_module),
 }
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Write the bindings' declarations from the C header.")
-    parser.add_argument("--check", action="store_true", help="only compare; exit 1 when a file is stale")
-    check = parser.parse_args().check
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="only compare, and exit with 1 if a file is stale")
+    parser.add_argument("languages", nargs="*", metavar="LANGUAGE", help=", ".join(LANGUAGES))
+    arguments = parser.parse_args()
+    unknown = set(arguments.languages) - set(LANGUAGES)
+    if unknown:
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; the languages are {', '.join(LANGUAGES)}")
     api = header.parse()
     stale = False
-    for name, write in TARGETS.items():
+    for language in arguments.languages or LANGUAGES:
+        name, write = LANGUAGES[language]
         path, text = ROOT / name, write(api)
         if path.exists() and path.read_text(encoding="utf-8") == text:
             continue
         stale = True
-        if check:
+        if arguments.check:
             print(f"{name} is stale: run tools/declarations.py", file=sys.stderr)
         else:
             path.write_text(text, encoding="utf-8")
             print(f"wrote {name}")
-    return int(check and stale)
+    return int(arguments.check and stale)
 
 
 if __name__ == "__main__":

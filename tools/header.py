@@ -1,7 +1,8 @@
-"""Reads capi/include/mjenv/mjenv.h into plain Python objects, from which the bindings' declarations are generated.
+"""Reads capi/include/mjenv/mjenv.h into plain Python objects, from which tools/declarations.py writes declarations.
 
-The header keeps to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars, pointers and arrays of a
-literal length, opaque structs and functions marked MJENV_API. Anything else raises ValueError, so nothing is missed.
+The header keeps to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars,
+pointers and arrays of a literal length, opaque structs and functions marked MJENV_API. The parser raises ValueError for
+anything else, so that it misses nothing.
 
     import header
     api = header.parse()
@@ -131,7 +132,7 @@ def _enum(name: str, text: str) -> Enum:
 
 
 def parse(path: Path = PATH) -> Header:
-    """Reads the header; raises ValueError for a declaration it does not understand."""
+    """Reads the header. Raises ValueError for a declaration that it does not understand."""
     text = re.sub(r"/\*.*?\*/", "", path.read_text(encoding="utf-8"), flags=re.S)
     constants = tuple((name, int(value)) for name, value in re.findall(r"#define (\w+) \(?(-?\d+)\)?\s", text))
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)

@@ -1,4 +1,4 @@
-# Written by tools/declarations_julia.py from capi/include/mjenv/mjenv.h: change those.
+# Written by tools/declarations.py from capi/include/mjenv/mjenv.h: do not edit.
 
 const MJENV_ABI_VERSION = 1
 const MJENV_ALL_ROWS = -1
