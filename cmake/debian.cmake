@@ -1,4 +1,4 @@
-# Debian packages by `cpack`: libmjenv0 with the library, libmjenv-dev with what compiles against it.
+# Makes Debian packages by `cpack`: libmjenv0 contains the library, libmjenv-dev the headers and the static library.
 # Configure with -DCMAKE_INSTALL_PREFIX=/usr, so that the library goes where Debian looks for it.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "mjenv maintainers <mjenv@example.org>")
@@ -15,7 +15,7 @@ set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${text}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libmjenv0)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-# Loaded when a picture is drawn.
+# The library loads these when it draws a picture.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "libegl1, libgl1-mesa-dri, libglfw3, libosmesa6")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 
@@ -24,7 +24,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmjenv-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libmjenv0 (= ${PROJECT_VERSION}-1)")
 
-# Debian keeps the text of the Apache licence, which is MuJoCo's too, elsewhere.
+# Debian keeps the text of the Apache licence, which is also MuJoCo's licence, in a place of its own.
 set(copyright ${CMAKE_CURRENT_BINARY_DIR}/generated/copyright)
 set(content "mjenv, and MuJoCo inside it: Apache-2.0, see /usr/share/common-licenses/Apache-2.0\n")
 foreach(library eigen3 libccd lodepng qhull tinyxml2 tinyobjloader)

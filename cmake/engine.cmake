@@ -1,4 +1,4 @@
-# mjenv_engine: MuJoCo 2.2.2, however it is provided.
+# Defines mjenv_engine, which is MuJoCo 2.2.2: compiled from its sources, or a library that is there already.
 set(MJENV_ENGINE auto CACHE STRING "MuJoCo 2.2.2: source (compiled into the library), system (an installed one), auto \
 (source where the sources can be had, else system), or the folder of an unpacked official release or wheel")
 set(MJENV_ENGINE_SOURCES "" CACHE PATH "Folder with mujoco, libccd, lodepng, qhull, tinyxml2 and tinyobjloader; empty: \
@@ -12,7 +12,7 @@ function(mjenv_check_version include_folder)
   endif()
 endfunction()
 
-# Sets output to the folder of the sources, or to "". Release archives carry them.
+# Sets output to the folder of the sources, or to "". Release archives contain the sources.
 function(mjenv_find_sources output)
   set(folder ${MJENV_ENGINE_SOURCES})
   if(NOT folder AND IS_DIRECTORY ${PROJECT_SOURCE_DIR}/engine-sources)
@@ -25,8 +25,9 @@ function(mjenv_find_sources output)
   set(${output} "${folder}" PARENT_SCOPE)
 endfunction()
 
-# A built library: in a folder, as official releases (lib, include) and wheels (mujoco, mujoco/include) have it, or, without
-# a folder, the system's. Not by mujocoConfig.cmake: Debian's asks for OpenGL, which the library does not need.
+# Links a built library. It is in the given folder, laid out as an official release (lib, include) or a wheel (mujoco,
+# mujoco/include), or it is the system's if no folder is given. Debian's mujocoConfig.cmake is not used, because it asks for
+# OpenGL, which the library does not need.
 function(mjenv_link_engine)
   set(where "")
   if(ARGV)
@@ -40,7 +41,7 @@ function(mjenv_link_engine)
   endif()
   mjenv_check_version(${headers})
   add_library(mjenv_engine INTERFACE)
-  # What the core reads models with, as MuJoCo does.
+  # The core reads models with tinyxml2, as MuJoCo does.
   find_path(tinyxml2_headers tinyxml2.h NO_CACHE)
   find_library(tinyxml2 tinyxml2 NO_CACHE)
   if(NOT tinyxml2_headers OR NOT tinyxml2)

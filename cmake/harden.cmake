@@ -1,4 +1,4 @@
-# What makes a defect harder to exploit. Not where steps are simulated: no text or file from outside gets there.
+# Makes defects harder to exploit. The code that simulates steps stays as it is, because no foreign text or file reaches it.
 option(MJENV_HARDEN "Guard stacks and copies, and make what the loader writes read-only" ON)
 if(NOT MJENV_HARDEN OR MJENV_SANITIZE)
   return()

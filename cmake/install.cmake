@@ -1,4 +1,4 @@
-# What `cmake --install` copies.
+# Says what `cmake --install` copies.
 include(CMakePackageConfigHelpers)
 set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
 install(TARGETS mjenv EXPORT mjenv-targets

@@ -1,4 +1,5 @@
-# libmjenv.a: the core and the engine as one object that defines mjenv_* alone, so that a program may hold another MuJoCo.
+# Makes libmjenv.a, in which the core and the engine are one object that defines only mjenv_*. A program can therefore
+# contain another MuJoCo as well.
 option(MJENV_STATIC "Make libmjenv.a, too" OFF)
 if(NOT MJENV_STATIC)
   return()
@@ -12,12 +13,12 @@ set(relocatable -r -nostdlib -fPIC)
 if(MJENV_USE_LTO)
   list(APPEND relocatable -O3 ${CMAKE_CXX_COMPILE_OPTIONS_IPO} ${MJENV_TUNE} ${MJENV_TUNE_LINK})
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    # Asked for again: the objects do not carry it through, and objcopy leaves unique symbols global.
+    # The objects do not pass this option on, and objcopy leaves gcc's unique symbols global.
     list(APPEND relocatable -flinker-output=nolto-rel -fno-gnu-unique)
   endif()
 endif()
 set(archive ${CMAKE_CURRENT_BINARY_DIR}/libmjenv.a)
-# Groups of inline functions are dissolved: once local, they must not give way to another library's.
+# ld dissolves the groups of inline functions, so that no other library's copies replace them.
 add_custom_command(OUTPUT ${archive}
   COMMAND ${CMAKE_CXX_COMPILER} ${relocatable} -o mjenv-all.o
           $<TARGET_OBJECTS:mjenv> $<TARGET_OBJECTS:mjenv_core> $<TARGET_OBJECTS:mjenv_engine>

@@ -1,4 +1,4 @@
-# mjenv_engine: MuJoCo and the libraries it needs, compiled from the sources in ${sources}, for linking into one library.
+# Defines mjenv_engine: MuJoCo and the libraries that it needs, compiled from the sources in ${sources}.
 foreach(library mujoco libccd lodepng qhull tinyxml2 tinyobjloader)
   if(NOT IS_DIRECTORY ${sources}/${library})
     message(FATAL_ERROR "The engine's sources lack a folder ${sources}/${library}")
@@ -7,7 +7,7 @@ endforeach()
 mjenv_check_version(${sources}/mujoco/include)
 
 set(generated ${CMAKE_CURRENT_BINARY_DIR}/generated/engine)
-# What libccd's own build would generate: double precision, as MuJoCo wants it.
+# libccd's own build would generate this file. MuJoCo needs double precision.
 file(CONFIGURE OUTPUT ${generated}/ccd/config.h CONTENT "#define CCD_DOUBLE\n")
 
 file(GLOB engine
@@ -40,20 +40,21 @@ set_property(SOURCE ${sources}/mujoco/src/engine/engine_setconst.c APPEND PROPER
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_collision_convex.c APPEND PROPERTY
              COMPILE_DEFINITIONS ccdMPRPenetration=mjenv_penetration)
 set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
-# Errors leave MuJoCo's C as exceptions: without tables for them the compiler drops the handlers of its callers.
+# Errors leave MuJoCo's C code as exceptions. If that code had no tables for them, the compiler would drop the handlers of
+# its callers.
 target_compile_options(mjenv_engine PRIVATE $<$<COMPILE_LANGUAGE:C>:-fexceptions>)
 if(MJENV_SANITIZE)
-  # Undefined in C, but not by any machine: where a simulation diverges, numbers that are no int are made one and then
-  # bounded; the numbers in an STL file are read from where they lie.
+  # MuJoCo does two things that C leaves undefined and every machine defines. It converts numbers that fit no int, and then
+  # bounds them, where a simulation diverges. It reads the numbers of an STL file from addresses that are not aligned.
   target_compile_options(mjenv_engine PRIVATE -fno-sanitize=float-cast-overflow)
   set_property(SOURCE ${sources}/mujoco/src/user/user_mesh.cc APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=alignment)
 endif()
-# Others' code: its warnings are theirs.
+# The code belongs to other projects, so its warnings are not shown.
 target_compile_options(mjenv_engine PRIVATE -w)
 set_target_properties(mjenv_engine PROPERTIES C_STANDARD 11 EXPORT_COMPILE_COMMANDS OFF)
 target_link_libraries(mjenv_engine PUBLIC m ${CMAKE_DL_LIBS})
 
-# Whoever distributes the library distributes these with it.
+# Every copy of the library that is distributed needs these licences.
 set(licenses ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses)
 foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.txt tinyxml2/LICENSE.txt tinyobjloader/LICENSE
         eigen3/LICENSE)

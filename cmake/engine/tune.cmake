@@ -1,4 +1,4 @@
-# How the core and the engine are compiled: as fast as the same bits allow.
+# Sets the options that make the core and the engine as fast as the same bits allow.
 include(CheckIPOSupported)
 include(CheckLinkerFlag)
 
@@ -11,10 +11,10 @@ set(MJENV_PGO OFF CACHE STRING
 set(MJENV_PROFILE "" CACHE FILEPATH "Profile to use; empty: tools/engine-pgo makes it")
 set_property(CACHE MJENV_PGO PROPERTY STRINGS OFF use generate refine)
 
-# Exact bits: no fused multiply-add, no reordering. MuJoCo neither reads errno nor traps.
+# For exact bits there is no fused multiply-add and no reordering. MuJoCo reads no errno and handles no trap.
 set(MJENV_TUNE -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-plt -fno-semantic-interposition)
 set(MJENV_TUNE_LINK "")
-# MuJoCo is many small functions over a few numbers each: inlining them gains more than anything else.
+# MuJoCo consists of many small functions that compute few numbers each, so inlining gains most.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   set(inlining -fno-tree-vectorize --param=max-inline-insns-auto=100 --param=inline-unit-growth=300
                --param=large-function-growth=1000)
@@ -22,7 +22,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   list(APPEND MJENV_TUNE_LINK ${inlining})
 endif()
 if(MJENV_ARCH)
-  # gcc 12 fuses in its vectorizer whatever -ffp-contract says.
+  # gcc 12's vectorizer fuses in spite of -ffp-contract=off.
   list(APPEND MJENV_TUNE -march=${MJENV_ARCH} -fno-tree-slp-vectorize
                          $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},x86_64>:-mno-fma>)
 endif()
@@ -31,7 +31,7 @@ if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
   if(MJENV_HAVE_LLD)
     list(APPEND MJENV_TUNE_LINK -fuse-ld=lld -Wl,-mllvm,-inline-threshold=1000)
   endif()
-  # Whole-program, not CMake's choice of ThinLTO.
+  # Optimises the whole program at once. CMake would choose ThinLTO.
   set(CMAKE_C_COMPILE_OPTIONS_IPO -flto)
   set(CMAKE_CXX_COMPILE_OPTIONS_IPO -flto)
 endif()
@@ -66,7 +66,7 @@ elseif(MJENV_PGO)
   endif()
 endif()
 
-# Neither an instrumented nor a sanitized library gains from it.
+# Link-time optimisation makes neither an instrumented nor a sanitized library better.
 if(MJENV_LTO AND NOT MJENV_SANITIZE AND NOT MJENV_PGO STREQUAL generate)
   check_ipo_supported(RESULT MJENV_USE_LTO OUTPUT reason LANGUAGES C CXX)
   if(NOT MJENV_USE_LTO)
@@ -84,7 +84,7 @@ function(mjenv_tune target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden
                         CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
                         INTERPROCEDURAL_OPTIMIZATION ${MJENV_USE_LTO})
-  # libmjenv.a makes all names but mjenv_* local, which gcc's unique ones refuse.
+  # libmjenv.a makes all names but mjenv_* local, which is not possible for gcc's unique symbols.
   target_compile_options(${target} PRIVATE ${MJENV_TUNE} $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-gnu-unique>)
   target_link_options(${target} PUBLIC "$<BUILD_INTERFACE:${MJENV_TUNE_LINK}>")
 endfunction()
