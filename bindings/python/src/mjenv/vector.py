@@ -111,7 +111,9 @@ class _Input:
     def __init__(self, rows: Rows, dtype: np.dtype[Any], shape: tuple[int, int], out: Any) -> None:
         self.dtype = dtype
         self.buffer: Array = np.zeros(shape, dtype)
-        self.step = rows.prepared("mjenv_step", None, self.buffer.ctypes.data, self.buffer.size, int(FLOATS[dtype]), out)
+        self.step = rows.prepared(
+            "mjenv_step", None, self.buffer.ctypes.data, self.buffer.size, int(FLOATS[dtype]), out
+        )
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
