@@ -40,11 +40,22 @@ function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer =
 end
 
 """
+    object_count(env, type)
+
+Returns how many objects of a type the model has. `type` is `:body`, `:joint`, `:geom`, `:site`, `:camera`, `:actuator`,
+`:tendon`, `:sensor` or `:light`. An unknown type throws an [`MJEnvError`](@ref).
+"""
+function object_count(env::Env, type::Union{Symbol,AbstractString})
+    kind, count = text(type), Ref{Int64}()
+    check(inside(handle -> mjenv_object_count(handle, kind, count), env))
+    return Int(count[])
+end
+
+"""
     object_index(env, type, name)
 
-Returns the number of a named object: its column, from 1, in the arrays of [`read`](@ref). `type` is `:body`, `:joint`,
-`:geom`, `:site`, `:camera`, `:actuator`, `:tendon`, `:sensor` or `:light`. An unknown type or name throws an
-[`MJEnvError`](@ref).
+Returns the number of a named object: its column, from 1, in the arrays of [`read`](@ref). [`object_count`](@ref) lists
+the types. An unknown type or name throws an [`MJEnvError`](@ref).
 """
 function object_index(env::Env, type::Union{Symbol,AbstractString}, name::Union{Symbol,AbstractString})
     kind, wanted, index = text(type), text(name), Ref{Int64}()

@@ -105,6 +105,7 @@ function bad_calls(env, batch, action)
         (() -> read(env, "\0"), (ArgumentError, "NUL")),
         (() -> fields(env, :rewards), (ArgumentError, ":rewards", ":reset_info")),
         (() -> object_index(env, :bodies, "torso"), (MJENV_E_NAME, "bodies", "tendon")),
+        (() -> object_count(env, :bodies), (MJENV_E_NAME, "bodies", "tendon")),
         (() -> object_index(env, :body, "tail"), (MJENV_E_NAME, "tail", "torso")),
         (() -> object_name(env, :body, 0), (MJENV_E_VALUE, "body", "-1")),
         (() -> object_name(env, :body, 99), (MJENV_E_VALUE, "body", "98")),

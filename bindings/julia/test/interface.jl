@@ -200,6 +200,9 @@ end
     @test object_name(env, :body, 1) == "world"
     @test read(env, :xpos)[3, torso] == read(env, :qpos)[3]
     @test read(env, :nbody) === Int32(14)
+    @test object_count(env, :body) == 14
+    @test object_count(env, "tendon") == 0
+    @test object_count(env, :actuator) == length(action_space(env).low)
     @test read(env, "opt.timestep") === 0.01
     @test read(env, :geom_rgba) isa Matrix{Float32}
     @test read(env, :jnt_limited) isa Vector{UInt8}

@@ -288,8 +288,18 @@ impl Env {
         Ok(count)
     }
 
-    /// Returns the index of a named object. `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`,
-    /// `"actuator"`, `"tendon"`, `"sensor"` or `"light"`. Errors: [`ErrorKind::Name`] (the kind or the object).
+    /// Returns how many objects of a kind the model has. `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`,
+    /// `"actuator"`, `"tendon"`, `"sensor"` or `"light"`. Errors: [`ErrorKind::Name`].
+    pub fn object_count(&self, kind: &str) -> Result<usize> {
+        let kind = c_string(format_args!("type {kind:?}"), kind)?;
+        let mut count = 0;
+        // SAFETY: all pointers are valid for the call.
+        check(unsafe { sys::mjenv_object_count(self.raw(), kind.as_ptr(), &mut count) })?;
+        Ok(size(count))
+    }
+
+    /// Returns the index of a named object; [`Env::object_count`] lists the kinds.
+    /// Errors: [`ErrorKind::Name`] (the kind or the object).
     pub fn object_index(&self, kind: &str, name: &str) -> Result<usize> {
         let (kind, name) =
             (c_string(format_args!("type {kind:?}"), kind)?, c_string(format_args!("name {name:?}"), name)?);

@@ -275,6 +275,7 @@ fn arrays_and_objects() {
     assert_eq!(short, [7.0; 3]);
     pair.refuses(ErrorKind::Size, &["0", "11"], |env, _| env.read_into(1, "qpos", &mut []));
     pair.refuses(ErrorKind::Name, &["bodi", "body, joint"], |env, _| env.object_index("bodi", "goal"));
+    pair.refuses(ErrorKind::Name, &["bodies", "body, joint"], |env, _| env.object_count("bodies"));
     pair.refuses(ErrorKind::Name, &["gaol", "goal"], |env, _| env.object_index("body", "gaol"));
     pair.refuses(ErrorKind::Value, &["13", "0..12"], |env, _| env.object_name("body", 13).map(|_| ()));
 }

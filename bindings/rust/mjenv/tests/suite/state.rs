@@ -170,6 +170,8 @@ fn arrays_and_objects_have_mujocos_names() {
     assert_eq!(env.read_into(0, "qpos0", &mut values).unwrap(), 4);
     assert_eq!(values, [0.0, 0.0, 0.1, -0.1, -1.0]);
     let target = env.object_index("body", "target").unwrap();
+    assert_eq!(env.object_count("body").unwrap(), env.read(0, "nbody").unwrap()[0] as usize);
+    assert_eq!(env.object_count("tendon").unwrap(), 0);
     assert_eq!(env.object_name("body", target).unwrap(), "target");
     assert_eq!(env.read(0, "xpos").unwrap().len(), 3 * env.read(0, "nbody").unwrap()[0] as usize);
 }
