@@ -1,10 +1,11 @@
-// What keeps the engine from printing, exiting and running for ever.
+// What keeps the engine from printing, exiting, running for ever and using the host's random numbers.
 #include <ccd/ccd.h>
 #include <mujoco/mujoco.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "libqhull_r.h"
+#include "qhull_ra.h"
 #include "support.h"
 
 // engine_setconst.c calls it for mj_step1. It simulates muscles until some time has passed, but where the simulation
@@ -33,6 +34,53 @@ void mjenv_support(const void* a, const void* b, const ccd_vec3_t* dir, const cc
   struct counted* counted = (struct counted*)ccd;
   if (++counted->calls > 1000 + 4 * ccd->max_iterations) mju_error("the search for a contact does not end");
   __ccdSupport(a, b, dir, ccd, found);
+}
+
+// Convex hulls can take hours. MuJoCo connects their vertices in a time that grows with the square of how many there
+// are, and qhull looks at each vertex of the facets that a new one changes, which can be all. So both are counted, over
+// all meshes of a model: user_mesh.cc calls mjenv_vertexneighbors for qh_vertexneighbors, before it connects the
+// vertices, and libqhull_r.c mjenv_resetlists for qh_resetlists, after each new vertex.
+static _Thread_local double hull_work, hull_limit;
+
+void mjenv_limit_hulls(double limit) {
+  hull_work = 0;
+  hull_limit = limit;
+}
+
+int mjenv_hulls_exceeded(void) { return hull_work > hull_limit; }
+
+static void work_on_hull(qhT* qh, double work) {
+  hull_work += work;
+  if (mjenv_hulls_exceeded()) qh_errexit(qh, qh_ERRinput, NULL, NULL);  // MuJoCo frees what it holds
+}
+
+void mjenv_vertexneighbors(qhT* qh) {
+  work_on_hull(qh, (double)qh->num_vertices * qh->num_vertices);
+  qh_vertexneighbors(qh);
+}
+
+void mjenv_resetlists(qhT* qh, boolT stats, boolT resetVisible) {
+  const double times_as_slow = 100;
+  int changed = 0;
+  for (const vertexT* vertex = qh->newvertex_list; vertex && vertex->next; vertex = vertex->next) ++changed;
+  work_on_hull(qh, times_as_slow * changed);
+  qh_resetlists(qh, stats, resetVisible);
+}
+
+// The C library's rand() on a state of the thread's own: MuJoCo seeds it before it compiles a model, so that the random
+// dots of textures are always the same.
+static _Thread_local struct random_data generator;
+static _Thread_local char generator_state[128];
+
+void mjenv_srand(unsigned seed) {
+  generator.state = NULL;
+  initstate_r(seed, generator_state, sizeof generator_state, &generator);
+}
+
+int mjenv_rand(void) {
+  int32_t number = 0;
+  random_r(&generator, &number);
+  return number;
 }
 
 // The rest replaces qhull's usermem_r.c and userprintf_r.c.

@@ -2,50 +2,17 @@
 
 #include <mujoco/mjxmacro.h>
 #include <mujoco/mujoco.h>
-#include <pwd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <cstring>
-#include <mutex>
 #include <new>
 
-#include "engine/assets.hpp"
-#include "engine/untrusted/files.hpp"
-#include "engine/untrusted/mjcf.hpp"
 #include "error.hpp"
 #include "hash.hpp"
 
-// MuJoCo exports these for its own language bindings: handlers of one thread, which leave the process's alone.
-// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
-extern "C" {
-using mjenv_mju_handler = void (*)(const char*);
-mjenv_mju_handler _mjPRIVATE__get_tls_error_fn();
-void _mjPRIVATE__set_tls_error_fn(mjenv_mju_handler);
-mjenv_mju_handler _mjPRIVATE__get_tls_warning_fn();
-void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
-}
-// NOLINTEND(bugprone-reserved-identifier)
-
 namespace mjenv::core {
 namespace {
-
-// MuJoCo's messages of failed allocations: "Could not allocate ...", "mj_...: could not allocate ...".
-bool lacks_memory(const char* message) { return std::strstr(message, "ould not allocate") != nullptr; }
-
-[[noreturn]] void throw_error(const char* message) {
-  if (lacks_memory(message)) throw std::bad_alloc();
-  fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
-}
-
-// Lets mju_malloc return null to who frees what it has and then reports another error.
-void throw_later(const char* message) {
-  if (std::strcmp(message, "Could not allocate memory") != 0) throw_error(message);
-}
-
-void ignore_warning(const char*) {}
 
 struct Kind {
   const char* name;
@@ -156,71 +123,7 @@ std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<
   return view;
 }
 
-std::string expanded(const std::string& path) {
-  if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;
-  const char* home = std::getenv("HOME");
-  if (!home) {
-    const passwd* user = getpwuid(getuid());
-    home = user ? user->pw_dir : "~";
-  }
-  return home + path.substr(1);
-}
-
-mjModel* load(const std::string& label, const char* path, const mjVFS* files) {
-  const ErrorTrap trap;
-  std::array<char, 1000> reason{};
-  try {
-    mjModel* model = mj_loadXML(path, files, reason.data(), static_cast<int>(reason.size()));
-    mj_freeLastXML();  // which is kept for mj_saveLastXML
-    if (model) return model;
-  } catch (const Error& error) {
-    fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
-  } catch (const std::bad_alloc&) {
-    fail(MJENV_E_MEMORY, "model " + quoted(label) + ": out of memory");
-  } catch (const std::exception& error) {  // that MuJoCo does not catch itself
-    fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + error.what());
-  }
-  if (lacks_memory(reason.data())) throw std::bad_alloc();
-  fail(MJENV_E_MODEL, "model " + quoted(label) + ": " + reason.data());
-}
-
-// Loads a text as if it were a file of the folder, and unlike any in there.
-mjModel* load_text(const std::string& label, const std::string& folder, const std::string& text) {
-  constexpr const char* name = "<model>";
-  const auto release = [](mjVFS* files) {
-    mj_deleteVFS(files);
-    delete files;
-  };
-  const std::unique_ptr<mjVFS, decltype(release)> files(new mjVFS, release);
-  mj_defaultVFS(files.get());
-  const ErrorTrap trap;
-  if (text.empty() || mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(text.size())) != 0)
-    fail(MJENV_E_MODEL, "model " + quoted(label) + " is empty");
-  std::memcpy(files->filedata[0], text.data(), text.size());
-  return load(label, (folder + name).c_str(), files.get());
-}
-
-// What MuJoCo is to load, after it has been checked.
-std::string checked(const std::string& label, const Mjcf& model) {
-  try {
-    return checked(model);
-  } catch (const Error& error) {
-    fail(error.status(), "model " + quoted(label) + ": " + error.what());
-  }
-}
-
 }  // namespace
-
-ErrorTrap::ErrorTrap(Memory memory)
-    : previous_error_(_mjPRIVATE__get_tls_error_fn()), previous_warning_(_mjPRIVATE__get_tls_warning_fn()) {
-  _mjPRIVATE__set_tls_error_fn(memory == Memory::is_checked ? throw_later : throw_error);
-  _mjPRIVATE__set_tls_warning_fn(ignore_warning);
-}
-
-ErrorTrap::~ErrorTrap() {
-  _mjPRIVATE__set_tls_error_fn(previous_error_);
-  _mjPRIVATE__set_tls_warning_fn(previous_warning_);
-}
 
 std::size_t Array::count() const {
   std::size_t total = 1;
@@ -240,46 +143,22 @@ void Array::read(double* values) const {
   }
 }
 
-std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trusted) {
-  if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
-  if (std::strchr("./~", xml_file[0])) {
-    const std::string path = expanded(xml_file), text = read_file(path, most_text(trusted), "model file ");
-    const std::string given = checked(xml_file, {path, text, trusted});
-    mjModel* model = given == text ? load(xml_file, path.c_str(), nullptr)
-                                   : load_text(xml_file, path.substr(0, path.find_last_of("/\\") + 1), given);
-    return std::shared_ptr<const Model>(new Model(xml_file, model, false, trusted));
-  }
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < asset_count; ++i) {
-    if (xml_file == assets[i].name)
-      return std::shared_ptr<const Model>(new Model(xml_file, load_text(xml_file, "", assets[i].text), true, true));
-    names.emplace_back(assets[i].name);
-  }
-  fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
-                          "; a path starts with \".\", \"/\" or \"~\"");
-}
-
-std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool trusted) {
-  const std::string text = checked(label, {"", xml, trusted});
-  return std::shared_ptr<const Model>(new Model(label, load_text(label, "", text), false, trusted));
-}
-
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 
 Model::~Model() = default;
 
-Model::Model(std::string label, mjModel_* model, bool built_in, bool trusted)
+Model::Model(std::string label, Compiled model, Origin origin)
     : label_(std::move(label)),
-      model_(model),
-      trusted_(trusted),
-      pairs_(explicit_pairs(*model, built_in)),
-      stepped_(stepped_view(*model, pairs_, sameframe_)),
-      arrays_(arrays_of(model)),
-      nq_(model->nq),
-      nv_(model->nv),
-      na_(model->na),
-      nu_(model->nu),
-      nbody_(model->nbody) {}
+      model_(std::move(model)),
+      origin_(origin),
+      pairs_(explicit_pairs(*model_, origin == Origin::built_in)),
+      stepped_(stepped_view(*model_, pairs_, sameframe_)),
+      arrays_(arrays_of(model_.get())),
+      nq_(model_->nq),
+      nv_(model_->nv),
+      na_(model_->na),
+      nu_(model_->nu),
+      nbody_(model_->nbody) {}
 
 double Model::timestep() const { return model_->opt.timestep; }
 

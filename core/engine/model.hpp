@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/errors.hpp"
 #include "engine/pairs.hpp"
 #include "mjenv/mjenv.h"
 
@@ -17,21 +18,6 @@ struct mjData_;
 // NOLINTEND(bugprone-reserved-identifier)
 
 namespace mjenv::core {
-
-// Turns MuJoCo's errors on this thread into exceptions, and silences its warnings, while it lives.
-class ErrorTrap {
- public:
-  // Whether the part of MuJoCo that is called frees what it has when mju_malloc returns null, as mj_makeData does.
-  enum class Memory { is_not_checked, is_checked };
-  explicit ErrorTrap(Memory memory = Memory::is_not_checked);
-  ~ErrorTrap();
-  ErrorTrap(const ErrorTrap&) = delete;
-  ErrorTrap& operator=(const ErrorTrap&) = delete;
-
- private:
-  void (*previous_error_)(const char*);
-  void (*previous_warning_)(const char*);
-};
 
 // An array of mjModel or mjData, under MuJoCo's name for it.
 struct Array {
@@ -50,14 +36,14 @@ class Model {
   // Unless it is trusted, a model reads no files from outside of its folder, and has bounds
   // (engine/untrusted/mjcf.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
-  // From MJCF text.
+  // From MJCF text. Both give the same object for the same text while somebody uses it, unless it refers to files.
   static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);
   ~Model();
 
   const mjModel_* get() const { return model_.get(); }
   // The same model as it is stepped: equal bits in less time.
   const mjModel_* stepped() const { return stepped_.get(); }
-  bool trusted() const { return trusted_; }
+  bool trusted() const { return origin_ != Origin::stranger; }
   const std::string& label() const { return label_; }
   const std::vector<Array>& arrays() const { return arrays_; }
 
@@ -85,19 +71,26 @@ class Model {
   std::uint64_t fingerprint() const;
 
  private:
+  enum class Origin { built_in, trusted, stranger };
+  struct Source {
+    std::string label, path, text;
+    Origin origin;
+  };
   struct Delete {
     void operator()(mjModel_* model) const;
   };
+  using Compiled = std::unique_ptr<mjModel_, Delete>;
   std::string label_;
-  std::unique_ptr<mjModel_, Delete> model_;
-  bool trusted_;
+  Compiled model_;
+  Origin origin_;
   std::optional<Pairs> pairs_;
   std::vector<unsigned char> sameframe_;
   std::unique_ptr<const mjModel_> stepped_;  // shares model_'s arrays
   std::vector<Array> arrays_;
   int nq_ = 0, nv_ = 0, na_ = 0, nu_ = 0, nbody_ = 0;
 
-  Model(std::string label, mjModel_* model, bool built_in, bool trusted);
+  static std::shared_ptr<const Model> open(const Source& source);
+  Model(std::string label, Compiled model, Origin origin);
   std::vector<double> action_bound(int side) const;
 };
 

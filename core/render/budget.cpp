@@ -38,8 +38,8 @@ double sum(const std::vector<double>& values) { return std::accumulate(values.be
 
 void check_most(bool trusted, const std::string& what, double count, const std::string& unit, double most) {
   if (!trusted && !(count <= most))
-    fail(MJENV_E_RENDER, what + " takes " + number(count) + " " + unit + ", of which there may be " + number(most) +
-                             "; set the option \"trust_xml\" if the model comes from a friend");
+    fail(MJENV_E_RENDER, what + " takes " + number(count) + " " + unit + "; the limit is " + number(most) +
+                             ", unless you trust the model and set the option \"trust_xml\"");
 }
 
 }  // namespace

@@ -20,19 +20,15 @@
 namespace mjenv::core {
 namespace {
 
-constexpr std::int64_t kMiB = std::int64_t{1} << 20;
-// MuJoCo's own bound, which it applies to STL alone.
-constexpr double kMostCoordinate = 1 << 30;
-
 [[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
-void check_most(const char* what, std::int64_t count, std::int64_t most) {
-  if (count < 0 || count > most)
-    refuse(std::to_string(count) + " " + what + ", of which there may be " + std::to_string(most));
+void check_limit(const Limits& limits, const char* what, std::int64_t count, const Limit& limit) {
+  if (count < 0) refuse(std::to_string(count) + " " + what);
+  if (const auto why = limits.excess(what, count, limit); !why.empty()) refuse(why);
 }
 
 void check_coordinate(double x) {
-  if (!(std::abs(x) <= kMostCoordinate)) refuse("a vertex at " + number(x) + ", which is too far out");
+  if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex at " + number(x) + ", which is too far out");
 }
 
 // A name's last three letters in lower case.
@@ -69,20 +65,31 @@ class Words {
 
 // ---- Meshes ----
 
-void check_stl(const std::string& content, const FileLimits& limits) {
+// A normal, three corners and two bytes that mean nothing.
+constexpr std::size_t kStlFace = 50;
+
+std::int64_t check_stl(const std::string& content, const Limits& limits) {
   if (content.size() < 84) refuse("it is no binary STL file: it has no header");
   const std::int64_t faces = Words(content, 80).next<std::uint32_t>();
-  check_most("triangles", faces, limits.faces);
+  check_limit(limits, "triangles", faces, kFaces);
+  // MuJoCo merges equal corners of triangles.
+  using Vertex = std::array<std::uint32_t, 3>;  // the bits of floats, which may be NaN
+  std::vector<Vertex> corners;
+  for (std::size_t at = 84; at + kStlFace <= content.size(); at += kStlFace)
+    for (std::size_t corner = 1; corner < 4; ++corner)
+      std::memcpy(&corners.emplace_back(), &content[at + corner * sizeof(Vertex)], sizeof(Vertex));
+  std::sort(corners.begin(), corners.end());
+  return std::distance(corners.begin(), std::unique(corners.begin(), corners.end()));
 }
 
-void check_msh(const std::string& content, const FileLimits& limits) {
+std::int64_t check_msh(const std::string& content, const Limits& limits) {
   Words words(content);
   const std::int64_t vertices = words.next<std::int32_t>();
   const std::int64_t normals = words.next<std::int32_t>();
   const std::int64_t texcoords = words.next<std::int32_t>();
   const std::int64_t faces = words.next<std::int32_t>();
-  check_most("vertices", vertices, limits.vertices);
-  check_most("triangles", faces, limits.faces);
+  check_limit(limits, "vertices", vertices, kVertices);
+  check_limit(limits, "triangles", faces, kFaces);
   if ((normals != 0 && normals != vertices) || (texcoords != 0 && texcoords != vertices))
     refuse("it has " + std::to_string(vertices) + " vertices, but " + std::to_string(normals) + " normals and " +
            std::to_string(texcoords) + " texture coordinates");
@@ -92,14 +99,15 @@ void check_msh(const std::string& content, const FileLimits& limits) {
     const std::int64_t vertex = words.next<std::int32_t>();
     if (vertex < 0 || vertex >= vertices) refuse("a triangle has vertex " + std::to_string(vertex));
   }
+  return vertices;
 }
 
-// Wavefront OBJ, read as tinyobjloader does, but with an eye on the indices.
+// Reads Wavefront OBJ files as tinyobjloader does, and checks the indices, which it does not.
 class Obj {
  public:
-  Obj(std::string path, const FileLimits& limits) : path_(std::move(path)), limits_(limits) {}
+  Obj(std::string path, const Limits& limits) : path_(std::move(path)), limits_(limits) {}
 
-  void check(const std::string& content) {
+  std::int64_t check(const std::string& content) {
     for (std::size_t at = 0; at < content.size();) {
       const std::size_t end = std::min(content.find_first_of("\r\n", at), content.size());
       line(std::string_view(content).substr(at, end - at));
@@ -113,6 +121,7 @@ class Obj {
     // For each texture coordinate or normal that there is, every corner of a face must name one.
     if ((normals_ && bare_of_normals_) || (texcoords_ && bare_of_texcoords_))
       refuse("it has normals or texture coordinates, but not for all faces");
+    return positions_;
   }
 
  private:
@@ -123,7 +132,7 @@ class Obj {
   }
 
   std::string path_;
-  const FileLimits& limits_;
+  const Limits& limits_;
   std::int64_t positions_ = 0, normals_ = 0, texcoords_ = 0;
   std::int64_t faces_ = 0, triangles_ = 0;
   bool bare_of_normals_ = false, bare_of_texcoords_ = false;
@@ -147,7 +156,7 @@ class Obj {
     if (text.substr(0, 6) == "mtllib") return materials(text.substr(6));
     const std::string_view keyword = word(text);
     if (keyword == "v") {
-      check_most("vertices", ++positions_, limits_.vertices);
+      check_limit(limits_, "vertices", ++positions_, kVertices);
       for (int i = 0; i < 3; ++i) coordinate(word(text));
     } else if (keyword == "vn") {
       ++normals_;
@@ -205,10 +214,10 @@ class Obj {
       bare_of_normals_ = bare_of_normals_ || !normal;
       bare_of_texcoords_ = bare_of_texcoords_ || !texcoord;
     }
-    check_most("corners of a face", corners, 256);
+    check_limit(limits_, "corners of a face", corners, kFaceCorners);
     faces_ += corners == 3 || corners == 4;
     triangles_ += std::max(corners - 2, std::int64_t{0});
-    check_most("triangles", triangles_, limits_.faces);
+    check_limit(limits_, "triangles", triangles_, kFaces);
   }
 
   // tinyobjloader reads them, though MuJoCo has no use for them. It splits the mesh's folder at colons.
@@ -221,7 +230,7 @@ class Obj {
       struct stat status {};
       if (lstat(file.c_str(), &status) != 0) continue;  // tinyobjloader goes on without it
       if (!S_ISREG(status.st_mode)) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
-      check_most("bytes of materials", status.st_size, std::min(limits_.bytes, 16 * kMiB));
+      check_limit(limits_, "bytes of materials", status.st_size, kMaterialBytes);
     }
   }
 };
@@ -234,14 +243,14 @@ std::uint32_t big_endian(const std::string& content, std::size_t at) {
   return value;
 }
 
-std::int64_t check_png(const std::string& content, const FileLimits& limits) {
+std::int64_t check_png(const std::string& content, const Limits& limits) {
   static const std::string signature("\x89PNG\r\n\x1a\n");
   if (content.compare(0, 8, signature) != 0 || content.size() < 33 || content.compare(12, 4, "IHDR") != 0)
     refuse("it is no PNG image");
   const std::int64_t width = big_endian(content, 16), height = big_endian(content, 20);
-  check_most("pixels in a row", width, limits.pixels);
-  check_most("rows of pixels", height, limits.pixels);
-  check_most("pixels", width * height, limits.pixels);
+  check_limit(limits, "pixels in a row", width, kPixels);
+  check_limit(limits, "rows of pixels", height, kPixels);
+  check_limit(limits, "pixels", width * height, kPixels);
   // Generous: as if each row were coded by itself, in each of the seven passes of an interlaced image.
   const int bits = static_cast<unsigned char>(content[24]);
   const std::int64_t unpacked = 2 * height * ((width * bits * 4 + 7) / 8 + 8) + 4096;
@@ -253,8 +262,8 @@ std::int64_t check_png(const std::string& content, const FileLimits& limits) {
     const std::string type = content.substr(at + 4, 4);
     if (length > content.size() - at - 12) break;
     if (type == "IDAT") data.insert(data.end(), &content[at + 8], &content[at + 8] + length);
-    // lodepng unpacks each, to 16 MB at most.
-    if (type == "zTXt" || type == "iTXt" || type == "iCCP") check_most("compressed texts", ++texts, 8);
+    if (type == "zTXt" || type == "iTXt" || type == "iCCP")
+      check_limit(limits, "compressed texts", ++texts, kCompressedTexts);
     at += length + 12;
   }
   // Deflate packs 1032 bytes into one at best.
@@ -266,12 +275,7 @@ std::int64_t check_png(const std::string& content, const FileLimits& limits) {
 
 }  // namespace
 
-FileLimits file_limits(bool trusted) {
-  if (trusted) return {1024 * kMiB, 1 << 28, 1 << 24, 1 << 24};
-  return {64 * kMiB, 1 << 26, 600'000, 200'000};
-}
-
-std::string read_file(const std::string& path, std::int64_t most_bytes, const char* what) {
+std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what) {
   // Non-blocking: a pipe would never answer.
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   const auto cannot = [&](const char* why) { refuse(what + quoted(path) + " cannot be read: " + why); };
@@ -282,9 +286,9 @@ std::string read_file(const std::string& path, std::int64_t most_bytes, const ch
   } closing{file};
   struct stat status {};
   if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) cannot("it is no regular file");
-  if (status.st_size > most_bytes)
-    refuse(what + quoted(path) + " has " + std::to_string(status.st_size) + " bytes, of which there may be " +
-           std::to_string(most_bytes));
+  if (status.st_size > max_bytes)
+    refuse(what + quoted(path) + " has " + std::to_string(status.st_size) + " bytes; the limit is " +
+           std::to_string(max_bytes));
   std::string content(static_cast<std::size_t>(status.st_size), '\0');
   std::size_t got = 0;
   while (got < content.size()) {
@@ -298,7 +302,7 @@ std::string read_file(const std::string& path, std::int64_t most_bytes, const ch
   return content;
 }
 
-void check_mesh(const std::string& path, const std::string& content, const FileLimits& limits) {
+std::int64_t check_mesh(const std::string& path, const std::string& content, const Limits& limits) {
   const std::string kind = kind_of(path);
   if (kind == ".stl") return check_stl(content, limits);
   if (kind == ".msh") return check_msh(content, limits);
@@ -306,16 +310,16 @@ void check_mesh(const std::string& path, const std::string& content, const FileL
   refuse("a mesh is an .stl, .obj or .msh file");
 }
 
-void check_skin(const std::string& content, const FileLimits& limits) {
+void check_skin(const std::string& content, const Limits& limits) {
   Words words(content);
   const std::int64_t vertices = words.next<std::int32_t>();
   const std::int64_t texcoords = words.next<std::int32_t>();
   const std::int64_t faces = words.next<std::int32_t>();
   const std::int64_t bones = words.next<std::int32_t>();
-  check_most("vertices", vertices, limits.vertices);
-  check_most("texture coordinates", texcoords, limits.vertices);
-  check_most("triangles", faces, limits.faces);
-  check_most("bones", bones, limits.vertices);
+  check_limit(limits, "vertices", vertices, kVertices);
+  check_limit(limits, "texture coordinates", texcoords, kVertices);
+  check_limit(limits, "triangles", faces, kFaces);
+  check_limit(limits, "bones", bones, kVertices);
   words.skip(3 * vertices + 2 * texcoords);
   for (std::int64_t i = 0; i < 3 * faces; ++i) {
     const std::int64_t vertex = words.next<std::int32_t>();
@@ -329,20 +333,34 @@ void check_skin(const std::string& content, const FileLimits& limits) {
   }
 }
 
-std::int64_t check_image(const std::string& path, const std::string& content, const FileLimits& limits, bool heights) {
-  if (kind_of(path) == ".png") return check_png(content, limits);
+namespace {
+
+// MuJoCo's own format: two integers, and for each pixel three bytes or a float.
+std::int64_t check_raw(const std::string& content, const Limits& limits, std::int64_t bytes_per_pixel) {
   Words words(content);
   const std::int64_t first = words.next<std::int32_t>(), second = words.next<std::int32_t>();
-  check_most("rows", first, limits.pixels);
-  check_most("columns", second, limits.pixels);
-  check_most("pixels", first * second, limits.pixels);
-  const std::int64_t needed = 8 + first * second * (heights ? 4 : 3);
+  check_limit(limits, "rows", first, kPixels);
+  check_limit(limits, "columns", second, kPixels);
+  check_limit(limits, "pixels", first * second, kPixels);
+  const std::int64_t needed = 8 + first * second * bytes_per_pixel;
   if (static_cast<std::int64_t>(content.size()) != needed)
     refuse("it has " + std::to_string(content.size()) + " bytes; its " + std::to_string(first) + " by " +
            std::to_string(second) + " need " + std::to_string(needed));
-  for (std::int64_t i = 0; heights && i < first * second; ++i)
-    if (!std::isfinite(words.next<float>())) refuse("a height is not finite");
   return first * second;
+}
+
+}  // namespace
+
+std::int64_t check_image(const std::string& path, const std::string& content, const Limits& limits) {
+  return kind_of(path) == ".png" ? check_png(content, limits) : check_raw(content, limits, 3);
+}
+
+std::int64_t check_heights(const std::string& path, const std::string& content, const Limits& limits) {
+  if (kind_of(path) == ".png") return check_png(content, limits);
+  const std::int64_t count = check_raw(content, limits, sizeof(float));
+  for (Words words(content, 8); words.left() > 0;)
+    if (!std::isfinite(words.next<float>())) refuse("a height is not finite");
+  return count;
 }
 
 }  // namespace mjenv::core

@@ -1,24 +1,24 @@
-// The files that a model is made of: read with care, and asked what MuJoCo's loaders fail to ask.
+// Reads and validates the files that a model refers to: meshes, skins, images and height fields.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
+#include "engine/untrusted/limits.hpp"
+
 namespace mjenv::core {
 
-// What a stranger's file may hold; a trusted one is only kept from crashing MuJoCo.
-struct FileLimits {
-  std::int64_t bytes, pixels, vertices, faces;
-};
-FileLimits file_limits(bool trusted);
-
-// The whole of a regular file. Fails where it cannot be read, is no regular file or has more bytes than allowed.
-std::string read_file(const std::string& path, std::int64_t most_bytes, const char* what = "file ");
+// Reads a regular file. Fails with MJENV_E_MODEL where it cannot be read, is no regular file or has more bytes than
+// allowed.
+std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ");
 
 // Each fails with MJENV_E_MODEL, without naming the file, when MuJoCo would crash, hang or print on the content.
-void check_mesh(const std::string& path, const std::string& content, const FileLimits& limits);
-void check_skin(const std::string& content, const FileLimits& limits);
-// The result is how many pixels, or heights, it has.
-std::int64_t check_image(const std::string& path, const std::string& content, const FileLimits& limits, bool heights);
+// The result is how many vertices it may have on its convex hull.
+std::int64_t check_mesh(const std::string& path, const std::string& content, const Limits& limits);
+void check_skin(const std::string& content, const Limits& limits);
+// The result is how many pixels it has.
+std::int64_t check_image(const std::string& path, const std::string& content, const Limits& limits);
+// A height field: the result is how many heights it has.
+std::int64_t check_heights(const std::string& path, const std::string& content, const Limits& limits);
 
 }  // namespace mjenv::core

@@ -4,17 +4,16 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <limits>
-#include <sstream>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "engine/untrusted/element.hpp"
 #include "engine/untrusted/files.hpp"
+#include "engine/untrusted/folder.hpp"
+#include "engine/untrusted/limits.hpp"
 #include "error.hpp"
 
 namespace mjenv::core {
@@ -23,445 +22,474 @@ namespace {
 using tinyxml2::XMLDocument;
 using tinyxml2::XMLElement;
 
-struct Limits {
-  std::int64_t text, elements, depth, files;
-  std::int64_t dofs, numbers, rows, iterations, range_steps, solver;
+// How many objects the model has. MuJoCo adds the world, which is a body.
+struct Counts {
+  std::int64_t elements = 0, bodies = 1, joints = 0, geoms = 0, sites = 0, cameras = 0, tendons = 0, actuators = 0,
+               sensors = 0, equalities = 0, keys = 0;
 };
 
-// Of a stranger's model: what loads in seconds, and a work space of at most about a gigabyte.
-constexpr Limits stranger{std::int64_t{16} << 20, 50'000, 100, 1000, 3000, 1 << 26, 10'000, 10'000, 2'000'000,
-                          1'000'000'000};
-// Of any: where MuJoCo's own sums overflow.
-constexpr Limits trusted_{std::int64_t{1} << 30,
-                          10'000'000,
-                          100,
-                          100'000,
-                          100'000,
-                          1 << 28,
-                          1'000'000'000,
-                          1'000'000'000,
-                          1'000'000'000,
-                          std::numeric_limits<std::int64_t>::max()};
+// The largest value of each attribute that sizes the model. The initial values are MuJoCo's defaults.
+struct Sizes {
+  std::int64_t njmax = 500, nconmax = 100, nstack = 0, nkey = 0, nuserdata = 0, iterations = 100, noslip_iterations = 0;
+  // Numbers of user data in each body, joint, ...
+  std::int64_t nuser_body = 0, nuser_jnt = 0, nuser_geom = 0, nuser_site = 0, nuser_cam = 0, nuser_tendon = 0,
+               nuser_actuator = 0, nuser_sensor = 0;
+};
 
+// Of these attributes the last one in the model counts.
+struct Settings {
+  std::string mesh_folder, texture_folder, solver = "Newton";
+  bool strips_path = false;
+  double timestep = 0.002, range_timestep = 0.01, range_total = 10;
+};
+
+struct File {
+  enum class Kind { mesh, skin, heights, texture } kind;
+  std::string name;
+  int copies;  // that MuJoCo makes of an image: six for the sides of a cube
+};
+
+// Reads the model once, element by element, and then checks its files and sums.
 class Check {
  public:
-  explicit Check(const Mjcf& model)
-      : model_(model),
-        limits_(model.trusted ? trusted_ : stranger),
-        file_limits_(file_limits(model.trusted)),
-        folder_(model.path.substr(0, model.path.find_last_of("/\\") + 1)) {}
-
-  std::string run() {
-    XMLDocument document;
-    parse(document, model_.text);
-    XMLElement* root = document.RootElement();
-    if (!root) refuse(nullptr, "the XML has no root element");
-    if (strcasecmp(root->Value(), "mujoco") != 0)
-      refuse(root, "an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program");
-    included_.push_back(model_.path);
-    enter(*root, 1, "");
-    check_files();
-    dofs_ += untyped_joints_ * default_dofs_;
-    check_sums();
-    if (!runs_threads_) return model_.text;
-    // Errors in MuJoCo's threads would end the process.
-    root->InsertNewChildElement("compiler")->SetAttribute("usethread", "false");
-    tinyxml2::XMLPrinter printer;
-    document.Print(&printer);
-    return {printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1};
-  }
+  Check(const std::string& path, bool trusted) : limits_(trusted), folder_(path, limits_), included_{path} {}
+  Mjcf run(const std::string& text);
 
  private:
-  // A file, and what it is to the model.
-  struct File {
-    enum class Kind { mesh, skin, heights, texture } kind;
-    std::string name;
-    bool cube;
-  };
-
-  const Mjcf& model_;
   const Limits limits_;
-  const FileLimits file_limits_;
-  const std::string folder_;
+  Folder folder_;
   std::vector<std::string> included_;
   std::vector<File> files_;
-  std::string mesh_folder_, texture_folder_;
-  bool strips_path_ = false, runs_threads_ = false;
-  std::int64_t text_ = 0, elements_ = 0, file_count_ = 0, pixels_ = 0, bytes_ = 0;
-  std::int64_t bodies_ = 1, joints_ = 0, geoms_ = 0, sites_ = 0, cameras_ = 0, tendons_ = 0, actuators_ = 0,
-               sensors_ = 0, equalities_ = 0, dofs_ = 0, keys_ = 0, keys_wanted_ = 0, numbers_ = 0, user_data_ = 0,
-               rows_ = 500, stack_ = 0, contacts_ = 100;
-  std::int64_t untyped_joints_ = 0, default_dofs_ = 1;  // the most of any class
-  std::array<std::int64_t, 8> user_{};  // numbers of each body, joint, geom, site, camera, tendon, actuator, sensor
-  std::int64_t iterations_ = 100, noslip_ = 0;
-  std::string solver_ = "Newton";
-  double timestep_ = 0.002, range_timestep_ = 0.01, range_total_ = 10;
+  Counts counts_;
+  Sizes sizes_;
+  Settings settings_;
+  bool has_muscles_ = false;
+  // Joints without a type have that of their default class: here, the one with the most degrees of freedom.
+  std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
+  std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_work_ = 0;
 
-  [[noreturn]] void refuse(const XMLElement* element, const std::string& why) const {
-    std::string place;
-    if (element) {
-      place = " (element <" + std::string(element->Value()) + ">, line " + std::to_string(element->GetLineNum());
-      if (included_.size() > 1) place += " of this file or an included one";
-      place += ")";
+  // What applies to the elements of one name, or in one parent.
+  struct Rule {
+    const char *parent, *name;     // null for any
+    std::int64_t Counts::*counts;  // what the element is counted as; may be null
+    void (Check::*check)(const Element& element);
+  };
+  static const Rule kRules[];
+
+  // An attribute that holds one integer, which is -1 or more.
+  struct IntegerRule {
+    const char *element, *attribute;
+    Limit limit;
+    std::int64_t Sizes::*raises;  // may be null
+  };
+  static const IntegerRule kIntegers[];
+
+  // Reading.
+  void parse(XMLDocument& document, const std::string& text);
+  void enter(const XMLElement& xml, std::int64_t level, const std::string& parent);
+  void include(const Element& element, std::int64_t level);
+  void check(const Element& element);
+  void check_integer(const IntegerRule& rule, const Element& element);
+
+  // One element each, named as in MJCF.
+  void any(const Element& element);
+  void compiler(const Element& element);
+  void lengthrange(const Element& element);
+  void option(const Element& element);
+  void mesh(const Element& element) { surface(element, File::Kind::mesh); }
+  void skin(const Element& element);
+  void hfield(const Element& element);
+  void texture(const Element& element);
+  void composite(const Element& element);
+  void freejoint(const Element&) { dofs_ += 6; }
+  void joint(const Element& element);
+  void muscle(const Element&) { has_muscles_ = true; }
+  void user(const Element& element) { add_numbers(element, "dim"); }
+  void numeric(const Element& element) { add_numbers(element, "size"); }
+
+  void surface(const Element& element, File::Kind kind);
+  void add_file(const Element& element, File::Kind kind, const char* attribute);
+  void add_numbers(const Element& element, const char* attribute);
+  void add_pixels(std::int64_t count, const XMLElement* element = nullptr);
+  void add_hull(std::int64_t vertices, const XMLElement* element = nullptr);
+  double real(const Element& element, const char* attribute, double fallback) const;
+
+  // The whole.
+  std::string path_of(const File& file) const;
+  void check_files();
+  void check_file(const File& file, const std::string& path, const std::string& content);
+  void check_sums();
+
+  [[noreturn]] void refuse(const std::string& why, const XMLElement* element = nullptr) const;
+  void check_limit(const std::string& what, std::int64_t count, const Limit& limit,
+                   const XMLElement* element = nullptr) const;
+};
+
+// ---- What is checked ----
+
+// All rules that match an element apply to it.
+const Check::Rule Check::kRules[] = {
+    {nullptr, nullptr, &Counts::elements, &Check::any},
+    {nullptr, "compiler", nullptr, &Check::compiler},
+    {nullptr, "lengthrange", nullptr, &Check::lengthrange},
+    {nullptr, "option", nullptr, &Check::option},
+    {nullptr, "mesh", nullptr, &Check::mesh},
+    {nullptr, "skin", nullptr, &Check::skin},
+    {nullptr, "hfield", nullptr, &Check::hfield},
+    {nullptr, "texture", nullptr, &Check::texture},
+    {nullptr, "composite", nullptr, &Check::composite},
+    {nullptr, "body", &Counts::bodies, nullptr},
+    {nullptr, "freejoint", &Counts::joints, &Check::freejoint},
+    {nullptr, "joint", nullptr, &Check::joint},
+    {nullptr, "geom", &Counts::geoms, nullptr},
+    {nullptr, "site", &Counts::sites, nullptr},
+    {nullptr, "camera", &Counts::cameras, nullptr},
+    {"equality", nullptr, &Counts::equalities, nullptr},
+    {"tendon", nullptr, &Counts::tendons, nullptr},
+    {"actuator", nullptr, &Counts::actuators, nullptr},
+    {nullptr, "muscle", nullptr, &Check::muscle},
+    {"sensor", nullptr, &Counts::sensors, nullptr},
+    {"sensor", "user", nullptr, &Check::user},
+    {nullptr, "numeric", nullptr, &Check::numeric},
+    {nullptr, "key", &Counts::keys, nullptr},
+};
+
+const Check::IntegerRule Check::kIntegers[] = {
+    {"option", "iterations", kIterations, &Sizes::iterations},
+    {"option", "noslip_iterations", kIterations, &Sizes::noslip_iterations},
+    {"option", "mpr_iterations", kIterations, nullptr},
+    {"size", "njmax", kConstraints, &Sizes::njmax},
+    {"size", "nconmax", kConstraints, &Sizes::nconmax},
+    {"size", "nstack", kWorkNumbers, &Sizes::nstack},
+    {"size", "nkey", kElements, &Sizes::nkey},
+    {"size", "nuserdata", kNumbers, &Sizes::nuserdata},
+    {"size", "nuser_body", kNumbers, &Sizes::nuser_body},
+    {"size", "nuser_jnt", kNumbers, &Sizes::nuser_jnt},
+    {"size", "nuser_geom", kNumbers, &Sizes::nuser_geom},
+    {"size", "nuser_site", kNumbers, &Sizes::nuser_site},
+    {"size", "nuser_cam", kNumbers, &Sizes::nuser_cam},
+    {"size", "nuser_tendon", kNumbers, &Sizes::nuser_tendon},
+    {"size", "nuser_actuator", kNumbers, &Sizes::nuser_actuator},
+    {"size", "nuser_sensor", kNumbers, &Sizes::nuser_sensor},
+    {"hfield", "nrow", kPixels, nullptr},
+    {"hfield", "ncol", kPixels, nullptr},
+    {"texture", "width", kTextureWidth, nullptr},
+    {"texture", "height", kTextureHeight, nullptr},
+    {"skin", "subgrid", kSubgrid, nullptr},
+    {"user", "dim", kNumericSize, nullptr},
+    {"numeric", "size", kNumericSize, nullptr},
+    {"quality", "shadowsize", kShadowSize, nullptr},
+    {"quality", "offsamples", kSamples, nullptr},
+    {"quality", "numslices", kSlices, nullptr},
+    {"quality", "numstacks", kSlices, nullptr},
+    {"quality", "numquads", kSlices, nullptr},
+    {"global", "offwidth", kPictureSide, nullptr},
+    {"global", "offheight", kPictureSide, nullptr},
+};
+
+// Sums over the whole model.
+void Check::check_sums() {
+  dofs_ += untyped_joints_ * max_default_dofs_;
+  check_limit("degrees of freedom", dofs_, kDofs);
+
+  std::int64_t numbers = numbers_ + sizes_.nuserdata;
+  for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
+                                            {counts_.joints, sizes_.nuser_jnt},
+                                            {counts_.geoms, sizes_.nuser_geom},
+                                            {counts_.sites, sizes_.nuser_site},
+                                            {counts_.cameras, sizes_.nuser_cam},
+                                            {counts_.tendons, sizes_.nuser_tendon},
+                                            {counts_.actuators, sizes_.nuser_actuator},
+                                            {counts_.sensors, sizes_.nuser_sensor}})
+    numbers += count * numbers_each;
+  const std::int64_t keyframe = 2 * dofs_ + 2 * counts_.joints + counts_.actuators + 7 * counts_.bodies;
+  numbers += std::max(counts_.keys, sizes_.nkey) * keyframe;
+  check_limit("numbers in user data and keyframes", numbers, kNumbers);
+
+  const std::int64_t rows = sizes_.njmax;
+  check_limit("numbers in a work space",
+              rows * (rows + 4 * dofs_) + 70 * sizes_.nconmax + sizes_.nstack + 4 * dofs_ * 700, kWorkNumbers);
+  // Newton's method needs a dozen iterations; PGS and the iterations against slip take all that they may.
+  const std::int64_t sweeps = sizes_.noslip_iterations + (settings_.solver == "PGS" ? sizes_.iterations : 0);
+  check_limit(
+      "multiplications by the solver in a step",
+      (settings_.solver == "Newton" ? (rows + dofs_) * dofs_ * dofs_ : rows * dofs_) + sweeps * rows * rows / 10,
+      kMultiplications);
+  check_limit("constraints, equalities and degrees of freedom", rows + counts_.equalities + dofs_, kStackRows);
+
+  // The lengths that muscles reach are found by simulations.
+  const double step = settings_.range_timestep > 0 ? settings_.range_timestep : settings_.timestep;
+  const double steps = static_cast<double>(counts_.actuators) * settings_.range_total / step;
+  if (has_muscles_ && !(step > 0 && steps <= static_cast<double>(limits_.of(kRangeSteps))))
+    refuse("finding the range of the muscles' lengths would take too many steps of " + number(step) + " s");
+}
+
+// ---- Reading ----
+
+Mjcf Check::run(const std::string& text) {
+  XMLDocument document;
+  parse(document, text);
+  XMLElement* root = document.RootElement();
+  if (!root) refuse("the XML has no root element");
+  if (strcasecmp(root->Value(), "mujoco") != 0)
+    refuse("an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program", root);
+  enter(*root, 1, "");
+  check_files();
+  check_sums();
+  if (!has_muscles_) return {text, folder_.used()};
+  // An error in one of MuJoCo's own threads would end the process.
+  root->InsertNewChildElement("compiler")->SetAttribute("usethread", "false");
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.used()};
+}
+
+void Check::parse(XMLDocument& document, const std::string& text) {
+  check_limit("bytes of XML", text_bytes_ += static_cast<std::int64_t>(text.size()), kTextBytes);
+  // tinyxml2 takes a hundred bytes of memory for each "<".
+  check_limit("elements", std::count(text.begin(), text.end(), '<'), kTags);
+  if (text.find('\0') != std::string::npos) refuse("the XML holds a NUL character");
+  document.Parse(text.data(), text.size());
+  if (document.Error()) refuse("XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
+}
+
+// The elements of an included file take the place of <include>.
+void Check::enter(const XMLElement& xml, std::int64_t level, const std::string& parent) {
+  check_limit("levels of elements", level, kLevels, &xml);
+  const Element element{xml, xml.Value(), parent};
+  if (strcasecmp(xml.Value(), "include") == 0) return include(element, level);
+  check(element);
+  for (const XMLElement* e = xml.FirstChildElement(); e; e = e->NextSiblingElement())
+    enter(*e, level + 1, element.name);
+}
+
+void Check::include(const Element& element, std::int64_t level) {
+  const std::string name = element.text("file"), path = folder_.path() + name;
+  if (name.empty()) refuse("required attribute missing: 'file'", &element.xml);
+  for (const auto& other : included_)
+    if (strcasecmp(other.c_str(), path.c_str()) == 0)
+      refuse("file " + quoted(path) + " already included", &element.xml);
+  const std::string content = folder_.read(path, name, kTextBytes);
+  XMLDocument document;
+  try {
+    parse(document, content);
+  } catch (const Error& error) {
+    fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
+  }
+  included_.push_back(path);
+  if (!document.RootElement()) refuse("root element missing in file " + quoted(path), &element.xml);
+  for (const XMLElement* e = document.RootElement()->FirstChildElement(); e; e = e->NextSiblingElement())
+    enter(*e, level, element.parent);
+}
+
+void Check::check(const Element& element) {
+  for (const IntegerRule& rule : kIntegers)
+    if (element.name == rule.element) check_integer(rule, element);
+  for (const Rule& rule : kRules) {
+    if ((rule.parent && element.parent != rule.parent) || (rule.name && element.name != rule.name)) continue;
+    if (rule.counts) ++(counts_.*rule.counts);
+    if (rule.check) (this->*rule.check)(element);
+  }
+  check_limit("elements", counts_.elements, kElements, &element.xml);
+}
+
+void Check::check_integer(const IntegerRule& rule, const Element& element) {
+  const std::int64_t value = element.integer(rule.attribute);
+  if (value < -1) refuse(std::string(rule.attribute) + " is " + std::to_string(value), &element.xml);
+  check_limit(rule.attribute, value, rule.limit, &element.xml);
+  if (rule.raises) sizes_.*rule.raises = std::max(sizes_.*rule.raises, value);
+}
+
+// ---- Elements ----
+
+// MuJoCo warns of NaN and goes on, with undefined results.
+void Check::any(const Element& element) {
+  for (const auto* a = element.xml.FirstAttribute(); a; a = a->Next()) {
+    std::string_view text = a->Value();
+    while (!text.empty()) {
+      const std::size_t end = std::min(text.find_first_of(" \t\n\v\f\r"), text.size());
+      std::string_view word = text.substr(0, end);
+      if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
+      if (word.size() == 3 && strncasecmp(word.data(), "nan", 3) == 0)
+        refuse(std::string("attribute '") + a->Name() + "' is not a number", &element.xml);
+      text.remove_prefix(std::min(end + 1, text.size()));
     }
-    fail(MJENV_E_MODEL, why + place);
   }
+  for (const char* attribute : {"gaintype", "biastype"})
+    if (const auto type = element.text(attribute); type == "muscle" || type == "user") has_muscles_ = true;
+}
 
-  void check_most(const XMLElement* element, const std::string& what, std::int64_t count, std::int64_t most) const {
-    if (count <= most) return;
-    refuse(element, std::to_string(count) + " " + what + ", of which there may be " + std::to_string(most) +
-                        (model_.trusted ? "" : "; set the option \"trust_xml\" if the model comes from a friend"));
+void Check::compiler(const Element& element) {
+  if (const char* folder = element.xml.Attribute("meshdir")) settings_.mesh_folder = folder;
+  if (const char* folder = element.xml.Attribute("texturedir")) settings_.texture_folder = folder;
+  if (const char* strips = element.xml.Attribute("strippath")) settings_.strips_path = std::strcmp(strips, "true") == 0;
+}
+
+void Check::lengthrange(const Element& element) {
+  has_muscles_ = true;
+  settings_.range_timestep = real(element, "timestep", settings_.range_timestep);
+  settings_.range_total = real(element, "inttotal", settings_.range_total);
+}
+
+void Check::option(const Element& element) {
+  settings_.timestep = real(element, "timestep", settings_.timestep);
+  if (const char* solver = element.xml.Attribute("solver")) settings_.solver = solver;
+}
+
+void Check::skin(const Element& element) {
+  if (element.parent != "composite") surface(element, File::Kind::skin);
+}
+
+void Check::hfield(const Element& element) {
+  add_pixels(element.integer("nrow") * element.integer("ncol"), &element.xml);
+  add_file(element, File::Kind::heights, "file");
+}
+
+void Check::texture(const Element& element) {
+  const std::int64_t width = element.integer("width"), height = element.integer("height");
+  add_pixels(element.text("type") == "2d" ? width * height : 6 * width * width, &element.xml);
+  for (const auto side : values_of<std::int64_t>(element.text("gridsize")))
+    if (side < 1 || side > 12) refuse("gridsize is " + std::to_string(side), &element.xml);
+  for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
+    add_file(element, File::Kind::texture, attribute);
+}
+
+// MuJoCo makes less than three objects of any kind for each part.
+void Check::composite(const Element& element) {
+  std::int64_t parts = 1, subgrid = 0;
+  for (const auto side : values_of<std::int64_t>(element.text("count"))) {
+    if (side < 1) refuse("count is " + std::to_string(side), &element.xml);
+    check_limit("elements in a row", side, kElements, &element.xml);
+    check_limit("elements of a composite", parts *= side, kCompositeParts, &element.xml);
   }
-
-  void parse(XMLDocument& document, const std::string& text) {
-    check_most(nullptr, "bytes of XML", text_ += static_cast<std::int64_t>(text.size()), limits_.text);
-    // tinyxml2 makes a hundred bytes of a "<".
-    check_most(nullptr, "elements", std::count(text.begin(), text.end(), '<'), 2 * limits_.elements + 1000);
-    if (text.find('\0') != std::string::npos) refuse(nullptr, "the XML holds a NUL character");
-    document.Parse(text.data(), text.size());
-    if (document.Error())
-      refuse(nullptr, "XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
+  for (const auto* skin = element.xml.FirstChildElement("skin"); skin; skin = skin->NextSiblingElement("skin")) {
+    const std::int64_t value = Element{*skin, "skin", "composite"}.integer("subgrid");
+    check_limit("subgrid", value, kSubgrid, skin);
+    subgrid = std::max(subgrid, value);
   }
+  check_limit("vertices of the skin", 2 * parts * (subgrid + 1) * (subgrid + 1), kVertices, &element.xml);
+  for (auto* made : {&counts_.elements, &counts_.bodies, &counts_.joints, &counts_.geoms, &counts_.sites,
+                     &counts_.tendons, &counts_.equalities, &dofs_})
+    *made += 3 * parts;
+}
 
-  // ---- Files ----
+void Check::joint(const Element& element) {
+  if (element.parent == "equality" || element.parent == "fixed") return;  // they name a joint
+  const std::string type = element.text("type");
+  const std::int64_t dofs = type == "free" ? 6 : type == "ball" ? 3 : 1;
+  ++counts_.joints;
+  if (element.parent == "default")
+    max_default_dofs_ = std::max(max_default_dofs_, dofs);
+  else if (type.empty())
+    ++untyped_joints_;
+  else
+    dofs_ += dofs;
+}
 
-  // A path as MuJoCo opens it, once the model is known to be allowed to.
-  std::string allowed(const std::string& path, const std::string& name) {
-    if (path.find('\0') != std::string::npos || path.size() > 900)
-      refuse(nullptr, "file " + quoted(name) + " cannot be read: it has no proper name");
-    check_most(nullptr, "files", ++file_count_, limits_.files);
-    if (model_.trusted) return path;
-    if (model_.path.empty())
-      refuse(nullptr,
-             "the model refers to file " + quoted(name) +
-                 ", but as it comes from memory it has no folder; set the option \"trust_xml\" to let it read any");
-    const std::string own = real_path(folder_.empty() ? "." : folder_), real = real_path(path);
-    if (real.compare(0, own.size(), own) != 0 || (own != "/" && real[own.size()] != '/'))
-      refuse(nullptr, "file " + quoted(path) + " is outside of the model's folder " + quoted(own) +
-                          "; set the option \"trust_xml\" to let the model read any");
-    return path;
-  }
+// A mesh or a skin: its vertices and faces are in a file or here.
+void Check::surface(const Element& element, File::Kind kind) {
+  const std::vector<float> coordinates = values_of<float>(element.text("vertex"));
+  for (const float x : coordinates)
+    if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex is too far out", &element.xml);
+  const auto vertices = static_cast<std::int64_t>(coordinates.size()) / 3;
+  check_limit("vertices", vertices, kVertices, &element.xml);
+  for (const auto vertex : values_of<std::int64_t>(element.text("face")))
+    if (vertex < 0 || vertex >= vertices)
+      refuse("a face has vertex " + std::to_string(vertex) + " of " + std::to_string(vertices), &element.xml);
+  if (kind == File::Kind::mesh) add_hull(vertices, &element.xml);
+  if (element.text("file").empty()) return;
+  for (const char* attribute : {"vertex", "normal", "texcoord", "face"})
+    if (element.xml.Attribute(attribute)) refuse(std::string("it has a file and a ") + attribute, &element.xml);
+  add_file(element, kind, "file");
+}
 
-  std::string real_path(const std::string& path) const {
-    char* real = realpath(path.c_str(), nullptr);
-    if (!real) refuse(nullptr, "file " + quoted(path) + " cannot be read: " + std::strerror(errno));
-    std::string found(real);
-    std::free(real);
-    return found;
-  }
+void Check::add_file(const Element& element, File::Kind kind, const char* attribute) {
+  const std::string name = element.text(attribute);
+  const bool cube = kind == File::Kind::texture && element.text("type") != "2d";
+  if (!name.empty()) files_.push_back({kind, name, cube ? 6 : 1});
+}
 
-  void include(const XMLElement& element, std::int64_t depth, const std::string& parent) {
-    const std::string name = text_of(element, "file"), path = folder_ + name;
-    if (name.empty()) refuse(&element, "required attribute missing: 'file'");
-    for (const auto& other : included_)
-      if (strcasecmp(other.c_str(), path.c_str()) == 0) refuse(&element, "file " + quoted(path) + " already included");
-    const std::string content = read_file(allowed(path, name), limits_.text);
-    XMLDocument document;
+void Check::add_numbers(const Element& element, const char* attribute) {
+  numbers_ += std::max(element.integer(attribute), std::int64_t{0});
+}
+
+void Check::add_pixels(std::int64_t count, const XMLElement* element) {
+  check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
+}
+
+// Any of a mesh's vertices may be on its convex hull.
+void Check::add_hull(std::int64_t vertices, const XMLElement* element) {
+  if (!kEngineLimitsHulls)
+    check_limit("squares of meshes' vertices", hull_work_ += vertices * vertices, kHullWork, element);
+}
+
+double Check::real(const Element& element, const char* attribute, double fallback) const {
+  if (!element.xml.Attribute(attribute)) return fallback;
+  const auto value = element.real(attribute);
+  if (!value) refuse(std::string("attribute '") + attribute + "' is not a number", &element.xml);
+  return *value;
+}
+
+// ---- Files ----
+
+// Called when all of the XML has been read, because the last setting of the folders counts.
+void Check::check_files() {
+  for (const auto& file : files_) {
+    const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
+    check_limit("bytes in all files", file_bytes_ += static_cast<std::int64_t>(content.size()), kAllFileBytes);
     try {
-      parse(document, content);
+      check_file(file, path, content);
     } catch (const Error& error) {
       fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
     }
-    included_.push_back(path);
-    if (!document.RootElement()) refuse(&element, "root element missing in file " + quoted(path));
-    for (const XMLElement* e = document.RootElement()->FirstChildElement(); e; e = e->NextSiblingElement())
-      enter(*e, depth, parent);
   }
+}
 
-  static bool is_absolute(const std::string& path) {
-    return !path.empty() && (path[0] == '/' || path[0] == '\\' || path.find(":/") != std::string::npos ||
-                             path.find(":\\") != std::string::npos);
+void Check::check_file(const File& file, const std::string& path, const std::string& content) {
+  switch (file.kind) {
+    case File::Kind::mesh: return add_hull(check_mesh(path, content, limits_));
+    case File::Kind::skin: return check_skin(content, limits_);
+    case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
+    case File::Kind::texture: return add_pixels(file.copies * check_image(path, content, limits_));
   }
+}
 
-  std::string path_of(const File& file, const std::string& subfolder) const {
-    std::string name = strips_path_ ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
-    if (name.size() < 4) refuse(nullptr, "file " + quoted(file.name) + " has no extension");
-    std::string below = subfolder;
-    if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
-    if (is_absolute(name)) return name;
-    return is_absolute(below) ? below + name : folder_ + below + name;
+bool is_absolute(const std::string& path) {
+  return !path.empty() && (path[0] == '/' || path[0] == '\\' || path.find(":/") != std::string::npos ||
+                           path.find(":\\") != std::string::npos);
+}
+
+// As MuJoCo puts it together.
+std::string Check::path_of(const File& file) const {
+  const std::string name = settings_.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
+  if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");
+  std::string below = file.kind == File::Kind::texture ? settings_.texture_folder : settings_.mesh_folder;
+  if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
+  if (is_absolute(name)) return name;
+  return is_absolute(below) ? below + name : folder_.path() + below + name;
+}
+
+// ---- Refusing ----
+
+void Check::check_limit(const std::string& what, std::int64_t count, const Limit& limit,
+                        const XMLElement* element) const {
+  if (const auto why = limits_.excess(what, count, limit); !why.empty()) refuse(why, element);
+}
+
+void Check::refuse(const std::string& why, const XMLElement* element) const {
+  std::string place;
+  if (element) {
+    place = " (element <" + std::string(element->Value()) + ">, line " + std::to_string(element->GetLineNum());
+    if (included_.size() > 1) place += " of this file or an included one";
+    place += ")";
   }
-
-  // When all of the XML has been read, as its last word on folders counts.
-  void check_files() {
-    for (const auto& file : files_) {
-      const bool picture = file.kind == File::Kind::texture;
-      const std::string path = allowed(path_of(file, picture ? texture_folder_ : mesh_folder_), file.name);
-      const std::string content = read_file(path, file_limits_.bytes);
-      check_most(nullptr, "bytes in all files", bytes_ += static_cast<std::int64_t>(content.size()),
-                 8 * file_limits_.bytes);
-      try {
-        check_file(file, path, content);
-      } catch (const Error& error) {
-        fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
-      }
-    }
-  }
-
-  void check_file(const File& file, const std::string& path, const std::string& content) {
-    switch (file.kind) {
-      case File::Kind::mesh: check_mesh(path, content, file_limits_); break;
-      case File::Kind::skin: check_skin(content, file_limits_); break;
-      case File::Kind::heights:
-      case File::Kind::texture:
-        add_pixels(nullptr,
-                   (file.cube ? 6 : 1) * check_image(path, content, file_limits_, file.kind == File::Kind::heights));
-    }
-  }
-
-  void add_pixels(const XMLElement* element, std::int64_t count) {
-    check_most(element, "pixels and heights", pixels_ += count, 2 * file_limits_.pixels);
-  }
-
-  // ---- Elements ----
-
-  static std::string text_of(const XMLElement& element, const char* attribute) {
-    const char* text = element.Attribute(attribute);
-    return text ? text : "";
-  }
-
-  // As MuJoCo reads a single integer: the number at the front of the text.
-  static std::int64_t integer(const XMLElement& element, const char* attribute, std::int64_t otherwise) {
-    const char* text = element.Attribute(attribute);
-    return text ? std::strtoll(text, nullptr, 10) : otherwise;
-  }
-
-  // As MuJoCo reads the first of an attribute's numbers: a word, of which 1e-400 is 0.
-  double real(const XMLElement& element, const char* attribute, double otherwise) const {
-    if (!element.Attribute(attribute)) return otherwise;
-    std::istringstream text(text_of(element, attribute));
-    std::string word;
-    text >> word;
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    if (strcasecmp(word.c_str(), "inf") == 0) return infinity;
-    if (strcasecmp(word.c_str(), "-inf") == 0) return -infinity;
-    std::istringstream from(word);
-    double value = 0;
-    if (!(from >> value) || !from.eof()) refuse(&element, std::string("attribute '") + attribute + "' is not a number");
-    return value;
-  }
-
-  // The numbers at the front of the text, by a stream in the process's locale as MuJoCo has it.
-  template <typename T>
-  static std::vector<T> list(const std::string& text) {
-    std::istringstream from(text);
-    std::vector<T> values;
-    for (T value; from >> value;) values.push_back(value);
-    return values;
-  }
-
-  void check_count(const XMLElement& element, const char* attribute, std::int64_t& largest, std::int64_t most) const {
-    const std::int64_t count = integer(element, attribute, 0);
-    if (count < -1) refuse(&element, std::string(attribute) + " is " + std::to_string(count));
-    check_most(&element, attribute, count, most);
-    largest = std::max(largest, count);
-  }
-
-  void add_numbers(const XMLElement& element, const char* attribute) {
-    std::int64_t count = 0;
-    check_count(element, attribute, count, 1'000'000);
-    numbers_ += count;
-  }
-
-  void add_file(const XMLElement& element, File::Kind kind, const char* attribute) {
-    const char* name = element.Attribute(attribute);
-    if (!name || !*name) return;
-    const bool cube = kind == File::Kind::texture && text_of(element, "type") != "2d";
-    files_.push_back({kind, name, cube});
-  }
-
-  // An included file's elements take the place of <include>.
-  void enter(const XMLElement& element, std::int64_t depth, const std::string& parent) {
-    check_most(&element, "levels of elements", depth, limits_.depth);
-    if (strcasecmp(element.Value(), "include") == 0) return include(element, depth, parent);
-    check_most(&element, "elements", ++elements_, limits_.elements);
-    visit(element, parent);
-    for (const XMLElement* e = element.FirstChildElement(); e; e = e->NextSiblingElement())
-      enter(*e, depth + 1, element.Value());
-  }
-
-  void visit(const XMLElement& element, const std::string& parent) {
-    const std::string name = element.Value();
-    check_numbers(element);
-    if (name == "compiler") return compiler(element);
-    if (name == "lengthrange") return length_range(element);
-    if (name == "option") return option(element);
-    if (name == "size") return size(element);
-    if (name == "composite") return composite(element);
-    if (name == "mesh") return surface(element, File::Kind::mesh);
-    if (name == "skin" && parent != "composite") return surface(element, File::Kind::skin);
-    if (name == "hfield") return heights(element);
-    if (name == "texture") return texture(element);
-    if (name == "numeric") return add_numbers(element, "size");
-    if (name == "user" && parent == "sensor") add_numbers(element, "dim");
-    if (name == "quality" || name == "global") return picture(element);
-    if (name == "key") ++keys_;
-    if (name == "body") ++bodies_;
-    if (name == "geom") ++geoms_;
-    if (name == "site") ++sites_;
-    if (name == "camera") ++cameras_;
-    if (parent == "equality") ++equalities_;
-    if (parent == "tendon") ++tendons_;
-    if (parent == "sensor") ++sensors_;
-    if (parent == "actuator") ++actuators_;
-    if (name == "freejoint" || (name == "joint" && parent != "equality" && parent != "fixed")) joint(element, parent);
-    for (const char* attribute : {"gaintype", "biastype"})
-      if (const auto type = text_of(element, attribute); type == "muscle" || type == "user") runs_threads_ = true;
-    if (name == "muscle") runs_threads_ = true;
-  }
-
-  // MuJoCo warns of it and goes on; whatever follows is undefined.
-  void check_numbers(const XMLElement& element) const {
-    for (const auto* a = element.FirstAttribute(); a; a = a->Next()) {
-      std::string_view text = a->Value();
-      while (!text.empty()) {
-        const std::size_t end = std::min(text.find_first_of(" \t\n\v\f\r"), text.size());
-        std::string_view token = text.substr(0, end);
-        if (!token.empty() && (token[0] == '-' || token[0] == '+')) token.remove_prefix(1);
-        if (token.size() == 3 && strncasecmp(token.data(), "nan", 3) == 0)
-          refuse(&element, std::string("attribute '") + a->Name() + "' is not a number");
-        text.remove_prefix(std::min(end + 1, text.size()));
-      }
-    }
-  }
-
-  void compiler(const XMLElement& element) {
-    if (const char* folder = element.Attribute("meshdir")) mesh_folder_ = folder;
-    if (const char* folder = element.Attribute("texturedir")) texture_folder_ = folder;
-    if (const char* strips = element.Attribute("strippath")) strips_path_ = std::strcmp(strips, "true") == 0;
-  }
-
-  void length_range(const XMLElement& element) {
-    runs_threads_ = true;
-    range_timestep_ = real(element, "timestep", range_timestep_);
-    range_total_ = real(element, "inttotal", range_total_);
-  }
-
-  void option(const XMLElement& element) {
-    timestep_ = real(element, "timestep", timestep_);
-    if (const char* solver = element.Attribute("solver")) solver_ = solver;
-    std::int64_t collisions = 0;
-    check_count(element, "iterations", iterations_, limits_.iterations);
-    check_count(element, "noslip_iterations", noslip_, limits_.iterations);
-    check_count(element, "mpr_iterations", collisions, limits_.iterations);
-  }
-
-  void size(const XMLElement& element) {
-    static constexpr std::array<const char*, 8> names{"nuser_body", "nuser_jnt",    "nuser_geom",     "nuser_site",
-                                                      "nuser_cam",  "nuser_tendon", "nuser_actuator", "nuser_sensor"};
-    for (std::size_t i = 0; i < names.size(); ++i) check_count(element, names[i], user_[i], limits_.numbers);
-    check_count(element, "njmax", rows_, limits_.rows);
-    check_count(element, "nconmax", contacts_, limits_.rows);
-    check_count(element, "nstack", stack_, 2 * limits_.numbers);
-    check_count(element, "nkey", keys_wanted_, limits_.elements);
-    check_count(element, "nuserdata", user_data_, limits_.numbers);
-  }
-
-  // What a renderer would make of it.
-  void picture(const XMLElement& element) const {
-    std::int64_t largest = 0;
-    for (const char* attribute : {"shadowsize", "offwidth", "offheight"})
-      check_count(element, attribute, largest, 16'384);
-    for (const char* attribute : {"numslices", "numstacks", "numquads"})
-      check_count(element, attribute, largest, model_.trusted ? 1024 : 128);
-    check_count(element, "offsamples", largest, 1024);
-  }
-
-  void joint(const XMLElement& element, const std::string& parent) {
-    const std::string type = text_of(element, "type");
-    const std::int64_t dofs = element.Value()[0] == 'f' || type == "free" ? 6 : type == "ball" ? 3 : 1;
-    ++joints_;
-    if (parent == "default")
-      default_dofs_ = std::max(default_dofs_, dofs);
-    else if (element.Value()[0] == 'j' && type.empty())
-      ++untyped_joints_;
-    else
-      dofs_ += dofs;
-  }
-
-  // Whatever it makes of each of its elements, it is no more than this.
-  void composite(const XMLElement& element) {
-    std::int64_t count = 1, subgrid = 0;
-    for (const auto side : list<std::int64_t>(text_of(element, "count"))) {
-      if (side < 1) refuse(&element, "count is " + std::to_string(side));
-      check_most(&element, "elements in a row", side, limits_.elements);
-      count *= side;
-      check_most(&element, "elements of a composite", count, limits_.elements / 20);
-    }
-    for (const auto* skin = element.FirstChildElement("skin"); skin; skin = skin->NextSiblingElement("skin"))
-      check_count(*skin, "subgrid", subgrid, 64);
-    check_most(&element, "vertices of the skin", 2 * count * (subgrid + 1) * (subgrid + 1), file_limits_.vertices);
-    for (auto* made : {&elements_, &bodies_, &joints_, &geoms_, &sites_, &tendons_}) *made += 3 * count;
-    equalities_ += 3 * count;
-    dofs_ += 3 * count;
-  }
-
-  // The vertices and faces of a mesh or a skin, which are in a file or here.
-  void surface(const XMLElement& element, File::Kind kind) {
-    add_file(element, kind, "file");
-    const std::vector<float> vertices = list<float>(text_of(element, "vertex"));
-    for (const float x : vertices)
-      if (!(std::abs(x) <= 1 << 30)) refuse(&element, "a vertex is too far out");
-    check_most(&element, "vertices", static_cast<std::int64_t>(vertices.size()) / 3, file_limits_.vertices);
-    const std::int64_t count = static_cast<std::int64_t>(vertices.size()) / 3;
-    for (const auto vertex : list<std::int64_t>(text_of(element, "face")))
-      if (vertex < 0 || vertex >= count)
-        refuse(&element, "a face has vertex " + std::to_string(vertex) + " of " + std::to_string(count));
-    if (text_of(element, "file").empty()) return;
-    for (const char* attribute : {"vertex", "normal", "texcoord", "face"})
-      if (element.Attribute(attribute)) refuse(&element, std::string("it has a file and a ") + attribute);
-  }
-
-  void heights(const XMLElement& element) {
-    std::int64_t rows = 0, columns = 0;
-    check_count(element, "nrow", rows, file_limits_.pixels);
-    check_count(element, "ncol", columns, file_limits_.pixels);
-    add_pixels(&element, rows * columns);
-    add_file(element, File::Kind::heights, "file");
-  }
-
-  void texture(const XMLElement& element) {
-    const bool flat = text_of(element, "type") == "2d";
-    std::int64_t width = 0, height = 0;
-    check_count(element, "width", width, 16'384);
-    check_count(element, "height", height, 6 * 16'384);
-    add_pixels(&element, flat ? width * height : 6 * width * width);
-    for (const auto side : list<std::int64_t>(text_of(element, "gridsize")))
-      if (side < 1 || side > 12) refuse(&element, "gridsize is " + std::to_string(side));
-    for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
-      add_file(element, File::Kind::texture, attribute);
-  }
-
-  // ---- The whole ----
-
-  void check_sums() const {
-    check_most(nullptr, "degrees of freedom", dofs_, limits_.dofs);
-    const std::array<std::int64_t, 8> owners{bodies_,  joints_,  geoms_,     sites_,
-                                             cameras_, tendons_, actuators_, sensors_};
-    std::int64_t numbers = numbers_ + user_data_;
-    for (std::size_t i = 0; i < owners.size(); ++i) numbers += owners[i] * user_[i];
-    numbers += std::max(keys_, keys_wanted_) * (2 * dofs_ + 2 * joints_ + actuators_ + 7 * bodies_);
-    check_most(nullptr, "numbers in user data and keyframes", numbers, limits_.numbers);
-    check_most(nullptr, "numbers in a work space",
-               rows_ * (rows_ + 4 * dofs_) + 70 * contacts_ + stack_ + 4 * dofs_ * 700, 2 * limits_.numbers);
-    // Multiplications that a step may take: all of PGS's iterations, one of a dozen of Newton's.
-    const std::int64_t sweeps = noslip_ + (solver_ == "PGS" ? iterations_ : 0);
-    check_most(nullptr, "multiplications by the solver in a step",
-               (solver_ == "Newton" ? (rows_ + dofs_) * dofs_ * dofs_ : rows_ * dofs_) + sweeps * rows_ * rows_ / 10,
-               limits_.solver);
-    // What the stack is by default must be an int.
-    check_most(nullptr, "constraints, equalities and degrees of freedom", rows_ + equalities_ + dofs_, 20'000);
-    const double step = range_timestep_ > 0 ? range_timestep_ : timestep_;
-    if (runs_threads_ && !(step > 0 && static_cast<double>(actuators_) * range_total_ / step <=
-                                           static_cast<double>(limits_.range_steps)))
-      refuse(nullptr, "finding the range of the muscles' lengths would take too many steps of " + number(step) + " s");
-  }
-};
+  fail(MJENV_E_MODEL, why + place);
+}
 
 }  // namespace
 
-std::int64_t most_text(bool trusted) { return trusted ? trusted_.text : stranger.text; }
+std::int64_t max_text(bool trusted) { return Limits(trusted).of(kTextBytes); }
 
-std::string checked(const Mjcf& model) { return Check(model).run(); }
+Mjcf checked(const std::string& path, const std::string& text, bool trusted) { return Check(path, trusted).run(text); }
 
 }  // namespace mjenv::core

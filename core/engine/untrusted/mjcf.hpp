@@ -1,4 +1,4 @@
-// What is asked of a caller's model before MuJoCo sees it, as MuJoCo 2.2.2 crashes, hangs or reads anything on some.
+// Validates untrusted models, because MuJoCo 2.2.2 can crash, hang or read out of bounds on some.
 #pragma once
 
 #include <cstdint>
@@ -7,15 +7,15 @@
 namespace mjenv::core {
 
 struct Mjcf {
-  std::string path;  // names the folder that its files are looked for in; "" for a model from memory
   std::string text;
-  bool trusted;  // it may read any file and be of any size
+  bool refers_to_files;
 };
 
-// Bytes of XML, included files too.
-std::int64_t most_text(bool trusted);
+// How many bytes of XML a model may have, included files too.
+std::int64_t max_text(bool trusted);
 
-// Fails with MJENV_E_MODEL. The result is the text that MuJoCo is to load.
-std::string checked(const Mjcf& model);
+// Checks a model's text and its files, and returns the text that MuJoCo is to load. The path names the folder of the
+// files; it is "" for a model from memory. Fails with MJENV_E_MODEL.
+Mjcf checked(const std::string& path, const std::string& text, bool trusted);
 
 }  // namespace mjenv::core

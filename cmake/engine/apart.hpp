@@ -1,0 +1,39 @@
+// Included before each source of MuJoCo's parser and compiler. What these would share with the host process becomes
+// their own: numbers are read and written in the classic locale, whatever the global one of C++ is, and the random dots
+// of textures come from a generator of the thread's own (guards.c), so that the host's rand() is neither reset nor
+// waited for.
+#pragma once
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <locale>
+#include <sstream>
+#include <utility>
+
+// NOLINTBEGIN(cert-dcl58-cpp): MuJoCo names them std::istringstream and std::stringstream
+namespace std {
+
+template <typename Stream>
+class mjenv_classic : public Stream {
+ public:
+  template <typename... Arguments>
+  explicit mjenv_classic(Arguments&&... arguments) : Stream(std::forward<Arguments>(arguments)...) {
+    this->imbue(std::locale::classic());
+  }
+};
+using mjenv_istringstream = mjenv_classic<istringstream>;
+using mjenv_stringstream = mjenv_classic<stringstream>;
+
+}  // namespace std
+// NOLINTEND(cert-dcl58-cpp)
+
+extern "C" {
+void mjenv_srand(unsigned seed);
+int mjenv_rand();
+}
+
+#define istringstream mjenv_istringstream
+#define stringstream mjenv_stringstream
+#define srand mjenv_srand
+#define rand mjenv_rand

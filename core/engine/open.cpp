@@ -1,0 +1,103 @@
+// From an MJCF file or text to a model.
+#include <pwd.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include "engine/assets.hpp"
+#include "engine/cache.hpp"
+#include "engine/compile.hpp"
+#include "engine/model.hpp"
+#include "engine/untrusted/files.hpp"
+#include "engine/untrusted/limits.hpp"
+#include "engine/untrusted/mjcf.hpp"
+#include "error.hpp"
+#include "system/locale.hpp"
+#include "system/stack.hpp"
+
+namespace mjenv::core {
+namespace {
+
+// For a model of as many levels as may be, with a margin; the built-in ones need a tenth. docs/reliability.md has
+// figures.
+constexpr std::size_t kStack = 512 << 10;
+
+Cache cache;
+
+std::string expanded(const std::string& path) {
+  if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;
+  const char* home = std::getenv("HOME");
+  if (!home) {
+    const passwd* user = getpwuid(getuid());
+    home = user ? user->pw_dir : "~";
+  }
+  return home + path.substr(1);
+}
+
+std::string folder_of(const std::string& path) { return path.substr(0, path.find_last_of("/\\") + 1); }
+
+// Calls the body with errors that say which model is meant.
+template <typename F>
+auto about(const std::string& label, const F& body) {
+  const std::string model = "model " + quoted(label) + ": ";
+  try {
+    return body();
+  } catch (const Error& error) {
+    const bool physics = error.status() == MJENV_E_PHYSICS;  // MuJoCo's own errors
+    fail(physics ? MJENV_E_MODEL : error.status(), model + error.what());
+  } catch (const std::bad_alloc&) {
+    fail(MJENV_E_MEMORY, model + "out of memory");
+  } catch (const std::exception& error) {  // which MuJoCo does not catch itself
+    fail(MJENV_E_MODEL, model + error.what());
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trusted) {
+  if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
+  if (std::strchr("./~", xml_file[0])) {
+    const std::string path = expanded(xml_file);
+    return open({xml_file, path, read_file(path, max_text(trusted), "model file "),
+                 trusted ? Origin::trusted : Origin::stranger});
+  }
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < asset_count; ++i) {
+    if (xml_file == assets[i].name) return open({xml_file, "", assets[i].text, Origin::built_in});
+    names.emplace_back(assets[i].name);
+  }
+  fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
+                          "; a path starts with \".\", \"/\" or \"~\"");
+}
+
+std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool trusted) {
+  return open({label, "", xml, trusted ? Origin::trusted : Origin::stranger});
+}
+
+std::shared_ptr<const Model> Model::open(const Source& source) {
+  const std::string key = std::to_string(static_cast<int>(source.origin)) + source.label + '\0' + source.text;
+  if (auto found = cache.find(key)) return found;
+  bool refers_to_files = false;
+  Compiled compiled;
+  about(source.label, [&] {
+    run_with_stack(kStack, [&] {
+      const ClassicLocale locale;
+      const bool built_in = source.origin == Origin::built_in;
+      const Limits limits(source.origin != Origin::stranger);
+      const Mjcf given = built_in ? Mjcf{source.text, false} : checked(source.path, source.text, limits.trusted());
+      refers_to_files = given.refers_to_files;
+      compiled.reset(compile(folder_of(source.path), given.text, limits.of(kHullWork)));
+    });
+  });
+  const std::shared_ptr<const Model> model(new Model(source.label, std::move(compiled), source.origin),
+                                           [](auto* unused) {
+                                             delete unused;
+                                             cache.tidy();
+                                           });
+  if (!refers_to_files) cache.add(key, model);
+  return model;
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,48 @@
+#include "engine/untrusted/folder.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+
+#include "engine/untrusted/files.hpp"
+#include "error.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr std::size_t kMaxPath = 900;  // MuJoCo copies paths to buffers of 1000
+
+[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
+
+// With links resolved.
+std::string real_path(const std::string& path) {
+  const std::unique_ptr<char, void (*)(void*)> real(realpath(path.c_str(), nullptr), std::free);
+  if (!real) refuse("file " + quoted(path) + " cannot be read: " + std::strerror(errno));
+  return real.get();
+}
+
+}  // namespace
+
+Folder::Folder(const std::string& model, Limits limits)
+    : path_(model.substr(0, model.find_last_of("/\\") + 1)), exists_(!model.empty()), limits_(limits) {}
+
+std::string Folder::read(const std::string& file, const std::string& name, const Limit& bytes) {
+  if (file.find('\0') != std::string::npos || file.size() > kMaxPath)
+    refuse("file " + quoted(name) + " cannot be read: it has no proper name");
+  if (const auto why = limits_.excess("files", ++files_, kFiles); !why.empty()) refuse(why);
+  if (!limits_.trusted()) check_inside(file, name);
+  return read_file(file, limits_.of(bytes));
+}
+
+void Folder::check_inside(const std::string& file, const std::string& name) const {
+  if (!exists_)
+    refuse("the model refers to file " + quoted(name) +
+           ", but as it comes from memory it has no folder; set the option \"trust_xml\" to let it read any");
+  const std::string own = real_path(path_.empty() ? "." : path_), real = real_path(file);
+  if (real.compare(0, own.size(), own) != 0 || (own != "/" && real[own.size()] != '/'))
+    refuse("file " + quoted(file) + " is outside of the model's folder " + quoted(own) +
+           "; set the option \"trust_xml\" to let the model read any");
+}
+
+}  // namespace mjenv::core

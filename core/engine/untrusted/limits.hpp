@@ -1,0 +1,86 @@
+// How large a model may be. Within a stranger's limits it loads in seconds, and a work space takes about a gigabyte at
+// most. Within those of a trusted model MuJoCo's own sums do not overflow. docs/reliability.md lists them for users.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+namespace mjenv::core {
+
+struct Limit {
+  std::int64_t stranger, trusted;
+};
+
+inline constexpr std::int64_t kMiB = std::int64_t{1} << 20, kBillion = 1'000'000'000;
+inline constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
+
+// What is read.
+inline constexpr Limit kTextBytes{16 * kMiB, 1024 * kMiB};
+inline constexpr Limit kElements{50'000, 10'000'000};
+inline constexpr Limit kTags{2 * kElements.stranger + 1'000, 2 * kElements.trusted + 1'000};
+inline constexpr Limit kLevels{100, 100};  // of elements in elements; tinyxml2's own
+inline constexpr Limit kFiles{1'000, 100'000};
+inline constexpr Limit kFileBytes{64 * kMiB, 1024 * kMiB};
+inline constexpr Limit kAllFileBytes{512 * kMiB, 8192 * kMiB};
+inline constexpr Limit kMaterialBytes{16 * kMiB, 16 * kMiB};  // in each file that an OBJ file names
+
+// Meshes, images and height fields.
+inline constexpr Limit kVertices{600'000, 1 << 24};
+inline constexpr Limit kFaces{200'000, 1 << 24};
+inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};  // seconds; squares of how many vertices a hull has
+inline constexpr double kMaxCoordinate = 1 << 30;           // MuJoCo's own, which it applies to STL files alone
+inline constexpr Limit kFaceCorners{256, 256};
+inline constexpr Limit kPixels{1 << 26, 1 << 28};
+inline constexpr Limit kAllPixels{1 << 27, 1 << 29};
+inline constexpr Limit kCompressedTexts{8, 8};  // in a PNG image; lodepng unpacks each, to 16 MB at most
+inline constexpr Limit kTextureWidth{16'384, 16'384};
+inline constexpr Limit kTextureHeight{6 * 16'384, 6 * 16'384};
+
+// What the compiled model and its work spaces hold, and how long a step takes.
+inline constexpr Limit kDofs{3'000, 100'000};
+inline constexpr Limit kConstraints{10'000, kBillion};
+inline constexpr Limit kNumbers{1 << 26, 1 << 28};  // in user data and keyframes
+inline constexpr Limit kWorkNumbers{1 << 27, 1 << 29};
+inline constexpr Limit kNumericSize{1'000'000, 1'000'000};
+inline constexpr Limit kStackRows{20'000, 20'000};  // the default size of MuJoCo's stack must be an int
+inline constexpr Limit kCompositeParts{kElements.stranger / 20, kElements.trusted / 20};
+inline constexpr Limit kSubgrid{64, 64};
+inline constexpr Limit kIterations{10'000, kBillion};
+inline constexpr Limit kMultiplications{kBillion, kNoLimit};
+inline constexpr Limit kRangeSteps{2'000'000, kBillion};  // of the simulations that find muscles' lengths
+
+// What a renderer makes.
+inline constexpr Limit kShadowSize{16'384, 16'384};
+inline constexpr Limit kPictureSide{16'384, 16'384};
+inline constexpr Limit kSamples{1'024, 1'024};
+inline constexpr Limit kSlices{128, 1'024};
+
+// MuJoCo 2.2.2 connects the vertices of a convex hull in a time that grows with their square. Compiled in, it counts
+// them as it makes the hull (cmake/engine/guards.c). Otherwise a mesh's vertices are counted before.
+#ifdef MJENV_ENGINE_COMPILED_IN
+inline constexpr bool kEngineLimitsHulls = true;
+#else
+inline constexpr bool kEngineLimitsHulls = false;
+#endif
+
+// The limits of one model.
+class Limits {
+ public:
+  explicit Limits(bool trusted) : trusted_(trusted) {}
+
+  bool trusted() const { return trusted_; }
+  std::int64_t of(const Limit& limit) const { return trusted_ ? limit.trusted : limit.stranger; }
+  // The reason to refuse so many of something; "" if the limit allows them.
+  std::string excess(const std::string& what, std::int64_t count, const Limit& limit) const {
+    if (count <= of(limit)) return "";
+    const bool trust_helps = count <= limit.trusted;
+    return std::to_string(count) + " " + what + "; the limit is " + std::to_string(of(limit)) +
+           (trust_helps ? ", unless you trust the model and set the option \"trust_xml\"" : "");
+  }
+
+ private:
+  bool trusted_;
+};
+
+}  // namespace mjenv::core
