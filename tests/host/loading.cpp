@@ -206,9 +206,9 @@ mjenv_status created_on_a_stack_of(size_t bytes, const Setting& setting) {
     mjenv_env* env = nullptr;
     job.status = create(job.setting, &env);
     if (job.status == MJENV_OK) {
-      mjenv_reset(env, nullptr, nullptr);
+      job.status = mjenv_reset(env, nullptr, nullptr);
       const double action = 0;
-      mjenv_step(env, &action, 1, MJENV_FLOAT64, nullptr);
+      if (job.status == MJENV_OK) job.status = mjenv_step(env, &action, 1, MJENV_DTYPE_FLOAT64, nullptr);
     }
     mjenv_destroy(env);
     return nullptr;
