@@ -208,7 +208,7 @@ mjenv_status created_on_a_stack_of(size_t bytes, const Setting& setting) {
     if (job.status == MJENV_OK) {
       job.status = mjenv_reset(env, nullptr, nullptr);
       const double action = 0;
-      if (job.status == MJENV_OK) job.status = mjenv_step(env, &action, 1, MJENV_DTYPE_FLOAT64, nullptr);
+      if (job.status == MJENV_OK) job.status = mjenv_step(env, nullptr, &action, 1, MJENV_DTYPE_FLOAT64, nullptr);
     }
     mjenv_destroy(env);
     return nullptr;
