@@ -35,24 +35,24 @@ impl Real for f64 {}
 #[derive(Clone, Debug)]
 pub struct Batch<T: Real = f64> {
     rows: usize,
-    pub(crate) obs_count: usize,
-    pub(crate) obs: Vec<T>,
-    pub(crate) reward: Vec<f64>,
-    pub(crate) terminated: Vec<bool>,
-    pub(crate) truncated: Vec<bool>,
-    pub(crate) status: Vec<i32>,
-    pub(crate) info: Record,
-    pub(crate) was_reset: Vec<bool>,
-    pub(crate) reset_info: Record,
-    pub(crate) arrays: Record,
-    pub(crate) last: Option<Last<T>>,
+    obs_count: usize,
+    obs: Vec<T>,
+    reward: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    status: Vec<i32>,
+    info: Record,
+    was_reset: Vec<bool>,
+    reset_info: Record,
+    arrays: Record,
+    last: Option<Last<T>>,
 }
 
 /// What the autoreset_mode "same_step" keeps of the episodes that have ended.
 #[derive(Clone, Debug)]
-pub(crate) struct Last<T> {
-    pub(crate) obs: Vec<T>,
-    pub(crate) info: Record,
+struct Last<T> {
+    obs: Vec<T>,
+    info: Record,
 }
 
 impl<T: Real> Batch<T> {
@@ -200,7 +200,7 @@ impl<T: Real> Batch<T> {
         self.last()?.info.get("final info", name)
     }
 
-    pub(crate) fn last(&self) -> Result<&Last<T>> {
+    fn last(&self) -> Result<&Last<T>> {
         let message = "final info needs the option \"autoreset_mode\" at \"same_step\"";
         self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::State, message.to_string()))
     }
@@ -223,18 +223,18 @@ fn product(rows: usize, count: usize) -> usize {
 
 /// The values of several fields. Each field holds its values of all rows.
 #[derive(Clone, Debug)]
-pub(crate) struct Record {
-    pub(crate) rows: usize,
+struct Record {
+    rows: usize,
     count: usize,
     fields: Vec<Named>,
-    pub(crate) values: Vec<f64>,
+    values: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct Named {
+struct Named {
     name: String,
-    pub(crate) offset: usize,
-    pub(crate) count: usize,
+    offset: usize,
+    count: usize,
 }
 
 impl Record {
@@ -252,7 +252,7 @@ impl Record {
         self.fields.iter().map(|field| (field.name.as_str(), self.values_of(field)))
     }
 
-    pub(crate) fn named(&self, what: &str, name: &str) -> Result<&Named> {
+    fn named(&self, what: &str, name: &str) -> Result<&Named> {
         self.fields.iter().find(|field| field.name == name).ok_or_else(|| {
             let names: Vec<_> = self.fields.iter().map(|field| field.name.as_str()).collect();
             let names = if names.is_empty() { "none".to_string() } else { names.join(", ") };

@@ -3,13 +3,14 @@ use std::ffi::CStr;
 use std::fmt;
 use std::os::raw::c_void;
 use std::ptr::{self, NonNull};
+use std::time::Duration;
 
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
 use crate::error::{check, check_length, Error, ErrorKind, Result};
 use crate::text::{c_string, lossy};
-use crate::{Batch, Dtype, Field, Options, Pipeline, Real, Role, Space, Spec};
+use crate::{Batch, Dtype, Field, Options, Real, Role, Space, Spec};
 
 /// An environment of one or many rows. Each row is an episode; rows do not influence each other.
 ///
@@ -20,6 +21,8 @@ pub struct Env {
     raw: NonNull<sys::mjenv_env>,
     options: Options,
     rows: usize,
+    /// Row numbers on their way to and from the library, so that sending and receiving allocate nothing.
+    numbers: Vec<i64>,
 }
 
 // SAFETY: any thread may use an environment, and different environments are independent. The library keeps only the
@@ -36,7 +39,7 @@ impl Env {
         // SAFETY: all pointers are valid for the call.
         check(unsafe { sys::mjenv_create(options.raw(), int64(rows), &mut raw) })?;
         let raw = NonNull::new(raw).expect("libmjenv creates an environment or fails");
-        Ok(Self { raw, options, rows })
+        Ok(Self { raw, options, rows, numbers: Vec::with_capacity(rows) })
     }
 
     pub(crate) fn raw(&self) -> *mut sys::mjenv_env {
@@ -88,18 +91,6 @@ impl Env {
     /// If they do not fit into the address space.
     pub fn rollout_batch_f32(&self, steps: usize) -> Batch<f32> {
         Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
-    }
-
-    /// Steps in two halves, with outputs in `f64`.
-    pub fn pipeline(self) -> Pipeline<f64> {
-        let batch = self.batch();
-        Pipeline::new(self, batch)
-    }
-
-    /// Steps in two halves, with observations rounded to `f32`.
-    pub fn pipeline_f32(self) -> Pipeline<f32> {
-        let batch = self.batch_f32();
-        Pipeline::new(self, batch)
     }
 
     /// Returns the space of one row's observation.
@@ -221,6 +212,89 @@ impl Env {
         let action = actions.as_ptr() as *const c_void;
         // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
         check(unsafe { sys::mjenv_step(self.raw(), ptr::null(), action, actions.len(), A::DTYPE, &out) })
+    }
+
+    /// Does what [`Env::step`] does, for the rows where `mask` is true; `mask` has an element for each row. `actions` has
+    /// the elements of all rows, of which those of the other rows are ignored. The other rows and their outputs keep
+    /// their values. Errors: those of [`Env::step`].
+    pub fn step_where<A: Real, T: Real>(&mut self, mask: &[bool], actions: &[A], out: &mut Batch<T>) -> Result<()> {
+        check_length("mask", mask.len(), self.rows)?;
+        let out = out.raw();
+        let (mask, action, count) = (mask.as_ptr() as *const u8, actions.as_ptr() as *const c_void, actions.len());
+        // SAFETY: the arrays of the batch have the sizes in `out`, the mask has an element for each row, and the actions
+        // have the given length and type.
+        check(unsafe { sys::mjenv_step(self.raw(), mask, action, count, A::DTYPE, &out) })
+    }
+
+    /// Begins a step of every row and returns at once, so that the program can work while the rows are stepped.
+    /// `actions` is `[rows][action_space().count()]` and is copied. [`Env::recv`] returns the results.
+    ///
+    /// While rows are under way, functions other than [`Env::send`], [`Env::send_rows`] and [`Env::recv`] that read or
+    /// change rows return [`ErrorKind::State`].
+    ///
+    /// ```
+    /// # fn main() -> Result<(), mjenv::Error> {
+    /// let mut options = mjenv::Options::new("Reacher-v5")?;
+    /// options.set("num_threads", 2)?.set("autoreset_mode", "next_step")?;
+    /// let mut env = mjenv::Env::new(&options, 8)?;
+    /// let (mut batch, mut rows) = (env.batch(), Vec::new());
+    /// env.reset(&mut batch)?;
+    /// env.send(&[0.0f32; 8 * 2])?;
+    /// for _ in 0..100 {
+    ///     env.recv(4, None, &mut rows, &mut batch)?;
+    ///     let actions: Vec<_> = rows.iter().flat_map(|&row| [batch.obs(row)[0], 0.0]).collect();
+    ///     env.send_rows(&rows, &actions)?;
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// Errors: those of [`Env::step`] except for [`ErrorKind::Physics`], which [`Env::recv`] returns;
+    /// [`ErrorKind::State`] (a row is under way already).
+    pub fn send<A: Real>(&mut self, actions: &[A]) -> Result<()> {
+        let action = actions.as_ptr() as *const c_void;
+        // SAFETY: the actions have the given length and type, and null rows mean all rows.
+        check(unsafe { sys::mjenv_send(self.raw(), ptr::null(), 0, action, actions.len(), A::DTYPE) })
+    }
+
+    /// Does what [`Env::send`] does, for some rows. `actions` is `[rows.len()][action_space().count()]`.
+    /// Errors: those of [`Env::send`], [`ErrorKind::Value`] (there is no such row).
+    pub fn send_rows<A: Real>(&mut self, rows: &[usize], actions: &[A]) -> Result<()> {
+        if rows.is_empty() {
+            // To the library, null rows mean all rows, and the pointer of an empty slice means nothing.
+            return check_length("actions", actions.len(), 0);
+        }
+        self.numbers.clear();
+        self.numbers.extend(rows.iter().map(|&row| int64(row)));
+        let (numbers, action) = (self.numbers.as_ptr(), actions.as_ptr() as *const c_void);
+        // SAFETY: rows and actions have the given lengths and type.
+        check(unsafe { sys::mjenv_send(self.raw(), numbers, rows.len(), action, actions.len(), A::DTYPE) })
+    }
+
+    /// Waits until at least `least` of the rows that were sent have been stepped, or until `timeout` has passed. Writes
+    /// the numbers of all rows that are done into `rows`, which it empties first, and their outputs into `out`, each at
+    /// the row's own place. Each row is reported once.
+    ///
+    /// Errors: [`ErrorKind::State`] (no rows are under way), [`ErrorKind::Size`] (fewer than `least` rows are under way,
+    /// or `out` is of another environment), [`ErrorKind::Physics`] (MuJoCo failed in a row, for which [`Batch::failed`]
+    /// returns true). If a row failed, `rows` and `out` are written all the same.
+    pub fn recv<T: Real>(
+        &mut self,
+        least: usize,
+        timeout: Option<Duration>,
+        rows: &mut Vec<usize>,
+        out: &mut Batch<T>,
+    ) -> Result<()> {
+        rows.clear();
+        self.numbers.resize(self.rows, 0);
+        // The library waits without limit for a negative time.
+        let seconds = timeout.map_or(-1.0, |timeout| timeout.as_secs_f64());
+        let (env, numbers, room, mut count) = (self.raw(), self.numbers.as_mut_ptr(), self.rows, 0);
+        let out = out.raw();
+        // SAFETY: there is room for the number of every row, and the arrays of the batch have the sizes in `out`.
+        let result = check(unsafe { sys::mjenv_recv(env, least, seconds, numbers, room, &mut count, &out) });
+        rows.extend(self.numbers[..count].iter().map(|&row| size(row)));
+        result
     }
 
     /// Steps every row `steps` times, beginning at its present state. `actions` is

@@ -69,7 +69,6 @@ mod error;
 #[cfg(doctest)]
 mod misuse;
 mod options;
-mod pipeline;
 mod render;
 mod text;
 
@@ -78,7 +77,6 @@ pub use describe::{Dtype, Field, Role, Space, ValueType};
 pub use env::Env;
 pub use error::{Error, ErrorKind, Result};
 pub use options::{Kind, OptionInfo, Options, Value};
-pub use pipeline::{Pipeline, Row};
 pub use render::{Camera, Gl, Image, RenderSettings, Renderer, Window};
 
 use mjenv_sys as sys;

@@ -56,24 +56,17 @@ pub struct OptionsOfEnv;
 /// ```
 pub struct OutputsWhileWritten;
 
-/// The environment cannot be used after it was moved into a pipeline.
-/// ```compile_fail,E0382
-/// let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
-/// let pipeline = env.pipeline();
-/// env.seed(&[1]).unwrap();
-/// ```
-pub struct EnvInPipeline;
-
-/// The outputs of a row cannot be borrowed while rows are sent.
+/// Outputs cannot be borrowed while rows are received into them.
 /// ```compile_fail,E0502
-/// let env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
-/// let mut pipeline = env.pipeline();
-/// pipeline.reset().unwrap();
-/// let row = pipeline.row(0).unwrap();
-/// pipeline.send(&[0.0f32; 2]).unwrap();
-/// println!("{}", row.obs()[0]);
+/// let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
+/// let (mut batch, mut rows) = (env.batch(), Vec::new());
+/// env.reset(&mut batch).unwrap();
+/// env.send(&[0.0f32; 2]).unwrap();
+/// let obs = batch.obs(0);
+/// env.recv(1, None, &mut rows, &mut batch).unwrap();
+/// println!("{}", obs[0]);
 /// ```
-pub struct RowWhileSent;
+pub struct OutputsWhileReceived;
 
 /// An environment cannot be cloned.
 /// ```compile_fail,E0599

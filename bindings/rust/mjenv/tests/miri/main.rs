@@ -81,54 +81,42 @@ fn an_environment_moves_between_threads() {
     assert_eq!(batch.obs(1), [2.0; 3]);
 }
 
-/// The test reads rows while threads write the rows beside them.
+/// Rows are read while others are under way.
 #[test]
 fn rows_under_way() {
-    let mut pipeline = env(4).pipeline();
-    pipeline.reset().unwrap();
-    pipeline.send(&[0.5f32; 8]).unwrap();
+    let mut env = env(4);
+    let (mut batch, mut rows) = (env.batch(), Vec::new());
+    env.reset(&mut batch).unwrap();
+    env.send(&[0.5f32; 8]).unwrap();
     for round in 0..6 {
-        let rows = pipeline.recv(1 + round % 2).unwrap().to_vec();
-        for row in 0..4 {
-            let settled = pipeline.row(row);
-            assert_eq!(settled.is_some(), rows.contains(&row));
-            let settled = match settled {
-                Some(settled) => settled,
-                None => continue,
-            };
-            let reward = settled.reward();
-            assert_eq!(settled.obs(), [reward; 3]);
-            assert_eq!(settled.info("place").unwrap(), [reward; 2]);
-            assert!(settled.final_info("speed").is_ok());
-            assert_eq!(settled.final_obs().is_some(), settled.ended());
+        env.recv(1 + round % 2, None, &mut rows, &mut batch).unwrap();
+        assert_eq!(rows.len(), 1 + round % 2);
+        for &row in &rows {
+            let reward = batch.reward()[row];
+            assert_eq!(batch.obs(row), [reward; 3]);
+            assert_eq!(batch.info("place").unwrap()[2 * row..][..2], [reward; 2]);
         }
-        pipeline.send_rows(&rows, &vec![0.5f64; 2 * rows.len()]).unwrap();
+        env.send_rows(&rows, &vec![0.5f64; 2 * rows.len()]).unwrap();
     }
-    assert_eq!(pipeline.send_rows(&[0], &[0.0f32; 2]).unwrap_err().kind(), ErrorKind::State);
-    let (env, batch) = pipeline.finish();
-    drop(env);
-    assert_eq!(batch.observations().len(), 12);
+    assert_eq!(env.send_rows(&[0], &[0.0f32; 2]).unwrap_err().kind(), ErrorKind::State);
 }
 
 #[test]
 fn dropped_under_way() {
-    let mut pipeline = env(3).pipeline_f32();
-    pipeline.reset().unwrap();
-    pipeline.send(&[0.5f32; 6]).unwrap();
+    let mut env = env(3);
+    env.send(&[0.5f32; 6]).unwrap();
 }
 
-/// Rows that failed are reported: they are under way no more.
+/// Rows that failed are received, too.
 #[test]
 fn rows_that_fail_for_want_of_memory() {
     let mut options = Options::new("Fake-v5").unwrap();
     options.set("num_threads", fake::SHORT_OF_MEMORY).unwrap();
-    let mut pipeline = Env::new(&options, 2).unwrap().pipeline();
+    let mut env = Env::new(&options, 2).unwrap();
+    let (mut batch, mut rows) = (env.batch(), Vec::new());
     for _ in 0..2 {
-        pipeline.send(&[0.0f32; 4]).unwrap();
-        assert_eq!(pipeline.recv(2).unwrap_err().kind(), ErrorKind::Memory);
-        assert_eq!((pipeline.received(), pipeline.under_way()), (&[0, 1][..], 0));
+        env.send(&[0.0f32; 4]).unwrap();
+        assert_eq!(env.recv(2, None, &mut rows, &mut batch).unwrap_err().kind(), ErrorKind::Memory);
+        assert_eq!(rows, [0, 1]);
     }
-    pipeline.send(&[0.0f32; 4]).unwrap();
-    let (_env, batch) = pipeline.finish();
-    assert_eq!(batch.rows(), 2);
 }

@@ -1,11 +1,11 @@
 //! Tests the safe interface. The expected numbers are Gymnasium's, recorded in tests/golden.
 
 mod allocation;
+mod asynchronous;
 mod golden;
 mod misuse;
 mod options;
 mod pictures;
-mod pipeline;
 mod refusals;
 mod relay;
 mod replay;

@@ -85,11 +85,11 @@ fn shared_batch(shared: &Mutex<Env>) -> mjenv::Batch {
 #[test]
 fn dropped_and_forgotten_under_way() {
     for forgotten in [false, true] {
-        let mut pipeline = env_of("HumanoidStandup-v5", 8, 2).pipeline();
-        pipeline.reset().unwrap();
-        pipeline.send(&[0.0f32; 8 * 17]).unwrap();
+        let mut env = env_of("HumanoidStandup-v5", 8, 2);
+        env.reset(&mut env.batch()).unwrap();
+        env.send(&[0.0f32; 8 * 17]).unwrap();
         if forgotten {
-            mem::forget(pipeline); // a leak, but nothing that dangles: the outputs leak with it
+            mem::forget(env);
         }
     }
 }

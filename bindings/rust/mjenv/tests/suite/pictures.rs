@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use mjenv::{Camera, Env, ErrorKind, Image, Options, RenderSettings, Renderer};
@@ -107,37 +106,4 @@ fn what_cannot_be_drawn_is_refused() {
     assert_eq!(renderer.render(1).unwrap_err().kind(), ErrorKind::Value);
     drop(env);
     assert_eq!(renderer.render(0).unwrap_err().kind(), ErrorKind::State);
-}
-
-/// `finish` waits for all rows even if a renderer is using the environment at that moment.
-#[test]
-fn a_pipeline_is_finished_while_another_thread_draws() {
-    let mut options = Options::new("HumanoidStandup-v5").unwrap();
-    options.set("num_threads", 2).unwrap();
-    for _ in 0..5 {
-        let mut env = Env::new(&options, 8).unwrap();
-        let mut renderer = Renderer::new(&env, &small(&env)).unwrap();
-        env.reset(&mut env.batch()).unwrap();
-        let mut pipeline = env.pipeline();
-        pipeline.send(&[0.0f32; 17 * 8]).unwrap();
-        let drawn = AtomicBool::new(false);
-        let finished = AtomicBool::new(false);
-        thread::scope(|scope| {
-            scope.spawn(|| {
-                while !finished.load(Ordering::Relaxed) {
-                    let _ = renderer.render(0); // refused while rows are under way
-                    drawn.store(true, Ordering::Relaxed);
-                }
-            });
-            while !drawn.load(Ordering::Relaxed) {
-                thread::yield_now();
-            }
-            let (mut env, _batch) = pipeline.finish();
-            finished.store(true, Ordering::Relaxed);
-            let mut batch = env.batch();
-            while let Err(error) = env.reset(&mut batch) {
-                assert_eq!(error.kind(), ErrorKind::Busy, "{error}");
-            }
-        });
-    }
 }
