@@ -1,4 +1,4 @@
-"""What callers may pass to a vector environment."""
+"""Checks of what callers pass to environments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Status
-from mjenv._outputs import FLOATS, BoolArray
+from mjenv._handle import FLOATS
+from mjenv._outputs import BoolArray
 from mjenv.errors import InvalidValueError, OptionError
 
 try:
@@ -93,3 +94,17 @@ def reset_mask_of(options: Any, count: int) -> BoolArray | None:
     if not mask.any():
         raise InvalidValueError("options['reset_mask'] names no row", Status.E_VALUE)
     return mask
+
+
+def time_limit_of(max_episode_steps: Any) -> int:
+    """The library's option for Gymnasium's keyword: 0 means no limit."""
+    if not isinstance(max_episode_steps, (int, np.integer)) or (max_episode_steps < 1 and max_episode_steps != -1):
+        raise InvalidValueError(f"max_episode_steps is an int >= 1, or -1 for no limit, not {max_episode_steps!r}")
+    return max(0, int(max_episode_steps))
+
+
+def image_of(image: Any) -> bytes:
+    """A snapshot's image as bytes."""
+    if not isinstance(image, (bytes, bytearray, memoryview)):
+        raise OptionError(f"an image is bytes, not {type(image).__name__}", Status.E_TYPE)
+    return bytes(image)

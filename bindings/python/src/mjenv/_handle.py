@@ -1,7 +1,6 @@
-"""Owned handles over the C interface: options, and an environment of one or many rows.
+"""Owners of the library's handles: Options, and Rows, an environment of one or many rows.
 
-Everything that calls the library from Python goes through here, except the step itself, which the environment
-classes call with buffers prepared by Batch.
+All calls of the library go through this module, except the steps (_step.py) and the pictures (_pictures.py).
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +26,8 @@ from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError,
 
 Float64Array = NDArray[np.float64]
 
-# For map(lock.acquire, NOT_WAITING), to be unpacked: an interrupt may be raised as a call returns, when the lock would
-# be taken and nobody know it, but not between unpacking and assigning.
-NOT_WAITING = (False,)
+# The dtypes in which the library takes actions and gives observations.
+FLOATS: dict[np.dtype[Any], Dtype] = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 
 DTYPES: dict[int, type[np.generic]] = {
     Type.FLOAT64: np.float64,
@@ -243,7 +241,10 @@ class Batch:
 
 
 class Rows:
-    """An environment handle of one or many rows. Pickling keeps every row's episode and random stream."""
+    """An owned environment handle of one or many rows. Pickling keeps every row's episode and random stream.
+
+    One thread at a time calls the library with the handle: every call stands in `with rows.alone():`.
+    """
 
     def __init__(self, id: str, options: Mapping[str, Any], count: int = 1) -> None:
         chosen = Options(id)
@@ -253,8 +254,9 @@ class Rows:
         self.id: str = id
         self.options: dict[str, Any] = dict(options)
         self.count: int = count
-        self.pointer: int | None = handle.value
+        self.closed: bool = False
         self.lock: threading.Lock = threading.Lock()
+        self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._destroy = _destroy_with(self, LIBRARY.mjenv_destroy, handle.value)
@@ -262,34 +264,31 @@ class Rows:
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
 
-    def entered(self) -> Rows:
-        """To be used in a with statement: the handle, for one thread. Raises BusyError or ClosedError."""
-        return self
+    # ---- calls ----
 
-    def __enter__(self) -> int:
-        taken = False
-        try:
-            (taken,) = map(self.lock.acquire, NOT_WAITING)
-            if not taken:
-                raise self.busy()
-            if self.pointer is None:
-                raise self.closed()
-            return self.pointer
-        except BaseException:
-            if taken:
-                self.lock.release()
-            raise
+    def alone(self) -> threading.Lock:
+        """The lock, for a with statement (_step.py explains why). Raises BusyError if another call holds it.
 
-    if TYPE_CHECKING:
+        If two threads find the lock free at the same moment, the second one waits for the first one's call.
+        """
+        if self.lock.locked():
+            raise self.busy()
+        return self.lock
 
-        def __exit__(self, *exception: object) -> None: ...
+    @property
+    def pointer(self) -> int:
+        """The handle, for a call by who holds the lock. Raises ClosedError after close."""
+        if self._pointer is None:
+            raise self.gone()
+        return self._pointer
 
-    else:
-        # The lock's own: a function in Python can be interrupted before its first line.
-        __exit__ = property(operator.attrgetter("lock.__exit__"))
+    def call(self, function: Callable[..., int], *arguments: Any) -> None:
+        """Calls function(handle, *arguments) and raises unless it returns MJENV_OK."""
+        with self.alone():
+            check(function(self.pointer, *arguments))
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
-        """A call with the handle and these arguments, which are converted once. Only for a thread that has entered."""
+        """The same call with arguments that are converted once, to be called by who holds the lock."""
         types = getattr(LIBRARY, function).argtypes
         converted = (kind.from_param(value) for kind, value in zip(types, (self.pointer, *arguments), strict=True))
         return partial(LIBRARY[function], *converted)
@@ -297,133 +296,121 @@ class Rows:
     def busy(self) -> BusyError:
         return BusyError(f"another thread is inside this {self.id}", Status.E_BUSY)
 
-    def closed(self) -> ClosedError:
+    def gone(self) -> ClosedError:
         return ClosedError(f"this {self.id} was closed")
 
     def close(self) -> None:
         """Frees the handle. Closing twice is fine."""
-        taken = False
-        try:
-            (taken,) = map(self.lock.acquire, NOT_WAITING)
-            if not taken:
-                raise self.busy()
-            self.pointer = None
+        with self.alone():
+            self.closed, self._pointer = True, None
             self._destroy()
-        finally:
-            if taken:
-                self.lock.release()
 
     def close_at_exit(self) -> None:
-        """Frees the handle with its last user, and at the end of the process at the latest."""
+        """Frees the handle when its last user drops it, and at the latest when the process ends."""
         self._destroy.atexit = True  # type: ignore[misc, unused-ignore]
 
+    # ---- what the environment consists of ----
+
     def frame_skip(self) -> int:
-        with self.entered() as env:
-            return int(LIBRARY.mjenv_frame_skip(env))
+        with self.alone():
+            return int(LIBRARY.mjenv_frame_skip(self.pointer))
 
     def fields(self, role: Role) -> tuple[Field, ...]:
-        """What a role consists of; listed once, as there are hundreds of arrays."""
+        """The fields of a role. They are kept, because DATA and MODEL have hundreds."""
         if role not in self._fields:
-            with self.entered() as env:
-                self._fields[role] = tuple(_fields(env, role))
+            with self.alone():
+                self._fields[role] = tuple(_fields(self.pointer, role))
         return self._fields[role]
 
     def array(self, role: Role, name: str) -> Field | None:
-        """The array of MJENV_ROLE_DATA or MJENV_ROLE_MODEL with MuJoCo's name."""
+        """The array of mjData (Role.DATA) or mjModel (Role.MODEL) with MuJoCo's name."""
         if role not in self._arrays:
             self._arrays[role] = {field.name: field for field in self.fields(role)}
         return self._arrays[role].get(name)
 
     def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
-        """The lower and the upper bounds of a space."""
+        """The lower and the upper bounds of the space of observations or actions."""
         space = _struct(_abi.mjenv_space)
-        with self.entered() as env:
-            check(LIBRARY.mjenv_space_of(env, role, byref(space)))
+        with self.alone():
+            check(LIBRARY.mjenv_space_of(self.pointer, role, byref(space)))
             return np.array(space.low[: space.count]), np.array(space.high[: space.count])
 
-    def seed(self, row: int, seed: int) -> None:
-        """Gives a row the stream of default_rng(seed), for a seed >= 0 of any size."""
-        count = max(1, (seed.bit_length() + 31) // 32)
-        digits = (c_uint32 * count)(*((seed >> 32 * i) & 0xFFFFFFFF for i in range(count)))
-        with self.entered() as env:
-            check(LIBRARY.mjenv_seed_digits(env, row, digits, count))
-
-    def seed_rows(self, seeds: NDArray[np.uint64], mask: NDArray[np.bool_]) -> None:
-        """Gives the masked rows new streams, each from its seed."""
-        with self.entered() as env:
-            check(LIBRARY.mjenv_seed(env, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8)))
-
-    def stream(self, row: int) -> tuple[int, int]:
-        """State and increment of a row's random stream, as NumPy's PCG64 has them."""
-        words = (c_uint64 * 4)()
-        with self.entered() as env:
-            check(LIBRARY.mjenv_get_stream(env, row, words, 4))
-        return words[0] | words[1] << 64, words[2] | words[3] << 64
-
-    def set_stream(self, row: int, state: int, increment: int) -> None:
-        words = (c_uint64 * 4)(*(x >> shift & 0xFFFFFFFFFFFFFFFF for x in (state, increment) for shift in (0, 64)))
-        with self.entered() as env:
-            check(LIBRARY.mjenv_set_stream(env, row, words, 4))
-
-    def read(self, row: int, field: Field) -> NDArray[Any]:
-        """A copy of an array of mjData or mjModel, in MuJoCo's shape and dtype, read-only."""
-        array = self._read(row, field.name, field.count).astype(DTYPES[field.type], copy=False).reshape(field.shape)
-        array.flags.writeable = False
-        return array
-
     def timestep(self) -> float:
-        """Seconds in an mj_step."""
+        """The seconds that one mj_step simulates."""
         return float(self._read(0, "opt.timestep", 1)[0])
-
-    def _read(self, row: int, name: str, size: int) -> Float64Array:
-        values = np.empty(size)
-        count = c_size_t()
-        with self.entered() as env:
-            check(LIBRARY.mjenv_read(env, row, name.encode(), pointer_to(values, c_double), size, byref(count)))
-        return values
 
     def object_index(self, kind: str, name: str) -> int:
         index = c_int64()
-        with self.entered() as env:
-            check(LIBRARY.mjenv_object_index(env, kind.encode(), _encoded(name, "the name"), byref(index)))
+        self.call(LIBRARY.mjenv_object_index, kind.encode(), _encoded(name, "the name"), byref(index))
         return index.value
 
     def object_name(self, kind: str, index: int) -> str:
         name = c_char_p()
-        with self.entered() as env:
-            status = LIBRARY.mjenv_object_name(env, kind.encode(), _int64(index), byref(name))
+        with self.alone():
+            status = LIBRARY.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
             check(Status.E_NAME if status == Status.E_VALUE else status)
             return _text(name.value)
+
+    # ---- random streams ----
+
+    def seed(self, row: int, seed: int) -> None:
+        """Gives a row the stream of numpy.random.default_rng(seed), for a seed >= 0 of any size."""
+        count = max(1, (seed.bit_length() + 31) // 32)
+        digits = (c_uint32 * count)(*((seed >> 32 * i) & 0xFFFFFFFF for i in range(count)))
+        self.call(LIBRARY.mjenv_seed_digits, row, digits, count)
+
+    def seed_rows(self, seeds: NDArray[np.uint64], mask: NDArray[np.bool_]) -> None:
+        """Gives each masked row the stream of its seed."""
+        self.call(LIBRARY.mjenv_seed, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8))
+
+    def stream(self, row: int) -> tuple[int, int]:
+        """State and increment of a row's random stream, as numpy.random.PCG64 has them."""
+        words = (c_uint64 * 4)()
+        self.call(LIBRARY.mjenv_get_stream, row, words, 4)
+        return words[0] | words[1] << 64, words[2] | words[3] << 64
+
+    def set_stream(self, row: int, state: int, increment: int) -> None:
+        words = (c_uint64 * 4)(*(x >> shift & 0xFFFFFFFFFFFFFFFF for x in (state, increment) for shift in (0, 64)))
+        self.call(LIBRARY.mjenv_set_stream, row, words, 4)
+
+    # ---- the state of rows ----
+
+    def read(self, row: int, field: Field) -> NDArray[Any]:
+        """A read-only copy of an array of mjData or mjModel, in MuJoCo's shape and dtype."""
+        array = self._read(row, field.name, field.count).astype(DTYPES[field.type], copy=False).reshape(field.shape)
+        array.flags.writeable = False
+        return array
+
+    def _read(self, row: int, name: str, size: int) -> Float64Array:
+        values = np.empty(size)
+        count = c_size_t()
+        self.call(LIBRARY.mjenv_read, row, name.encode(), pointer_to(values, c_double), size, byref(count))
+        return values
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))
         if q.ndim != 1 or v.ndim != 1:
             raise InvalidValueError(f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each")
-        with self.entered() as env:
-            pointers = pointer_to(q, c_double), pointer_to(v, c_double)
-            check(LIBRARY.mjenv_set_state(env, row, pointers[0], q.size, pointers[1], v.size))
+        self.call(LIBRARY.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
         if frames != _int64(frames):
-            raise InvalidValueError(f"{frames} frames are more than can be counted", Status.E_VALUE)
-        with self.entered() as env:
-            check(LIBRARY.mjenv_simulate(env, row, pointer_to(ctrl, c_double), ctrl.size, frames))
+            raise InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
+        self.call(LIBRARY.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
-        with self.entered() as env:
-            check(LIBRARY.mjenv_copy_row(env, source, pointer_to(mask, c_uint8)))
+        self.call(LIBRARY.mjenv_copy_row, source, pointer_to(mask, c_uint8))
 
     def snapshot(self, row: int) -> bytes:
         size = c_size_t()
-        with self.entered() as env:
-            check(LIBRARY.mjenv_snapshot(env, row, None, 0, byref(size)))
+        with self.alone():
+            check(LIBRARY.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))
             image = ctypes.create_string_buffer(size.value)
-            check(LIBRARY.mjenv_snapshot(env, row, image, size, byref(size)))
+            check(LIBRARY.mjenv_snapshot(self.pointer, row, image, size, byref(size)))
         return image.raw
 
     def restore(self, row: int, image: bytes) -> None:
-        with self.entered() as env:
-            check(LIBRARY.mjenv_restore(env, row, image, len(image)))
+        self.call(LIBRARY.mjenv_restore, row, image, len(image))
 
 
 def _fields(env: int, role: Role) -> Iterator[Field]:

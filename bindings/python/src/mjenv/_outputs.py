@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from ctypes import c_double, c_uint8
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv._abi import Dtype, Role, Type
-from mjenv._handle import Batch, Field, Float64Array, Rows, pointer_to
+from mjenv._abi import Role
+from mjenv._handle import FLOATS, Batch, Field, Float64Array, Rows, pointer_to
+from mjenv._step import Info, dtype_of, views
 
-Info = dict[str, Any]
 BoolArray = NDArray[np.bool_]
 
-FLOATS: dict[np.dtype[Any], Dtype] = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 ROLES = (Role.OBSERVATION, Role.ACTION, Role.INFO, Role.RESET_INFO, Role.ARRAYS)
 
-
-def views(values: Float64Array, fields: tuple[Field, ...], rows: int) -> Iterator[Float64Array]:
-    """Each field's part of a block that the library lays out by fields, as (rows, *shape)."""
-    for field in fields:
-        part = values[field.offset * rows : (field.offset + field.count) * rows]
-        yield part.reshape(rows, *field.shape)
-
-
 _FLOAT64 = np.dtype(np.float64)
-
-
-def _dtype(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """What NumPy makes of an array of the type that Gymnasium gives the value."""
-    if kind == Type.ACTION:
-        return action_dtype
-    return np.dtype(np.int64) if kind in (Type.NATIVE_INT, Type.INT64) else _FLOAT64
 
 
 class _Places:
@@ -58,7 +41,7 @@ class _Layout:
                 f"_{field.name}",
                 slice(field.offset * rows, (field.offset + field.count) * rows),
                 (rows, *field.shape),
-                _dtype(field.type, action_dtype),
+                dtype_of(field.type, action_dtype),
             )
             for field in fields
         )

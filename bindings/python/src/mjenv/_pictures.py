@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Status
-from mjenv._handle import Rows, _destroy_with, _struct, pointer_to
+from mjenv._handle import Rows, _destroy_with, _struct, camera_config, pointer_to
 from mjenv._library import LIBRARY
 from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError, check
 
@@ -23,6 +23,8 @@ Picture = Colours | Depth | tuple[Colours, Depth]
 RENDER_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
 SIZE = 480  # Gymnasium's default, pixels
 MAX_GEOM = 1000  # Gymnasium's default
+# Gymnasium's keywords for rendering, but for default_camera_config, which only some ids take, and mjenv's render_fast.
+KEYWORDS = ("render_mode", "width", "height", "camera_id", "camera_name", "max_geom", "visual_options", "render_fast")
 _FREE, _NO_CAMERA = -1, -2
 _NUMBERS = ("distance", "azimuth", "elevation")
 _WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
@@ -73,8 +75,9 @@ class Pictures:
         return self._picture(row)
 
     def _show(self, row: int) -> None:
-        with self._rows.entered() as env:
+        with self._rows.alone():
             if row not in self._windows:
+                env = self._rows.pointer
                 self._windows[row] = _Window(env, self._settings(env, _FREE))
             self._windows[row].draw(row)
 
@@ -83,8 +86,9 @@ class Pictures:
             self._camera = self._find_camera()
         # A free camera that looks at what it sees first does so in every row on its own.
         place = row if self._camera == _FREE and "lookat" not in (self.camera_config or {}) else 0
-        with self._rows.entered() as env:
+        with self._rows.alone():
             if place not in self._renderers:
+                env = self._rows.pointer
                 self._renderers[place] = _Renderer(env, self._settings(env, self._camera))
             rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
@@ -170,6 +174,17 @@ class _Window:
 
     def draw(self, row: int) -> None:
         check(LIBRARY.mjenv_window_draw(self._pointer, row))
+
+
+def camera_config_of(id: str, options: dict[str, Any]) -> dict[str, Any] | None:
+    """The environment's default_camera_config.
+
+    Takes the keyword out of the options of ids whose class in Gymnasium has it. It stays in the others', where it is an
+    unknown option.
+    """
+    if id.endswith("-v5") or id == "Swimmer-v4":
+        return options.pop("default_camera_config", camera_config(id))  # type: ignore[no-any-return]
+    return camera_config(id)
 
 
 def _int32(name: str, value: Any) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from mjenv._abi import Role
 from mjenv._arguments import AutoresetMode
-from mjenv._handle import Field, Float64Array
-from mjenv._outputs import FLOATS, Info, views
 from mjenv._row import Row
-from mjenv.env import _reader
+from mjenv._step import Info, Step, infos_of_rows
 from mjenv.vector import make_vec
 
 try:
@@ -23,20 +21,7 @@ except ImportError as error:
     raise ImportError(f"mjenv.sb3 needs Stable-Baselines3: pip install stable-baselines3 ({error})") from error
 
 Indices = int | Iterable[int] | None
-
-
-class _RowInfos:
-    """Turns a block that the library lays out by fields into one info a row."""
-
-    def __init__(self, fields: tuple[Field, ...], rows: int, action_dtype: np.dtype[Any]) -> None:
-        self._fields, self._rows = fields, rows
-        self._records = np.zeros((rows, sum(field.count for field in fields)))
-        self._read = _reader(fields, action_dtype)
-
-    def __call__(self, values: Float64Array, rows: Iterable[int]) -> list[Info]:
-        for field, view in zip(self._fields, views(values, self._fields, self._rows), strict=True):
-            self._records[:, field.offset : field.offset + field.count] = view.reshape(self._rows, field.count)
-        return [self._read(self._records[row]) for row in rows]
+Results = tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[Info]]
 
 
 class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
@@ -52,13 +37,12 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
         self._prepare()
 
     def _prepare(self) -> None:
-        rows = self.envs._rows
-        self._step_infos = {dtype: _RowInfos(rows.fields(Role.INFO), self.num_envs, dtype) for dtype in FLOATS}
-        self._reset_infos = _RowInfos(rows.fields(Role.RESET_INFO), self.num_envs, np.dtype(np.float64))
+        pool = self.envs._pool
+        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results, pool.error)
 
     def reset(self) -> NDArray[Any]:
         obs, _ = self.envs.reset(seed=self._seeds)
-        self.reset_infos = self._reset_infos(self.envs._outputs.reset_info, range(self.num_envs))
+        self.reset_infos = self._infos_of_reset(slice(None))
         self._reset_seeds()
         self._reset_options()
         return obs
@@ -66,24 +50,38 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
     def step_async(self, actions: NDArray[Any]) -> None:
         self.actions = actions
 
-    def step_wait(self) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[Info]]:
-        action = self.envs._actions(self.actions, self.envs._shape)
-        obs, rewards, terminated, truncated, last = self.envs.step(action)
-        dones = terminated | truncated
-        outputs = self.envs._outputs
-        read = self._step_infos[action.dtype]
-        infos = read(outputs.info, range(self.num_envs))
-        ended = np.flatnonzero(dones).tolist()
-        if ended:
-            for row, info, reset_info in zip(
-                ended, read(outputs.final_info, ended), self._reset_infos(outputs.reset_info, ended), strict=True
-            ):
-                infos[row], self.reset_infos[row] = info, reset_info
-        for info, limit in zip(infos, (truncated & ~terminated).tolist(), strict=True):
-            info["TimeLimit.truncated"] = limit
-        for row in ended:
-            infos[row]["terminal_observation"] = last["final_obs"][row]
-        return obs, rewards.astype(np.float32), dones, infos
+    def step_wait(self) -> Results:
+        results = self._stepper.step(self.actions)
+        if self.envs.render_mode == "human":
+            self.envs.render()
+        return results
+
+    def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
+        """The function that copies what a step with actions of that dtype has written."""
+        outputs = self.envs._pool.outputs
+        fields = self.envs._pool.rows.fields(Role.INFO)
+
+        def results() -> Results:
+            obs = outputs.obs.copy() if self.envs.copy else outputs.obs
+            dones = outputs.terminated | outputs.truncated
+            infos = infos_of_rows(fields, outputs.info, self.num_envs, dtype, slice(None))
+            ended = np.flatnonzero(dones)
+            if len(ended):
+                last = infos_of_rows(fields, outputs.final_info, self.num_envs, dtype, ended)
+                for row, info, reset_info in zip(ended.tolist(), last, self._infos_of_reset(ended), strict=True):
+                    infos[row], self.reset_infos[row] = info, reset_info
+            for info, limit in zip(infos, (outputs.truncated & ~outputs.terminated).tolist(), strict=True):
+                info["TimeLimit.truncated"] = limit
+            for row in ended.tolist():
+                infos[row]["terminal_observation"] = outputs.final_obs[row].copy()
+            return obs, outputs.reward.astype(np.float32), dones, infos
+
+        return results
+
+    def _infos_of_reset(self, rows: Any) -> list[Info]:
+        pool = self.envs._pool
+        float64 = np.dtype(np.float64)
+        return infos_of_rows(pool.rows.fields(Role.RESET_INFO), pool.outputs.reset_info, self.num_envs, float64, rows)
 
     def close(self) -> None:
         self.envs.close()
@@ -112,7 +110,7 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
         return [rows[index] for index in self._get_indices(indices)]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_step_infos", "_reset_infos")}
+        return {name: value for name, value in self.__dict__.items() if name != "_stepper"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

@@ -1,0 +1,262 @@
+"""The rows of a vector environment: what VectorEnv, its single rows and the adapter for Stable-Baselines3 share."""
+
+from __future__ import annotations
+
+import operator
+import os
+import weakref
+from collections.abc import Mapping, Sequence
+from ctypes import byref, c_int64, c_size_t
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjenv._abi import Status
+from mjenv._arguments import check_seed
+from mjenv._handle import FLOATS, Rows, pointer_to
+from mjenv._library import LIBRARY
+from mjenv._outputs import BoolArray, Outputs
+from mjenv._pictures import Pictures
+from mjenv._step import float_array, wrong_shape
+from mjenv.errors import (
+    AlreadyPendingCallError,
+    BusyError,
+    Error,
+    ForkedError,
+    InvalidValueError,
+    NoAsyncCallError,
+    OptionError,
+    last_error,
+)
+
+UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
+
+
+class Pool:
+    """The rows' handle, the arrays that its calls write, the rows' seeds, and which rows are under way.
+
+    Pickling keeps the episodes, the random streams and what the last call wrote.
+    """
+
+    def __init__(
+        self,
+        id: str,
+        options: Mapping[str, Any],
+        count: int,
+        obs_dtype: np.dtype[Any],
+        *,
+        final: bool,
+        rendering: Mapping[str, Any],
+    ) -> None:
+        """final: whether the rows' last observations are kept when they are reset. rendering: as Pictures takes it."""
+        self.rows = Rows(id, options, count)
+        self.pictures = Pictures(self.rows, **rendering)
+        self.count = count
+        self.frame_skip = self.rows.frame_skip()
+        # Whether the array of observations may be older than the rows' states.
+        self.stale = False
+        self._obs_dtype, self._final = obs_dtype, final
+        # None for a row that was never seeded.
+        self._seeds: NDArray[np.object_] = np.full(count, None, dtype=object)
+        self._prepare()
+
+    def _prepare(self) -> None:
+        rows = self.rows
+        self.outputs = Outputs(rows, self._obs_dtype, final=self._final)
+        self.out = byref(self.outputs.struct)
+        self.shape: tuple[int, int] = (self.count, self.outputs.nu)
+        # The number of rows between send and recv, which they are, and the dtype of their actions.
+        self.pending = 0
+        self._under_way: BoolArray = np.zeros(self.count, np.bool_)
+        self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
+        self._process = os.getpid()
+        self._finalizer = weakref.finalize(self, _close, rows)
+
+    def __getstate__(self) -> dict[str, Any]:
+        self.check_settled()
+        kept = ("rows", "pictures", "count", "frame_skip", "stale", "_obs_dtype", "_final", "_seeds")
+        state = {name: self.__dict__[name] for name in kept}
+        outputs = self.outputs
+        return {**state, "_written": (outputs.obs.copy(), outputs.status.copy(), outputs.exported.copy())}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        written = state.pop("_written")
+        self.__dict__.update(state)
+        self._prepare()
+        outputs = self.outputs
+        arrays: tuple[NDArray[Any], ...] = (outputs.obs, outputs.status, outputs.exported)
+        for array, values in zip(arrays, written, strict=True):
+            array[...] = values
+
+    def close(self) -> None:
+        """Frees the rows. Those under way are given up."""
+        self.rows.close()
+        self.pictures.close()
+        self.pending = 0
+
+    # ---- arguments and errors ----
+
+    def actions(self, actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:
+        """Actions as a contiguous float32 or float64 array of that shape."""
+        array = np.asarray(actions)
+        if array.dtype not in FLOATS:
+            array = float_array(array)
+        if array.shape != shape:
+            raise wrong_shape(array, shape, self.rows)
+        return np.ascontiguousarray(array)
+
+    def row(self, row: int) -> int:
+        """A row's number, checked."""
+        number = operator.index(row)
+        if not 0 <= number < self.count:
+            raise InvalidValueError(f"row {number} is outside 0..{self.count - 1}", Status.E_VALUE)
+        return number
+
+    def check_settled(self) -> None:
+        """Raises AlreadyPendingCallError if rows are under way."""
+        if self.pending:
+            raise AlreadyPendingCallError(f"{self.pending} row(s) are under way: call recv first", Status.E_STATE)
+
+    def check(self, status: int, sent: NDArray[np.int64] | None = None) -> None:
+        """Raises unless the status is MJENV_OK. sent: the rows of a send."""
+        if status:
+            raise self.error(status, sent)
+
+    def error(self, status: int, sent: NDArray[np.int64] | None = None) -> Error:
+        """The exception for the call that has just failed."""
+        error = last_error(status)
+        if status == Status.E_STATE:
+            if os.getpid() != self._process:
+                return ForkedError(error.message, status)
+            if self._repeats(sent):
+                return AlreadyPendingCallError(error.message, status)
+        return error
+
+    def _repeats(self, sent: NDArray[np.int64] | None) -> bool:
+        """Whether what was asked for meets rows that are under way, or one row twice."""
+        if sent is None:
+            return self.pending > 0
+        return bool(self._under_way[sent].any()) or len(np.unique(sent)) < len(sent)
+
+    # ---- rows under way ----
+
+    def send(self, actions: ArrayLike, rows: NDArray[np.int64] | None) -> None:
+        """Begins a step of these rows, of all if rows is None."""
+        count = self.count if rows is None else len(rows)
+        action = self.actions(actions, (count, self.shape[1]))
+        pointer = None if rows is None else pointer_to(rows, c_int64)
+        part: Any = slice(None) if rows is None else rows
+        address, size, code = action.ctypes.data, action.size, FLOATS[action.dtype]
+        # If an interrupt comes as the call returns, the rows are under way, and status keeps this value.
+        status: int = Status.OK
+        with self.rows.alone():
+            env = self.rows.pointer
+            try:
+                status = LIBRARY.mjenv_send(env, pointer, count, address, size, code)
+            finally:
+                if not status:
+                    self.pending += count
+                    self._under_way[part] = True
+                    self._sent_float32[part] = action.dtype == np.float32
+            self.check(status, rows)
+
+    def receive(self, least: int | None) -> NDArray[np.int64]:
+        """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending.
+
+        Only for who holds the lock: another call would overwrite the outputs before they are copied.
+        """
+        env = self.rows.pointer
+        if not self.pending:
+            raise NoAsyncCallError("no rows are under way: call send first", Status.E_STATE)
+        wanted = self.pending if least is None else least
+        buffer = np.empty(self.pending, np.int64)
+        count = c_size_t()
+        pointer, size, received = pointer_to(buffer, c_int64), buffer.size, byref(count)
+        try:
+            status = LIBRARY.mjenv_recv(env, wanted, -1, pointer, size, received, self.out)
+        finally:  # also if an interrupt comes as the call returns: the rows are no longer under way
+            self.pending -= count.value
+            self._under_way[buffer[: count.value]] = False
+        self.check(status)
+        return np.sort(buffer[: count.value])
+
+    def sent_dtype(self, rows: NDArray[np.int64]) -> np.dtype[Any]:
+        """The dtype of the actions of the first of these rows, which decides about the infos' dtypes."""
+        float32 = len(rows) > 0 and self._sent_float32[rows[0]]
+        return np.dtype(np.float32 if float32 else np.float64)
+
+    # ---- seeds ----
+
+    def all_seeds(self) -> tuple[int, ...]:
+        """Each row's last seed, UNKNOWN_SEED where its stream came from a snapshot.
+
+        Seeds the rows that were never seeded.
+        """
+        self.reseed(None, None)
+        return tuple(self._seeds)
+
+    def reseed(self, seed: int | Sequence[int | None] | None, mask: BoolArray | None) -> None:
+        """Gives the masked rows, all if mask is None, the streams of their seeds.
+
+        seed: an int gives row i seed + i; a sequence has a seed for each row, or None to leave its stream. Rows that
+        have no seed here and had none before get one from the operating system.
+        """
+        found = np.empty(self.count, dtype=object)
+        found[:] = self._listed(seed)
+        if mask is not None:
+            found[~mask] = None
+        for value in found:
+            check_seed(value)
+        new = _missing(found) & _missing(self._seeds)
+        if mask is not None:
+            new &= mask
+        found[new] = np.frombuffer(os.urandom(8 * int(new.sum())), np.uint64).tolist()
+        self._give(found)
+
+    def copy_seed(self, source: int, mask: BoolArray) -> None:
+        """Notes that the masked rows have got the stream of the row `source`."""
+        self._seeds[mask] = self._seeds[source]
+
+    def forget_seed(self, row: int | None) -> None:
+        """Notes that the stream of a row, of all rows if None, came from a snapshot."""
+        self._seeds[slice(None) if row is None else row] = UNKNOWN_SEED
+
+    def _listed(self, seed: Any) -> list[Any]:
+        if seed is None:
+            return [None] * self.count
+        if isinstance(seed, int):
+            return list(range(seed, seed + self.count))
+        try:
+            seeds = list(seed)
+        except TypeError:
+            raise OptionError(f"a seed is an int or a list of ints, not {seed!r}", Status.E_TYPE) from None
+        if len(seeds) != self.count:
+            raise InvalidValueError(f"{len(seeds)} seeds for {self.count} rows", Status.E_SIZE)
+        return seeds
+
+    def _give(self, seeds: NDArray[np.object_]) -> None:
+        """Gives the rows that have a seed here its stream."""
+        given = ~_missing(seeds)
+        if not given.any():
+            return
+        small = given.copy()
+        small[given] = np.less(seeds[given], 2**64)
+        words = np.zeros(self.count, np.uint64)
+        words[small] = seeds[small].astype(np.uint64)
+        self.rows.seed_rows(words, small)
+        for row in np.flatnonzero(given & ~small):
+            self.rows.seed(int(row), seeds[row])
+        self._seeds[given] = seeds[given]
+
+
+def _missing(seeds: NDArray[np.object_]) -> BoolArray:
+    return np.fromiter((seed is None for seed in seeds), np.bool_, len(seeds))
+
+
+def _close(rows: Rows) -> None:
+    """Frees the rows, now or when the thread that is inside has dropped them."""
+    try:
+        rows.close()
+    except BusyError:
+        rows.close_at_exit()

@@ -1,0 +1,92 @@
+"""What env.unwrapped of Gymnasium's MuJoCo environments offers, for a single environment and for a row of a vector."""
+
+from __future__ import annotations
+
+import operator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mjenv._abi import Role, Status
+from mjenv._handle import Float64Array, Rows
+from mjenv._mujoco import Data, Model
+from mjenv.errors import InvalidValueError
+
+
+class Simulation:
+    """Access to the simulation of one row."""
+
+    _rows: Rows
+    _row: int = 0
+    frame_skip: int
+
+    def _check_settled(self) -> None:
+        """Called before the state is read as a whole or changed. Raises if the row may not be touched now."""
+
+    def _changed(self) -> None:
+        """Called after the state was changed other than by a step or a reset."""
+
+    @property
+    def data(self) -> Data:
+        """The row's mjData. Every access of an array reads a fresh, read-only copy."""
+        return Data(self._rows, self._row)
+
+    @property
+    def model(self) -> Model:
+        """The mjModel. Every access of an array reads a fresh, read-only copy."""
+        return Model(self._rows)
+
+    @property
+    def dt(self) -> float:
+        """The seconds that one step simulates."""
+        return self._rows.timestep() * self.frame_skip
+
+    @property
+    def init_qpos(self) -> Float64Array:
+        """The model's positions, float64[nq], to which a reset adds noise; read-only."""
+        qpos0: Float64Array = self.model.qpos0
+        return qpos0
+
+    @property
+    def init_qvel(self) -> Float64Array:
+        """The model's velocities, float64[nv], which are zero."""
+        return np.zeros(self.model.nv)
+
+    @property
+    def observation_structure(self) -> dict[str, int]:
+        """The length of each part of the observation. As in Gymnasium only some ids have it."""
+        structure = {field.name: field.count for field in self._rows.fields(Role.STRUCTURE)}
+        if not structure:
+            raise AttributeError(f"{self._rows.id} has no observation_structure")
+        return structure
+
+    def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
+        """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.
+
+        The time and the number of steps stay. An episode that has ended goes on.
+        """
+        self._check_settled()
+        self._rows.set_state(self._row, qpos, qvel)
+        self._changed()
+
+    def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
+        """Simulates n_frames steps of MuJoCo under ctrl[nu]. It counts no step and computes no reward."""
+        self._check_settled()
+        controls = np.ascontiguousarray(ctrl, np.float64)
+        shape = (sum(field.count for field in self._rows.fields(Role.ACTION)),)
+        if controls.shape != shape:
+            raise InvalidValueError(
+                f"ctrl has the shape {controls.shape}; {self._rows.id} takes {shape}", Status.E_SIZE
+            )
+        self._rows.simulate(self._row, controls, operator.index(n_frames))
+        self._changed()
+
+    def state_vector(self) -> Float64Array:
+        """qpos followed by qvel, float64[nq + nv]."""
+        data = self.data
+        return np.concatenate([data.qpos, data.qvel])
+
+    def get_body_com(self, body_name: str) -> Float64Array:
+        """The position of a body's frame, float64[3], in metres."""
+        position: Float64Array = self.data.body(body_name).xpos
+        return position

@@ -1,0 +1,182 @@
+"""The hot path: what happens between a user's step and the library's, in as few operations of Python as possible.
+
+1. Step.step looks up the buffer and the prepared call for the dtype of the actions, and checks their shape.
+2. It takes the handle's lock, because a second thread could overwrite the buffers during the call, in which other
+   threads of Python run. It does not wait for the lock but raises BusyError, because a call can take minutes.
+3. It copies the actions into the buffer. The library reads them there, so that the arguments of the call never change
+   and are converted once.
+4. It calls the library.
+5. It copies the results while no other thread can overwrite them.
+6. It releases the lock.
+
+KeyboardInterrupt can come as any function returns. If it came as `taken = lock.acquire(False)` returns, the lock would
+stay taken for ever. Python raises it neither between the moment in which a with statement takes a lock and the first
+line of its body, nor while a for loop fetches and assigns its next item. Step.step uses a loop, which is faster; every
+other call stands in `with rows.alone():`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjenv._abi import Status, Type
+from mjenv._handle import FLOATS, Field, Float64Array, Rows
+from mjenv.errors import Error, InvalidValueError, OptionError
+
+Results = TypeVar("Results")
+Info = dict[str, Any]
+
+_FLOAT64, _FLOAT32, _INT64 = np.dtype(np.float64), np.dtype(np.float32), np.dtype(np.int64)
+# The types that are Python's own. The others are NumPy's scalars.
+_PYTHON = (Type.NATIVE_FLOAT, Type.NATIVE_INT)
+
+
+class Step(Generic[Results]):
+    """Steps all rows of a handle.
+
+    shape: of the actions. out: a pointer to the mjenv_batch that a step writes. results: gives for a dtype of the
+    actions the function that copies what a step has written. error: makes the exception for a status.
+    """
+
+    def __init__(
+        self,
+        rows: Rows,
+        shape: tuple[int, ...],
+        out: Any,
+        results: Callable[[np.dtype[Any]], Callable[[], Results]],
+        error: Callable[[int], Error],
+    ) -> None:
+        self._rows, self._shape, self._error = rows, shape, error
+        # Its next item is the result of an attempt to take the lock.
+        self._attempts = iter(partial(rows.lock.acquire, False), None)
+        self._release = rows.lock.release
+        self._inputs: dict[np.dtype[Any], tuple[NDArray[Any], Callable[[], int], Callable[[], Results]]] = {}
+        for dtype, code in FLOATS.items():
+            buffer = np.zeros(shape, dtype)
+            call = rows.prepared("mjenv_step", None, buffer.ctypes.data, buffer.size, int(code), out)
+            self._inputs[dtype] = buffer, call, results(dtype)
+
+    def step(self, actions: ArrayLike) -> Results:
+        """Takes a step in every row and returns copies of its results."""
+        try:
+            buffer, call, results = self._inputs[actions.dtype]  # type: ignore[union-attr]
+        except (AttributeError, KeyError, TypeError):
+            actions = float_array(actions)
+            buffer, call, results = self._inputs[actions.dtype]
+        if actions.shape != self._shape:  # type: ignore[union-attr]
+            raise wrong_shape(actions, self._shape, self._rows)
+        taken = False
+        try:
+            for taken in self._attempts:  # noqa: B007 as the loop assigns it
+                break
+            if not taken:
+                raise self._rows.busy()
+            if self._rows.closed:
+                raise self._rows.gone()
+            buffer[...] = actions
+            status = call()
+            if status:
+                raise self._error(status)
+            return results()
+        finally:
+            if taken:
+                self._release()
+
+
+def float_array(actions: ArrayLike) -> NDArray[Any]:
+    """Actions as float32 or float64 in this machine's byte order. Integers and bools become float64."""
+    array = np.asarray(actions)
+    if array.dtype.kind == "f" and array.dtype.itemsize == 4:
+        return array.astype(np.float32)
+    if array.dtype.kind in "biu" or (array.dtype.kind == "f" and array.dtype.itemsize == 8):
+        return array.astype(np.float64)
+    raise OptionError(f"an action holds float32 or float64 numbers, not {array.dtype}", Status.E_TYPE)
+
+
+def wrong_shape(actions: Any, shape: tuple[int, ...], rows: Rows) -> InvalidValueError:
+    """The exception for actions that do not have the shape that these rows take."""
+    given = np.shape(actions)
+    if len(shape) == 1:
+        return InvalidValueError(f"the action has the shape {given}; {rows.id} takes {shape}", Status.E_SIZE)
+    return InvalidValueError(
+        f"the actions have the shape {given}; {rows.count} x {rows.id} take {shape}", Status.E_SIZE
+    )
+
+
+def dtype_of(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The dtype of a value in Gymnasium; that of a Python number in an array."""
+    if kind == Type.ACTION:
+        return action_dtype
+    return _INT64 if kind in (Type.NATIVE_INT, Type.INT64) else _FLOAT64
+
+
+# What turns an np.float64 into the type that Gymnasium gives a value.
+CONVERTERS: dict[Type, Callable[[Any], Any]] = {
+    Type.NATIVE_FLOAT: float,
+    Type.NATIVE_INT: int,
+    Type.INT64: np.int64,
+}
+
+
+class Record:
+    """How the fields of one row's record of float64 numbers become an info.
+
+    items: the name of each field, and an index into the record, which copies an array. conversions: the names of values
+    of another type than float64, each with what converts it. narrowed: the names of values that become float32, each
+    with a buffer, which converts in half the time of np.float32().
+    """
+
+    __slots__ = ("conversions", "items", "narrowed")
+
+    def __init__(self, fields: Sequence[Field], action_dtype: np.dtype[Any]) -> None:
+        scalars = [field for field in fields if not field.shape]
+        self.items = tuple((field.name, _index_of(field)) for field in fields)
+        self.conversions = tuple((f.name, CONVERTERS[f.type]) for f in scalars if f.type in CONVERTERS)
+        narrowed = [f for f in scalars if f.type == Type.ACTION and action_dtype == np.float32]
+        self.narrowed = tuple((field.name, np.zeros(1, np.float32)) for field in narrowed)
+
+    def read(self, record: Float64Array) -> Info:
+        info = {}
+        for name, index in self.items:
+            info[name] = record[index]
+        for name, convert in self.conversions:
+            info[name] = convert(info[name])
+        for name, buffer in self.narrowed:
+            buffer[0] = info[name]
+            info[name] = buffer[0]
+        return info
+
+
+def _index_of(field: Field) -> Any:
+    if not field.shape:
+        return field.offset
+    return np.arange(field.offset, field.offset + field.count).reshape(field.shape)
+
+
+def views(values: Float64Array, fields: Iterable[Field], rows: int) -> Iterator[Float64Array]:
+    """Each field's part, (rows, *shape), of a block that the library lays out field by field."""
+    for field in fields:
+        part = values[field.offset * rows : (field.offset + field.count) * rows]
+        yield part.reshape(rows, *field.shape)
+
+
+def infos_of_rows(
+    fields: Sequence[Field], values: Float64Array, rows: int, action_dtype: np.dtype[Any], chosen: Any
+) -> list[Info]:
+    """One info for each chosen row, with the types that an environment of one row gives.
+
+    values: a block that the library lays out field by field. chosen: an index along the rows.
+    """
+    columns: list[Any] = []
+    for field, view in zip(fields, views(values, fields, rows), strict=True):
+        column = view[chosen].astype(_FLOAT64 if field.shape else dtype_of(field.type, action_dtype))
+        columns.append(column.tolist() if field.type in _PYTHON and not field.shape else column)
+    names = [field.name for field in fields]
+    if not names:
+        return [{} for _ in range(len(np.arange(rows)[chosen]))]
+    return [dict(zip(names, of_row, strict=True)) for of_row in zip(*columns, strict=True)]
