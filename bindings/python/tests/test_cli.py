@@ -242,7 +242,7 @@ def test_bad_snapshots(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.Cap
         (whole[:-8], "damaged"),
         (whole[:80] + b"!" + whole[81:], "damaged"),
         (whole[:24] + bytes(8) + whole[32:], "damaged"),
-        (whole[:8] + b"\2" + whole[9:], "version 2"),
+        (whole[:8] + b"\1" + whole[9:], "version 1"),
     ):
         file.write_bytes(data)
         assert message in refusal(capsys, "snapshot", "show", file)

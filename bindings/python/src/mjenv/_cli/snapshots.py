@@ -18,10 +18,10 @@ from mjenv._cli.arguments import Commands, add_json, add_options, known_id, opti
 from mjenv._handle import Rows
 from mjenv.errors import SnapshotError
 
-# The image of version 1: the stamp, then for each row its head and its record of doubles.
-STAMP = struct.Struct("<8sQQQQ")  # magic, version, owner, rows, checksum
+# The image of version 2: the stamp, then for each row its head and its record of doubles.
+STAMP = struct.Struct("<8sIIQQQ")  # magic, version, rounding of norms, identity, rows, checksum
 HEAD = struct.Struct("<4Qq8B")  # PCG64 state and increment, high word first; steps; flags
-VERSION = 1
+VERSION = 2
 FLAGS = ("derived_from", "seeded", "ready", "ended")
 
 Row = dict[str, Any]  # an int, or an array of float64, by name
@@ -68,7 +68,7 @@ def read(path: Path, id: str | None, assignments: list[str]) -> Image:
     data = path.read_bytes()
     if len(data) < STAMP.size:
         raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, _, count, _ = STAMP.unpack_from(data)
+    magic, version, _, _, count, _ = STAMP.unpack_from(data)
     if magic != b"mjenvrow":
         raise SnapshotError(f"{path} is no snapshot of rows")
     if version != VERSION:
