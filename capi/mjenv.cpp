@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "engine/assets.hpp"
 #include "firewall.hpp"
 #include "task/registry.hpp"
 #include "version.hpp"
@@ -114,6 +113,7 @@ const char* mjenv_status_name(mjenv_status status) {
     case MJENV_E_MEMORY: return "MJENV_E_MEMORY";
     case MJENV_E_INTERNAL: return "MJENV_E_INTERNAL";
     case MJENV_E_RENDER: return "MJENV_E_RENDER";
+    case MJENV_E_TASK: return "MJENV_E_TASK";
   }
   return "unknown status";
 }
@@ -123,11 +123,11 @@ const char* mjenv_last_error() { return last_error.data(); }
 // ---- Ids ----
 
 std::int64_t mjenv_id_count() {
-  return answer<std::int64_t>(0, [] { return static_cast<std::int64_t>(ids().size()); });
+  return answer<std::int64_t>(0, [] { return id_count(); });
 }
 
 const char* mjenv_id_at(std::int64_t index) {
-  return answer<const char*>(nullptr, [&] { return at(ids(), index, "id").name.c_str(); });
+  return answer<const char*>(nullptr, [&] { return id_at(index).name; });
 }
 
 mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
@@ -136,15 +136,15 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
     const Task task = outline(found);
     mjenv_spec out{};
     out.version = found.version;
-    out.id = found.name.c_str();
-    out.robot = found.robot.c_str();
+    out.id = found.name;
+    out.robot = found.robot;
     out.max_episode_steps = task.time_limit;
     out.reward_threshold = task.reward_threshold;
     out.camera_distance = task.camera.distance;
     out.camera_elevation = task.camera.elevation;
     std::copy(task.camera.lookat.begin(), task.camera.lookat.end(), out.camera_lookat);
     out.camera_trackbodyid = task.camera.trackbodyid;
-    out.model_xml = asset_text(task.asset);
+    out.model_xml = task.model_xml;
     hand_out(spec, "spec", out, offsetof(mjenv_spec, camera_distance));
   });
 }

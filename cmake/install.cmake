@@ -9,6 +9,7 @@ configure_package_config_file(cmake/mjenv-config.cmake.in ${CMAKE_CURRENT_BINARY
                               INSTALL_DESTINATION ${cmake_folder} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/mjenv-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config-version.cmake
+              ${CMAKE_CURRENT_SOURCE_DIR}/cmake/mjenv-tasks.cmake
         DESTINATION ${cmake_folder} COMPONENT development)
 file(RELATIVE_PATH MJENV_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 set(MJENV_PC_LIBS "-L\${libdir} -lmjenv")

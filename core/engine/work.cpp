@@ -6,12 +6,28 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <new>
+
+#include "error.hpp"
 
 namespace mjenv::core {
 namespace {
 
 constexpr std::array<mjtWarning, 3> divergence{mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
+
+// What MuJoCo computes only on demand: see complete_forces and complete_frames.
+constexpr std::array<const char*, 3> force_arrays{"cacc", "cfrc_int", "cfrc_ext"};
+constexpr std::array<const char*, 6> frame_arrays{"geom_xpos", "geom_xmat",  "cam_xpos",
+                                                  "cam_xmat",  "light_xpos", "light_xdir"};
+
+template <typename Names>
+bool contains(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool is_force(const std::string& array) { return contains(force_arrays, array); }
+bool is_frame(const std::string& array) { return contains(frame_arrays, array); }
 
 template <typename T>
 T* put(T* to, const T* from, std::size_t count) {
@@ -22,18 +38,86 @@ T* put(T* to, const T* from, std::size_t count) {
 
 void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Work::Work(std::shared_ptr<const Model> model, int frame_skip) : model_(std::move(model)), layout_(*model_) {
+Work::Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& needs, std::size_t carry_count)
+    : model_(std::move(model)), layout_(*model_), carried_(carry_count), info_(needs.info) {
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);
   const mjModel* m = model_->get();
   data_.reset(mj_makeData(m));
   if (!data_) throw std::bad_alloc();
-  const mjData* d = data_.get();
+  action_.assign(layout_.nu, std::numeric_limits<double>::quiet_NaN());
   sim_.work_ = this;
   sim_.timestep = m->opt.timestep;
   sim_.dt = m->opt.timestep * frame_skip;
-  sim_.view_ = {m->nq,     m->nv,   m->nu,       m->nbody,         m->ntendon,         &d->time,      d->qpos,
-                d->qvel,   d->ctrl, m->qpos0,    d->xpos,          d->xipos,           d->site_xpos,  m->body_mass,
-                d->cinert, d->cvel, d->cfrc_ext, d->qfrc_actuator, d->qfrc_constraint, d->ten_length, d->ten_velocity};
+  sim_.cfrc_ext_ = data_->cfrc_ext;
+  expose();
+  for (const auto& name : needs.arrays) share(name);
+  needs_ = needs;
+  expose();
+}
+
+// Tells callbacks of C where everything is.
+void Work::expose() {
+  const mjModel* m = model_->get();
+  const mjData* d = data_.get();
+  if (needs_.contacts) contacts_.resize(static_cast<std::size_t>(m->nconmax));
+  mjenv_sim& c = sim_.c_;
+  c.struct_size = sizeof c;
+  c.api = &task_api();
+  c.nq = m->nq, c.nv = m->nv, c.na = m->na, c.nu = m->nu;
+  c.nbody = m->nbody, c.njnt = m->njnt, c.ngeom = m->ngeom, c.nsite = m->nsite;
+  c.ntendon = m->ntendon, c.nsensordata = m->nsensordata;
+  c.timestep = sim_.timestep, c.dt = sim_.dt;
+  c.time = &d->time;
+  c.action = action_.data();
+  c.carried = carried_.data();
+  c.qpos = d->qpos, c.qvel = d->qvel, c.act = d->act, c.ctrl = d->ctrl, c.qacc = d->qacc;
+  c.xpos = d->xpos, c.xquat = d->xquat, c.xmat = d->xmat, c.xipos = d->xipos, c.ximat = d->ximat;
+  c.xanchor = d->xanchor, c.xaxis = d->xaxis;
+  c.geom_xpos = needs_.frames ? d->geom_xpos : nullptr;
+  c.geom_xmat = needs_.frames ? d->geom_xmat : nullptr;
+  c.site_xpos = d->site_xpos, c.site_xmat = d->site_xmat;
+  c.subtree_com = d->subtree_com, c.cinert = d->cinert, c.cvel = d->cvel;
+  c.cfrc_ext = needs_.forces ? d->cfrc_ext : nullptr;
+  c.sensordata = d->sensordata;
+  c.actuator_length = d->actuator_length, c.actuator_velocity = d->actuator_velocity;
+  c.actuator_force = d->actuator_force;
+  c.qfrc_actuator = d->qfrc_actuator, c.qfrc_passive = d->qfrc_passive;
+  c.qfrc_bias = d->qfrc_bias, c.qfrc_constraint = d->qfrc_constraint;
+  c.ten_length = d->ten_length, c.ten_velocity = d->ten_velocity;
+  c.contacts = needs_.contacts ? contacts_.data() : nullptr;
+  c.qpos0 = m->qpos0, c.body_mass = m->body_mass;
+  c.arrays = shared_.data();
+}
+
+void Work::need(const std::string& what) {
+  if (what == "contacts")
+    needs_.contacts = true;
+  else if (on_demand(what))
+    (is_force(what) ? needs_.forces : needs_.frames) = true;
+  else
+    fail(MJENV_E_NAME, quoted(what) + " is not computed on demand; these are: contacts, " +
+                           listed({force_arrays.begin(), force_arrays.end()}) + ", " +
+                           listed({frame_arrays.begin(), frame_arrays.end()}));
+  expose();
+  complete_needs();
+}
+
+const Array& Work::share(const std::string& name) {
+  if (data_arrays_.empty()) data_arrays_ = arrays();
+  const auto in = [&](const std::vector<Array>& list) {
+    const auto found = std::find_if(list.begin(), list.end(), [&](const Array& a) { return a.name == name; });
+    return found == list.end() ? nullptr : &*found;
+  };
+  const Array* found = in(data_arrays_);
+  if (!found) found = in(model_->arrays());
+  if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
+  needs_.arrays.push_back(name);
+  shared_.push_back(found->data);
+  if (on_demand(name))
+    need(name);
+  else
+    expose();
+  return *found;
 }
 
 std::vector<Array> Work::arrays() const {
@@ -62,6 +146,7 @@ std::vector<Array> Work::arrays() const {
 void Work::clear() {
   mj_resetData(model_->get(), data_.get());
   forces_lag_ = frames_lag_ = false;
+  contacts_lag_ = true;
 }
 
 void Work::begin() {
@@ -106,13 +191,14 @@ void Work::save(double* state) const {
 
 void Work::forward() {
   mj_forward(model_->stepped(), data_.get());
-  frames_lag_ = true;
+  frames_lag_ = contacts_lag_ = true;
 }
 
 void Work::step(const Action& action, std::int64_t frames, double* before) {
   mjData* d = data_.get();
   clear_warnings();
   sim_.action = action;
+  sim_.c_.action_dtype = action.dtype;
   for (Eigen::Index i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
   for (std::int64_t i = 1; i < frames; ++i) mj_step(model_->stepped(), d);
   save(before);
@@ -121,17 +207,17 @@ void Work::step(const Action& action, std::int64_t frames, double* before) {
 
 void Work::repeat_step() {
   mj_step(model_->stepped(), data_.get());
-  forces_lag_ = frames_lag_ = true;
+  forces_lag_ = frames_lag_ = contacts_lag_ = true;
 }
 
-bool Work::on_demand(const std::string& array) {
-  constexpr std::array<const char*, 9> names{"cacc",     "cfrc_int", "cfrc_ext",   "geom_xpos", "geom_xmat",
-                                             "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
-  return std::find(names.begin(), names.end(), array) != names.end();
-}
+bool Work::on_demand(const std::string& array) { return is_force(array) || is_frame(array); }
 
 void Work::complete() {
   complete_forces();
+  complete_frames();
+}
+
+void Work::complete_frames() {
   if (!frames_lag_) return;
   const mjModel* m = model_->get();
   mjData* d = data_.get();
@@ -148,6 +234,29 @@ void Work::complete_forces() {
   forces_lag_ = false;
 }
 
+void Work::complete_needs() {
+  if (needs_.forces) complete_forces();
+  if (needs_.frames) complete_frames();
+  if (needs_.contacts && contacts_lag_) list_contacts();
+}
+
+void Work::list_contacts() {
+  const mjModel* m = model_->get();
+  const mjData* d = data_.get();
+  for (int i = 0; i < d->ncon; ++i) {
+    const mjContact& from = d->contact[i];
+    mjenv_contact& to = contacts_[static_cast<std::size_t>(i)];
+    to.geom1 = from.geom1;
+    to.geom2 = from.geom2;
+    to.distance = from.dist;
+    std::copy_n(from.pos, 3, to.position);
+    std::copy_n(from.frame, 9, to.frame);
+    mj_contactForce(m, d, i, to.force);
+  }
+  sim_.c_.contact_count = d->ncon;
+  contacts_lag_ = false;
+}
+
 void Work::clear_warnings() {
   for (const auto kind : divergence) data_->warning[kind].number = 0;
 }
@@ -158,13 +267,19 @@ bool Work::diverged() const {
 
 Sim::Vec Sim::cfrc_ext(int first) const {
   work_->complete_forces();
-  return bodies(view_.cfrc_ext, 6, first);
+  return bodies(cfrc_ext_, 6, first);
 }
+
+void Sim::complete() const { work_->complete_needs(); }
+
+double* Sim::action_room() const { return work_->action_room(); }
+
+double* Sim::info_room() const { return work_->info_room(); }
 
 Eigen::Vector2d Sim::mass_center_xy() const {
   Eigen::Vector2d moment(0, 0);
-  for (int body = 0; body < view_.nbody; ++body) moment += view_.body_mass[body] * Vec2(view_.xipos + 3 * body);
-  return moment / np::sum(Vec(view_.body_mass, view_.nbody));
+  for (int body = 0; body < c_.nbody; ++body) moment += c_.body_mass[body] * Vec2(c_.xipos + 3 * body);
+  return moment / np::sum(Vec(c_.body_mass, c_.nbody));
 }
 
 bool Sim::finite() const {

@@ -19,6 +19,10 @@ int threads_for(const Options& options, std::int64_t rows) {
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
 }
 
+void check_stream(std::size_t count) {
+  if (count != 4 && count != 6) fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6");
+}
+
 bool is_named(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row] != 0; }
 
 }  // namespace
@@ -93,19 +97,20 @@ void Env::seed(std::int64_t row, const std::uint32_t* digits, std::size_t count)
 void Env::get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const {
   check_settled();
   rows_.check(row);
-  check_count("count", static_cast<std::int64_t>(count), 4);
+  check_stream(count);
   const Rows::Head& head = rows_.head(row);
   if (!head.seeded) fail(MJENV_E_STATE, in_row(row, "it was never seeded or reset, so it has no random stream"));
   const auto stream = head.rng.words();
-  std::copy(stream.begin(), stream.end(), words);
+  std::copy_n(stream.begin(), count, words);
 }
 
 void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count) {
   check_settled();
   rows_.check(row);
-  check_count("count", static_cast<std::int64_t>(count), 4);
+  check_stream(count);
   if (words[2] % 2 == 0) fail(MJENV_E_VALUE, "the increment " + std::to_string(words[2]) + " is even");
-  rows_.head(row).rng = Rng::from_words({words[0], words[1], words[2], words[3]});
+  rows_.head(row).rng =
+      Rng::from_words({words[0], words[1], words[2], words[3], count == 6 ? words[4] : 0, count == 6 ? words[5] : 0});
   rows_.head(row).seeded = true;
 }
 

@@ -7,6 +7,21 @@
 
 namespace mjenv::core {
 
+namespace {
+
+// Calls body. If the task fails in it, that is the row's status.
+template <typename Body>
+void report(const Place& place, const Body& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    if (error.status() == MJENV_E_TASK) place.put_status(MJENV_E_TASK);
+    throw;
+  }
+}
+
+}  // namespace
+
 Episodes::Episodes(const Options& options, const Task& task, const Schema& schema, Rows& rows)
     : task_(task),
       schema_(schema),
@@ -45,11 +60,13 @@ void Episodes::begin(Worker& worker, std::int64_t row) const {
 void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const {
   const mjenv_batch& out = place.out;
   place.put_status(MJENV_E_PHYSICS);  // until the reset has succeeded
-  begin(worker, row);
-  place.put_result(0, false, false);
-  place.put_status(MJENV_OK);
-  place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-  write_reset(worker, place);
+  report(place, [&] {
+    begin(worker, row);
+    place.put_result(0, false, false);
+    place.put_status(MJENV_OK);
+    place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
+    write_reset(worker, place);
+  });
 }
 
 void Episodes::write_reset(Worker& worker, const Place& place) const {
@@ -66,6 +83,10 @@ void Episodes::write_reset(Worker& worker, const Place& place) const {
 
 void Episodes::step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   if (awaits_reset(row)) return reset(worker, row, place);
+  report(place, [&] { step_on(worker, row, action, place); });
+}
+
+void Episodes::step_on(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   const mjenv_batch& out = place.out;
   const Ends ends = play(worker, row, action, place);
   const bool resets = autoreset_ == Autoreset::same_step && (ends.terminated || ends.truncated);
@@ -88,7 +109,8 @@ Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& ac
   place.put_status(MJENV_E_PHYSICS);  // until the step has succeeded
   worker.step(rows_, row, action, task_.frame_skip);
   Info info(schema_.fields(MJENV_ROLE_INFO), place.out.info, place.rows, place.index);
-  Outcome outcome = task_.step(worker.sim(), Carried(rows_.carried(row), task_.carry_count), info);
+  Belongings belongings = worker.belongings();
+  Outcome outcome = task_.step(worker.sim(), belongings, info);
   info.check_complete();
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row);
@@ -109,15 +131,17 @@ void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, 
   Ends ends{};
   for (std::int64_t t = 0; t < steps; ++t) {
     const Place place{out, rows_.count() * steps, row * steps + t};
-    if (ends.terminated || ends.truncated) {  // the row stays where its episode ended
-      place.put_result(0, ends.terminated, ends.truncated);
-      place.put_status(MJENV_OK);
-      place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-    } else {
-      ends = play(worker, row, actions.part(t * nu, nu), place);
-    }
-    place.put<std::uint8_t>(out.was_reset, 0);
-    observe(worker, row, place);
+    report(place, [&] {
+      if (ends.terminated || ends.truncated) {  // the row stays where its episode ended
+        place.put_result(0, ends.terminated, ends.truncated);
+        place.put_status(MJENV_OK);
+        place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
+      } else {
+        ends = play(worker, row, actions.part(t * nu, nu), place);
+      }
+      place.put<std::uint8_t>(out.was_reset, 0);
+      observe(worker, row, place);
+    });
   }
 }
 

@@ -50,6 +50,7 @@ class Episodes {
   // The next step resets the row. In same_step mode that holds after a reset that failed, and after a rollout.
   bool awaits_reset(std::int64_t row) const { return resets_itself() && rows_.head(row).ended; }
   void begin(Worker& worker, std::int64_t row) const;
+  void step_on(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
   Ends play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
   void write_reset(Worker& worker, const Place& place) const;
 };

@@ -25,7 +25,7 @@ struct RowStamp {
   std::uint8_t origin = 0, seeded = 0, ready = 0, ended = 0;
   std::array<std::uint8_t, 4> unused{};
 };
-static_assert(std::is_trivially_copyable_v<RowStamp> && sizeof(RowStamp) == 48, "an image has no padding");
+static_assert(std::is_trivially_copyable_v<RowStamp> && sizeof(RowStamp) == 56, "an image has no padding");
 static_assert(sizeof(Stamp) == 40, "an image has no padding");
 
 // Steps of one episode. No episode will have more.
@@ -63,6 +63,7 @@ void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
 
 Identity identity_of(const Options& options, const Task& task) {
   std::uint64_t value = hash(options.id().data(), options.id().size(), task.model->fingerprint());
+  value = hash(&task.revision, sizeof task.revision, value);
   for (const auto& option : options.all()) {
     if (option.scope == Scope::service) continue;
     value = hash(&option.integer, sizeof option.integer, value);

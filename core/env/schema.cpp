@@ -37,6 +37,10 @@ void Schema::learn(const Task& task, Work& work) {
   const Model& model = *task.model;
   const Sim& sim = work.sim();
   std::vector<double> carried(static_cast<std::size_t>(task.carry_count));
+  for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_TYPE_ACTION, {}, i, 1});
+  action_space_ = {model.action_low(), model.action_high()};
+  reward_ = {{"reward", meaning("reward"), task.reward_type, {}, 0, 1}};
+  if (task.described) return take(*task.described);
   work.begin();
   work.forward();
   if (task.reset_info) {
@@ -54,21 +58,32 @@ void Schema::learn(const Task& task, Work& work) {
     if (count > 0) list(observation_, term.name, count);
     if (task.has_structure) list(structure_, term.name, count);
   }
-  observation_count_ = total(observation_);
-  observation_space_.low.assign(static_cast<std::size_t>(observation_count_), -kInfinity);
-  observation_space_.high.assign(static_cast<std::size_t>(observation_count_), kInfinity);
-
-  for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_TYPE_ACTION, {}, i, 1});
-  action_space_ = {model.action_low(), model.action_high()};
+  bound_observation();
 
   const std::vector<double> zeros(static_cast<std::size_t>(model.nu()));
   std::vector<double> before(work.layout().size);
   work.step({zeros.data(), MJENV_DTYPE_FLOAT64, model.nu()}, task.frame_skip, before.data());
   Info info(info_);
-  task.step(sim, Carried(carried.data(), task.carry_count), info);
-  reward_ = {{"reward", "", task.reward_type, {}, 0, 1}};
-  for (auto* fields : {&observation_, &info_, &reset_info_, &reward_, &structure_})
+  Rng rng;
+  Belongings row{{carried.data(), task.carry_count}, rng};
+  task.step(sim, row, info);
+  for (auto* fields : {&observation_, &info_, &reset_info_, &structure_})
     for (Field& field : *fields) field.doc = meaning(field.name);
+}
+
+void Schema::take(const Described& fields) {
+  observation_ = fields.observation;
+  info_ = fields.info;
+  reset_info_ = fields.reset_info;
+  structure_ = fields.structure;
+  if (!fields.reward.empty()) reward_[0].doc = fields.reward[0].doc;
+  bound_observation();
+}
+
+void Schema::bound_observation() {
+  observation_count_ = total(observation_);
+  observation_space_.low.assign(static_cast<std::size_t>(observation_count_), -kInfinity);
+  observation_space_.high.assign(static_cast<std::size_t>(observation_count_), kInfinity);
 }
 
 void Schema::choose(const std::string& exported, const std::vector<Array>& arrays) {

@@ -40,6 +40,8 @@ class Schema {
   bool exports_on_demand_ = false;
 
   void learn(const Task& task, Work& work);
+  void take(const Described& fields);
+  void bound_observation();
   void choose(const std::string& exported, const std::vector<Array>& arrays);
 };
 

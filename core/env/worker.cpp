@@ -7,7 +7,7 @@ namespace mjenv::core {
 Worker::Worker(std::int32_t i, const Task& task)
     : index(i),
       task_(task),
-      work_(task.model, task.frame_skip),
+      work_(task.model, task.frame_skip, task.needs, static_cast<std::size_t>(task.carry_count)),
       before_(work_.layout().size),
       arrays_(work_.arrays()) {}
 
@@ -17,6 +17,7 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
+  if (task_.carry) task_.carry(work_.sim(), work_.carried());  // first, as it may fail
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   if (origin == Origin::set)
@@ -24,7 +25,7 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   else
     std::copy_n(start, layout.size, rows.before(row));
   work_.save(rows.state(row));
-  if (task_.carry) task_.carry(work_.sim(), rows.carried(row));
+  std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
   head.worker = index;
@@ -35,6 +36,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   if (holds(rows, row)) return;
   release();  // in case MuJoCo fails
   compute(rows, row);
+  load_carried(rows, row);
   rows.head(row).worker = index;
   resident_ = row;
 }
@@ -73,8 +75,12 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   release();
   work_.begin();
   work_.save(start);
+  carried().setZero();
   Start drawn{{layout.qpos(start), static_cast<Eigen::Index>(layout.nq)},
-              {layout.qvel(start), static_cast<Eigen::Index>(layout.nv)}};
+              {layout.qvel(start), static_cast<Eigen::Index>(layout.nv)},
+              {layout.act(start), static_cast<Eigen::Index>(layout.na)},
+              carried(),
+              work_.sim()};
   task_.reset(drawn, rng);
   // If MuJoCo fails now, the next try must not draw the same start again.
   rows.head(row).rng = rng;
@@ -86,8 +92,18 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
 
 void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames) {
   release();
+  const Rows::Head& head = rows.head(row);
+  if (task_.draws_in_steps) rng_ = head.seeded ? head.rng : Rng::from_entropy();
+  load_carried(rows, row);
   work_.load(rows.state(row));
   work_.step(action, frames, before_.data());
+}
+
+void Worker::commit(Rows& rows, std::int64_t row) {
+  save(rows, row, Origin::step);
+  if (!task_.draws_in_steps) return;
+  rows.head(row).rng = rng_;
+  rows.head(row).seeded = true;
 }
 
 void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel) {
@@ -104,6 +120,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
     work_.complete_forces();
   else
     work_.begin();
+  load_carried(rows, row);
   work_.load(start);
   work_.forward();
   save(rows, row, in_episode ? Origin::set : Origin::forward);

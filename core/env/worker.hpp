@@ -48,8 +48,10 @@ class Worker {
   void begin(Rows& rows, std::int64_t row, Rng& rng);
   // Plays `frames` mj_steps from the row's state. The row does not change before commit.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
+  // What the step may change beside the simulation; the row gets it in commit.
+  Belongings belongings() { return {carried(), rng_}; }
   // Saves the state that the work space holds after step.
-  void commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }
+  void commit(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
 
@@ -69,9 +71,14 @@ class Worker {
   std::int64_t resident_ = kNone;
   std::vector<double> before_;  // the state before the evaluation that is under way
   std::vector<double> observation_;
+  Rng rng_;  // the row's stream during a step, for tasks that draw then
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;
 
+  Eigen::Map<Eigen::VectorXd> carried() { return {work_.carried(), task_.carry_count}; }
+  void load_carried(Rows& rows, std::int64_t row) {
+    std::copy_n(rows.carried(row), task_.carry_count, work_.carried());
+  }
   void save(Rows& rows, std::int64_t row, Origin origin);
   void compute(Rows& rows, std::int64_t row);
 };

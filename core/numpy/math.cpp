@@ -6,11 +6,6 @@
 
 namespace mjenv::core::np {
 
-double power2(double x) {
-  volatile double two = 2;  // volatile, as compilers turn pow(x, 2) into x * x
-  return std::pow(x, two);
-}
-
 namespace {
 
 // The kernels that OpenBLAS 0.3.29, which NumPy 2.2.6 carries, takes by name in OPENBLAS_CORETYPE, and how they round.
@@ -36,7 +31,7 @@ bool cpu_has_fused_kernel() {
 
 }  // namespace
 
-Norm Norm::as_numpy_here() {
+Norm norm_as_numpy_here() {
   if (const char* name = std::getenv("OPENBLAS_CORETYPE"))
     for (const Kernel& kernel : kernels)
       if (strcasecmp(name, kernel.name) == 0) return Norm(kernel.fused);

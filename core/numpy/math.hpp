@@ -1,107 +1,18 @@
-// Sums, norms and scalars with NumPy's rounding. Use these for sums, because Eigen's reductions add in another order.
+// NumPy's arithmetic (mjenv/numpy.hpp), and which of OpenBLAS's roundings is NumPy's here.
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
-#include <cmath>
-#include <cstddef>
+#include "mjenv/numpy.hpp"
 
 namespace mjenv::core::np {
 
-// numpy.sum of term(0) ... term(n - 1). NumPy adds less than 8 terms one after the other, up to 128 terms in eight
-// accumulators, and more terms by halves.
-template <typename Term>
-auto sum(Eigen::Index n, const Term& term, Eigen::Index first = 0) -> decltype(term(0)) {
-  using T = decltype(term(0));
-  constexpr Eigen::Index lanes = 8, block = 128;
-  if (n < lanes) {
-    T total = 0;
-    for (Eigen::Index i = 0; i < n; ++i) total += term(first + i);
-    return total;
-  }
-  if (n > block) {
-    const Eigen::Index half = n / 2 - n / 2 % lanes;
-    return sum(half, term, first) + sum(n - half, term, first + half);
-  }
-  std::array<T, lanes> r;
-  for (Eigen::Index k = 0; k < lanes; ++k) r[k] = term(first + k);
-  Eigen::Index i = lanes;
-  for (; i + lanes <= n; i += lanes)
-    for (Eigen::Index k = 0; k < lanes; ++k) r[k] += term(first + i + k);
-  T total = ((r[0] + r[1]) + (r[2] + r[3])) + ((r[4] + r[5]) + (r[6] + r[7]));
-  for (; i < n; ++i) total += term(first + i);
-  return total;
-}
+using mjenv::np::clip;
+using mjenv::np::Norm;
+using mjenv::np::power2;
+using mjenv::np::Scalar;
+using mjenv::np::sum;
+using mjenv::np::sum_square;
 
-// numpy.sum(x)
-template <typename Derived>
-double sum(const Eigen::DenseBase<Derived>& x) {
-  return sum(x.size(), [&](Eigen::Index i) { return x.derived().coeff(i); });
-}
-
-// numpy.sum(numpy.square(x))
-template <typename Derived>
-double sum_square(const Eigen::DenseBase<Derived>& x) {
-  return sum(x.size(), [&](Eigen::Index i) {
-    const double v = x.derived().coeff(i);
-    return v * v;
-  });
-}
-
-// numpy.clip of one number. NaN stays NaN; if low is above high, the result is high.
-inline double clip(double x, double low, double high) {
-  const double raised = x < low ? low : x;
-  return raised > high ? high : raised;
-}
-
-// numpy.clip of each element, as an Eigen expression.
-template <typename Derived>
-auto clip(const Eigen::DenseBase<Derived>& x, std::array<double, 2> range) {
-  return x.derived().unaryExpr([range](double v) { return clip(v, range[0], range[1]); });
-}
-
-// x ** 2 of a Python float. Python calls the C library's pow, whose last bit can differ from x * x.
-double power2(double x);
-
-// The Euclidean norm of two or three numbers, numpy.linalg.norm. Its dot product is OpenBLAS's, whose kernels for
-// AVX-512 fuse the multiplication with the addition and whose others do not.
-class Norm {
- public:
-  // Rounds as NumPy's OpenBLAS does on this CPU with this environment variable OPENBLAS_CORETYPE.
-  static Norm as_numpy_here();
-  explicit Norm(bool fused) : fused_(fused) {}
-
-  bool fused() const { return fused_; }
-  double operator()(double x, double y) const { return std::sqrt(add_square(x * x, y)); }
-  double operator()(double x, double y, double z) const { return std::sqrt(add_square(add_square(x * x, y), z)); }
-  template <typename Derived>
-  double operator()(const Eigen::DenseBase<Derived>& v) const {
-    const auto& x = v.derived();
-    return x.size() == 2 ? (*this)(x[0], x[1]) : (*this)(x[0], x[1], x[2]);
-  }
-
- private:
-  bool fused_;
-  double add_square(double total, double x) const { return fused_ ? std::fma(x, x, total) : total + x * x; }
-};
-
-// A NumPy scalar of the action's dtype. A weight given as a Python float is rounded to that dtype first.
-class Scalar {
- public:
-  explicit Scalar(float value) : value_(value), narrow_(true) {}
-  explicit Scalar(double value) : value_(value), narrow_(false) {}
-
-  operator double() const { return value_; }
-  Scalar operator-() const { return {-value_, narrow_}; }
-  friend Scalar operator*(double weight, Scalar s) {
-    return s.narrow_ ? Scalar(static_cast<float>(weight) * static_cast<float>(s.value_)) : Scalar(weight * s.value_);
-  }
-  friend Scalar operator*(Scalar s, double weight) { return weight * s; }
-
- private:
-  double value_;  // holds a float32 exactly
-  bool narrow_;
-  Scalar(double value, bool narrow) : value_(value), narrow_(narrow) {}
-};
+// Rounds as NumPy's OpenBLAS does on this CPU with this environment variable OPENBLAS_CORETYPE.
+Norm norm_as_numpy_here();
 
 }  // namespace mjenv::core::np

@@ -2,8 +2,14 @@
 
 #include <sys/random.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "error.hpp"
 #include "numpy/ziggurat.hpp"
@@ -62,7 +68,7 @@ Generator Generator::from_digits(const std::uint32_t* digits, std::size_t count)
   const uint128 inc = pair(words[2], words[3]) << 1 | 1;
   const uint128 state = (inc + pair(words[0], words[1])) * kMultiplier + inc;
   return from_words({static_cast<std::uint64_t>(state), static_cast<std::uint64_t>(state >> 64),
-                     static_cast<std::uint64_t>(inc), static_cast<std::uint64_t>(inc >> 64)});
+                     static_cast<std::uint64_t>(inc), static_cast<std::uint64_t>(inc >> 64), 0, 0});
 }
 
 Generator Generator::from_words(const Words& words) {
@@ -71,6 +77,8 @@ Generator Generator::from_words(const Words& words) {
   g.state_high_ = words[1];
   g.inc_low_ = words[2];
   g.inc_high_ = words[3];
+  g.has_half_ = words[4] != 0;
+  g.half_ = static_cast<std::uint32_t>(words[5]);
   return g;
 }
 
@@ -117,6 +125,95 @@ double Generator::normal_tail(bool negative) {
     const double y = -std::log1p(-random());
     if (y + y > x * x) return negative ? -(ziggurat::tail_start + x) : ziggurat::tail_start + x;
   }
+}
+
+std::uint32_t Generator::next_half() {
+  if (has_half_) {
+    has_half_ = 0;
+    return half_;
+  }
+  const std::uint64_t bits = next();
+  has_half_ = 1;
+  half_ = static_cast<std::uint32_t>(bits >> 32);
+  return static_cast<std::uint32_t>(bits);
+}
+
+// Lemire's method: the upper half of a product is the number, and the few lower halves that would favour some numbers
+// are drawn again. Small ranges take 32 bits.
+std::uint64_t Generator::bounded(std::uint64_t most) {
+  constexpr std::uint64_t most32 = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint64_t most64 = std::numeric_limits<std::uint64_t>::max();
+  if (most == 0) return 0;
+  if (most == most32) return next_half();
+  if (most == most64) return next();
+  const std::uint64_t range = most + 1;
+  if (most < most32) {
+    const std::uint64_t refused = (most32 - most) % range;
+    for (;;) {
+      const std::uint64_t product = next_half() * range;
+      if ((product & most32) >= refused) return product >> 32;
+    }
+  }
+  const std::uint64_t refused = (most64 - most) % range;
+  for (;;) {
+    const uint128 product = static_cast<uint128>(next()) * range;
+    if (static_cast<std::uint64_t>(product) >= refused) return static_cast<std::uint64_t>(product >> 64);
+  }
+}
+
+std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
+  const auto first = static_cast<std::uint64_t>(low);
+  return static_cast<std::int64_t>(first + bounded(static_cast<std::uint64_t>(high) - 1 - first));
+}
+
+std::int64_t Generator::choice(std::int64_t count, const double* p) {
+  if (!p) return integers(0, count);
+  double total = 0;
+  for (std::int64_t i = 0; i < count; ++i) total += p[i];
+  const double drawn = random();
+  double sum = 0;
+  for (std::int64_t i = 0; i < count; ++i)
+    if (drawn < (sum += p[i]) / total) return i;
+  return count;  // not reached: the last quotient is 1
+}
+
+// NumPy's permutation draws the bits that the largest number has until they make one that is small enough.
+std::uint64_t Generator::masked(std::uint64_t most) {
+  std::uint64_t mask = most;
+  for (unsigned shift = 1; shift < 64; shift *= 2) mask |= mask >> shift;
+  for (;;) {
+    const std::uint64_t drawn = (most <= std::numeric_limits<std::uint32_t>::max() ? next_half() : next()) & mask;
+    if (drawn <= most) return drawn;
+  }
+}
+
+void Generator::permutation(std::int64_t count, std::int64_t* order) {
+  std::iota(order, order + count, std::int64_t{0});
+  for (std::int64_t i = count - 1; i > 0; --i) std::swap(order[i], order[masked(static_cast<std::uint64_t>(i))]);
+}
+
+void Generator::shuffle(std::int64_t first, std::int64_t count, std::int64_t* values) {
+  for (std::int64_t i = count - 1; i >= first; --i)
+    std::swap(values[i], values[bounded(static_cast<std::uint64_t>(i))]);
+}
+
+void Generator::sample(std::int64_t count, std::int64_t size, std::int64_t* chosen) {
+  if (count > 10000 && size > count / 50) {
+    std::vector<std::int64_t> all(static_cast<std::size_t>(count));
+    std::iota(all.begin(), all.end(), std::int64_t{0});
+    shuffle(std::max<std::int64_t>(count - size, 1), count, all.data());
+    std::copy(all.end() - size, all.end(), chosen);
+    return;
+  }
+  // Floyd's algorithm.
+  std::unordered_set<std::int64_t> taken;
+  for (std::int64_t i = 0; i < size; ++i) {
+    const std::int64_t most = count - size + i;
+    const auto drawn = static_cast<std::int64_t>(bounded(static_cast<std::uint64_t>(most)));
+    chosen[i] = taken.insert(drawn).second ? drawn : most;
+    taken.insert(chosen[i]);
+  }
+  shuffle(1, size, chosen);
 }
 
 }  // namespace mjenv::core::np

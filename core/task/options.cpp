@@ -6,9 +6,7 @@
 #include "error.hpp"
 
 namespace mjenv::core {
-namespace {
-
-constexpr const char* kind_name(mjenv_kind kind) {
+const char* kind_name(mjenv_kind kind) {
   switch (kind) {
     case MJENV_KIND_FLAG: return "a flag (0 or 1)";
     case MJENV_KIND_INTEGER: return "an integer";
@@ -18,8 +16,6 @@ constexpr const char* kind_name(mjenv_kind kind) {
   }
   return "unknown";
 }
-
-}  // namespace
 
 const Option& Options::flag(const char* name, bool value, const char* doc, Scope scope) {
   Option option(MJENV_KIND_FLAG, name, doc, scope, 0, 1);

@@ -37,6 +37,9 @@ struct Option {
   bool given_as_integer = false;  // the caller gave an integer for a real, or an index for a name
 };
 
+// "an integer"
+const char* kind_name(mjenv_kind kind);
+
 class Options {
  public:
   explicit Options(std::string id) : id_(std::move(id)) {}
@@ -53,6 +56,8 @@ class Options {
   const Option& text(const char* name, const char* value, const char* doc, const char* choices = "",
                      Scope scope = Scope::episodes);
   const Option& text_or_index(const char* name, std::int64_t value, const char* doc);
+
+  const Option& add(Option option) { return declare(std::move(option)); }
 
   const Option& get(const std::string& name) const;
   void set_integer(const std::string& name, std::int64_t value);

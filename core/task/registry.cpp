@@ -1,8 +1,14 @@
 #include "task/registry.hpp"
 
+#include <dlfcn.h>
+
 #include <algorithm>
+#include <atomic>
+#include <iterator>
+#include <utility>
 
 #include "error.hpp"
+#include "task/plugins.hpp"
 
 namespace mjenv::core {
 
@@ -10,40 +16,120 @@ namespace mjenv::core {
 #include "robots/all.def"
 #undef ROBOT
 
-const std::vector<Id>& ids() {
-  static const std::vector<Id> list = [] {
-    std::vector<Id> found;
-    for (const int version : {4, 5}) {
-      const auto suffix = "-v" + std::to_string(version);
-#define ROBOT(name, define) found.push_back({name + suffix, name, version, define});
+namespace {
+
+constexpr Id built_in[] = {
+#define ROBOT(name, define) {name "-v4", name, 4, define, nullptr}, {name "-v5", name, 5, define, nullptr},
 #include "robots/all.def"
 #undef ROBOT
-    }
-    std::sort(found.begin(), found.end(), [](const Id& a, const Id& b) { return a.name < b.name; });
-    return found;
-  }();
-  return list;
+};
+
+// All ids at one time. Lists are replaced, never changed and never freed, so that readers need no lock, on any thread,
+// in a forked child and while the process ends.
+struct List {
+  const Id* const* ids;  // sorted
+  std::size_t count;
+  const List* older;
+};
+
+template <std::size_t N>
+struct Pointers {
+  const Id* ids[N];
+};
+
+template <std::size_t... I>
+constexpr Pointers<sizeof...(I)> pointers_to_built_in(std::index_sequence<I...>) {
+  return {{&built_in[I]...}};
+}
+
+constexpr auto first_ids = pointers_to_built_in(std::make_index_sequence<std::size(built_in)>());
+constexpr List first_list{first_ids.ids, std::size(built_in), nullptr};
+std::atomic<const List*> latest{&first_list};
+
+bool is_before(const Id* a, const std::string& name) { return a->name < name; }
+
+const Id* find(const List& list, const std::string& name) {
+  const auto end = list.ids + list.count;
+  const auto found = std::lower_bound(list.ids, end, name, is_before);
+  return found != end && (*found)->name == name ? *found : nullptr;
+}
+
+// Keeps this library loaded: its list holds what was registered.
+void stay_loaded() {
+  Dl_info info{};
+  if (dladdr(&built_in, &info) != 0 && info.dli_fname)
+    static_cast<void>(dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));
+}
+
+}  // namespace
+
+std::int64_t id_count() {
+  load_tasks_of_environment();
+  return static_cast<std::int64_t>(latest.load()->count);
+}
+
+const Id& id_at(std::int64_t index) {
+  load_tasks_of_environment();
+  const List& list = *latest.load();
+  if (index < 0 || index >= static_cast<std::int64_t>(list.count))
+    fail(MJENV_E_VALUE, "id " + std::to_string(index) + " is outside 0.." + std::to_string(list.count - 1));
+  return *list.ids[index];
 }
 
 const Id& id_of(const std::string& name) {
+  load_tasks_of_environment();
+  const List& list = *latest.load();
+  if (const Id* found = find(list, name)) return *found;
   std::vector<std::string> names;
-  for (const auto& id : ids()) {
-    if (id.name == name) return id;
-    names.push_back(id.name);
+  for (std::size_t i = 0; i < list.count; ++i) names.emplace_back(list.ids[i]->name);
+  const std::string unloaded = environment_failure();
+  fail(MJENV_E_NAME, "no environment " + quoted(name) + "; there are " + listed(names) +
+                         (unloaded.empty() ? "" : "; MJENV_TASKS: " + unloaded));
+}
+
+void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks) {
+  auto added = std::make_unique<Id[]>(tasks.size());
+  for (std::size_t i = 0; i < tasks.size(); ++i)
+    added[i] = {tasks[i]->id().c_str(), tasks[i]->robot().c_str(), tasks[i]->version(), nullptr, tasks[i].get()};
+  for (const List* list = latest;;) {
+    std::vector<const Id*> all(list->ids, list->ids + list->count);
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      const std::string& id = tasks[i]->id();
+      if (const Id* other = find(*list, id)) {
+        if (!other->own) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is a built-in one's");
+        if (other->own->plugin() && other->own->plugin() == tasks[i]->plugin()) return;
+      }
+      const auto place = std::lower_bound(all.begin(), all.end(), id, is_before);
+      if (place != all.end() && (*place)->name == id)
+        fail(MJENV_E_VALUE, "the id " + quoted(id) + " is registered already");
+      all.insert(place, &added[i]);
+    }
+    auto ids = std::make_unique<const Id*[]>(all.size());
+    std::copy(all.begin(), all.end(), ids.get());
+    auto made = std::make_unique<List>(List{ids.get(), all.size(), list});
+    if (!latest.compare_exchange_strong(list, made.get())) continue;
+    // From now on they are the process's.
+    static_cast<void>(made.release()), static_cast<void>(ids.release()), static_cast<void>(added.release());
+    for (auto& task : tasks) static_cast<void>(task.release());
+    return stay_loaded();
   }
-  fail(MJENV_E_NAME, "no environment " + quoted(name) + "; there are " + listed(names));
 }
 
 Options default_options(const Id& id) {
   Options options(id.name);
-  Robot robot(id.version, options, Robot::Build::options);
-  id.define(robot);
-  robot.declare_common();
+  if (id.own) {
+    id.own->declare(options);
+  } else {
+    Robot robot(id.version, options, Robot::Build::options);
+    id.define(robot);
+    robot.declare_common();
+  }
   declare_env_options(options);
   return options;
 }
 
 Task outline(const Id& id) {
+  if (id.own) return id.own->outline();
   Options options(id.name);
   Robot robot(id.version, options, Robot::Build::options);
   id.define(robot);
@@ -52,6 +138,7 @@ Task outline(const Id& id) {
 
 Task build_task(Options& options) {
   const Id& id = id_of(options.id());
+  if (id.own) return id.own->build(options);
   Robot robot(id.version, options, Robot::Build::task);
   id.define(robot);
   return robot.take();

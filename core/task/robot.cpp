@@ -1,5 +1,6 @@
 #include "task/robot.hpp"
 
+#include "engine/assets.hpp"
 #include "error.hpp"
 
 namespace mjenv::core {
@@ -7,7 +8,6 @@ namespace {
 
 // A reset draws from [-noise, noise], so twice the noise must be finite.
 constexpr double kMaxNoise = std::numeric_limits<double>::max() / 2;
-constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
 std::string sizes(int nq, int nv) {
   return std::to_string(nq) + " positions and " + std::to_string(nv) + " velocities";
@@ -37,9 +37,8 @@ Robot& Robot::open(const std::string& xml_file) {
 
 Robot& Robot::xml_file(const char* name) {
   takes_xml_ = true;
-  task_.asset = name;
-  const auto& file = options_.text("xml_file", name, "a built-in model, or the path of an MJCF file: ./, / or ~ first",
-                                   "", Scope::service);
+  task_.model_xml = asset_text(name);
+  const Option& file = declare_model(options_, name);
   if (build_ == Build::options) return *this;
   const auto& text = options_.get("xml_string").text;
   if (text.empty()) return open(file.text);
@@ -48,8 +47,9 @@ Robot& Robot::xml_file(const char* name) {
 }
 
 Robot& Robot::model(const char* name) {
-  task_.asset = name;
-  return v5 ? xml_file(name) : open(name);
+  if (v5) return xml_file(name);
+  task_.model_xml = asset_text(name);
+  return open(name);
 }
 
 Robot& Robot::frame_skip(int count) {
@@ -102,7 +102,7 @@ int Robot::body_option(const char* name, int value, const char* doc) {
 
 np::Norm Robot::norm() {
   const std::string choice = build_ == Build::options ? "auto" : options_.get("norm").text;
-  task_.norm = choice == "auto" ? np::Norm::as_numpy_here() : np::Norm(choice == "fused");
+  task_.norm = choice == "auto" ? np::norm_as_numpy_here() : np::Norm(choice == "fused");
   return *task_.norm;
 }
 
@@ -122,20 +122,24 @@ int Robot::site(int index) const {
   return index;
 }
 
-void Robot::declare_common() {
+const Option& declare_model(Options& options, const char* xml_file) {
+  return options.text("xml_file", xml_file, "a built-in model, or the path of an MJCF file: ./, / or ~ first", "",
+                      Scope::service);
+}
+
+void declare_common(Options& options, bool takes_xml, std::int64_t time_limit) {
   constexpr std::int64_t max = (std::int64_t{1} << 53) - 1;  // the bounds are doubles
   // An image's identity holds the model itself and the rounding in force, so these options have Scope::service.
-  if (takes_xml_) {
-    options_.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none", "", Scope::service);
-    options_.flag("trust_xml", false,
-                  "let the model read files outside of its folder (xml_string: any at all), and be of any size",
-                  Scope::service);
+  if (takes_xml) {
+    options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none", "", Scope::service);
+    options.flag("trust_xml", false,
+                 "let the model read files outside of its folder (xml_string: any at all), and be of any size",
+                 Scope::service);
   }
-  options_.integer("max_episode_steps", task_.time_limit, 0, max,
-                   "steps after which an episode is truncated; 0: never");
-  options_.text("norm", "auto",
-                "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
-                "auto fused plain", Scope::service);
+  options.integer("max_episode_steps", time_limit, 0, max, "steps after which an episode is truncated; 0: never");
+  options.text("norm", "auto",
+               "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
+               "auto fused plain", Scope::service);
 }
 
 void Robot::observe_nothing(const char* name) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
@@ -61,6 +62,12 @@ class Info {
     if (double* to = next(name, values.size()))
       for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
   }
+  // Writes all fields from numbers that are laid out one after the other.
+  void record(const double* values) {
+    for (; field_ != end_; ++field_)
+      if (base_)
+        std::copy_n(values + field_->offset, field_->count, base_ + field_->offset * rows_ + row_ * field_->count);
+  }
   // Throws if a field has not been written.
   void check_complete() const {
     if (field_ != end_) refuse(nullptr, 0);
@@ -93,10 +100,17 @@ struct Outcome {
 
 // The state at the start of an episode. It holds the model's initial state, which the definition may change.
 struct Start {
-  Eigen::Map<Eigen::VectorXd> qpos, qvel;
+  Eigen::Map<Eigen::VectorXd> qpos, qvel, act, carried;
+  const Sim& sim;  // for its sizes and the model's arrays: its state is another
 };
 
 using Carried = Eigen::Map<const Eigen::VectorXd>;
+
+// What belongs to a row and a step may change.
+struct Belongings {
+  Eigen::Map<Eigen::VectorXd> carried;
+  Rng& rng;
+};
 
 // The value of an option, and whether the caller gave an integer: in Python, an int times a bool stays an int.
 struct Real {
@@ -126,10 +140,15 @@ struct Camera {
   static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
 };
 
+// The fields of a task that describes them, instead of having them learned from its first calls.
+struct Described {
+  std::vector<Field> observation, info, reset_info, reward, structure;
+};
+
 // A task: what a definition has built.
 struct Task {
   std::shared_ptr<const Model> model;
-  const char* asset = "";  // the built-in model's name
+  const char* model_xml = nullptr;  // the text of its model, unless that is a file
   int frame_skip = 1;
   std::int64_t time_limit = 0;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
@@ -144,8 +163,20 @@ struct Task {
   std::function<void(const Sim&, Info&)> reset_info;
   Eigen::Index carry_count = 0;
   std::function<void(const Sim&, double*)> carry;
-  std::function<Outcome(const Sim&, const Carried&, Info&)> step;
+  std::function<Outcome(const Sim&, Belongings&, Info&)> step;
+
+  // Of tasks from outside alone.
+  std::optional<Described> described;
+  Needs needs;
+  bool draws_in_steps = false;  // a step may draw from the row's stream
+  std::int32_t revision = 0;    // part of an image's identity
 };
+
+constexpr std::int64_t kMaxFrameSkip = 1'000'000;
+
+// The options of every id whose model the caller may replace, and those that every id has after its own.
+const Option& declare_model(Options& options, const char* xml_file);
+void declare_common(Options& options, bool takes_xml, std::int64_t time_limit);
 
 class Robot {
  public:
@@ -220,10 +251,15 @@ class Robot {
     task_.carry_count = V::SizeAtCompileTime;
     task_.carry = [before](const Sim& s, double* to) { Eigen::Map<V>{to} = before(s); };
   }
-  void step(std::function<Outcome(const Sim&, const Carried&, Info&)> outcome) { task_.step = std::move(outcome); }
+  template <typename F>
+  void step(const F& outcome) {
+    task_.step = [outcome](const Sim& s, Belongings& row, Info& info) -> Outcome {
+      return outcome(s, Carried(row.carried.data(), row.carried.size()), info);
+    };
+  }
 
   // Declares the options that every id has. Call it after the definition, so that they come last.
-  void declare_common();
+  void declare_common() { core::declare_common(options_, takes_xml_, task_.time_limit); }
   // Hands out the finished task.
   Task take() { return std::move(task_); }
 

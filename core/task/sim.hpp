@@ -3,13 +3,18 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <string>
+#include <vector>
 
-#include "mjenv/mjenv.h"
+#include "mjenv/task.h"
 #include "numpy/math.hpp"
 
 namespace mjenv::core {
 
 class Work;
+
+// The functions that callbacks of tasks from outside may call.
+const mjenv_task_api& task_api();
 
 // The caller's action for one row, in the caller's dtype.
 struct Action {
@@ -36,6 +41,13 @@ inline Scalar sum_square(const Action& a) {
 
 }  // namespace np
 
+// What a task asks of a work space, beyond what MuJoCo computes in any case.
+struct Needs {
+  bool contacts = false, forces = false, frames = false;  // Work::complete_forces, Work::complete_frames
+  std::vector<std::string> arrays;                        // those of mjenv_sim::arrays
+  std::size_t info = 0;                                   // numbers in the longest info
+};
+
 class Sim {
  public:
   using Vec = Eigen::Map<const Eigen::VectorXd>;
@@ -46,44 +58,44 @@ class Sim {
   double dt = 0;        // s, of one environment step
   Action action;
 
-  double time() const { return *view_.time; }
-  Vec qpos(int from = 0) const { return {view_.qpos + from, view_.nq - from}; }
-  Vec qvel() const { return {view_.qvel, view_.nv}; }
-  Vec init_qpos() const { return {view_.qpos0, view_.nq}; }
-  Vec ctrl() const { return {view_.ctrl, view_.nu}; }
-  Vec3 xpos(int body) const { return Vec3(view_.xpos + 3 * body); }
-  Vec2 body_xy(int body) const { return Vec2(view_.xpos + 3 * body); }
-  Vec3 site_xpos(int site) const { return Vec3(view_.site_xpos + 3 * site); }
-  Vec qfrc_actuator(int from = 0) const { return {view_.qfrc_actuator + from, view_.nv - from}; }
-  Vec qfrc_constraint(int count) const { return {view_.qfrc_constraint, count}; }
-  Vec ten_length() const { return {view_.ten_length, view_.ntendon}; }
-  Vec ten_velocity() const { return {view_.ten_velocity, view_.ntendon}; }
+  double time() const { return *c_.time; }
+  Vec qpos(int from = 0) const { return {c_.qpos + from, c_.nq - from}; }
+  Vec qvel() const { return {c_.qvel, c_.nv}; }
+  Vec init_qpos() const { return {c_.qpos0, c_.nq}; }
+  Vec ctrl() const { return {c_.ctrl, c_.nu}; }
+  Vec3 xpos(int body) const { return Vec3(c_.xpos + 3 * body); }
+  Vec2 body_xy(int body) const { return Vec2(c_.xpos + 3 * body); }
+  Vec3 site_xpos(int site) const { return Vec3(c_.site_xpos + 3 * site); }
+  Vec qfrc_actuator(int from = 0) const { return {c_.qfrc_actuator + from, c_.nv - from}; }
+  Vec qfrc_constraint(int count) const { return {c_.qfrc_constraint, count}; }
+  Vec ten_length() const { return {c_.ten_length, c_.ntendon}; }
+  Vec ten_velocity() const { return {c_.ten_velocity, c_.ntendon}; }
 
   // One row for each body from `first` on, row-major.
-  Vec cinert(int first = 0) const { return bodies(view_.cinert, 10, first); }
-  Vec cvel(int first = 0) const { return bodies(view_.cvel, 6, first); }
+  Vec cinert(int first = 0) const { return bodies(c_.cinert, 10, first); }
+  Vec cvel(int first = 0) const { return bodies(c_.cvel, 6, first); }
   Vec cfrc_ext(int first = 0) const;
 
   Eigen::Vector2d mass_center_xy() const;
   // True if every number of qpos and qvel is finite.
   bool finite() const;
 
+  // The same for callbacks of C: see mjenv/task.h.
+  const mjenv_sim& c() const { return c_; }
+  // Computes what the task needs beyond what MuJoCo computes in any case.
+  void complete() const;
+  // Room that the work space lends to a callback: for an action, and for what it writes as info.
+  double* action_room() const;
+  double* info_room() const;
+
  private:
   friend class Work;
-  struct View {  // pointers into mjModel and mjData, whose arrays never move
-    int nq = 0, nv = 0, nu = 0, nbody = 0, ntendon = 0;
-    const double *time = nullptr, *qpos = nullptr, *qvel = nullptr, *ctrl = nullptr, *qpos0 = nullptr;
-    const double *xpos = nullptr, *xipos = nullptr, *site_xpos = nullptr, *body_mass = nullptr;
-    const double *cinert = nullptr, *cvel = nullptr, *cfrc_ext = nullptr;
-    const double *qfrc_actuator = nullptr, *qfrc_constraint = nullptr;
-    const double *ten_length = nullptr, *ten_velocity = nullptr;
-  };
-  View view_;
+  mjenv_sim c_{};  // into mjModel and mjData, whose arrays never move
+  const double* cfrc_ext_ = nullptr;
   Work* work_ = nullptr;
 
   Vec bodies(const double* array, int width, int first) const {
-    return {array + static_cast<std::ptrdiff_t>(width) * first,
-            static_cast<Eigen::Index>(width) * (view_.nbody - first)};
+    return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (c_.nbody - first)};
   }
 };
 

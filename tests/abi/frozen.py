@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares the header with the recorded headers of all versions: recorded/VERSION/mjenv/mjenv.h.
+"""Compares the headers with those recorded of all versions: recorded/VERSION/mjenv/mjenv.h and task.h.
 
     frozen.py VERSION SONAME             compare; exit 1 when the interface is not VERSION's, or breaks an older one
     frozen.py VERSION SONAME --record    record the header as VERSION's; refused when CHANGELOG.md says it is released
@@ -61,14 +61,19 @@ def released(version: str) -> bool:
     return heading is not None and "unreleased" not in heading[1]
 
 
+def read(folder: Path) -> header.Header:
+    """The headers of a folder. Versions of old may lack task.h."""
+    return header.parse(*(folder / name for name in ("mjenv.h", "task.h") if (folder / name).is_file()))
+
+
 def problems(version: str, soname: str) -> list[str]:
-    api = header.parse(header.PATH)
+    api = read(header.PATH.parent)
     now = entries(api)
     found = []
     if not (RECORDED / version).is_dir():
         found.append(f"nothing is recorded of {version}: build the target abi_record")
     for folder in sorted(RECORDED.glob("*.*.*")):
-        old_api = header.parse(folder / "mjenv" / "mjenv.h")
+        old_api = read(folder / "mjenv")
         old, old_abi = entries(old_api), abi(old_api)
         broken = breaks(old, now)
         grown = sorted(now.keys() - old.keys())
@@ -95,7 +100,8 @@ def record(version: str, soname: str) -> None:
     if folder.is_dir() and released(version) and problems(version, soname):
         sys.exit(f"{version} is released, its interface stays: raise the version in CMakeLists.txt first")
     (folder / "mjenv").mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(header.PATH, folder / "mjenv" / "mjenv.h")
+    for path in header.PATH.parent.glob("*.h"):
+        shutil.copyfile(path, folder / "mjenv" / path.name)
     (folder / "soname.txt").write_text(soname + "\n", encoding="utf-8")
 
 

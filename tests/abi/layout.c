@@ -1,9 +1,10 @@
-// Prints sizes and offsets of the header's structs and the values of its enumerators.
+// Prints sizes and offsets of the headers' structs and the values of its enumerators.
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "mjenv/mjenv.h"
+#include "mjenv/task.h"
 
 // Bytes of the present struct that no field has had yet.
 static size_t rest;
@@ -50,6 +51,7 @@ int main(void) {
   VALUE(MJENV_E_MEMORY);
   VALUE(MJENV_E_INTERNAL);
   VALUE(MJENV_E_RENDER);
+  VALUE(MJENV_E_TASK);
 
   ENUM(mjenv_dtype);
   VALUE(MJENV_DTYPE_FLOAT64);
@@ -193,5 +195,189 @@ int main(void) {
   FIELD(mjenv_render_settings, elevation);
   FIELD(mjenv_render_settings, visual);
   check_no_padding();
+
+  STRUCT(mjenv_task_option);
+  FIELD(mjenv_task_option, struct_size);
+  FIELD(mjenv_task_option, kind);
+  FIELD(mjenv_task_option, name);
+  FIELD(mjenv_task_option, doc);
+  FIELD(mjenv_task_option, value);
+  FIELD(mjenv_task_option, low);
+  FIELD(mjenv_task_option, high);
+  FIELD(mjenv_task_option, values);
+  FIELD(mjenv_task_option, count);
+  FIELD(mjenv_task_option, text);
+  FIELD(mjenv_task_option, choices);
+
+  STRUCT(mjenv_task_field);
+  FIELD(mjenv_task_field, struct_size);
+  FIELD(mjenv_task_field, role);
+  FIELD(mjenv_task_field, name);
+  FIELD(mjenv_task_field, doc);
+  FIELD(mjenv_task_field, type);
+  FIELD(mjenv_task_field, ndim);
+  FIELD(mjenv_task_field, shape);
+
+  STRUCT(mjenv_task_camera);
+  FIELD(mjenv_task_camera, struct_size);
+  FIELD(mjenv_task_camera, reserved);
+  FIELD(mjenv_task_camera, trackbodyid);
+  FIELD(mjenv_task_camera, distance);
+  FIELD(mjenv_task_camera, lookat);
+  FIELD(mjenv_task_camera, elevation);
+
+  STRUCT(mjenv_contact);
+  FIELD(mjenv_contact, geom1);
+  FIELD(mjenv_contact, geom2);
+  FIELD(mjenv_contact, distance);
+  FIELD(mjenv_contact, position);
+  FIELD(mjenv_contact, frame);
+  FIELD(mjenv_contact, force);
+
+  STRUCT(mjenv_sim);
+  FIELD(mjenv_sim, struct_size);
+  FIELD(mjenv_sim, action_dtype);
+  FIELD(mjenv_sim, api);
+  FIELD(mjenv_sim, nq);
+  FIELD(mjenv_sim, nv);
+  FIELD(mjenv_sim, na);
+  FIELD(mjenv_sim, nu);
+  FIELD(mjenv_sim, nbody);
+  FIELD(mjenv_sim, njnt);
+  FIELD(mjenv_sim, ngeom);
+  FIELD(mjenv_sim, nsite);
+  FIELD(mjenv_sim, ntendon);
+  FIELD(mjenv_sim, nsensordata);
+  FIELD(mjenv_sim, contact_count);
+  FIELD(mjenv_sim, reserved);
+  FIELD(mjenv_sim, timestep);
+  FIELD(mjenv_sim, dt);
+  FIELD(mjenv_sim, time);
+  FIELD(mjenv_sim, action);
+  FIELD(mjenv_sim, carried);
+  FIELD(mjenv_sim, qpos);
+  FIELD(mjenv_sim, qvel);
+  FIELD(mjenv_sim, act);
+  FIELD(mjenv_sim, ctrl);
+  FIELD(mjenv_sim, qacc);
+  FIELD(mjenv_sim, xpos);
+  FIELD(mjenv_sim, xquat);
+  FIELD(mjenv_sim, xmat);
+  FIELD(mjenv_sim, xipos);
+  FIELD(mjenv_sim, ximat);
+  FIELD(mjenv_sim, xanchor);
+  FIELD(mjenv_sim, xaxis);
+  FIELD(mjenv_sim, geom_xpos);
+  FIELD(mjenv_sim, geom_xmat);
+  FIELD(mjenv_sim, site_xpos);
+  FIELD(mjenv_sim, site_xmat);
+  FIELD(mjenv_sim, subtree_com);
+  FIELD(mjenv_sim, cinert);
+  FIELD(mjenv_sim, cvel);
+  FIELD(mjenv_sim, cfrc_ext);
+  FIELD(mjenv_sim, sensordata);
+  FIELD(mjenv_sim, actuator_length);
+  FIELD(mjenv_sim, actuator_velocity);
+  FIELD(mjenv_sim, actuator_force);
+  FIELD(mjenv_sim, qfrc_actuator);
+  FIELD(mjenv_sim, qfrc_passive);
+  FIELD(mjenv_sim, qfrc_bias);
+  FIELD(mjenv_sim, qfrc_constraint);
+  FIELD(mjenv_sim, ten_length);
+  FIELD(mjenv_sim, ten_velocity);
+  FIELD(mjenv_sim, contacts);
+  FIELD(mjenv_sim, qpos0);
+  FIELD(mjenv_sim, body_mass);
+  FIELD(mjenv_sim, arrays);
+
+  STRUCT(mjenv_start);
+  FIELD(mjenv_start, struct_size);
+  FIELD(mjenv_start, reserved);
+  FIELD(mjenv_start, api);
+  FIELD(mjenv_start, random);
+  FIELD(mjenv_start, qpos0);
+  FIELD(mjenv_start, qpos);
+  FIELD(mjenv_start, qvel);
+  FIELD(mjenv_start, act);
+  FIELD(mjenv_start, carried);
+  FIELD(mjenv_start, arrays);
+  FIELD(mjenv_start, nq);
+  FIELD(mjenv_start, nv);
+  FIELD(mjenv_start, na);
+  FIELD(mjenv_start, carry_count);
+
+  STRUCT(mjenv_outcome);
+  FIELD(mjenv_outcome, struct_size);
+  FIELD(mjenv_outcome, terminated);
+  FIELD(mjenv_outcome, reward);
+  FIELD(mjenv_outcome, info);
+  FIELD(mjenv_outcome, carried);
+  FIELD(mjenv_outcome, random);
+
+  STRUCT(mjenv_task);
+  FIELD(mjenv_task, struct_size);
+  FIELD(mjenv_task, revision);
+  FIELD(mjenv_task, id);
+  FIELD(mjenv_task, model);
+  FIELD(mjenv_task, model_text);
+  FIELD(mjenv_task, frame_skip);
+  FIELD(mjenv_task, has_reward_threshold);
+  FIELD(mjenv_task, reward_threshold);
+  FIELD(mjenv_task, time_limit);
+  FIELD(mjenv_task, carry_count);
+  FIELD(mjenv_task, camera);
+  FIELD(mjenv_task, options);
+  FIELD(mjenv_task, option_count);
+  FIELD(mjenv_task, fields);
+  FIELD(mjenv_task, field_count);
+  FIELD(mjenv_task, user);
+  FIELD(mjenv_task, build);
+  FIELD(mjenv_task, destroy);
+  FIELD(mjenv_task, reset);
+  FIELD(mjenv_task, reset_info);
+  FIELD(mjenv_task, carry);
+  FIELD(mjenv_task, observe);
+  FIELD(mjenv_task, step);
+
+  STRUCT(mjenv_plugin);
+  FIELD(mjenv_plugin, struct_size);
+  FIELD(mjenv_plugin, abi_version);
+  FIELD(mjenv_plugin, tasks);
+  FIELD(mjenv_plugin, task_count);
+
+  STRUCT(mjenv_task_api);
+  FIELD(mjenv_task_api, struct_size);
+  FIELD(mjenv_task_api, abi_version);
+  FIELD(mjenv_task_api, fail_with);
+  FIELD(mjenv_task_api, integer);
+  FIELD(mjenv_task_api, reals);
+  FIELD(mjenv_task_api, is_integer);
+  FIELD(mjenv_task_api, text);
+  FIELD(mjenv_task_api, index);
+  FIELD(mjenv_task_api, option_index);
+  FIELD(mjenv_task_api, norm_is_fused);
+  FIELD(mjenv_task_api, need);
+  FIELD(mjenv_task_api, array);
+  FIELD(mjenv_task_api, field);
+  FIELD(mjenv_task_api, carry);
+  FIELD(mjenv_task_api, random);
+  FIELD(mjenv_task_api, uniform);
+  FIELD(mjenv_task_api, normal);
+  FIELD(mjenv_task_api, integers);
+  FIELD(mjenv_task_api, choice);
+  FIELD(mjenv_task_api, sample);
+  FIELD(mjenv_task_api, permutation);
+
+  STRUCT(mjenv_builder);
+  FIELD(mjenv_builder, struct_size);
+  FIELD(mjenv_builder, reserved);
+  FIELD(mjenv_builder, api);
+  FIELD(mjenv_builder, sim);
+  FIELD(mjenv_builder, random);
+
+  STRUCT(mjenv_random);
+  FIELD(mjenv_random, struct_size);
+  FIELD(mjenv_random, reserved);
+  FIELD(mjenv_random, api);
   return 0;
 }

@@ -600,6 +600,7 @@ static void test_status_names(void** state) {
                {MJENV_E_MEMORY, "MJENV_E_MEMORY"},
                {MJENV_E_INTERNAL, "MJENV_E_INTERNAL"},
                {MJENV_E_RENDER, "MJENV_E_RENDER"},
+               {MJENV_E_TASK, "MJENV_E_TASK"},
                {(mjenv_status)1, "unknown status"},
                {(mjenv_status)-999, "unknown status"}};
   for (size_t i = 0; i < COUNT(names); ++i) assert_string_equal(mjenv_status_name(names[i].status), names[i].name);

@@ -184,6 +184,60 @@ void test_bulk(void**) {
   assert_int_equal(seen, 1);
 }
 
+// Calls draw(generator, values) with the seed of each line of the key; the line ends with what is then expected.
+template <typename Draw>
+void each_draw(const char* key, int lines_wanted, const Draw& draw) {
+  int seen = 0;
+  for (const auto& line : lines) {
+    if (line[0] != key) continue;
+    Generator generator = Generator::from_seed(hex(line[1]));
+    std::vector<std::int64_t> values;
+    draw(generator, line, values);
+    std::uint64_t checksum = 0xcbf29ce484222325;
+    for (const std::int64_t value : values) checksum = (checksum ^ static_cast<std::uint64_t>(value)) * 0x100000001b3;
+    const std::size_t end = line.size();
+    const auto words = generator.words();
+    const bool equal = checksum == hex(line[end - 4]) && words[4] == hex(line[end - 3]) &&
+                       words[5] == hex(line[end - 2]) && generator.next() == hex(line[end - 1]);
+    if (!equal) fail_msg("%s %s %s ...", key, line[1].c_str(), line[2].c_str());
+    ++seen;
+  }
+  assert_int_equal(seen, lines_wanted);
+}
+
+std::int64_t integer(const std::string& word) { return std::strtoll(word.c_str(), nullptr, 10); }
+
+void test_integers(void**) {
+  each_draw("integers", 20, [](Generator& generator, const Words& line, std::vector<std::int64_t>& values) {
+    for (int i = 0; i < 1000; ++i) values.push_back(generator.integers(integer(line[2]), integer(line[3])));
+  });
+}
+
+void test_choice(void**) {
+  each_draw("choice", 2, [](Generator& generator, const Words& line, std::vector<std::int64_t>& values) {
+    for (int i = 0; i < 1000; ++i) values.push_back(generator.choice(integer(line[2]), nullptr));
+  });
+  each_draw("weighted", 2, [](Generator& generator, const Words& line, std::vector<std::int64_t>& values) {
+    double p[5];
+    for (int i = 0; i < 5; ++i) p[i] = real(line[2 + static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 1000; ++i) values.push_back(generator.choice(5, p));
+  });
+}
+
+void test_sample(void**) {
+  each_draw("sample", 18, [](Generator& generator, const Words& line, std::vector<std::int64_t>& values) {
+    values.resize(static_cast<std::size_t>(integer(line[3])));
+    generator.sample(integer(line[2]), integer(line[3]), values.data());
+  });
+}
+
+void test_permutation(void**) {
+  each_draw("permutation", 10, [](Generator& generator, const Words& line, std::vector<std::int64_t>& values) {
+    values.resize(static_cast<std::size_t>(integer(line[2])));
+    generator.permutation(integer(line[2]), values.data());
+  });
+}
+
 void test_entropy(void**) { assert_true(Generator::from_entropy().words() != Generator::from_entropy().words()); }
 
 // sum N F8 F4, of numbers that mix size and sign.
@@ -248,7 +302,7 @@ void test_norm_follows_openblas(void**) {
   for (const auto& line : lines) {
     if (line[0] != "coretype" || line[1] != cpu) continue;
     setenv("OPENBLAS_CORETYPE", line[2].c_str(), 1);
-    const bool fused = Norm::as_numpy_here().fused();
+    const bool fused = mjenv::core::np::norm_as_numpy_here().fused();
     // Else NumPy crashes on this CPU, or rounds as the library cannot.
     if (line[3] == "fused" || line[3] == "plain") {
       if (fused != (line[3] == "fused"))
@@ -296,6 +350,10 @@ int run_numpy() {
       cmocka_unit_test(test_words_make_the_generator),
       cmocka_unit_test(test_branches),
       cmocka_unit_test(test_bulk),
+      cmocka_unit_test(test_integers),
+      cmocka_unit_test(test_choice),
+      cmocka_unit_test(test_sample),
+      cmocka_unit_test(test_permutation),
       cmocka_unit_test(test_entropy),
       cmocka_unit_test(test_sums),
       cmocka_unit_test(test_power2),

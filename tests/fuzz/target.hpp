@@ -19,7 +19,7 @@
 
 // A status of the header, and with a failure its reason; never a defect of the library.
 inline mjenv_status check(mjenv_status status) {
-  REQUIRE(status <= MJENV_OK && status >= MJENV_E_RENDER);
+  REQUIRE(status <= MJENV_OK && status >= MJENV_E_TASK);
   REQUIRE(status != MJENV_E_INTERNAL);
   REQUIRE(status == MJENV_OK || *mjenv_last_error());
   return status;

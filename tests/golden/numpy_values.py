@@ -28,6 +28,23 @@ ZIGGURAT_PATHS = {
     "wedge_reject_twice_fast": ((14, 3577), (13, 41)),
 }
 BULK = 1_000_000
+# Ranges of one number, of 32 bits and more, and those that Lemire's method would have to reject most in.
+INTEGER_RANGES = (
+    (3, 4),
+    (0, 2),
+    (-5, 7),
+    (0, 3_000_000_000),
+    (0, 2**32 - 1),
+    (0, 2**32),
+    (0, 2**32 + 1),
+    (-(10**12), 5 * 10**12),
+    (-(2**63), 2**62),
+    (-(2**63), 2**63 - 1),
+)
+PROBABILITIES = (0.1, 0.2, 0.0, 0.3, 0.4)
+# Both of choice's methods without replacement, on either side of where it changes.
+SAMPLES = ((1, 1), (10, 3), (10, 10), (5, 0), (1000, 600), (10000, 5000), (10001, 200), (10001, 201), (20000, 20000))
+PERMUTATIONS = (0, 1, 2, 5, 1000)
 RANDOM_SEEDS = (0, 1, 42, 2**32, 2**40 + 7, 2**63, 2**64 - 1, 2**128 + 5, 2**160 - 1)
 
 
@@ -62,10 +79,40 @@ def random_lines() -> Iterator[str]:
             value = generator.standard_normal()
             draws = draws_between(before, generator.bit_generator.state)
             yield f"branch {path} {seed} {index} {draws} {value.hex()}"
+    yield f"bulk 0 {BULK} {checksum_of(np.random.default_rng(0).standard_normal(BULK))}"
+
+
+def checksum_of(values: np.ndarray) -> str:
+    """FNV-1a of 64 bits over words of 64 bits."""
     checksum = 0xCBF29CE484222325
-    for word in np.random.default_rng(0).standard_normal(BULK).view(np.uint64).tolist():
+    for word in values.view(np.uint64).tolist():
         checksum = (checksum ^ word) * 0x100000001B3 % 2**64
-    yield f"bulk 0 {BULK} {checksum:016x}"
+    return f"{checksum:016x}"
+
+
+def drawn(generator: np.random.Generator, values: np.ndarray) -> str:
+    """The checksum of drawn integers, and what the generator keeps for the next 32 bits."""
+    state = generator.bit_generator.state
+    words = (state["has_uint32"], state["uinteger"], int(generator.bit_generator.random_raw()))
+    return f"{checksum_of(np.asarray(values, dtype=np.int64))} " + " ".join(f"{word:x}" for word in words)
+
+
+def draw_lines() -> Iterator[str]:
+    for seed in (0, 1):
+        for low, high in INTEGER_RANGES:
+            generator = np.random.default_rng(seed)
+            yield f"integers {seed} {low} {high} {drawn(generator, [generator.integers(low, high) for _ in range(1000)])}"
+        generator = np.random.default_rng(seed)
+        yield f"choice {seed} 7 {drawn(generator, [generator.choice(7) for _ in range(1000)])}"
+        generator = np.random.default_rng(seed)
+        weighted = [generator.choice(len(PROBABILITIES), p=PROBABILITIES) for _ in range(1000)]
+        yield f"weighted {seed} {hexed(PROBABILITIES)} {drawn(generator, weighted)}"
+        for count, size in SAMPLES:
+            generator = np.random.default_rng(seed)
+            yield f"sample {seed} {count} {size} {drawn(generator, generator.choice(count, size, replace=False))}"
+        for count in PERMUTATIONS:
+            generator = np.random.default_rng(seed)
+            yield f"permutation {seed} {count} {drawn(generator, generator.permutation(count))}"
 
 
 def sum_terms(count: int) -> np.ndarray:
@@ -119,10 +166,12 @@ def random_text(facts: dict[str, str], norms: list[str], coretypes: list[str]) -
         "# Seeds, pools, words, states and raw numbers are hexadecimal integers. uniform: 20 of uniform(-0.1, 0.1).",
         "# branch PATH SEED INDEX DRAWS VALUE: normal number INDEX of default_rng(SEED), made of DRAWS raw numbers.",
         "# bulk SEED N CHECKSUM: of the bits of N normals, as in episodes.txt.",
+        "# integers SEED LOW HIGH, choice SEED N, weighted SEED P...: 1000 draws. sample SEED N SIZE: choice without",
+        "# replacement. permutation SEED N. Then their checksum, has_uint32, uinteger and the next raw number.",
         "# sum N F8 F4: np.sum of the first N of ((7919*i + 13) % 1009) / 17 - 30 as float64 and as float32.",
         "# norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX.",
         "# coretype CPU NAME plain|fused|other|crash: how norms are rounded with NAME in OPENBLAS_CORETYPE on a CPU",
         "# for which OpenBLAS chooses the kernel CPU if the variable is unset.",
     ]
     lines = ["mjenv-random 1", *head, *lines_of({key: facts[key] for key in ("numpy", "python", "cpu")})]
-    return "\n".join([*lines, *random_lines(), *sum_lines(), *norms, *coretypes]).encode() + b"\n"
+    return "\n".join([*lines, *random_lines(), *draw_lines(), *sum_lines(), *norms, *coretypes]).encode() + b"\n"

@@ -25,6 +25,7 @@ struct mjenv_window end
     MJENV_E_MEMORY = -11
     MJENV_E_INTERNAL = -12
     MJENV_E_RENDER = -13
+    MJENV_E_TASK = -14
 end
 
 @enum mjenv_dtype::Int32 begin

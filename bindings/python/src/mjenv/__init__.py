@@ -26,6 +26,7 @@ from mjenv.errors import (
     RenderSettingError,
     ResetNeeded,
     SnapshotError,
+    TaskError,
     UnknownIdError,
     UnknownNameError,
 )
@@ -55,6 +56,7 @@ __all__ = [
     "ResetNeeded",
     "SnapshotError",
     "Status",
+    "TaskError",
     "UnknownIdError",
     "UnknownNameError",
     "VectorEnv",

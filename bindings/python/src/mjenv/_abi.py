@@ -39,6 +39,7 @@ class Status(IntEnum):
     E_MEMORY = -11
     E_INTERNAL = -12
     E_RENDER = -13
+    E_TASK = -14
 
 
 class Dtype(IntEnum):

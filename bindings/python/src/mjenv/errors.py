@@ -94,6 +94,10 @@ class RenderError(Error, RuntimeError):
     """There is no OpenGL to draw with, or it failed; the message names what to install."""
 
 
+class TaskError(Error, RuntimeError):
+    """A callback of a registered task failed, or a plug-in holds no tasks."""
+
+
 class RenderSettingError(Error, AttributeError):
     """A render_mode or a key of default_camera_config that there is not, found by render()."""
 
@@ -116,6 +120,7 @@ _BY_STATUS: dict[int, type[Error]] = {
     Status.E_MEMORY: OutOfMemoryError,
     Status.E_INTERNAL: InternalError,
     Status.E_RENDER: RenderError,
+    Status.E_TASK: TaskError,
 }
 
 

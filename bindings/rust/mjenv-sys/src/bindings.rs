@@ -52,6 +52,8 @@ pub const MJENV_E_MEMORY: mjenv_status = -11;
 pub const MJENV_E_INTERNAL: mjenv_status = -12;
 #[doc = " no OpenGL, or it failed; the message names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -13;
+#[doc = " a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h)"]
+pub const MJENV_E_TASK: mjenv_status = -14;
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 0;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 1;
@@ -610,7 +612,7 @@ pub struct mjenv_spec {
     pub camera_lookat: [f64; 3usize],
     #[doc = " a whole number"]
     pub camera_trackbodyid: f64,
-    #[doc = " the MJCF text of the built-in model"]
+    #[doc = " the MJCF text of the model; NULL where a registered task has it in a file"]
     pub model_xml: *const ::std::os::raw::c_char,
 }
 #[test]
@@ -1805,8 +1807,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4."]
-    #[doc = " Errors: ARGUMENT, VALUE (row), SIZE, STATE (never seeded), BUSY."]
+    #[doc = " A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, and with count = 6 also"]
+    #[doc = " has_uint32 and uinteger, which only integers that a registered task draws set; else count = 4. Errors: ARGUMENT,"]
+    #[doc = " VALUE (row), SIZE, STATE (never seeded), BUSY."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -1815,7 +1818,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces a row's random stream; the increment is odd. Errors: ARGUMENT, VALUE (row, an even increment), SIZE, BUSY."]
+    #[doc = " Replaces a row's random stream; the increment is odd; count as in mjenv_get_stream. Errors: ARGUMENT, VALUE (row, an"]
+    #[doc = " even increment), SIZE, BUSY."]
     pub fn mjenv_set_stream(
         env: *mut mjenv_env,
         row: i64,

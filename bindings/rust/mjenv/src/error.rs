@@ -36,6 +36,8 @@ pub enum ErrorKind {
     Memory,
     /// OpenGL is missing or failed. The message names what to install.
     Render,
+    /// A callback of a registered task failed, or a plug-in holds no tasks.
+    Task,
     /// The library has a bug, or its version does not fit this crate. Please report it.
     Internal,
 }
@@ -55,6 +57,7 @@ impl ErrorKind {
             sys::MJENV_E_SNAPSHOT => Self::Snapshot,
             sys::MJENV_E_MEMORY => Self::Memory,
             sys::MJENV_E_RENDER => Self::Render,
+            sys::MJENV_E_TASK => Self::Task,
             _ => Self::Internal,
         }
     }

@@ -55,7 +55,8 @@ enum mjenv_status_value {
   MJENV_E_SNAPSHOT = -10, /* an image that is damaged or belongs to another environment */
   MJENV_E_MEMORY = -11,   /* out of memory */
   MJENV_E_INTERNAL = -12, /* a defect of this library; please report it */
-  MJENV_E_RENDER = -13    /* no OpenGL, or it failed; the message names what to install */
+  MJENV_E_RENDER = -13,   /* no OpenGL, or it failed; the message names what to install */
+  MJENV_E_TASK = -14      /* a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h) */
 };
 
 typedef int32_t mjenv_dtype;
@@ -143,7 +144,7 @@ typedef struct mjenv_spec {
   double camera_elevation;   /* degrees */
   double camera_lookat[3];   /* m */
   double camera_trackbodyid; /* a whole number */
-  const char *model_xml;     /* the MJCF text of the built-in model */
+  const char *model_xml;     /* the MJCF text of the model; NULL where a registered task has it in a file */
 } mjenv_spec;
 
 /* Where reset, step, recv, rollout and observe write. One batch serves all of them. A null array is skipped. The counts
@@ -380,11 +381,13 @@ MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, 
 MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
                                      const mjenv_batch *out);
 
-/* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, count = 4.
- * Errors: ARGUMENT, VALUE (row), SIZE, STATE (never seeded), BUSY. */
+/* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, and with count = 6 also
+ * has_uint32 and uinteger, which only integers that a registered task draws set; else count = 4. Errors: ARGUMENT,
+ * VALUE (row), SIZE, STATE (never seeded), BUSY. */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
 
-/* Replaces a row's random stream; the increment is odd. Errors: ARGUMENT, VALUE (row, an even increment), SIZE, BUSY.
+/* Replaces a row's random stream; the increment is odd; count as in mjenv_get_stream. Errors: ARGUMENT, VALUE (row, an
+ * even increment), SIZE, BUSY.
  */
 MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
 

@@ -1,0 +1,882 @@
+/* task.hpp - task.h for C++17: a robot and its task as one function, in the language of the built-in robots.
+ *
+ *   #include <mjenv/task.hpp>
+ *
+ *   MJENV_TASK("Cartpole-v0", r) {
+ *     r.model("./cartpole.xml").frame_skip(2).time_limit(500);
+ *     const auto w_ctrl = r.real("ctrl_cost_weight", 0.01, "weight of the squared action");
+ *     const int tip = r.site("tip");
+ *     r.observe("qpos", [](const mjenv::Sim &s) { return s.qpos(); });
+ *     r.observe("qvel", [](const mjenv::Sim &s) { return s.qvel(); });
+ *     r.reset([](mjenv::Start &start, mjenv::Rng &rng) { start.qpos[0] += rng.uniform(-0.1, 0.1); });
+ *     r.step([=](const mjenv::Sim &s, mjenv::Info &info) -> mjenv::Outcome {
+ *       const double height = s.site_xpos(tip)[2];
+ *       info("height", height, "of the tip, m");
+ *       return {height - w_ctrl * s.ctrl().squaredNorm(), false};
+ *     });
+ *   }
+ *
+ * The function is a definition. It runs once without a model when the task is registered, to list its options, and once
+ * for each environment, with the caller's options and model. Options then have the caller's values, names of the model
+ * become indices, and one trial reset and step on the model's initial state tell lengths and fields. The lambdas run
+ * for each row, on several threads at once: they capture by value and change nothing but what they are given.
+ *
+ * Header-only over task.h, with Eigen for vectors. Compiled as a shared object, a file is a plug-in; CMake's
+ * mjenv_add_tasks does that. A program registers its own definitions by mjenv::register_tasks(). What a lambda throws
+ * is the row's error. */
+#ifndef MJENV_TASK_HPP
+#define MJENV_TASK_HPP
+
+#include <mjenv/task.h>
+#include <mjenv/numpy.hpp>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace mjenv {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/* ---- What lambdas see ---- */
+
+/* The action of a row in the type in which the caller gave it. Only a step has one: elsewhere it is NaN. */
+struct Action {
+  const double *values = nullptr;
+  mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
+  Eigen::Index count = 0;
+
+  double operator[](Eigen::Index i) const { return values[i]; }
+  Eigen::Index size() const { return count; }
+  Eigen::Map<const Eigen::VectorXd> vector() const { return {values, count}; }
+};
+
+namespace np {
+
+/* numpy.square(action).sum(): squares and sum in the action's own type. */
+inline Scalar sum_square(const Action &a) {
+  if (a.dtype == MJENV_DTYPE_FLOAT32)
+    return Scalar(sum(a.count, [x = a.values](Eigen::Index i) {
+      const auto v = static_cast<float>(x[i]);
+      return v * v;
+    }));
+  return Scalar(sum(a.count, [x = a.values](Eigen::Index i) { return x[i] * x[i]; }));
+}
+
+}  // namespace np
+
+/* A sensor's place in sensordata, and a joint's in qpos and qvel. */
+struct Sensor {
+  int first = 0, count = 0;
+};
+struct Joint {
+  int index = 0, qpos = 0, qvel = 0;
+};
+/* Numbers that a row keeps for the task, and an array that Robot::array asked for. */
+struct Kept {
+  Eigen::Index first = 0, count = 0;
+};
+template <typename T>
+struct Shared {
+  std::int32_t index = 0;
+  Eigen::Index count = 0;
+};
+
+/* Named views of one row's simulation: mjenv_sim. */
+class Sim {
+ public:
+  using Vec = Eigen::Map<const Eigen::VectorXd>;
+  using Vec2 = Eigen::Map<const Eigen::Vector2d>;
+  using Vec3 = Eigen::Map<const Eigen::Vector3d>;
+  using Vec4 = Eigen::Map<const Eigen::Vector4d>;
+  using Mat3 = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+
+  /* builder: given in a definition's trial, which learns what the task needs. */
+  explicit Sim(const mjenv_sim *c, mjenv_builder *builder = nullptr)
+      : timestep(c->timestep), dt(c->dt), action{c->action, c->action_dtype, c->nu}, c_(c), builder_(builder) {}
+
+  const double timestep; /* s, of one mj_step */
+  const double dt;       /* s, of one step */
+  const Action action;
+
+  const mjenv_sim &c() const { return *c_; }
+  double time() const { return *c_->time; }
+
+  Vec qpos(int from = 0) const { return {c_->qpos + from, c_->nq - from}; }
+  Vec qvel(int from = 0) const { return {c_->qvel + from, c_->nv - from}; }
+  double qpos(const Joint &joint) const { return c_->qpos[joint.qpos]; }
+  double qvel(const Joint &joint) const { return c_->qvel[joint.qvel]; }
+  Vec init_qpos() const { return {c_->qpos0, c_->nq}; }
+  Vec act() const { return {c_->act, c_->na}; }
+  Vec ctrl() const { return {c_->ctrl, c_->nu}; }
+  Vec qacc() const { return {c_->qacc, c_->nv}; }
+
+  Vec3 xpos(int body) const { return Vec3(c_->xpos + 3 * body); }
+  Vec2 body_xy(int body) const { return Vec2(c_->xpos + 3 * body); }
+  Vec4 xquat(int body) const { return Vec4(c_->xquat + 4 * body); } /* w, x, y, z */
+  Mat3 xmat(int body) const { return Mat3(c_->xmat + 9 * body); }
+  Vec3 xipos(int body) const { return Vec3(c_->xipos + 3 * body); }
+  Vec3 site_xpos(int site) const { return Vec3(c_->site_xpos + 3 * site); }
+  Mat3 site_xmat(int site) const { return Mat3(c_->site_xmat + 9 * site); }
+  Vec3 geom_xpos(int geom) const { return need("geom_xpos", c_->geom_xpos), Vec3(c_->geom_xpos + 3 * geom); }
+  Mat3 geom_xmat(int geom) const { return need("geom_xpos", c_->geom_xpos), Mat3(c_->geom_xmat + 9 * geom); }
+  Vec3 subtree_com(int body) const { return Vec3(c_->subtree_com + 3 * body); }
+
+  /* Rows of bodies from first on, row-major. */
+  Vec cinert(int first = 0) const { return bodies(c_->cinert, 10, first); }
+  Vec cvel(int first = 0) const { return bodies(c_->cvel, 6, first); }
+  Vec cfrc_ext(int first = 0) const { return need("cfrc_ext", c_->cfrc_ext), bodies(c_->cfrc_ext, 6, first); }
+
+  Vec sensordata() const { return {c_->sensordata, c_->nsensordata}; }
+  Vec sensor(const Sensor &sensor) const { return {c_->sensordata + sensor.first, sensor.count}; }
+  Vec actuator_force() const { return {c_->actuator_force, c_->nu}; }
+  Vec qfrc_actuator(int from = 0) const { return {c_->qfrc_actuator + from, c_->nv - from}; }
+  Vec qfrc_passive() const { return {c_->qfrc_passive, c_->nv}; }
+  Vec qfrc_bias() const { return {c_->qfrc_bias, c_->nv}; }
+  Vec qfrc_constraint() const { return {c_->qfrc_constraint, c_->nv}; }
+  Vec qfrc_constraint(int count) const { return {c_->qfrc_constraint, count}; }
+  Vec ten_length() const { return {c_->ten_length, c_->ntendon}; }
+  Vec ten_velocity() const { return {c_->ten_velocity, c_->ntendon}; }
+
+  /* for (const mjenv_contact &contact : s.contacts()) */
+  struct Contacts {
+    const mjenv_contact *first, *last;
+    const mjenv_contact *begin() const { return first; }
+    const mjenv_contact *end() const { return last; }
+    std::size_t size() const { return static_cast<std::size_t>(last - first); }
+  };
+  Contacts contacts() const {
+    return need("contacts", c_->contacts), Contacts{c_->contacts, c_->contacts + c_->contact_count};
+  }
+
+  /* What the row keeps, and an array that the definition asked for. */
+  Vec operator[](const Kept &kept) const { return {c_->carried + kept.first, kept.count}; }
+  template <typename T>
+  Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
+    return {static_cast<const T *>(c_->arrays[array.index]), array.count};
+  }
+
+  Eigen::Vector2d mass_center_xy() const {
+    Eigen::Vector2d moment(0, 0);
+    for (int body = 0; body < c_->nbody; ++body) moment += c_->body_mass[body] * Vec2(c_->xipos + 3 * body);
+    return moment / np::sum(Vec(c_->body_mass, c_->nbody));
+  }
+  /* Every number of qpos and qvel is finite. */
+  bool finite() const {
+    const auto all_finite = [](const Vec &v) {
+      return std::all_of(v.data(), v.data() + v.size(), [](double x) { return std::isfinite(x); });
+    };
+    return all_finite(qpos()) && all_finite(qvel());
+  }
+
+ private:
+  const mjenv_sim *c_;
+  mjenv_builder *builder_;
+
+  Vec bodies(const double *array, int width, int first) const {
+    return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (c_->nbody - first)};
+  }
+  /* A definition's trial asks for what costs time where it looks at it. */
+  void need(const char *array, const void *there) const {
+    if (builder_) return mjenv_build_need(builder_, array);
+    if (!there)
+      throw std::logic_error(std::string(array) +
+                             " was not looked at in the definition's trial: ask for it by needs(\"" + array + "\")");
+  }
+};
+
+/* The row's random stream: numpy.random.Generator. */
+class Rng {
+ public:
+  explicit Rng(mjenv_random *stream) : c_(stream) {}
+
+  double random() { return mjenv_random_real(c_); }
+  double uniform(double low, double high) { return mjenv_random_uniform(c_, low, high); }
+  double normal() { return mjenv_random_normal(c_); }
+  double normal(double mean, double deviation) { return mean + deviation * normal(); }
+  std::int64_t integers(std::int64_t low, std::int64_t high) { return mjenv_random_integers(c_, low, high); }
+  std::int64_t choice(std::int64_t count) { return mjenv_random_choice(c_, count, nullptr); }
+  std::int64_t choice(const std::vector<double> &p) {
+    return mjenv_random_choice(c_, static_cast<std::int64_t>(p.size()), p.data());
+  }
+  std::vector<std::int64_t> sample(std::int64_t count, std::int64_t size) {
+    std::vector<std::int64_t> chosen(static_cast<std::size_t>(std::max<std::int64_t>(size, 0)));
+    mjenv_random_sample(c_, count, size, chosen.data());
+    return chosen;
+  }
+  std::vector<std::int64_t> permutation(std::int64_t count) {
+    std::vector<std::int64_t> order(static_cast<std::size_t>(std::max<std::int64_t>(count, 0)));
+    mjenv_random_permutation(c_, count, order.data());
+    return order;
+  }
+
+ private:
+  mjenv_random *c_;
+};
+
+/* The start of an episode, for reset to change: the model's own positions, no velocities, and zeros that are kept. */
+struct Start {
+  explicit Start(const mjenv_start *c)
+      : qpos(c->qpos, c->nq), qvel(c->qvel, c->nv), act(c->act, c->na), carried_(c->carried), arrays_(c->arrays) {}
+
+  Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
+
+  Eigen::Map<Eigen::VectorXd> operator[](const Kept &kept) { return {carried_ + kept.first, kept.count}; }
+  /* An array of mjModel. */
+  template <typename T>
+  Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
+    return {static_cast<const T *>(arrays_[array.index]), array.count};
+  }
+
+ private:
+  double *carried_;
+  const void *const *arrays_;
+};
+
+/* What belongs to the row and a step may change: what it keeps, and its random stream. */
+class Row {
+ public:
+  Row(double *carried, mjenv_random *random) : rng(random), carried_(carried) {}
+
+  Rng rng;
+  Eigen::Map<Eigen::VectorXd> operator[](const Kept &kept) { return {carried_ + kept.first, kept.count}; }
+
+ private:
+  double *carried_;
+};
+
+/* What Robot::carry took from the state before the step. */
+using Carried = Eigen::Map<const Eigen::VectorXd>;
+
+struct Outcome {
+  double reward;
+  bool terminated;
+};
+
+/* A value as Gymnasium types it. */
+struct PythonFloat {
+  double value;
+};
+struct Typed {
+  double value;
+  mjenv_type type;
+};
+
+/* Receives the info. A lambda names the same values in the same order in each call; it may tell what they are. */
+class Info {
+ public:
+  struct Entry {
+    const char *name;
+    std::string text;
+    Eigen::Index count;
+  };
+
+  /* Learns the fields of a role, or writes them one after the other. */
+  Info(std::vector<Entry> &learned, mjenv_builder *builder, mjenv_role role)
+      : learned_(&learned), builder_(builder), role_(role) {}
+  Info(const std::vector<Entry> &entries, double *to)
+      : entry_(entries.data()), end_(entry_ + entries.size()), to_(to) {}
+
+  void operator()(const char *name, double value, const char *doc = "") {
+    scalar(name, value, MJENV_TYPE_FLOAT64, doc);
+  }
+  void operator()(const char *name, np::Scalar value, const char *doc = "") {
+    scalar(name, value, MJENV_TYPE_ACTION, doc);
+  }
+  void operator()(const char *name, PythonFloat value, const char *doc = "") {
+    scalar(name, value.value, MJENV_TYPE_NATIVE_FLOAT, doc);
+  }
+  void operator()(const char *name, Typed value, const char *doc = "") { scalar(name, value.value, value.type, doc); }
+  /* An int or a bool. */
+  template <typename T, typename = std::enable_if_t<std::is_integral_v<T>>>
+  void operator()(const char *name, T value, const char *doc = "") {
+    scalar(name, static_cast<double>(value), MJENV_TYPE_NATIVE_INT, doc);
+  }
+  template <typename Derived>
+  void operator()(const char *name, const Eigen::DenseBase<Derived> &values, const char *doc = "") {
+    if (learned_) return learn(name, MJENV_TYPE_FLOAT64, 1, values.size(), doc);
+    double *to = next(name, values.size());
+    for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
+  }
+
+  void check_complete() const {
+    if (entry_ != end_) refuse(nullptr, 0);
+  }
+
+ private:
+  std::vector<Entry> *learned_ = nullptr;
+  mjenv_builder *builder_ = nullptr;
+  mjenv_role role_ = MJENV_ROLE_INFO;
+  const Entry *entry_ = nullptr, *end_ = nullptr;
+  double *to_ = nullptr;
+
+  void scalar(const char *name, double value, mjenv_type type, const char *doc) {
+    if (learned_) return learn(name, type, 0, 1, doc);
+    *next(name, 1) = value;
+  }
+  double *next(const char *name, Eigen::Index count) {
+    if (entry_ == end_ || (entry_->name != name && entry_->text != name) || entry_->count != count) refuse(name, count);
+    double *to = to_;
+    to_ += entry_++->count;
+    return to;
+  }
+  void learn(const char *name, mjenv_type type, std::int32_t ndim, Eigen::Index count, const char *doc) {
+    mjenv_task_field field{};
+    field.struct_size = sizeof field;
+    field.role = role_;
+    field.name = name;
+    field.doc = doc;
+    field.type = type;
+    field.ndim = ndim;
+    field.shape[0] = count;
+    mjenv_build_field(builder_, &field);
+    learned_->push_back({name, name, count});
+  }
+  [[noreturn]] void refuse(const char *name, Eigen::Index count) const {
+    const auto text = [](const std::string &field, Eigen::Index numbers) {
+      return '"' + field + "\" (" + std::to_string(numbers) + " number(s))";
+    };
+    throw std::logic_error("the same info is to be written in each call: " +
+                           (name ? text(name, count) + " came" : std::string("nothing came")) + " where " +
+                           (entry_ == end_ ? "nothing" : text(entry_->text, entry_->count)) + " was expected");
+  }
+};
+
+/* A number given as an option, and whether the caller gave an int: Python's products with a bool keep that type. */
+struct Real {
+  double value;
+  bool integer;
+  operator double() const { return value; }
+};
+inline Typed numpy_typed(double product, Real factor) {
+  return {product, factor.integer ? MJENV_TYPE_INT64 : MJENV_TYPE_FLOAT64};
+}
+inline Typed python_typed(double product, Real factor) {
+  return {product, factor.integer ? MJENV_TYPE_NATIVE_INT : MJENV_TYPE_NATIVE_FLOAT};
+}
+
+/* Gymnasium's default_camera_config; NaN where it leaves a value to MuJoCo. */
+struct Camera {
+  double trackbodyid = kUnset, distance = kUnset;
+  std::array<double, 3> lookat{kUnset, kUnset, kUnset};
+  double elevation = kUnset;
+
+  static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
+};
+
+/* ---- What a definition says ---- */
+
+namespace detail {
+
+/* What a definition amounts to in one environment. */
+struct Play {
+  using Term = std::function<Eigen::Index(const Sim &, double *, Eigen::Index)>;
+  struct Named {
+    std::string name, doc;
+    Term write; /* into room for so many numbers, or into null; returns how many there are */
+    Eigen::Index count = 0;
+    bool observed = true;
+  };
+
+  const mjenv_task_api *api = nullptr;
+  std::vector<Named> terms;
+  std::function<void(Start &, Rng &)> reset;
+  std::function<void(const Sim &, Info &)> reset_info;
+  std::function<void(const Sim &, double *)> carry;
+  std::function<Outcome(const Sim &, Row &, Info &)> step;
+  std::vector<Info::Entry> info, reset_infos;
+};
+
+/* What it says about itself. */
+struct Outline {
+  struct Option {
+    mjenv_kind kind;
+    std::string name, doc, text, choices;
+    std::vector<double> values;
+    double low, high;
+  };
+
+  std::string id, model, model_text;
+  int frame_skip = 1;
+  std::int64_t time_limit = 0;
+  double reward_threshold = Camera::kUnset;
+  Camera camera;
+  std::int32_t revision = 0;
+  std::vector<Option> options;
+};
+
+}  // namespace detail
+
+class Robot {
+ public:
+  /* builder: null while the options are listed. */
+  Robot(const char *id, detail::Outline &outline, detail::Play &play, mjenv_builder *builder)
+      : version(version_of(id)), v5(version == 5), outline_(outline), play_(play), builder_(builder) {}
+  Robot(const Robot &) = delete;
+  Robot &operator=(const Robot &) = delete;
+
+  const int version; /* of the id */
+  const bool v5;
+
+  /* ---- the model ---- */
+  /* A built-in model ("hopper.xml"), or a path: "./" is the plug-in's folder. The caller may replace it. */
+  Robot &model(const char *name) { return outline_.model = name, *this; }
+  /* The text of an MJCF model. */
+  Robot &model_text(const char *mjcf) { return outline_.model_text = mjcf, *this; }
+  /* mj_steps in a step. */
+  Robot &frame_skip(int count) { return outline_.frame_skip = count, *this; }
+  Robot &time_limit(std::int64_t steps) { return outline_.time_limit = steps, *this; }
+  Robot &reward_threshold(double value) { return outline_.reward_threshold = value, *this; }
+  Robot &camera(Camera value) { return outline_.camera = value, *this; }
+  /* To be raised when the task changes, so that snapshots of before are refused. */
+  Robot &revision(std::int32_t number) { return outline_.revision = number, *this; }
+  Robot &reward_type(mjenv_type type) { return describe(MJENV_ROLE_REWARD, "reward", "", type), *this; }
+  /* The least lengths of qpos and qvel that the formulas index, and the only ones. */
+  Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
+  Robot &needs_exactly(int nq, int nv) { return require(this->nq() == nq && this->nv() == nv, "", nq, nv); }
+  /* "contacts", "cfrc_ext", "geom_xpos": found out by a trial where a lambda looks at them in each call. */
+  Robot &needs(const char *array) {
+    if (builder_) mjenv_build_need(builder_, array);
+    return *this;
+  }
+
+  /* Sizes of the model; 0 while the options are listed. */
+  int nq() const { return builder_ ? builder_->sim->nq : 0; }
+  int nv() const { return builder_ ? builder_->sim->nv : 0; }
+  int nu() const { return builder_ ? builder_->sim->nu : 0; }
+  int nbody() const { return builder_ ? builder_->sim->nbody : 0; }
+
+  /* ---- options: declared with their default and documentation, returned as the caller set them ---- */
+  Real real(const char *name, double value, const char *doc, double low = -kInfinity, double high = kInfinity) {
+    if (!builder_) return option({MJENV_KIND_REALS, name, doc, "", "", {value}, low, high}), Real{value, false};
+    return {mjenv_build_real(builder_, name), mjenv_build_is_integer(builder_, name) != 0};
+  }
+  std::array<double, 2> range(const char *name, std::array<double, 2> value, const char *doc) {
+    if (!builder_)
+      return option({MJENV_KIND_REALS, name, doc, "", "", {value[0], value[1]}, -kInfinity, kInfinity}), value;
+    mjenv_build_reals(builder_, name, value.data(), 2);
+    return value;
+  }
+  std::vector<double> reals(const char *name, std::vector<double> value, const char *doc) {
+    if (!builder_) return option({MJENV_KIND_REALS, name, doc, "", "", value, -kInfinity, kInfinity}), value;
+    mjenv_build_reals(builder_, name, value.data(), static_cast<std::int64_t>(value.size()));
+    return value;
+  }
+  bool flag(const char *name, bool value, const char *doc) {
+    if (!builder_) return option({MJENV_KIND_FLAG, name, doc, "", "", {value ? 1.0 : 0.0}, 0, 1}), value;
+    return mjenv_build_integer(builder_, name) != 0;
+  }
+  std::int64_t integer(const char *name, std::int64_t value, std::int64_t low, std::int64_t high, const char *doc) {
+    if (!builder_)
+      return option({MJENV_KIND_INTEGER,
+                     name,
+                     doc,
+                     "",
+                     "",
+                     {static_cast<double>(value)},
+                     static_cast<double>(low),
+                     static_cast<double>(high)}),
+             value;
+    return mjenv_build_integer(builder_, name);
+  }
+  /* choices: the valid texts separated by blanks; "": any. */
+  std::string text(const char *name, const char *value, const char *doc, const char *choices = "") {
+    if (!builder_) return option({MJENV_KIND_STRING, name, doc, value, choices, {0}, 0, 0}), value;
+    return mjenv_build_text(builder_, name);
+  }
+  /* reset_noise_scale */
+  double noise(double value) {
+    return real("reset_noise_scale", value, "spread of the random initial state", 0,
+                std::numeric_limits<double>::max() / 2);
+  }
+  /* A body by index or by name. */
+  int body_option(const char *name, int value, const char *doc) {
+    if (!builder_)
+      return option({MJENV_KIND_STRING_OR_INT,
+                     name,
+                     doc,
+                     "",
+                     "",
+                     {static_cast<double>(value)},
+                     0,
+                     std::numeric_limits<int>::max()}),
+             0;
+    return mjenv_build_option_index(builder_, name, "body");
+  }
+  /* The Euclidean norm, rounded as the option "norm" says. */
+  np::Norm norm() { return np::Norm(builder_ && mjenv_build_norm_is_fused(builder_)); }
+
+  /* ---- objects of the model ---- */
+  int index(const char *type, const char *name) { return builder_ ? mjenv_build_index(builder_, type, name) : 0; }
+  int body(const char *name) { return index("body", name); }
+  int geom(const char *name) { return index("geom", name); }
+  int site(const char *name) { return index("site", name); }
+  int actuator(const char *name) { return index("actuator", name); }
+  int tendon(const char *name) { return index("tendon", name); }
+  Joint joint(const char *name) {
+    const int at = index("joint", name);
+    return {at, element("jnt_qposadr", at), element("jnt_dofadr", at)};
+  }
+  Sensor sensor(const char *name) {
+    const int at = index("sensor", name);
+    return {element("sensor_adr", at), element("sensor_dim", at)};
+  }
+  /* Any array of mjData or mjModel under its MuJoCo name. */
+  template <typename T = double>
+  Shared<T> array(const char *name) {
+    if (!builder_) return {};
+    mjenv_field field{};
+    field.struct_size = sizeof field;
+    const std::int32_t at = mjenv_build_array(builder_, name, &field);
+    const mjenv_type wanted = std::is_same_v<T, double>         ? MJENV_TYPE_FLOAT64
+                              : std::is_same_v<T, float>        ? MJENV_TYPE_FLOAT32
+                              : std::is_same_v<T, std::int32_t> ? MJENV_TYPE_INT32
+                                                                : MJENV_TYPE_UINT8;
+    if (field.struct_size && field.name && field.type != wanted)
+      throw std::invalid_argument("array \"" + std::string(name) + "\" holds another type of numbers");
+    return {at, static_cast<Eigen::Index>(field.count)};
+  }
+
+  /* ---- the task ---- */
+  /* A term of the observation: a vector expression, or a number, of the simulation. */
+  template <typename F>
+  void observe(const char *name, const F &term, const char *doc = "") {
+    play_.terms.push_back({name, doc, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
+                             const auto values = term(s);
+                             using V = std::decay_t<decltype(values)>;
+                             if constexpr (std::is_arithmetic_v<V>) {
+                               if (to && room == 1) *to = static_cast<double>(values);
+                               return 1;
+                             } else {
+                               if (to && values.size() == room)
+                                 for (Eigen::Index i = 0; i < room; ++i) to[i] = values.coeff(i);
+                               return values.size();
+                             }
+                           }});
+  }
+  /* A term that is observed only if wanted; observation_structure lists it either way. */
+  template <typename F>
+  void observe_if(bool wanted, const char *name, const F &term, const char *doc = "") {
+    if (wanted)
+      observe(name, term, doc);
+    else
+      observe_nothing(name);
+  }
+  void observe_nothing(const char *name) {
+    play_.terms.push_back({name, "", [](const Sim &, double *, Eigen::Index) { return Eigen::Index{0}; }});
+  }
+  /* Gymnasium's observation_structure: the terms' lengths, after the number of positions left out; -1: not listed. */
+  void structure(int skipped_qpos = -1) {
+    structured_ = true;
+    skipped_qpos_ = skipped_qpos;
+  }
+
+  /* Numbers that the row keeps from step to step: 0 at the start of an episode, start[kept] in reset, row[kept] in
+   * step, s[kept] everywhere. */
+  Kept keep(Eigen::Index count) {
+    const Kept kept{kept_, count};
+    kept_ += count;
+    return kept;
+  }
+
+  /* Draws the start of an episode. */
+  void reset(std::function<void(Start &, Rng &)> draw) { play_.reset = std::move(draw); }
+  void reset_info(std::function<void(const Sim &, Info &)> info) { play_.reset_info = std::move(info); }
+  /* What a step needs to know of the state before it: a vector of fixed length, taken when that state was computed. */
+  template <typename F>
+  void carry(const F &before) {
+    using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
+    static_assert(V::SizeAtCompileTime > 0, "a carried vector has a fixed length");
+    carried_ = keep(V::SizeAtCompileTime);
+    play_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
+  }
+  /* Judges a step: (sim, info), (sim, carried, info) with what carry took, or (sim, row, info). */
+  template <typename F>
+  void step(const F &outcome) {
+    if constexpr (std::is_invocable_v<F, const Sim &, Info &>)
+      play_.step = [outcome](const Sim &s, Row &, Info &info) -> Outcome { return outcome(s, info); };
+    else if constexpr (std::is_invocable_v<F, const Sim &, Row &, Info &>)
+      play_.step = outcome;
+    else
+      play_.step = [outcome, carried = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
+        return outcome(s, Carried(row[carried].data(), carried.count), info);
+      };
+  }
+
+  /* Learns lengths and fields from a trial on the model's initial state. */
+  void learn() {
+    if (!play_.reset || !play_.step) throw std::logic_error("a definition calls reset and step");
+    mjenv_build_carry(builder_, kept_);
+    const Sim sim(builder_->sim, builder_);
+    if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", 0, 1, skipped_qpos_);
+    for (auto &term : play_.terms) {
+      term.count = term.write(sim, nullptr, 0);
+      if (term.count > 0) describe(MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
+      if (structured_) describe(MJENV_ROLE_STRUCTURE, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
+    }
+    if (play_.reset_info) {
+      Info info(play_.reset_infos, builder_, MJENV_ROLE_RESET_INFO);
+      play_.reset_info(sim, info);
+    }
+    std::vector<double> carried(static_cast<std::size_t>(kept_));
+    if (play_.carry) play_.carry(sim, carried.data());
+    Info info(play_.info, builder_, MJENV_ROLE_INFO);
+    Row row(carried.data(), builder_->random);
+    play_.step(sim, row, info);
+  }
+
+ private:
+  detail::Outline &outline_;
+  detail::Play &play_;
+  mjenv_builder *builder_;
+  bool structured_ = false;
+  int skipped_qpos_ = -1;
+  Eigen::Index kept_ = 0;
+  Kept carried_;
+
+  static int version_of(const char *id) {
+    const std::string text = id;
+    const std::size_t dash = text.rfind("-v");
+    return dash == std::string::npos ? 0 : std::atoi(text.c_str() + dash + 2);
+  }
+  void option(detail::Outline::Option option) {
+    for (const auto &other : outline_.options)
+      if (other.name == option.name) return;
+    outline_.options.push_back(std::move(option));
+  }
+  Robot &require(bool fits, const char *how, int nq, int nv) {
+    if (builder_ && !fits)
+      throw std::invalid_argument("the task needs a model of " + (how + std::to_string(nq)) + " positions and " +
+                                  std::to_string(nv) + " velocities; this one has " + std::to_string(this->nq()) +
+                                  " and " + std::to_string(this->nv()));
+    return *this;
+  }
+  void describe(mjenv_role role, const char *name, const char *doc, mjenv_type type, std::int32_t ndim = 0,
+                Eigen::Index count = 1) {
+    if (!builder_) return;
+    mjenv_task_field field{};
+    field.struct_size = sizeof field;
+    field.role = role;
+    field.name = name;
+    field.doc = doc;
+    field.type = type;
+    field.ndim = ndim;
+    field.shape[0] = count;
+    mjenv_build_field(builder_, &field);
+  }
+  int element(const char *name, int at) {
+    const auto numbers = array<std::int32_t>(name);
+    return builder_ && at < numbers.count ? static_cast<const std::int32_t *>(builder_->sim->arrays[numbers.index])[at]
+                                          : 0;
+  }
+};
+
+/* ---- From a definition to a mjenv_task ---- */
+
+namespace detail {
+
+/* Calls body; what it throws becomes the message of a failed callback. */
+template <typename Body>
+std::int32_t guarded(const mjenv_task_api *api, const Body &body) noexcept {
+  try {
+    body();
+    return 0;
+  } catch (const std::exception &error) {
+    return mjenv_task_fail(api, error.what());
+  } catch (...) {
+    return mjenv_task_fail(api, "an exception that is none of the standard library's");
+  }
+}
+
+/* A definition under its id. Plain memory, as the library keeps a pointer to it. */
+struct Definition {
+  const char *id;
+  void (*define)(Robot &);
+  Definition *next;
+
+  static std::int32_t build(mjenv_builder *builder, void *user, void **self) {
+    return guarded(builder->api, [&] {
+      const auto &definition = *static_cast<const Definition *>(user);
+      auto play = std::make_unique<Play>();
+      Outline outline;
+      Robot robot(definition.id, outline, *play, builder);
+      play->api = builder->api;
+      definition.define(robot);
+      robot.learn();
+      *self = play.release();
+    });
+  }
+  static void destroy(void *self) { delete static_cast<Play *>(self); }
+
+  static const Play &of(const void *self) { return *static_cast<const Play *>(self); }
+  static std::int32_t reset(const void *self, mjenv_start *c) {
+    return guarded(c->api, [&] {
+      Start start(c);
+      Rng rng(c->random);
+      of(self).reset(start, rng);
+    });
+  }
+  static std::int32_t reset_info(const void *self, const mjenv_sim *c, double *to) {
+    return guarded(c->api, [&] {
+      if (!of(self).reset_info) return;
+      Info info(of(self).reset_infos, to);
+      of(self).reset_info(Sim(c), info);
+      info.check_complete();
+    });
+  }
+  static std::int32_t carry(const void *self, const mjenv_sim *c, double *to) {
+    return guarded(c->api, [&] {
+      if (of(self).carry) of(self).carry(Sim(c), to);
+    });
+  }
+  static std::int32_t observe(const void *self, const mjenv_sim *c, double *to) {
+    return guarded(c->api, [&] {
+      const Sim sim(c);
+      for (const auto &term : of(self).terms) {
+        const Eigen::Index count = term.write(sim, to, term.count);
+        if (count != term.count)
+          throw std::length_error("term \"" + term.name + "\" has " + std::to_string(count) + " number(s), not " +
+                                  std::to_string(term.count) + " as before");
+        to += count;
+      }
+    });
+  }
+  static std::int32_t step(const void *self, const mjenv_sim *c, mjenv_outcome *outcome) {
+    return guarded(c->api, [&] {
+      const Play &play = of(self);
+      Info info(play.info, outcome->info);
+      Row row(outcome->carried, outcome->random);
+      const Outcome result = play.step(Sim(c), row, info);
+      info.check_complete();
+      outcome->reward = result.reward;
+      outcome->terminated = result.terminated;
+    });
+  }
+};
+
+/* The mjenv_task of a definition, with the memory that its description points into. */
+class Description {
+ public:
+  explicit Description(Definition &definition) {
+    Play play;
+    Robot robot(definition.id, outline_, play, nullptr);
+    definition.define(robot);
+    for (const auto &from : outline_.options) {
+      mjenv_task_option to{};
+      to.struct_size = sizeof to;
+      to.kind = from.kind;
+      to.name = from.name.c_str();
+      to.doc = from.doc.c_str();
+      to.value = from.values.empty() ? 0 : from.values[0];
+      to.values = from.values.data();
+      to.count = from.kind == MJENV_KIND_REALS ? static_cast<std::int64_t>(from.values.size()) : 0;
+      to.low = from.low;
+      to.high = from.high;
+      to.text = from.kind == MJENV_KIND_STRING ? from.text.c_str() : nullptr;
+      to.choices = from.choices.empty() ? nullptr : from.choices.c_str();
+      options_.push_back(to);
+    }
+    const Camera &camera = outline_.camera;
+    camera_ = {
+        sizeof camera_,  0, camera.trackbodyid, camera.distance, {camera.lookat[0], camera.lookat[1], camera.lookat[2]},
+        camera.elevation};
+    task_.struct_size = sizeof task_;
+    task_.revision = outline_.revision;
+    task_.id = definition.id;
+    task_.model = outline_.model.empty() ? nullptr : outline_.model.c_str();
+    task_.model_text = outline_.model_text.empty() ? nullptr : outline_.model_text.c_str();
+    task_.frame_skip = outline_.frame_skip;
+    task_.has_reward_threshold = !std::isnan(outline_.reward_threshold);
+    task_.reward_threshold = outline_.reward_threshold;
+    task_.time_limit = outline_.time_limit;
+    task_.camera = &camera_;
+    task_.options = options_.data();
+    task_.option_count = static_cast<std::int64_t>(options_.size());
+    task_.user = &definition;
+    task_.build = Definition::build;
+    task_.destroy = Definition::destroy;
+    task_.reset = Definition::reset;
+    task_.reset_info = play.reset_info ? Definition::reset_info : nullptr;
+    task_.carry = play.carry ? Definition::carry : nullptr;
+    task_.observe = Definition::observe;
+    task_.step = Definition::step;
+  }
+  Description(const Description &) = delete;
+  Description &operator=(const Description &) = delete;
+
+  const mjenv_task &task() const { return task_; }
+
+ private:
+  Outline outline_;
+  std::vector<mjenv_task_option> options_;
+  mjenv_task_camera camera_{};
+  mjenv_task task_{};
+};
+
+/* The definitions in this program or shared object: none of these is another object's. */
+#define MJENV_HIDDEN __attribute__((visibility("hidden")))
+MJENV_HIDDEN inline Definition *definitions = nullptr;
+
+struct Listed {
+  MJENV_HIDDEN explicit Listed(Definition &definition) {
+    Definition **end = &definitions;
+    while (*end) end = &(*end)->next;
+    *end = &definition;
+  }
+};
+
+MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *api) {
+  static std::vector<std::unique_ptr<Description>> described;
+  static std::vector<const mjenv_task *> tasks;
+  static mjenv_plugin plugin{};
+  const std::int32_t failed = guarded(api, [] {
+    if (!described.empty()) return;
+    for (auto *at = definitions; at; at = at->next) {
+      described.push_back(std::make_unique<Description>(*at));
+      tasks.push_back(&described.back()->task());
+    }
+    plugin = {sizeof plugin, MJENV_ABI_VERSION, tasks.data(), static_cast<std::int64_t>(tasks.size())};
+  });
+  return failed != 0 ? nullptr : &plugin;
+}
+
+}  // namespace detail
+
+/* Registers the tasks that this program defines by MJENV_TASK; the program links with libmjenv. Throws what the library
+ * refuses. */
+MJENV_HIDDEN inline void register_tasks() {
+  for (detail::Definition *at = detail::definitions; at; at = at->next)
+    if (mjenv_register_task(&detail::Description(*at).task()) != MJENV_OK) throw std::runtime_error(mjenv_last_error());
+}
+
+}  // namespace mjenv
+
+/* Defines a task: MJENV_TASK("Cartpole-v0", r) { r.model(...); ... }, r being a mjenv::Robot &. */
+#define MJENV_TASK(id, robot) MJENV_TASK_NUMBERED(id, robot, __COUNTER__)
+#define MJENV_TASK_NUMBERED(id, robot, number) MJENV_TASK_NAMED(id, robot, mjenv_task_, number)
+#define MJENV_TASK_NAMED(id, robot, name, number)                                             \
+  static void name##number(::mjenv::Robot &robot);                                            \
+  static ::mjenv::detail::Definition name##definition_##number = {id, name##number, nullptr}; \
+  static const ::mjenv::detail::Listed name##listed_##number(name##definition_##number);      \
+  static void name##number(::mjenv::Robot &robot)
+
+/* The entry of the plug-in that a shared object with definitions is. */
+extern "C" __attribute__((visibility("default"), used)) inline const mjenv_plugin *mjenv_tasks(
+    const mjenv_task_api *api) {
+  return mjenv::detail::plugin_of_tasks(api);
+}
+
+#undef MJENV_HIDDEN
+#endif

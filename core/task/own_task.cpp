@@ -1,0 +1,527 @@
+#include "task/own_task.hpp"
+
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "engine/assets.hpp"
+#include "error.hpp"
+#include "task/own_build.hpp"
+#include "task/registry.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr std::size_t kMaxId = 100, kMaxName = 200;
+constexpr std::int64_t kMaxCount = 1 << 20;                        // of what is described one by one
+constexpr std::int64_t kMaxNumbers = 1 << 24;                      // of an observation or an info
+constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
+
+// A struct of a caller who may know less or more of it than this library.
+template <typename T>
+T taken(const void* from, const char* what) {
+  std::uint32_t size;
+  std::memcpy(&size, from, sizeof size);
+  if (size < sizeof(T))
+    fail(MJENV_E_ARGUMENT, std::string(what) + ": struct_size is " + std::to_string(size) + ", less than " +
+                               std::to_string(sizeof(T)) + "; set it to sizeof");
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+// Calls visit(element) for an array of such structs.
+template <typename T, typename Visit>
+void each(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
+  if (count < 0 || count > kMaxCount) fail(MJENV_E_VALUE, what + "_count is " + std::to_string(count));
+  if (count > 0 && !array) fail(MJENV_E_ARGUMENT, what + "s is NULL");
+  const auto* at = reinterpret_cast<const unsigned char*>(array);
+  std::uint32_t step = 0;
+  if (count > 0) std::memcpy(&step, at, sizeof step);
+  for (std::int64_t i = 0; i < count; ++i, at += step)
+    visit(taken<T>(at, (what + "s[" + std::to_string(i) + "]").c_str()));
+}
+
+bool is_digit(char c) { return '0' <= c && c <= '9'; }
+
+bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
+
+// "a field", "an option": its name, which messages and schemas show.
+std::string named(const char* name, const std::string& what) {
+  if (!name || !*name) fail(MJENV_E_ARGUMENT, what + " has no name");
+  const std::string text = name;
+  if (text.size() > kMaxName)
+    fail(MJENV_E_VALUE, "the name of " + what + " has more than " + std::to_string(kMaxName) + " bytes");
+  if (std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '"'; }))
+    fail(MJENV_E_VALUE, what + " is called " + quoted(text) + ": a name has no blanks and no quotes");
+  return text;
+}
+
+// The folder of the shared object or program that holds the code, else the current one.
+std::string folder_of(const void* code) {
+  Dl_info info{};
+  std::unique_ptr<char, decltype(&std::free)> path(nullptr, std::free);
+  if (dladdr(code, &info) != 0 && info.dli_fname) path.reset(realpath(info.dli_fname, nullptr));
+  if (path) {
+    const std::string file = path.get();
+    return file.substr(0, file.rfind('/') + 1);
+  }
+  path.reset(realpath(".", nullptr));
+  return path ? std::string(path.get()) + "/" : "./";
+}
+
+const char* role_name(mjenv_role role) {
+  switch (role) {
+    case MJENV_ROLE_OBSERVATION: return "observation";
+    case MJENV_ROLE_INFO: return "info";
+    case MJENV_ROLE_RESET_INFO: return "reset info";
+    case MJENV_ROLE_REWARD: return "reward";
+    case MJENV_ROLE_STRUCTURE: return "structure";
+    default: return nullptr;
+  }
+}
+
+std::int64_t numbers(const OwnField& field) {
+  std::int64_t count = 1;
+  for (const auto extent : field.shape) count *= extent;
+  return count;
+}
+
+// The fields of a role, one after the other. An observation lists no empty terms.
+std::vector<Field> laid_out(const std::vector<OwnField>& fields, mjenv_role role) {
+  std::vector<Field> list;
+  std::int64_t offset = 0;
+  for (const auto& f : fields) {
+    if (f.role != role) continue;
+    if (std::find(f.shape.begin(), f.shape.end(), -1) != f.shape.end())
+      fail(MJENV_E_TASK, "build did not tell the length of the " + std::string(role_name(role)) + " " + quoted(f.name));
+    const std::int64_t count = numbers(f);
+    if (role == MJENV_ROLE_OBSERVATION && count == 0) continue;
+    list.push_back({f.name, f.doc.empty() ? meaning(f.name) : f.doc, f.type, f.shape, offset, count});
+    offset += count;
+    if (offset > kMaxNumbers)
+      fail(MJENV_E_VALUE,
+           "the " + std::string(role_name(role)) + " has more than " + std::to_string(kMaxNumbers) + " numbers");
+  }
+  return list;
+}
+
+std::int64_t total(const std::vector<Field>& fields) {
+  return fields.empty() ? 0 : fields.back().offset + fields.back().count;
+}
+
+// A built task: what its callbacks are called with.
+class Instance {
+ public:
+  Instance(std::string id, const OwnCallbacks& callbacks, bool strict)
+      : id_(std::move(id)), callbacks_(callbacks), strict_(strict), self_(callbacks.user) {}
+  ~Instance() {
+    if (built_ && callbacks_.destroy) callbacks_.destroy(self_);
+  }
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  void build(OwnBuild& builder) {
+    if (!callbacks_.build) return;
+    call("build", [&] {
+      void* self = nullptr;
+      const std::int32_t result = callbacks_.build(&builder, callbacks_.user, &self);
+      if (result == 0) self_ = self;
+      built_ = result == 0;  // else build has freed what it made
+      builder.check();
+      return result;
+    });
+  }
+
+  void lay_out(const Described& fields) {
+    observation_count_ = total(fields.observation);
+    info_count_ = total(fields.info);
+    reset_info_count_ = total(fields.reset_info);
+  }
+
+  void reset(Start& start, Rng& rng) const {
+    OwnRandom random(rng);
+    const auto size = [](Eigen::Index count) { return static_cast<std::int32_t>(count); };
+    mjenv_start to{sizeof to,
+                   0,
+                   &task_api(),
+                   &random,
+                   start.sim.c().qpos0,
+                   start.qpos.data(),
+                   start.qvel.data(),
+                   start.act.data(),
+                   start.carried.data(),
+                   start.sim.c().arrays,
+                   size(start.qpos.size()),
+                   size(start.qvel.size()),
+                   size(start.act.size()),
+                   size(start.carried.size())};
+    call(
+        "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
+    for (const auto& [name, values] : {std::pair{"qpos", start.qpos}, {"qvel", start.qvel}, {"act", start.act}})
+      for (Eigen::Index i = 0; i < values.size(); ++i)
+        if (!std::isfinite(values[i]))
+          refuse("reset", std::string(name) + "[" + std::to_string(i) + "] is " + number(values[i]));
+  }
+
+  void reset_info(const Sim& sim, Info& info) const {
+    sim.complete();
+    double* values = unwritten(sim, reset_info_count_);
+    call("reset_info", [&] { return callbacks_.reset_info(self_, &sim.c(), values); });
+    info.record(values);
+  }
+
+  void carry(const Sim& sim, double* carried) const {
+    sim.complete();
+    call("carry", [&] { return callbacks_.carry(self_, &sim.c(), carried); });
+  }
+
+  void observe(const Sim& sim, double* to) const {
+    sim.complete();
+    call("observe", [&] { return callbacks_.observe(self_, &sim.c(), to); });
+    if (!strict_) return;
+    double sum = 0;
+    for (std::int64_t i = 0; i < observation_count_; ++i) sum += 0 * to[i];  // NaN unless all are finite
+    if (sum == 0) return;
+    for (std::int64_t i = 0; i < observation_count_; ++i)
+      if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
+  }
+
+  Outcome step(const Sim& sim, Belongings& row, Info& info) const {
+    sim.complete();
+    OwnRandom random(row.rng);
+    const Eigen::Index nu = sim.action.count;
+    double* action = sim.action_room();
+    for (Eigen::Index i = 0; i < nu; ++i) action[i] = sim.action[i];
+    mjenv_outcome to{sizeof to, 0, 0, unwritten(sim, info_count_), row.carried.data(), &random};
+    struct Clear {  // in other callbacks the action is NaN
+      double* values;
+      Eigen::Index count;
+      ~Clear() { std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN()); }
+    };
+    const Clear clear{action, nu};
+    call(
+        "step", [&] { return callbacks_.step(self_, &sim.c(), &to); }, &random);
+    if (strict_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
+    info.record(to.info);
+    return {to.reward, to.terminated != 0};
+  }
+
+ private:
+  std::string id_;
+  OwnCallbacks callbacks_;
+  bool strict_, built_ = false;
+  void* self_;
+  std::int64_t observation_count_ = 0, info_count_ = 0, reset_info_count_ = 0;
+
+  // Room for an info; what the callback does not write stays NaN.
+  static double* unwritten(const Sim& sim, std::int64_t count) {
+    return std::fill_n(sim.info_room(), count, std::numeric_limits<double>::quiet_NaN()) - count;
+  }
+
+  [[noreturn]] void refuse(const char* callback, const std::string& why) const {
+    fail(MJENV_E_TASK, id_ + ": " + callback + ": " + why);
+  }
+
+  template <typename Body>
+  void call(const char* name, const Body& body, const OwnRandom* random = nullptr) const {
+    set_task_message("");
+    std::int32_t result = 0;
+    try {
+      result = body();
+    } catch (const Error& error) {  // of a builder
+      fail(error.status(), id_ + ": " + name + ": " + error.what());
+    } catch (const std::exception& error) {
+      refuse(name, std::string("it threw an exception: ") + error.what());
+    } catch (...) {
+      refuse(name, "it threw an exception");
+    }
+    if (result == 0 && !(random && random->failed)) return;
+    const std::string why = task_message();
+    refuse(name, why.empty() ? "it returned " + std::to_string(result) + " without a message" : why);
+  }
+};
+
+}  // namespace
+
+OwnRandom::OwnRandom(Rng& stream) : mjenv_random{sizeof(mjenv_random), 0, &task_api()}, rng(stream) {}
+
+OwnField own_field(const mjenv_task_field& given) {
+  const auto from = taken<mjenv_task_field>(&given, "a field");
+  OwnField field{from.role, named(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
+  const std::string what = "field " + quoted(field.name);
+  if (!role_name(field.role))
+    fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task does not describe");
+  if (field.type == 0) field.type = MJENV_TYPE_FLOAT64;
+  if (field.type < MJENV_TYPE_FLOAT64 || field.type > MJENV_TYPE_UINT8)
+    fail(MJENV_E_TYPE, what + " has type " + std::to_string(field.type) + ", which there is not");
+  if (from.ndim < 0 || from.ndim > 4)
+    fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions, not 0 to 4");
+  const bool term = field.role == MJENV_ROLE_OBSERVATION;
+  if (term && from.ndim > 1)
+    fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions: an observation's terms are vectors");
+  if (term && field.type != MJENV_TYPE_FLOAT64) fail(MJENV_E_TYPE, what + ": an observation is of MJENV_TYPE_FLOAT64");
+  if (field.role == MJENV_ROLE_REWARD && from.ndim != 0) fail(MJENV_E_VALUE, what + ": a reward is one number");
+  std::int64_t count = 1;
+  for (std::int32_t i = 0; i < from.ndim; ++i) {
+    if (from.shape[i] < -1 || from.shape[i] > kMaxNumbers ||
+        count * std::max<std::int64_t>(from.shape[i], 1) > kMaxNumbers)
+      fail(MJENV_E_VALUE, what + " has the length " + std::to_string(from.shape[i]));
+    field.shape.push_back(from.shape[i]);
+    count *= std::max<std::int64_t>(from.shape[i], 1);
+  }
+  if (term && field.shape.empty()) field.shape = {1};
+  return field;
+}
+
+void put_field(std::vector<OwnField>& fields, OwnField field) {
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const OwnField& f) {
+    return f.role == field.role && (f.name == field.name || f.role == MJENV_ROLE_REWARD);
+  });
+  if (found == fields.end()) return fields.push_back(std::move(field));
+  if (field.doc.empty()) field.doc = found->doc;
+  *found = std::move(field);
+}
+
+OwnTask::OwnTask(const mjenv_task& given, const void* plugin)
+    : revision_(given.revision),
+      frame_skip_(given.frame_skip),
+      reward_threshold_(given.has_reward_threshold != 0 ? given.reward_threshold
+                                                        : std::numeric_limits<double>::quiet_NaN()),
+      time_limit_(given.time_limit),
+      carry_count_(given.carry_count),
+      callbacks_{given.user,       given.build, given.destroy, given.reset,
+                 given.reset_info, given.carry, given.observe, given.step},
+      plugin_(plugin) {
+  take_id(given.id);
+  try {
+    take_model(given);
+    const auto within = [](const char* what, std::int64_t value, std::int64_t low, std::int64_t high) {
+      if (value < low || value > high)
+        fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(value) + ", not " + std::to_string(low) +
+                                " to " + std::to_string(high));
+    };
+    within("frame_skip", frame_skip_, 1, kMaxFrameSkip);
+    within("time_limit", time_limit_, 0, kMaxInteger);
+    within("carry_count", carry_count_, 0, kMaxCarried);
+    if (given.camera) {
+      const auto camera = taken<mjenv_task_camera>(given.camera, "camera");
+      camera_ = {camera.trackbodyid,
+                 camera.distance,
+                 {camera.lookat[0], camera.lookat[1], camera.lookat[2]},
+                 camera.elevation};
+    }
+    take_options(given);
+    take_fields(given);
+    check_callbacks();
+  } catch (const Error& error) {
+    fail(error.status(), "task " + quoted(id_) + ": " + error.what());
+  }
+}
+
+std::unique_ptr<OwnTask> own_task(const mjenv_task* given, const void* plugin) {
+  return std::make_unique<OwnTask>(taken<mjenv_task>(given, "a task"), plugin);
+}
+
+void OwnTask::take_id(const char* id) {
+  if (!id) fail(MJENV_E_ARGUMENT, "a task has no id: it is NULL");
+  id_ = std::string(id).substr(0, kMaxId + 1);
+  const std::size_t dash = id_.rfind("-v");
+  const std::string number = dash == std::string::npos ? "" : id_.substr(dash + 2);
+  const bool numbered = !number.empty() && number.size() < 10 && std::all_of(number.begin(), number.end(), is_digit);
+  robot_ = id_.substr(0, numbered ? dash : 0);
+  const auto fits = [](char c) { return is_word(c) || c == '.' || c == '-'; };
+  if (id_.size() > kMaxId || robot_.empty() || !is_word(robot_[0]) || !std::all_of(robot_.begin(), robot_.end(), fits))
+    fail(MJENV_E_VALUE,
+         "an id is a name of letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number, as "
+         "\"Cartpole-v0\"; at most " +
+             std::to_string(kMaxId) + " bytes; not " + quoted(id_));
+  version_ = std::stoi(number);
+}
+
+void OwnTask::take_model(const mjenv_task& given) {
+  if (!given.model == !given.model_text) fail(MJENV_E_ARGUMENT, "set one of model and model_text");
+  if (given.model_text) {
+    model_text_ = given.model_text;
+    if (model_text_.empty()) fail(MJENV_E_VALUE, "model_text is empty");
+    return;
+  }
+  model_ = given.model;
+  if (model_.empty()) fail(MJENV_E_VALUE, "model is empty");
+  if (model_[0] != '.') return;
+  // The paths of a plug-in's models do not depend on where its user stands.
+  const auto code = reinterpret_cast<const void*>(given.step);
+  model_ = folder_of(code) + (model_.rfind("./", 0) == 0 ? model_.substr(2) : model_);
+}
+
+void OwnTask::take_options(const mjenv_task& given) {
+  each(given.options, given.option_count, "option", [&](const mjenv_task_option& from) {
+    const std::string name = named(from.name, "an option"), what = "option " + quoted(name);
+    const bool free = from.low == 0 && from.high == 0;
+    Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, free ? -kInfinity : from.low,
+                  free ? kInfinity : from.high);
+    const auto check = [&](double value) {
+      if (!(option.low <= value && value <= option.high))
+        fail(MJENV_E_VALUE, what + ": its default " + number(value) + " does not lie in [" + number(option.low) + ", " +
+                                number(option.high) + "]");
+    };
+    const auto integral = [&](double low, double high) {
+      if (free) option.low = low, option.high = high;
+      check(from.value);
+      if (from.value != std::floor(from.value) || std::fabs(from.value) > static_cast<double>(kMaxInteger))
+        fail(MJENV_E_VALUE, what + ": its default " + number(from.value) + " is no integer");
+      option.integer = static_cast<std::int64_t>(from.value);
+    };
+    if (std::isnan(from.low) || std::isnan(from.high) || from.low > from.high)
+      fail(MJENV_E_VALUE, what + " has the bounds [" + number(from.low) + ", " + number(from.high) + "]");
+    switch (from.kind) {
+      case MJENV_KIND_FLAG: integral(0, 1); break;
+      case MJENV_KIND_INTEGER: integral(-static_cast<double>(kMaxInteger), static_cast<double>(kMaxInteger)); break;
+      case MJENV_KIND_REALS:
+        if (from.count < 0 || from.count > kMaxCount)
+          fail(MJENV_E_VALUE, what + ": its count is " + std::to_string(from.count));
+        if (from.count > 0 && !from.values) fail(MJENV_E_ARGUMENT, what + ": values is NULL");
+        if (from.count == 0)
+          option.reals = {from.value};
+        else
+          option.reals.assign(from.values, from.values + from.count);
+        std::for_each(option.reals.begin(), option.reals.end(), check);
+        break;
+      case MJENV_KIND_STRING:
+        option.text = from.text ? from.text : "";
+        option.choices = from.choices ? from.choices : "";
+        if (!option.choices.empty() && (" " + option.choices + " ").find(" " + option.text + " ") == std::string::npos)
+          fail(MJENV_E_VALUE, what + ": its default " + quoted(option.text) + " is none of its choices");
+        break;
+      case MJENV_KIND_STRING_OR_INT:
+        integral(0, std::numeric_limits<int>::max());
+        option.given_as_integer = !from.text;
+        if (from.text) option.text = from.text;
+        break;
+      default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which there is not");
+    }
+    if (from.kind == MJENV_KIND_FLAG && (option.low != 0 || option.high != 1))
+      fail(MJENV_E_VALUE, what + ": a flag is 0 or 1");
+    options_.push_back(std::move(option));
+  });
+  // None is called like another, or like one that every task has.
+  std::vector<std::string> names;
+  Options common(id_);
+  declare(common, {});
+  declare_env_options(common);
+  for (const auto& option : common.all()) names.push_back(option.name);
+  for (const auto& option : options_) {
+    if (std::find(names.begin(), names.end(), option.name) != names.end())
+      fail(MJENV_E_VALUE, "there already is an option " + quoted(option.name));
+    names.push_back(option.name);
+  }
+}
+
+void OwnTask::take_fields(const mjenv_task& given) {
+  each(given.fields, given.field_count, "field", [&](const mjenv_task_field& from) {
+    const std::size_t before = fields_.size();
+    OwnField field = own_field(from);
+    const std::string name = field.name, role = role_name(field.role);
+    put_field(fields_, std::move(field));
+    if (fields_.size() == before) fail(MJENV_E_VALUE, "there already is " + role + " " + quoted(name));
+  });
+}
+
+void OwnTask::check_callbacks() const {
+  const OwnCallbacks& c = callbacks_;
+  const auto has = [&](mjenv_role role) {
+    return std::any_of(fields_.begin(), fields_.end(), [&](const OwnField& f) { return f.role == role; });
+  };
+  const auto need = [](bool there, const char* what) {
+    if (!there) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
+  };
+  need(c.reset, "reset is NULL");
+  need(c.observe, "observe is NULL");
+  need(c.step, "step is NULL");
+  need(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
+  need(!c.carry || c.build || carry_count_ > 0, "carry is given, but carry_count is 0");
+  need(c.reset_info || !has(MJENV_ROLE_RESET_INFO), "reset_info is NULL, but there are fields for it");
+  need(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
+}
+
+void OwnTask::declare(Options& options, const std::vector<Option>& own) const {
+  declare_model(options, model_.c_str());
+  options.integer("frame_skip", frame_skip_, 1, kMaxFrameSkip, "mj_steps in a step");
+  for (const auto& option : own) options.add(option);
+  declare_common(options, true, time_limit_);
+}
+
+Task OwnTask::outline() const {
+  Task task;
+  task.frame_skip = frame_skip_;
+  task.time_limit = time_limit_;
+  task.reward_threshold = reward_threshold_;
+  task.camera = camera_;
+  task.model_xml = model_text_.empty() ? asset_text(model_) : model_text_.c_str();
+  return task;
+}
+
+std::shared_ptr<const Model> OwnTask::open(const Options& options) const {
+  const bool trusted = options.get("trust_xml").integer != 0;
+  const std::string &text = options.get("xml_string").text, &file = options.get("xml_file").text;
+  if (!text.empty()) return Model::parse("xml_string", text, trusted);
+  if (file != model_) return Model::open(file, trusted);
+  // The task's own model is trusted as its code is.
+  return model_text_.empty() ? Model::open(model_, true) : Model::parse(id_, model_text_, true);
+}
+
+Task OwnTask::build(const Options& options) const {
+  Task task = outline();
+  task.model = open(options);
+  task.frame_skip = static_cast<int>(options.get("frame_skip").integer);
+
+  Work work(task.model, task.frame_skip);
+  work.begin();
+  work.forward();
+  std::fill_n(work.action_room(), task.model->nu(), 0.0);
+  OwnBuild builder(options, *task.model, work, fields_, carry_count_);
+  const auto made = std::make_shared<Instance>(id_, callbacks_, options.get("strict").integer != 0);
+  made->build(builder);
+  task.norm = builder.rounding();
+
+  Described described;
+  try {
+    described = {laid_out(builder.fields(), MJENV_ROLE_OBSERVATION), laid_out(builder.fields(), MJENV_ROLE_INFO),
+                 laid_out(builder.fields(), MJENV_ROLE_RESET_INFO), laid_out(builder.fields(), MJENV_ROLE_REWARD),
+                 laid_out(builder.fields(), MJENV_ROLE_STRUCTURE)};
+    if (described.observation.empty()) fail(MJENV_E_TASK, "there is no field of the observation");
+    if (callbacks_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
+    if (!described.reset_info.empty() && !callbacks_.reset_info)
+      fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
+  } catch (const Error& error) {
+    fail(error.status(), id_ + ": " + error.what());
+  }
+  if (!described.reward.empty()) task.reward_type = described.reward[0].type;
+
+  task.needs = work.needs();
+  task.needs.info = static_cast<std::size_t>(std::max(total(described.info), total(described.reset_info)));
+  task.carry_count = builder.carry_count();
+  task.draws_in_steps = true;
+  task.revision = revision_;
+  made->lay_out(described);
+  const auto count = static_cast<Eigen::Index>(total(described.observation));
+  task.terms.push_back({"observation", [made, count](const Sim& s, double* to) {
+                          if (to) made->observe(s, to);
+                          return count;
+                        }});
+  task.reset = [made](Start& start, Rng& rng) { made->reset(start, rng); };
+  if (callbacks_.reset_info) task.reset_info = [made](const Sim& s, Info& info) { made->reset_info(s, info); };
+  if (callbacks_.carry) task.carry = [made](const Sim& s, double* to) { made->carry(s, to); };
+  task.step = [made](const Sim& s, Belongings& row, Info& info) { return made->step(s, row, info); };
+  task.described = std::move(described);
+  return task;
+}
+
+}  // namespace mjenv::core

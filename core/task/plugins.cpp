@@ -1,0 +1,145 @@
+#include "task/plugins.hpp"
+
+#include <dlfcn.h>
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "error.hpp"
+#include "mjenv/task.h"
+#include "task/own_task.hpp"
+#include "task/registry.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr const char* kEntry = "mjenv_tasks";
+
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+  fail(MJENV_E_TASK, "plug-in " + quoted(path) + ": " + why);
+}
+
+struct Close {
+  void operator()(void* handle) const { dlclose(handle); }
+};
+using Handle = std::unique_ptr<void, Close>;
+
+Handle open(const std::string& path) {
+  const std::unique_ptr<char, decltype(&std::free)> file(realpath(path.c_str(), nullptr), std::free);
+  if (!file) refuse(path, std::strerror(errno));
+  Handle handle(dlopen(file.get(), RTLD_NOW | RTLD_LOCAL));
+  if (!handle) refuse(path, dlerror());
+  return handle;
+}
+
+const mjenv_plugin& enter(const std::string& path, void* handle) {
+  mjenv_tasks_function* entry = nullptr;
+  *reinterpret_cast<void**>(&entry) = dlsym(handle, kEntry);
+  if (!entry)
+    refuse(path, "it is no plug-in of mjenv: it does not export the function " + quoted(kEntry) + " (MJENV_PLUGIN)");
+  set_task_message("");
+  const mjenv_plugin* plugin = nullptr;
+  try {
+    plugin = entry(&task_api());
+  } catch (const std::exception& error) {
+    refuse(path, std::string("it threw an exception: ") + error.what());
+  } catch (...) {
+    refuse(path, "it threw an exception");
+  }
+  const std::string why = task_message();
+  if (!plugin) refuse(path, why.empty() ? "it gave no tasks and said nothing" : why);
+  if (plugin->struct_size < sizeof(mjenv_plugin))
+    refuse(path, "the struct_size of its mjenv_plugin is " + std::to_string(plugin->struct_size));
+  if (plugin->abi_version != MJENV_ABI_VERSION)
+    refuse(path, "it was built for version " + std::to_string(plugin->abi_version) +
+                     " of mjenv's ABI; this library has " + std::to_string(MJENV_ABI_VERSION) +
+                     ": build it again with this library's headers");
+  if (plugin->task_count < 1 || !plugin->tasks) refuse(path, "it holds no task");
+  return *plugin;
+}
+
+// ---- MJENV_TASKS ----
+
+// unread, done, or the process and the thread that read: a fork may leave a reader behind.
+constexpr std::uint64_t unread = 0, done = 1;
+std::atomic<std::uint64_t> state{unread};
+std::atomic<const std::string*> failure{nullptr};  // never freed, as the ids
+
+std::uint64_t this_reader() {
+  return static_cast<std::uint64_t>(getpid()) << 32 | static_cast<std::uint32_t>(syscall(SYS_gettid));
+}
+
+void read_environment() {
+  const char* paths = secure_getenv("MJENV_TASKS");
+  if (!paths) return;
+  std::string failed;
+  std::istringstream list(paths);
+  for (std::string path; std::getline(list, path, ':');) {
+    if (path.empty()) continue;
+    try {
+      load_tasks(path);
+    } catch (const std::exception& error) {
+      failed += (failed.empty() ? "" : "; ") + std::string(error.what());
+    }
+  }
+  if (!failed.empty()) failure = new std::string(failed);
+}
+
+}  // namespace
+
+void load_tasks(const std::string& path) {
+  Handle handle = open(path);
+  const mjenv_plugin& plugin = enter(path, handle.get());
+  std::vector<std::unique_ptr<OwnTask>> tasks;
+  for (std::int64_t i = 0; i < plugin.task_count; ++i) {
+    if (!plugin.tasks[i]) refuse(path, "tasks[" + std::to_string(i) + "] is NULL");
+    try {
+      tasks.push_back(own_task(plugin.tasks[i], handle.get()));
+    } catch (const Error& error) {
+      fail(error.status(), "plug-in " + quoted(path) + ": " + error.what());
+    }
+  }
+  try {
+    add_tasks(std::move(tasks));
+  } catch (const Error& error) {
+    fail(error.status(), "plug-in " + quoted(path) + ": " + error.what());
+  }
+  static_cast<void>(handle.release());  // the callbacks are in there
+}
+
+void load_tasks_of_environment() {
+  if (state == done) return;
+  const std::uint64_t me = this_reader();
+  for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
+    if (seen == done || seen == me) return;  // me: a plug-in that is being loaded asks for an id
+    if (seen >> 32 == me >> 32) {
+      sched_yield();
+      seen = unread;
+    }
+  }
+  try {
+    read_environment();
+  } catch (const std::exception&) {  // no memory: the next call tries again
+    state = unread;
+    throw;
+  }
+  state = done;
+}
+
+std::string environment_failure() {
+  const std::string* text = failure;
+  return text ? *text : "";
+}
+
+}  // namespace mjenv::core

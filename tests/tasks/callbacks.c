@@ -1,0 +1,490 @@
+// What callbacks are given, what they may fail with, and what that means for rows.
+#include <math.h>
+
+#include "mjenv/task.h"
+#include "support.h"
+
+enum { ROWS = 6, BAD = 3 };
+
+static const char model[] =
+    "<mujoco><option timestep='0.01'/><worldbody>"
+    "<geom name='floor' type='plane' size='5 5 .1'/>"
+    "<body name='cart' pos='0 0 1'><joint name='slide' type='slide' axis='1 0 0'/>"
+    "<geom name='box' type='box' size='.1 .1 .1'/><site name='tip' pos='0 0 .2'/></body>"
+    "<body name='ball' pos='1 0 .099'><freejoint/><geom name='ball' size='.1'/></body>"
+    "</worldbody><actuator><motor name='push' joint='slide' gear='10' ctrllimited='true' ctrlrange='-1 1'/></actuator>"
+    "<sensor><jointpos joint='slide'/></sensor></mujoco>";
+
+// How the task misbehaves is an option.
+static const char modes[] =
+    "none build_fails build_is_silent build_name build_option build_kind build_array build_need build_length "
+    "build_late reset_fails reset_nan reset_draw step_fails step_silent step_nan step_draw step_busy info_fails "
+    "carry_fails observe_fails observe_nan";
+
+enum mode {
+  NONE,
+  RESET_FAILS,
+  RESET_NAN,
+  RESET_DRAW,
+  STEP_FAILS,
+  STEP_SILENT,
+  STEP_NAN,
+  STEP_DRAW,
+  STEP_BUSY,
+  INFO_FAILS,
+  CARRY_FAILS,
+  OBSERVE_FAILS,
+  OBSERVE_NAN
+};
+static const char* const mode_names[] = {"none",        "reset_fails",   "reset_nan",  "reset_draw", "step_fails",
+                                         "step_silent", "step_nan",      "step_draw",  "step_busy",  "info_fails",
+                                         "carry_fails", "observe_fails", "observe_nan"};
+
+struct self {
+  enum mode mode;
+  int32_t tip, box, floor, mass, inertia;
+  bool extras;
+};
+
+static int built, destroyed;
+static mjenv_env* busy_env;
+
+static const mjenv_task_option options[] = {
+    {.struct_size = sizeof(mjenv_task_option),
+     .kind = MJENV_KIND_STRING,
+     .name = "mode",
+     .text = "none",
+     .choices = modes},
+    {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_FLAG, .name = "extras"},
+    {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_STRING_OR_INT, .name = "main", .text = "cart"},
+};
+
+// The carried numbers: how many steps, a number drawn in reset, one drawn in the last step, x.
+enum { STEPS, DRAWN, DRAWN_LAST, X, CARRIED };
+
+static const mjenv_task_field fields[] = {
+    {.struct_size = sizeof(mjenv_task_field),
+     .role = MJENV_ROLE_OBSERVATION,
+     .name = "kept",
+     .ndim = 1,
+     .shape = {CARRIED}},
+    {.struct_size = sizeof(mjenv_task_field),
+     .role = MJENV_ROLE_OBSERVATION,
+     .name = "action",
+     .ndim = 1,
+     .shape = {-1}},
+    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "action", .type = MJENV_TYPE_ACTION},
+    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "contacts"},
+    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "force"},
+    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "unwritten", .ndim = 1, .shape = {2}},
+    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_RESET_INFO, .name = "x"},
+};
+
+static int32_t build(mjenv_builder* builder, void* user, void** self) {
+  const mjenv_task_api* api = builder->api;
+  const char* mode = mjenv_build_text(builder, "mode");
+  if (strcmp(mode, "build_fails") == 0) return mjenv_task_fail(api, "no luck");
+  if (strcmp(mode, "build_is_silent") == 0) return 77;
+  assert_ptr_equal(user, options);
+  struct self* s = allocate(sizeof *s);
+  *self = s;
+  ++built;
+  s->mode = NONE;
+  for (size_t i = 0; i < COUNT(mode_names); ++i)
+    if (strcmp(mode, mode_names[i]) == 0) s->mode = (enum mode)i;
+  // After one of these has failed the others do nothing; none need be checked.
+  if (strcmp(mode, "build_name") == 0) assert_int_equal(mjenv_build_index(builder, "site", "nose"), 0);
+  if (strcmp(mode, "build_option") == 0) assert_true(mjenv_build_real(builder, "nothing") == 0);
+  if (strcmp(mode, "build_kind") == 0) assert_true(mjenv_build_real(builder, "mode") == 0);
+  if (strcmp(mode, "build_array") == 0) mjenv_build_array(builder, "qpoz", NULL);
+  if (strcmp(mode, "build_need") == 0) mjenv_build_need(builder, "xpos");
+  if (strcmp(mode, "build_length") != 0)
+    mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "action", builder->sim->nu);
+  if (strcmp(mode, "build_late") == 0) mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, NULL, 1);
+  s->tip = mjenv_build_index(builder, "site", "tip");
+  s->box = mjenv_build_index(builder, "geom", "ball");
+  s->floor = mjenv_build_index(builder, "geom", "floor");
+  mjenv_field field = {.struct_size = sizeof field};
+  s->mass = mjenv_build_array(builder, "body_mass", NULL);
+  s->inertia = mjenv_build_array(builder, "qM", &field);
+  s->extras = mjenv_build_integer(builder, "extras") != 0;
+  if (s->extras) {
+    mjenv_build_need(builder, "contacts");
+    mjenv_build_need(builder, "cfrc_ext");
+    mjenv_build_array(builder, "geom_xpos", NULL);
+    assert_non_null(builder->sim->contacts);
+  }
+  return 0;
+}
+
+static void destroy(void* self) {
+  ++destroyed;
+  free(self);
+}
+
+static int32_t reset(const void* self, mjenv_start* start) {
+  const struct self* s = self;
+  for (int i = 0; i < CARRIED; ++i)
+    if (start->carried[i] != 0) return mjenv_task_fail(start->api, "what is carried is not 0");
+  if (memcmp(start->qpos, start->qpos0, (size_t)start->nq * sizeof(double)) != 0)
+    return mjenv_task_fail(start->api, "qpos is not the model's");
+  start->carried[DRAWN] = (double)mjenv_random_integers(start->random, 0, 1000);
+  start->qpos[0] = mjenv_random_uniform(start->random, -0.1, 0.1);
+  const bool bad = start->carried[DRAWN] > 500;
+  if (s->mode == RESET_FAILS && bad) return mjenv_task_fail(start->api, "more than 500");
+  if (s->mode == RESET_NAN && bad) start->qpos[1] = NAN;
+  if (s->mode == RESET_DRAW && bad) mjenv_random_integers(start->random, 5, 5);
+  return 0;
+}
+
+static int32_t reset_info(const void* self, const mjenv_sim* sim, double* to) {
+  const struct self* s = self;
+  if (s->mode == INFO_FAILS) return mjenv_task_fail(sim->api, "no info");
+  to[0] = sim->qpos[0];
+  return 0;
+}
+
+static int32_t carry(const void* self, const mjenv_sim* sim, double* carried) {
+  const struct self* s = self;
+  if (s->mode == CARRY_FAILS && sim->qpos[0] > 50) return mjenv_task_fail(sim->api, "cannot carry that");
+  carried[X] = sim->qpos[0];
+  return 0;
+}
+
+static int32_t observe(const void* self, const mjenv_sim* sim, double* to) {
+  const struct self* s = self;
+  const bool bad = sim->qpos[0] > 50;
+  if (s->mode == OBSERVE_FAILS && bad) return mjenv_task_fail(sim->api, "cannot look");
+  for (int i = 0; i < CARRIED; ++i) to[i] = sim->carried[i];
+  if (!isnan(sim->action[0])) return mjenv_task_fail(sim->api, "there is an action");
+  to[CARRIED] = s->mode == OBSERVE_NAN && bad ? NAN : sim->ctrl[0];
+  return 0;
+}
+
+static int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* out) {
+  const struct self* s = self;
+  const bool bad = sim->qpos[0] > 50;
+  out->carried[STEPS] += 1;
+  out->carried[DRAWN_LAST] = (double)mjenv_random_integers(out->random, 0, 1000);
+  if (bad && s->mode == STEP_FAILS) return mjenv_task_fail(sim->api, "too far");
+  if (bad && s->mode == STEP_SILENT) return -5;
+  if (bad && s->mode == STEP_NAN) out->reward = NAN;
+  if (bad && s->mode == STEP_DRAW) mjenv_random_choice(out->random, 2, (const double[]){0.5, 0.6});
+  if (bad && s->mode == STEP_BUSY) {
+    if (mjenv_reset(busy_env, NULL, NULL) != MJENV_E_BUSY) return mjenv_task_fail(sim->api, "not busy");
+    return mjenv_task_fail(sim->api, mjenv_last_error());
+  }
+  if (out->carried != sim->carried) return mjenv_task_fail(sim->api, "two places of what is carried");
+  const double* mass = sim->arrays[s->mass];
+  if (mass != sim->body_mass) return mjenv_task_fail(sim->api, "another body_mass");
+  out->info[0] = sim->action[0];
+  if (s->extras) {
+    out->info[1] = sim->contact_count;
+    for (int i = 0; i < sim->contact_count; ++i) {
+      const mjenv_contact* c = &sim->contacts[i];
+      if ((c->geom1 == s->floor && c->geom2 == s->box) || (c->geom1 == s->box && c->geom2 == s->floor))
+        out->info[2] = c->distance < 0 ? c->force[0] : NAN;
+    }
+  } else if (sim->contacts || sim->cfrc_ext || sim->geom_xpos) {
+    return mjenv_task_fail(sim->api, "nobody asked for these");
+  }
+  return 0;
+}
+
+static void register_probe(const char* id, int32_t revision) {
+  const mjenv_task task = {.struct_size = sizeof task,
+                           .revision = revision,
+                           .id = id,
+                           .model_text = model,
+                           .frame_skip = 2,
+                           .carry_count = CARRIED,
+                           .options = options,
+                           .option_count = COUNT(options),
+                           .fields = fields,
+                           .field_count = COUNT(fields),
+                           .user = (void*)options,
+                           .build = build,
+                           .destroy = destroy,
+                           .reset = reset,
+                           .reset_info = reset_info,
+                           .carry = carry,
+                           .observe = observe,
+                           .step = step};
+  assert_ok(mjenv_register_task(&task));
+}
+
+static mjenv_options* probe(const char* mode) {
+  mjenv_options* chosen = options_of_id("Probe-v0");
+  assert_ok(mjenv_options_set_string(chosen, "mode", mode));
+  return chosen;
+}
+
+// The outputs of an environment of ROWS rows.
+struct played {
+  double obs[ROWS][CARRIED + 1], reward[ROWS], info[5 * ROWS], reset_info[ROWS];
+  int32_t status[ROWS];
+  mjenv_batch batch;
+};
+
+static struct played* played(void) {
+  struct played* p = allocate(sizeof *p);
+  memset(p, 0x5a, sizeof *p);
+  p->batch = (mjenv_batch){.struct_size = sizeof p->batch,
+                           .rows = ROWS,
+                           .obs_count = CARRIED + 1,
+                           .info_count = 5,
+                           .reset_info_count = 1,
+                           .obs = p->obs,
+                           .reward = p->reward,
+                           .info = p->info,
+                           .reset_info = p->reset_info,
+                           .status = p->status};
+  return p;
+}
+
+static const double zeros[ROWS];
+
+static mjenv_status step_all(mjenv_env* env, const struct played* p) {
+  return mjenv_step(env, NULL, zeros, ROWS, MJENV_DTYPE_FLOAT64, p ? &p->batch : NULL);
+}
+
+// Moves a row to where the task misbehaves.
+static void spoil(mjenv_env* env, int64_t row) {
+  double qpos[16], qvel[16];
+  size_t nq = 0, nv = 0;
+  assert_ok(mjenv_read(env, row, "qpos", qpos, 16, &nq));
+  assert_ok(mjenv_read(env, row, "qvel", qvel, 16, &nv));
+  qpos[0] = 60;
+  assert_ok(mjenv_set_state(env, row, qpos, nq, qvel, nv));
+}
+
+static void refused_build(const char* mode, mjenv_status status, const char* word, const char* other) {
+  mjenv_options* chosen = probe(mode);
+  mjenv_env* env = NULL;
+  const int builds = built, destroys = destroyed;
+  assert_refused(status, mjenv_create(chosen, 1, &env), "Probe-v0", "build", word, other);
+  assert_int_equal(built - builds, destroyed - destroys);
+  assert_null(env);
+  mjenv_options_destroy(chosen);
+}
+
+static void test_build(void** state) {
+  (void)state;
+  refused_build("build_fails", MJENV_E_TASK, "no luck", "");
+  refused_build("build_is_silent", MJENV_E_TASK, "77", "without a message");
+  refused_build("build_name", MJENV_E_MODEL, "\"nose\"", "tip");
+  refused_build("build_option", MJENV_E_NAME, "\"nothing\"", "mode, extras, main");
+  refused_build("build_kind", MJENV_E_TYPE, "\"mode\"", "real numbers");
+  refused_build("build_array", MJENV_E_NAME, "\"qpoz\"", "mjData");
+  refused_build("build_need", MJENV_E_NAME, "\"xpos\"", "contacts");
+  refused_build("build_length", MJENV_E_TASK, "\"action\"", "length");
+  refused_build("build_late", MJENV_E_ARGUMENT, "name", "");
+}
+
+// Which row a call names, and that the row keeps its state while the others are stepped.
+static void failing_row(const char* mode, const char* word, const char* callback) {
+  mjenv_env* env = env_of_options(probe(mode), ROWS);
+  struct played* p = played();
+  double before[16], after[16], time = 0;
+  size_t count = 0;
+  seed_rows(env, 0);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(step_all(env, p));
+  spoil(env, BAD);
+  busy_env = env;
+  assert_ok(mjenv_read(env, BAD, "qpos", before, 16, &count));
+  uint64_t stream[2][6];
+  assert_ok(mjenv_get_stream(env, BAD, stream[0], 6));
+  for (int i = 0; i < 2; ++i) assert_refused(MJENV_E_TASK, step_all(env, p), "row 3", "Probe-v0", callback, word);
+  for (int row = 0; row < ROWS; ++row) {
+    assert_int_equal(p->status[row], row == BAD ? MJENV_E_TASK : MJENV_OK);
+    if (row == BAD) continue;
+    assert_true(p->obs[row][STEPS] == 3);
+    assert_ok(mjenv_read(env, row, "time", &time, 1, &count));
+    assert_true(fabs(time - 3 * 0.02) < 1e-9);
+  }
+  if (strcmp(callback, "observe") != 0) {  // an observation is written when the step is done
+    assert_ok(mjenv_read(env, BAD, "qpos", after, 16, &count));
+    assert_same_bits("qpos", after, before, count);
+    assert_ok(mjenv_get_stream(env, BAD, stream[1], 6));
+    assert_memory_equal(stream[0], stream[1], sizeof stream[0]);
+  }
+  const uint8_t mask[ROWS] = {[BAD] = 1};
+  assert_ok(mjenv_reset(env, mask, &p->batch));
+  assert_ok(step_all(env, p));
+  assert_true(p->obs[BAD][STEPS] == 1);
+  mjenv_destroy(env);
+  free(p);
+}
+
+static void test_failing_rows(void** state) {
+  (void)state;
+  failing_row("step_fails", "too far", "step");
+  failing_row("step_silent", "-5 without a message", "step");
+  failing_row("step_nan", "the reward is NaN", "step");
+  failing_row("step_draw", "the sum of p is not 1", "step");
+  failing_row("step_busy", "another thread is inside", "step");
+  failing_row("observe_fails", "cannot look", "observe");
+  failing_row("observe_nan", "observation[4] is NaN", "observe");
+}
+
+static void test_failing_carry(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_options(probe("carry_fails"), ROWS);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  double qpos[16] = {60}, qvel[16] = {0}, x = 0;
+  size_t nq = 0, nv = 0;
+  assert_ok(mjenv_read(env, 0, "qpos", NULL, 0, &nq));
+  assert_ok(mjenv_read(env, 0, "qvel", NULL, 0, &nv));
+  qpos[4] = 1;
+  assert_refused(MJENV_E_TASK, mjenv_set_state(env, 0, qpos, nq, qvel, nv), "carry", "cannot carry that");
+  assert_ok(mjenv_read(env, 0, "qpos", qpos, 16, &nq));
+  x = qpos[0];
+  assert_true(fabs(x) <= 0.1);
+  assert_ok(step_all(env, NULL));
+  mjenv_destroy(env);
+}
+
+static void test_failing_resets(void** state) {
+  (void)state;
+  static const struct {
+    const char *mode, *word;
+  } cases[] = {
+      {"reset_fails", "more than 500"}, {"reset_nan", "qpos[1] is nan"}, {"reset_draw", "low is not below high"}};
+  for (size_t i = 0; i < COUNT(cases); ++i) {
+    mjenv_env* env = env_of_options(probe(cases[i].mode), ROWS);
+    struct played* p = played();
+    seed_rows(env, 0);
+    assert_refused(MJENV_E_TASK, mjenv_reset(env, NULL, &p->batch), "Probe-v0: reset", cases[i].word);
+    int failed = 0;
+    for (int row = 0; row < ROWS; ++row) {
+      failed += p->status[row] == MJENV_E_TASK;
+      assert_true(p->status[row] == MJENV_OK || p->status[row] == MJENV_E_TASK);
+    }
+    assert_true(failed > 0 && failed < ROWS);
+    mjenv_destroy(env);
+    free(p);
+  }
+  mjenv_env* env = env_of_options(probe("info_fails"), 1);
+  double info = 0;
+  const mjenv_batch out = {.struct_size = sizeof out, .rows = 1, .reset_info_count = 1, .reset_info = &info};
+  assert_refused(MJENV_E_TASK, mjenv_reset(env, NULL, &out), "row 0", "reset_info", "no info");
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  mjenv_destroy(env);
+}
+
+// What the task writes as NaN passes without the option "strict".
+static void test_lenient(void** state) {
+  (void)state;
+  mjenv_options* chosen = probe("step_nan");
+  assert_ok(mjenv_options_set_integer(chosen, "strict", 0));
+  mjenv_env* env = env_of_options(chosen, ROWS);
+  struct played* p = played();
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  spoil(env, BAD);
+  assert_ok(step_all(env, p));
+  assert_true(isnan(p->reward[BAD]) && p->reward[0] == 0);
+  mjenv_destroy(env);
+  free(p);
+}
+
+static void test_extras(void** state) {
+  (void)state;
+  mjenv_options* chosen = probe("none");
+  assert_ok(mjenv_options_set_integer(chosen, "extras", 1));
+  mjenv_env* env = env_of_options(chosen, ROWS);
+  struct played* p = played();
+  const float action[ROWS] = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int i = 0; i < 300; ++i) assert_ok(mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &p->batch));
+  size_t count = 0;
+  double mass[8];
+  assert_ok(mjenv_read(env, 0, "body_mass", mass, 8, &count));
+  for (int row = 0; row < ROWS; ++row) {
+    assert_true(p->info[row] == (double)action[row]);                              // a float32 is held exactly
+    assert_true(p->info[ROWS + row] == 1);                                         // the ball lies on the floor
+    assert_true(fabs(p->info[2 * ROWS + row] - 9.81 * mass[2]) < 1e-3 * mass[2]);  // which bears its weight
+    assert_true(isnan(p->info[3 * ROWS + 2 * row]) && isnan(p->info[3 * ROWS + 2 * row + 1]));
+  }
+  mjenv_destroy(env);
+  free(p);
+}
+
+// What a row carries is part of it: in images, in copies, and whatever worker steps it.
+static void test_carried(void** state) {
+  (void)state;
+  mjenv_env* env[2];
+  struct played* p[2] = {played(), played()};
+  size_t size = 0;
+  for (int i = 0; i < 2; ++i) {
+    mjenv_options* chosen = probe("none");
+    assert_ok(mjenv_options_set_integer(chosen, "num_threads", i ? 4 : 1));
+    env[i] = env_of_options(chosen, ROWS);
+    seed_rows(env[i], 5);
+    assert_ok(mjenv_reset(env[i], NULL, NULL));
+    for (int t = 0; t < 11; ++t) assert_ok(step_all(env[i], p[i]));
+  }
+  assert_memory_equal(p[0]->obs, p[1]->obs, sizeof p[0]->obs);
+  assert_true(p[0]->obs[0][DRAWN] != p[0]->obs[1][DRAWN] && p[0]->obs[2][STEPS] == 11);
+  assert_ok(mjenv_snapshot(env[0], MJENV_ALL_ROWS, NULL, 0, &size));
+  void* image = allocate(size);
+  assert_ok(mjenv_snapshot(env[0], MJENV_ALL_ROWS, image, size, &size));
+  for (int t = 0; t < 5; ++t) assert_ok(step_all(env[0], p[0]));
+  for (int t = 0; t < 9; ++t) assert_ok(step_all(env[1], p[1]));
+  assert_ok(mjenv_restore(env[1], MJENV_ALL_ROWS, image, size));
+  for (int t = 0; t < 5; ++t) assert_ok(step_all(env[1], p[1]));
+  assert_memory_equal(p[0]->obs, p[1]->obs, sizeof p[0]->obs);
+
+  uint8_t all[ROWS];
+  memset(all, 1, sizeof all);
+  assert_ok(mjenv_copy_row(env[1], 2, all));
+  assert_ok(mjenv_observe(env[1], &p[1]->batch));
+  for (int row = 0; row < ROWS; ++row) assert_memory_equal(p[1]->obs[row], p[0]->obs[2], sizeof p[0]->obs[2]);
+  assert_ok(step_all(env[1], p[1]));
+  for (int row = 0; row < ROWS; ++row) assert_memory_equal(p[1]->obs[row], p[1]->obs[2], sizeof p[0]->obs[2]);
+
+  // An image of another revision of the task is refused.
+  mjenv_env* revised = env_of_id("Probe-v1", ROWS);
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(revised, MJENV_ALL_ROWS, image, size), "another id");
+  mjenv_destroy(revised);
+  for (int i = 0; i < 2; ++i) {
+    mjenv_destroy(env[i]);
+    free(p[i]);
+  }
+  free(image);
+}
+
+static void test_model_option(void** state) {
+  (void)state;
+  mjenv_options* chosen = options_of_id("Probe-v0");
+  mjenv_env* env = NULL;
+  assert_ok(mjenv_options_set_string(chosen, "xml_string", "<mujoco><worldbody/></mujoco>"));
+  assert_refused(MJENV_E_MODEL, mjenv_create(chosen, 1, &env), "Probe-v0", "\"tip\"");
+  assert_ok(mjenv_options_set_string(chosen, "xml_string", model));
+  assert_ok(mjenv_create(chosen, 1, &env));
+  mjenv_destroy(env);
+  mjenv_options_destroy(chosen);
+}
+
+static void test_all_are_destroyed(void** state) {
+  (void)state;
+  assert_true(built > 10);
+  assert_int_equal(built, destroyed);
+}
+
+int main(void) {
+  register_probe("Probe-v0", 0);
+  register_probe("Probe-v1", 1);
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_build),
+      cmocka_unit_test(test_failing_rows),
+      cmocka_unit_test(test_failing_carry),
+      cmocka_unit_test(test_failing_resets),
+      cmocka_unit_test(test_lenient),
+      cmocka_unit_test(test_extras),
+      cmocka_unit_test(test_carried),
+      cmocka_unit_test(test_model_option),
+      cmocka_unit_test(test_all_are_destroyed),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,54 @@
+// Hopper-v5, written outside of the library in C++: a plug-in with the id CppHopper-v5.
+#include <algorithm>
+#include <array>
+#include <mjenv/task.hpp>
+
+using namespace mjenv;
+
+MJENV_TASK("CppHopper-v5", r) {
+  r.model("hopper.xml").frame_skip(4).time_limit(1000).reward_threshold(3800).needs(3, 0);
+  r.camera({2, 3.0, {0, 0, 1.15}, -20});
+
+  const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
+  const auto w_ctrl = r.real("ctrl_cost_weight", 1e-3, "weight of the squared action");
+  const auto bonus = r.real("healthy_reward", 1, "paid for each step while healthy");
+  const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
+  const auto state_range = r.range("healthy_state_range", {-100, 100}, "of all but x and z while healthy, open");
+  const auto z_range = r.range("healthy_z_range", {0.7, kInfinity}, "height while healthy, m, open");
+  const auto angle_range = r.range("healthy_angle_range", {-0.2, 0.2}, "pitch while healthy, rad, open");
+  const auto noise = r.noise(5e-3);
+  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "leave x out");
+
+  const auto within = [](double x, const std::array<double, 2>& range) { return range[0] < x && x < range[1]; };
+
+  r.structure(hide_x ? 1 : 0);
+  r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_x ? 1 : 0); });
+  r.observe("qvel", [](const Sim& s) { return np::clip(s.qvel(), {-10, 10}); });
+
+  r.reset([=](Start& start, Rng& rng) {
+    for (double& q : start.qpos) q += rng.uniform(-noise, noise);
+    for (double& v : start.qvel) v += rng.uniform(-noise, noise);
+  });
+  r.reset_info([](const Sim& s, Info& info) {
+    info("x_position", s.qpos()[0]), info("z_distance_from_origin", s.qpos()[1] - s.init_qpos()[1]);
+  });
+
+  r.carry([](const Sim& s) { return s.qpos().head<1>(); });
+  r.step([=](const Sim& s, const Carried& x_before, Info& info) -> Outcome {
+    const double x = s.qpos()[0], z = s.qpos()[1], angle = s.qpos()[2];
+    const double velocity = (x - x_before[0]) / s.dt;
+    const auto all_within = [&](const Sim::Vec& values) {
+      return std::all_of(values.begin(), values.end(), [&](double v) { return within(v, state_range); });
+    };
+    const bool healthy =
+        all_within(s.qpos(2)) && all_within(s.qvel()) && within(z, z_range) && within(angle, angle_range);
+
+    const double forward = w_forward * velocity;
+    const double survive = healthy * bonus;
+    const np::Scalar ctrl = w_ctrl * np::sum_square(s.action);
+
+    info("x_position", x), info("z_distance_from_origin", z - s.init_qpos()[1]), info("x_velocity", velocity);
+    info("reward_forward", forward), info("reward_ctrl", -ctrl), info("reward_survive", python_typed(survive, bonus));
+    return {(forward + survive) - ctrl, ends && !healthy};
+  });
+}
