@@ -1,4 +1,4 @@
-"""Reads the headers of capi/include/mjenv into plain Python objects, from which tools/declarations.py writes declarations.
+"""Reads the headers of capi/include/mjenv into Python objects, from which tools/declarations.py writes declarations.
 
 The headers keep to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars,
 pointers, pointers to functions and arrays of a literal length, opaque structs and functions marked MJENV_API. Inline

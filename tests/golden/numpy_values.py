@@ -101,7 +101,8 @@ def draw_lines() -> Iterator[str]:
     for seed in (0, 1):
         for low, high in INTEGER_RANGES:
             generator = np.random.default_rng(seed)
-            yield f"integers {seed} {low} {high} {drawn(generator, [generator.integers(low, high) for _ in range(1000)])}"
+            numbers = [generator.integers(low, high) for _ in range(1000)]
+            yield f"integers {seed} {low} {high} {drawn(generator, numbers)}"
         generator = np.random.default_rng(seed)
         yield f"choice {seed} 7 {drawn(generator, [generator.choice(7) for _ in range(1000)])}"
         generator = np.random.default_rng(seed)
