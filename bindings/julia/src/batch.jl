@@ -3,7 +3,7 @@
 """
     Batch(env; dtype = Float64, steps = 1)
 
-Allocates the outputs of all rows of `env`. [`reset!`](@ref), [`step!`](@ref), [`observe!`](@ref) and [`send!`](@ref)
+Allocates the outputs of all rows of `env`. [`reset!`](@ref), [`step!`](@ref), [`observe!`](@ref) and [`recv!`](@ref)
 write into them, so that these calls need not allocate. The fields are:
 
 - `obs`: a `Matrix{dtype}` with a column for each row. `Float64` is Gymnasium's; `Float32` is rounded to nearest.
@@ -177,11 +177,11 @@ function reset!(env::Env; mask::Union{Nothing,AbstractVector{Bool}} = nothing)
 end
 
 """
-    step!(env, action)
+    step!(env, action; mask = nothing)
 
-Steps every row. `action` is a vector or a tuple for one row, and a matrix with a column for each row for many.
-`Float32` and `Float64` actions give different bits, as in NumPy. Elements of every other type are converted to
-`Float64`.
+Steps every row, or the rows where the `Bool` vector `mask` is true. `action` is a vector or a tuple for one row, and a
+matrix with a column for each row for many. `Float32` and `Float64` actions give different bits, as in NumPy. Elements
+of every other type are converted to `Float64`.
 
 Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. For one row `obs` is a vector,
 `reward` a `Float64`, and `terminated` and `truncated` are `Bool`s. For many rows `obs` is a matrix with a column for
@@ -191,25 +191,31 @@ A NaN or infinite action and a step after the end of an episode throw an [`MJEnv
 `strict` is false. After an error all rows are as they were, with one exception: if MuJoCo fails in some rows
 (`MJENV_E_PHYSICS`), these keep their state and the others are stepped.
 
-    step!(batch, env, action)
+With a `mask`, `action` still has a column for each row. The other rows keep their state; for them `obs` is the present
+observation, and the other results are zero or false.
 
-Writes the outputs into a [`Batch`](@ref), which it returns. It allocates nothing if `action` is an `Array` of `Float32`
-or `Float64`, or a contiguous view of one. After an error the batch is as it was.
+    step!(batch, env, action; mask = nothing)
+
+Writes the outputs into a [`Batch`](@ref), which it returns. The outputs of rows outside the mask keep their values. It
+allocates nothing if `action` is an `Array` of `Float32` or `Float64`, or a contiguous view of one. After an error the
+batch is as it was.
 """
-step!(batch::Batch, env::Env, action::Action) = step_dense!(batch, env, dense(action))
+step!(batch::Batch, env::Env, action::Action; mask::Union{Nothing,AbstractVector{Bool}} = nothing) =
+    step_dense!(batch, env, dense(action), as_mask(env, mask))
 
-function step!(env::Env, action::Action)
-    batch = step!(Batch(env), env, action)
-    env.latest = batch
+function step!(env::Env, action::Action; mask::Union{Nothing,AbstractVector{Bool}} = nothing)
+    batch = Batch(env)
+    mask === nothing || observe!(batch, env)
+    env.latest = step!(batch, env, action; mask = mask)
     return merge(outputs(env, batch), (info = info(batch),))
 end
 
-function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}) where {T}
+function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}, chosen) where {T}
     check_action(env, action)
     fields = env.info_fields
     GC.@preserve batch begin
         out = raw(batch, env)
-        status = inside(handle -> mjenv_step(handle, C_NULL, action, length(action), dtype_of(T), out), env)
+        status = inside(handle -> mjenv_step(handle, chosen, action, length(action), dtype_of(T), out), env)
         note!(batch, env, status, fields, T)
         check(status)
     end

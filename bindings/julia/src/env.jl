@@ -27,7 +27,6 @@ an `MJEnvError` of status `MJENV_E_BUSY`.
 mutable struct Env
     handle::Ptr{mjenv_env}
     callers::Threads.Atomic{Int}  # how many calls are inside the library; negative once closed
-    halves::Threads.Atomic{Int}  # calls that change what is under way: one at a time
     id::String
     rows::Int
     frame_skip::Int
@@ -41,9 +40,8 @@ mutable struct Env
     array_fields::Vector{Field}
     same_step::Bool
     arrays::Dict{String,Field}  # the arrays that read knows; filled by its first call
+    sent_type::DataType  # of the actions that send! took last
     latest::Any  # the Batch that MJEnv.info(env) reads, or nothing
-    under_way::Int  # rows sent and not yet received
-    written::Any  # the arrays that these write, kept from being collected
 
     function Env(id::AbstractString; rows::Integer = 1, options...)
         created = Ref{Ptr{mjenv_env}}(C_NULL)
@@ -53,7 +51,7 @@ mutable struct Env
             end
             check(mjenv_create(handle, rows, created))
         end
-        env = finalizer(destroy, new(created[], Threads.Atomic{Int}(0), Threads.Atomic{Int}(0), id, rows))
+        env = finalizer(destroy, new(created[], Threads.Atomic{Int}(0), id, rows))
         describe!(env)
         return env
     end
@@ -77,9 +75,8 @@ function describe!(env::Env)
     env.array_fields = fields_of(env.handle, MJENV_ROLE_ARRAYS)
     env.same_step = options(env).autoreset_mode == "same_step"
     env.arrays = Dict{String,Field}()
+    env.sent_type = Float64
     env.latest = nothing
-    env.under_way = 0
-    env.written = nothing
     env.dt = read(env, "opt.timestep") * env.frame_skip
     env.qpos_count = read(env, "nq")
     env.qvel_count = read(env, "nv")
@@ -119,7 +116,6 @@ thread is using the environment, `close` throws an `MJEnvError` of status `MJENV
 """
 function Base.close(env::Env)
     destroy(env) || throw(MJEnvError(MJENV_E_BUSY, "another thread is using this environment, so it stays open"))
-    env.written = nothing
     return nothing
 end
 

@@ -53,53 +53,25 @@ end
 end
 
 """
-    send!(batch, env, action; rows = 1:env.rows)
+    send!(env, action; rows = 1:env.rows)
 
-Begins a step of some rows and returns at once: `action` has a column for each of `rows`, and is copied. [`recv!`](@ref)
-waits for them; each row's outputs go to its own place in the [`Batch`](@ref). While rows are under way their outputs
-are not to be read, no array of the batch may be resized, and all rows under way share one batch; only `send!` of other
-rows, `recv!` and `close` are allowed. Returns `env`.
+Begins a step of some rows and returns at once, so that the program can work while the rows are stepped. `action` has a
+column for each of `rows`, and is copied. [`recv!`](@ref) returns the results. While rows are under way, only `send!` of
+other rows, `recv!` and `close` are allowed; other functions that read or change rows throw an [`MJEnvError`](@ref).
+The errors are those of [`step!`](@ref), except that `recv!` throws those of MuJoCo. Returns `env`.
 """
-function send!(
-    batch::Batch,
-    env::Env,
-    action::Action;
-    rows::AbstractVector{<:Integer} = 1:env.rows,
-)
+function send!(env::Env, action::Action; rows::AbstractVector{<:Integer} = 1:env.rows)
     given = dense(action)
     fits = ndims(given) == 1 ? length(rows) == 1 && length(given) == env.action_count :
            size(given) == (env.action_count, length(rows))
     fits || refuse_sent(env, given, length(rows))
     numbers = Int64[row_index(env, row) for row in rows]
     isempty(numbers) && return env
-    fields = env.info_fields
-    alone(env) do
-        GC.@preserve batch send_and_keep!(batch, env, fields, numbers, given)
-    end
-    return env
-end
-
-function send_and_keep!(batch, env, fields, numbers, given)
-    raw(batch, env)  # refuses a batch of other sizes before anything is under way
     check(inside(env) do handle
         mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)))
     end)
-    env.under_way += length(numbers)
-    env.written = batch
-    note!(batch, env, MJENV_OK, fields, eltype(given))
-    return
-end
-
-# Calls f unless another thread is between a call of the library and the note of what it put under way.
-function alone(f, env::Env)
-    if Threads.atomic_cas!(env.halves, 0, 1) != 0
-        throw(MJEnvError(MJENV_E_BUSY, "another thread is inside this environment"))
-    end
-    try
-        return f()
-    finally
-        env.halves[] = 0
-    end
+    env.sent_type = eltype(given)
+    return env
 end
 
 @noinline function refuse_sent(env, action, count)
@@ -108,29 +80,30 @@ end
 end
 
 """
-    recv!(rows, env; least = 1)
+    recv!(rows, batch, env; least = 1, timeout = Inf)
 
-Waits until at least `least` rows that were sent have been stepped. Writes the numbers of all that have into `rows`, as
-many as fit, and 0 behind them; returns a view of the numbers. Where MuJoCo fails in some of them an `MJEnvError` of
-status `MJENV_E_PHYSICS` is thrown after `rows` was written, and `status` in the batch tells which.
+Waits until at least `least` of the rows that were sent have been stepped, or until `timeout` seconds have passed.
+Writes the outputs of all rows that are done into a [`Batch`](@ref), each row's in its own place, and their numbers into
+`rows`, a `Vector{Int64}`: as many as fit, followed by zeros. Returns a view of the numbers. Each row is reported once.
+
+If MuJoCo fails in some of the rows, `recv!` throws an [`MJEnvError`](@ref) of status `MJENV_E_PHYSICS` after it has
+written `rows` and `batch`. The field `status` of the batch says which rows failed.
 """
-recv!(rows::Vector{Int64}, env::Env; least::Integer = 1) = alone(() -> receive!(rows, env, least), env)
-
-function receive!(rows, env, least)
+function recv!(rows::Vector{Int64}, batch::Batch, env::Env; least::Integer = 1, timeout::Real = Inf)
+    timeout >= 0 || throw(ArgumentError("timeout is $timeout; it must be 0 or more seconds"))
+    seconds = isinf(timeout) ? -1.0 : Float64(timeout)  # the library waits without limit for a negative time
     received = Ref{Csize_t}(0)
-    batch = env.written
-    status = batch === nothing ? inside(handle -> mjenv_recv(handle, least, -1.0, rows, length(rows), received, C_NULL), env) :
-             GC.@preserve batch begin
+    status = GC.@preserve batch begin
         out = raw(batch, env)
-        inside(handle -> mjenv_recv(handle, least, -1.0, rows, length(rows), received, out), env)
+        inside(handle -> mjenv_recv(handle, least, seconds, rows, length(rows), received, out), env)
     end
-    # A failure in a row, for want of memory, too, is told as the rows are; any other tells none.
-    status == MJENV_OK || received[] > 0 || check(status)
     count = Int(received[])
-    rows[1:count] .+= 1
-    rows[(count + 1):end] .= 0
-    env.under_way -= count
-    env.under_way == 0 && (env.written = nothing)
+    # Rows that failed are reported; a call that was refused reports none.
+    if status == MJENV_OK || count > 0
+        note!(batch, env, MJENV_OK, env.info_fields, env.sent_type)
+        rows[1:count] .+= 1
+        rows[(count + 1):end] .= 0
+    end
     check(status)
     return view(rows, 1:count)
 end

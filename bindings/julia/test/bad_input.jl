@@ -260,7 +260,7 @@ end
     env = Env("Humanoid-v5"; rows = 64, num_threads = 3)
     batch = Batch(env)
     reset!(batch, env)
-    send!(batch, env, zeros(Float32, 17, 64))
+    send!(env, zeros(Float32, 17, 64))
     print("sent")
     """
     julia = `$(Base.julia_cmd()) --startup-file=no --project=$PACKAGE`

@@ -146,8 +146,8 @@ end
         @test step!(env, tuple) == step!(same_env, vector)
     end
     batch, rows = Batch(env), [0]
-    send!(batch, env, (1, 0))
-    recv!(rows, env)
+    send!(env, (1, 0))
+    recv!(rows, batch, env)
     @test vec(batch.obs) == step!(same_env, [1, 0]).obs
     simulate!(env, (0.5, 0.5), 2)
     simulate!(same_env, [0.5, 0.5], 2)

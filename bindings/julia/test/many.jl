@@ -111,16 +111,16 @@ end
     env = make(g; rows = rows, num_threads = threads, autoreset_mode = :next_step)
     batch = Batch(env)
     numbers = zeros(Int, rows)
-    step = ones(Int, rows)  # the recorded one that each row plays next
+    step = ones(Int, rows)  # the recorded step that each row plays next
     fine = true
     seed!(env, fill(g.seed, rows))
     reset!(batch, env)
-    send!(batch, env, repeat(g[:action][:, 1], 1, rows))
-    while env.under_way > 0
-        least = min(2, env.under_way)
-        received = collect(recv!(numbers, env; least = least))
+    send!(env, repeat(g[:action][:, 1], 1, rows))
+    under_way = rows
+    while under_way > 0
+        least = min(2, under_way)
+        received = collect(recv!(numbers, batch, env; least = least))
         fine &= length(received) >= least && allunique(received) && all(==(0), numbers[(length(received) + 1):end])
-        GC.gc(false)
         for row in received
             t = step[row]
             if batch.was_reset[row]
@@ -132,7 +132,8 @@ end
             end
         end
         on = filter(row -> step[row] <= steps, received)
-        send!(batch, env, g[:action][:, step[on]]; rows = on)
+        send!(env, g[:action][:, step[on]]; rows = on)
+        under_way += length(on) - length(received)
     end
     @test fine
     @test all(==(steps + 1), step)
@@ -142,37 +143,62 @@ end
     env = Env("HalfCheetah-v5"; rows = 4, num_threads = 2)
     batch, other = Batch(env), Batch(env)
     rows, action = zeros(Int, 4), zeros(Float32, 6, 4)
-    @test refuses(() -> recv!(rows, env), MJENV_E_STATE, "send")
-    @test refuses(() -> send!(batch, env, action), MJENV_E_STATE, "reset")
+    @test refuses(() -> recv!(rows, batch, env), MJENV_E_STATE, "send")
+    @test refuses(() -> send!(env, action), MJENV_E_STATE, "reset")
     reset!(batch, env)
-    @test refuses(() -> send!(batch, env, action; rows = [1, 5]), DimensionMismatch, "6×2")
-    @test refuses(() -> send!(batch, env, action[:, 1:2]; rows = [1, 5]), ArgumentError, "row 5", "1:4")
-    @test refuses(() -> send!(batch, env, action[:, 1:2]; rows = [3, 3]), MJENV_E_STATE, "row 2", "under way")
-    @test refuses(() -> send!(Batch(env; steps = 2), env, action), DimensionMismatch, "obs")
-    @test refuses(() -> send!(batch, env, fill(NaN, 6, 4)), MJENV_E_VALUE, "row 0")
-    @test send!(batch, env, action[:, 1:0]; rows = Int[]) === env
-    send!(batch, env, action[:, 1]; rows = 2:2)
-    send!(batch, env, action[:, 1:2]; rows = [4, 1])
-    @test refuses(() -> send!(other, env, action[:, 1]; rows = [3]), MJENV_E_STATE, "out")
+    @test refuses(() -> send!(env, action; rows = [1, 5]), DimensionMismatch, "6×2")
+    @test refuses(() -> send!(env, action[:, 1:2]; rows = [1, 5]), ArgumentError, "row 5", "1:4")
+    @test refuses(() -> send!(env, action[:, 1:2]; rows = [3, 3]), MJENV_E_STATE, "row 2", "under way")
+    @test refuses(() -> send!(env, fill(NaN, 6, 4)), MJENV_E_VALUE, "row 0")
+    @test send!(env, action[:, 1:0]; rows = Int[]) === env
+    send!(env, action[:, 1]; rows = 2:2)
+    send!(env, action[:, 1:2]; rows = [4, 1])
     @test refuses(() -> step!(other, env, action), MJENV_E_STATE, "under way")
     @test refuses(() -> reset!(other, env), MJENV_E_STATE, "under way")
     @test refuses(() -> snapshot(env), MJENV_E_STATE, "under way")
-    @test refuses(() -> recv!(rows, env; least = 4), MJENV_E_SIZE, "4", "3")
-    @test refuses(() -> recv!(zeros(Int, 2), env; least = 3), MJENV_E_SIZE, "2", "3")
-    @test sort(recv!(rows, env; least = 3)) == [1, 2, 4]
-    @test rows[4] == 0
+    @test refuses(() -> recv!(rows, Batch(env; steps = 2), env), DimensionMismatch, "obs")
+    @test refuses(() -> recv!(rows, batch, env; least = 4), MJENV_E_SIZE, "4", "3")
+    @test refuses(() -> recv!(zeros(Int, 2), batch, env; least = 3), MJENV_E_SIZE, "2", "3")
+    @test refuses(() -> recv!(rows, batch, env; timeout = -1), ArgumentError, "timeout")
+    @test refuses(() -> recv!(rows, batch, env; timeout = NaN), ArgumentError, "timeout")
+    before = batch.obs[:, 3]
+    # A timeout of 0 returns the rows that are done.
+    received = Int[]
+    while length(received) < 3
+        append!(received, recv!(rows, batch, env; least = 3 - length(received), timeout = 0))
+    end
+    @test sort(received) == [1, 2, 4]
+    @test batch.obs[:, 3] == before
+    @test info(batch).x_position isa Vector{Float64}
     step!(batch, env, action)
-    # Closed, and dropped, with rows under way.
-    send!(batch, env, action)
+    # The environment is closed, and dropped, while rows are under way.
+    send!(env, action)
     @test close(env) === nothing
-    @test refuses(() -> recv!(rows, env), ArgumentError, "closed")
-    drop() = (e = Env("Ant-v5"; rows = 8, num_threads = 3); reset!(e); send!(Batch(e), e, zeros(8, 8)); nothing)
+    @test refuses(() -> recv!(rows, batch, env), ArgumentError, "closed")
+    drop() = (e = Env("Ant-v5"; rows = 8, num_threads = 3); reset!(e); send!(e, zeros(8, 8)); nothing)
     foreach(_ -> drop(), 1:5)
     GC.gc()
     GC.gc()
 end
 
-# ---- What other threads do, at the moments that matter ----
+@testset "a masked step" begin
+    g = golden("Ant-v5")
+    env = make(g; rows = 3, num_threads = 2)
+    batch = Batch(env)
+    seed!(env, fill(g.seed, 3))
+    reset!(batch, env)
+    action = repeat(g[:action][:, 1], 1, 3)
+    image = snapshot(env; row = 2)
+    @test step!(batch, env, action; mask = [true, false, true]) === batch
+    for (row, wanted) in ((1, g[:obs][:, 1]), (2, g[:reset_obs][:, 1]), (3, g[:obs][:, 1]))
+        @test same(batch.obs[:, row], wanted)
+    end
+    @test snapshot(env; row = 2) == image
+    stepped = step!(env, action; mask = BitVector([false, true, false]))
+    @test same(stepped.obs[:, 2], g[:obs][:, 1])
+    @test same(stepped.obs[:, 1], batch.obs[:, 1]) && stepped.reward[1] == 0
+    @test refuses(() -> step!(batch, env, action; mask = [true]), DimensionMismatch, "mask", "3")
+end
 
 # Calls f with a stand-in for the library's function of that name.
 function standing_in(f, name, pointer)
@@ -187,58 +213,24 @@ function standing_in(f, name, pointer)
 end
 
 const REAL = Ref{Ptr{Cvoid}}(C_NULL)
-const MEANWHILE = Ref{Any}(nothing)
 
-function send_and_then(env, rows, row_count, action, count, dtype, out)
-    status = ccall(REAL[], Int32, (Ptr{Cvoid}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, Int32, Ptr{Cvoid}),
-                   env, rows, row_count, action, count, dtype, out)
-    MEANWHILE[]()
-    return status
-end
-
-function receive_short_of_memory(env, least, rows, capacity, count)
-    ccall(REAL[], Int32, (Ptr{Cvoid}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}), env, least, rows, capacity, count)
+function receive_short_of_memory(env, least, timeout, rows, capacity, count, out)
+    ccall(REAL[], Int32, (Ptr{Cvoid}, Csize_t, Cdouble, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{Cvoid}),
+          env, least, timeout, rows, capacity, count, out)
     return Int32(MJEnv.MJENV_E_MEMORY)
-end
-
-# The arrays that rows under way write are those that are kept, whoever sends and receives meanwhile.
-@testset "send and receive while another thread sends" begin
-    env = Env("Reacher-v5"; num_threads = 1)
-    first, second, rows = reset!(Batch(env), env), Batch(env), zeros(Int, 1)
-    errors = Any[]
-    attempt(f) = try f() catch e; push!(errors, e) end
-    MEANWHILE[] = function ()
-        attempt(() -> recv!(rows, env))
-        attempt(() -> send!(second, env, zeros(2)))
-    end
-    pointer = @cfunction(send_and_then, Int32,
-                         (Ptr{Cvoid}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, Int32, Ptr{Cvoid}))
-    standing_in(:mjenv_send, pointer) do real
-        REAL[] = real
-        again = MEANWHILE[]
-        MEANWHILE[] = () -> (MEANWHILE[] = () -> nothing; again())
-        send!(first, env, zeros(2))
-    end
-    # The rows under way write to the batch that the library does not take for another.
-    kept = env.written[1] === first.obs ? first : second
-    @test refuses(() -> send!(kept, env, zeros(2)), MJENV_E_STATE, "already")
-    @test env.under_way == 1
-    @test length(errors) == 2 && all(e -> e isa MJEnvError && e.status == MJENV_E_BUSY, errors)
-    @test recv!(rows, env) == [1]
-    @test env.written === nothing
 end
 
 @testset "rows that failed for want of memory" begin
     env = Env("Reacher-v5"; rows = 2)
     batch, rows = reset!(Batch(env), env), zeros(Int, 2)
-    send!(batch, env, zeros(2, 2))
-    pointer = @cfunction(receive_short_of_memory, Int32, (Ptr{Cvoid}, Csize_t, Ptr{Int64}, Csize_t, Ptr{Csize_t}))
+    send!(env, zeros(2, 2))
+    pointer = @cfunction(receive_short_of_memory, Int32,
+                         (Ptr{Cvoid}, Csize_t, Cdouble, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{Cvoid}))
     standing_in(:mjenv_recv, pointer) do real
         REAL[] = real
-        @test refuses(() -> recv!(rows, env; least = 2), MJEnv.MJENV_E_MEMORY)
+        @test refuses(() -> recv!(rows, batch, env; least = 2), MJEnv.MJENV_E_MEMORY)
     end
-    @test rows == [1, 2]
-    @test env.under_way == 0 && env.written === nothing
+    @test sort(rows) == [1, 2]
 end
 
 # ---- Copies, images of all rows, streams, exported arrays ----

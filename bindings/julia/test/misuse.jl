@@ -147,7 +147,7 @@ end
         envs = [Env("Humanoid-v5"; rows = 8, num_threads = 2) for _ in 1:3]
         batches = map(envs) do env
             batch = reset!(Batch(env), env)
-            send!(batch, env, zeros(Float32, 17, 8))
+            send!(env, zeros(Float32, 17, 8))
             batch
         end
         print("ended")
