@@ -16,12 +16,15 @@ mjModel* mjenv_load(const char* path, const mjVFS* files, double hull_limit, cha
   const std::unique_ptr<mjCModel> parsed(mjParseXML(path, files, reason, reason_size));
   if (!parsed) return nullptr;
   mjModel* model = parsed->Compile(files);
-  if (!model)
-    mjCopyError(reason,
-                mjenv_hulls_exceeded() ? "the convex hulls of the meshes take too long, unless you trust the model and "
-                                         "set the option \"trust_xml\""
-                                       : parsed->GetError().message,
-                reason_size);
+  if (!model) {
+    // A copy, because gcc 12 ends the life of a temporary too early inside a conditional expression.
+    const mjCError error = parsed->GetError();
+    const char* why = mjenv_hulls_exceeded()
+                          ? "the convex hulls of the meshes take too long, unless you trust the model "
+                            "and set the option \"trust_xml\""
+                          : error.message;
+    mjCopyError(reason, why, reason_size);
+  }
   return model;
 }
 

@@ -25,7 +25,7 @@ static void use(void* library) {
   mjenv_status (*mjenv_options_create_)(const char*, mjenv_options**);
   mjenv_status (*mjenv_create_)(const mjenv_options*, int64_t, mjenv_env**);
   mjenv_status (*mjenv_reset_)(mjenv_env*, const uint8_t*, const mjenv_batch*);
-  mjenv_status (*mjenv_step_)(mjenv_env*, const void*, size_t, mjenv_dtype, const mjenv_batch*);
+  mjenv_status (*mjenv_step_)(mjenv_env*, const uint8_t*, const void*, size_t, mjenv_dtype, const mjenv_batch*);
   const char* (*mjenv_last_error_)(void);
   void (*mjenv_options_destroy_)(mjenv_options*);
   void (*mjenv_destroy_)(mjenv_env*);
@@ -45,7 +45,7 @@ static void use(void* library) {
   assert_int_equal(mjenv_create_(options, 1, &env), MJENV_OK);
   mjenv_options_destroy_(options);
   assert_int_equal(mjenv_reset_(env, NULL, NULL), MJENV_OK);
-  assert_int_equal(mjenv_step_(env, action, 2, MJENV_DTYPE_FLOAT32, NULL), MJENV_OK);
+  assert_int_equal(mjenv_step_(env, NULL, action, 2, MJENV_DTYPE_FLOAT32, NULL), MJENV_OK);
   mjenv_destroy_(env);
 }
 

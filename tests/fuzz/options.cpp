@@ -63,8 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const EnvHandle env = create(options, 2);
   if (!env) return 0;
   Outputs out(env.get(), 2);
-  const mjenv_batch reset = out.reset();
-  check(mjenv_reset(env.get(), nullptr, &reset));
+  check(mjenv_reset(env.get(), nullptr, &out.batch));
   const std::vector<float> action(2 * static_cast<std::size_t>(mjenv_field_count(env.get(), MJENV_ROLE_ACTION)), 0.5F);
   for (int step = 0; step < 3; ++step)
     check(mjenv_step(env.get(), nullptr, action.data(), action.size(), MJENV_DTYPE_FLOAT32, &out.batch));

@@ -146,14 +146,6 @@ struct Outputs {
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
 
-  // As a reset needs it.
-  mjenv_batch reset() const {
-    mjenv_batch changed = batch;
-    changed.info = batch.reset_info;
-    changed.info_count = reset_info_count;
-    return changed;
-  }
-
   std::int64_t obs_count, info_count, reset_info_count, arrays_count;
   std::vector<double> obs, final_obs, reward, info, final_info, reset_info, arrays;
   std::vector<std::uint8_t> terminated, truncated, was_reset;
