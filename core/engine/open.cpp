@@ -91,11 +91,10 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
       compiled.reset(compile(folder_of(source.path), given.text, limits.of(kHullWork)));
     });
   });
-  const std::shared_ptr<const Model> model(new Model(source.label, std::move(compiled), source.origin),
-                                           [](auto* unused) {
-                                             delete unused;
-                                             cache.tidy();
-                                           });
+  std::shared_ptr<const Model> model(new Model(source.label, std::move(compiled), source.origin), [](auto* unused) {
+    delete unused;
+    cache.tidy();
+  });
   if (!refers_to_files) cache.add(key, model);
   return model;
 }

@@ -20,7 +20,8 @@ from mjenv.errors import SnapshotError
 
 # The image of version 2: the stamp, then for each row its head and its record of doubles.
 STAMP = struct.Struct("<8sIIQQQ")  # magic, version, rounding of norms, identity, rows, checksum
-HEAD = struct.Struct("<4Qq8B")  # PCG64 state and increment, high word first; steps; flags
+# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
+HEAD = struct.Struct("<4Q2Iq8B")
 VERSION = 2
 FLAGS = ("derived_from", "seeded", "ready", "ended")
 
@@ -122,10 +123,12 @@ def _size(rows: Rows, name: str) -> Any:
 def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> Row:
     size = (len(data) - STAMP.size) // count
     start = STAMP.size + index * size
-    state_high, state_low, increment_high, increment_low, steps, *flags = HEAD.unpack_from(data, start)
+    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags = HEAD.unpack_from(data, start)
     row: Row = {
         "stream.state": state_low | state_high << 64,
         "stream.increment": increment_low | increment_high << 64,
+        "stream.uinteger": half,
+        "stream.has_uint32": has_half,
         "steps": steps,
         **dict(zip(FLAGS, flags, strict=False)),
     }
