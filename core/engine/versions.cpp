@@ -100,13 +100,15 @@ std::string with_version(std::string reason) {
   const bool is_element = reason.find("unrecognized element") != std::string::npos;
   const std::string element = quoted_after(reason, "Element '");
   const std::string engine = mj_versionString();
+  const std::string own = std::string(element).append(".").append(attribute);  // of this element
+  const std::string any = std::string("*.").append(attribute);                 // of every element
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   reason += "; this is MuJoCo " + engine;
   for (const Version& version : kVersions) {
     if (!is_newer(version.number, engine.c_str())) continue;
-    const bool found = is_element ? has_word(version.elements, element)
-                                  : !attribute.empty() && (has_word(version.attributes, element + "." + attribute) ||
-                                                           has_word(version.attributes, "*." + attribute));
+    const bool found =
+        is_element ? has_word(version.elements, element)
+                   : !attribute.empty() && (has_word(version.attributes, own) || has_word(version.attributes, any));
     if (found) return reason + ", and MuJoCo " + version.number + " is the first that knows it";
   }
   return reason;

@@ -81,7 +81,4 @@ class Env {
   void check_actions(const Action& actions, std::int64_t per_row) const;
 };
 
-// Declares the options that every environment has, whatever its task.
-void declare_env_options(Options& options);
-
 }  // namespace mjenv::core

@@ -350,6 +350,7 @@ static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { bu
 
 /* Tells the length of a vector that the task describes with shape[0] = -1. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {
+  /* NOLINTNEXTLINE(modernize-use-nullptr): this is C, too */
   mjenv_task_field field = {sizeof(mjenv_task_field), 0, 0, 0, 0, 1, {0, 0, 0, 0}};
   field.role = role;
   field.name = name;

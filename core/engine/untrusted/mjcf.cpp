@@ -461,7 +461,7 @@ bool is_absolute(const std::string& path) {
 
 // As MuJoCo puts it together.
 std::string Check::path_of(const File& file) const {
-  const std::string name = settings_.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
+  std::string name = settings_.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
   if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");
   std::string below = file.kind == File::Kind::texture ? settings_.texture_folder : settings_.mesh_folder;
   if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
