@@ -109,6 +109,7 @@ void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks) {
     auto made = std::make_unique<List>(List{ids.get(), all.size(), list});
     if (!latest.compare_exchange_strong(list, made.get())) continue;
     // From now on they are the process's.
+    // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): lists are never freed
     static_cast<void>(made.release()), static_cast<void>(ids.release()), static_cast<void>(added.release());
     for (auto& task : tasks) static_cast<void>(task.release());
     return stay_loaded();
