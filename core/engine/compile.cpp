@@ -12,13 +12,11 @@
 #include "error.hpp"
 #include "system/locale.hpp"
 
-#ifndef MJENV_ENGINE_COMPILED_IN
 #include <pthread.h>
 
 #include <cstdlib>
 #include <locale>
 #include <mutex>
-#endif
 
 namespace mjenv::core {
 namespace {
@@ -46,18 +44,7 @@ class File {
   std::unique_ptr<mjVFS, void (*)(mjVFS*)> files_;
 };
 
-#ifdef MJENV_ENGINE_COMPILED_IN
-
-// In cmake/engine/load.cc.
-extern "C" mjModel* mjenv_load(const char* path, const mjVFS* files, double hull_work, char* reason, int size);
-
-mjModel* load(const char* path, const mjVFS* files, std::int64_t hull_work, Reason& reason) {
-  return mjenv_load(path, files, static_cast<double>(hull_work), reason.data(), static_cast<int>(reason.size()));
-}
-
-#else
-
-// A shared library of MuJoCo keeps the last model under a lock. This lock is held longer, and a fork waits for it, so
+// MuJoCo keeps the last model under a lock. This lock is held longer, and a fork waits for it, so
 // that a child never finds MuJoCo's held by a thread that it does not have.
 std::mutex one_at_a_time;
 [[maybe_unused]] const int registered =
@@ -106,8 +93,6 @@ mjModel* load(const char* path, const mjVFS* files, std::int64_t, Reason& reason
   check_global_locale();  // the host may have set it meanwhile
   return model.release();
 }
-
-#endif
 
 }  // namespace
 
