@@ -59,9 +59,9 @@ class Calls {
   std::size_t at_most(std::size_t right) { return std::min(size(right), right); }
 
   // The slot's batch with something wrong now and then; its arrays are as long as the environment's rows.
-  const mjenv_batch* batch(Slot& slot, mjenv_batch& changed, bool reset) {
+  const mjenv_batch* batch(Slot& slot, mjenv_batch& changed) {
     if (!slot.out || bytes_.below(8) == 0) return nullptr;
-    changed = reset ? slot.out->reset() : slot.out->batch;
+    changed = slot.out->batch;
     switch (bytes_.below(16)) {
       case 0: changed.struct_size = static_cast<std::uint32_t>(integer()) % (sizeof changed + 1); break;
       case 1: changed.rows = integer(); break;
@@ -178,7 +178,7 @@ class Calls {
     std::vector<float> drawn(count);
     check(mjenv_sample_actions(s.env.get(), maybe(drawn.data()), size(count)));
     const std::int64_t dtype = bytes_.below(8) ? 0 : integer() & 3;
-    const mjenv_batch* out = batch(s, changed, false);
+    const mjenv_batch* out = batch(s, changed);
     if (bytes_.flag())
       check(mjenv_step(s.env.get(), nullptr, maybe(drawn.data()), size(count), MJENV_DTYPE_FLOAT32, out));
     else
@@ -189,7 +189,7 @@ class Calls {
     Slot& s = slot();
     mjenv_batch changed{};
     const auto mask = bytes_.list<std::uint8_t>(4);
-    const mjenv_batch* out = batch(s, changed, true);
+    const mjenv_batch* out = batch(s, changed);
     check(mjenv_reset(s.env.get(), bytes_.flag() ? nullptr : mask.data(), out));
     if (out) check(mjenv_observe(s.env.get(), out));
   }
@@ -222,7 +222,7 @@ class Calls {
     std::int64_t rows[4];
     std::size_t count = 0;
     mjenv_batch changed{};
-    const mjenv_batch* out = s.out && bytes_.below(4) ? &s.out->batch : batch(s, changed, false);
+    const mjenv_batch* out = s.out && bytes_.below(4) ? &s.out->batch : batch(s, changed);
     // No endless wait: rows that are under way are done soon.
     const double timeout = bytes_.flag() ? -1 : bytes_.take<double>();
     check(mjenv_recv(s.env.get(), bytes_.below(5), timeout > 1 ? 1 : timeout, maybe(rows), at_most(4), maybe(&count),
