@@ -1,19 +1,28 @@
 """Lets gymnasium.make("mjenv/Ant-v5") work without an import of mjenv, as Gymnasium 1.0 and newer load no plug-ins.
 
-mjenv.pth imports this whenever Python starts. It waits for the import of gymnasium, and only then imports mjenv.
+mjenv.pth imports this module whenever Python starts. It waits until a program imports gymnasium, and imports mjenv only
+then. It must never make that import fail, whichever Gymnasium is installed: every failure becomes a line on stderr.
 """
 
+import contextlib
 import sys
 
 
 class _Finder:
-    @staticmethod
-    def find_spec(name, path=None, target=None):  # type: ignore[no-untyped-def]
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):  # type: ignore[no-untyped-def]
         if name != "gymnasium":
             return None
-        from importlib.machinery import PathFinder
+        try:
+            return cls._with_registration(name, path, target)
+        except Exception as error:
+            _complain(error)
+            return None  # Python asks the other finders
 
-        spec = PathFinder.find_spec(name, path, target)
+    @classmethod
+    def _with_registration(cls, name, path, target):  # type: ignore[no-untyped-def]
+        found = (finder.find_spec(name, path, target) for finder in sys.meta_path if finder is not cls)
+        spec = next((spec for spec in found if spec is not None), None)
         if spec is not None and spec.loader is not None:
             execute = spec.loader.exec_module
 
@@ -26,12 +35,18 @@ class _Finder:
 
 
 def _register():  # type: ignore[no-untyped-def]
-    # An mjenv that is being imported registers its ids itself.
+    # If mjenv is being imported, it registers its ids itself.
     if "mjenv" not in sys.modules:
         try:
             import mjenv  # noqa: F401
-        except ImportError as error:
-            print(f"gymnasium knows no mjenv/ ids: {error}", file=sys.stderr)
+        except Exception as error:
+            _complain(error)
+
+
+def _complain(error):  # type: ignore[no-untyped-def]
+    # stderr may be closed, or None in a program without a console.
+    with contextlib.suppress(Exception):
+        sys.stderr.write(f"gymnasium knows no mjenv/ ids: {error}\n")
 
 
 sys.meta_path.insert(0, _Finder)

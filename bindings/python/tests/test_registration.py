@@ -120,6 +120,51 @@ def python(text: str, **environment: str) -> "subprocess.CompletedProcess[str]":
     )
 
 
+# ---- other versions of Gymnasium ----
+
+
+@pytest.fixture(
+    scope="module", params=["==0.29.1", "==1.0.0", "==1.1.1", "==1.2.3", ""], ids=lambda pin: pin or "newest"
+)
+def other_gymnasium(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that holds one version of Gymnasium, to be put before the installed one."""
+    folder = tmp_path_factory.mktemp("gymnasium")
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
+    subprocess.run([*command, "--target", folder, f"gymnasium{request.param}"], check=True, timeout=300)
+    return folder
+
+
+def test_every_gymnasium_can_be_imported(other_gymnasium: Path) -> None:
+    """The start-up hook of an installed mjenv breaks no program that uses Gymnasium."""
+    source = Path(mjenv.__file__).parents[1]
+    run = python(
+        "import gymnasium; print(gymnasium.__version__, gymnasium.make('CartPole-v1').spec.id)\n"
+        "print('mjenv/Ant-v5' in gymnasium.registry)",
+        PYTHONPATH=os.pathsep.join([str(other_gymnasium), str(source)]),
+    )
+    assert run.returncode == 0, run.stderr
+    (version, id), (known,) = map(str.split, run.stdout.splitlines())
+    assert id == "CartPole-v1"
+    assert known == str(not version.startswith("0."))
+    if known == "False":
+        assert f"mjenv needs Gymnasium 1.0 or newer, not {version}" in run.stderr
+
+
+def test_a_hook_that_fails_breaks_nothing() -> None:
+    text = """
+import sys
+class Broken:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name == "mjenv": raise TypeError("broken")
+sys.meta_path.insert(1, Broken)
+sys.stderr = None
+import gymnasium
+print(gymnasium.spec("CartPole-v1").id)"""
+    run = python(text)
+    assert (run.returncode, run.stdout) == (0, "CartPole-v1\n")
+
+
 def test_module_in_the_id() -> None:
     run = subprocess.run(
         [sys.executable, "-c", "import gymnasium; print(gymnasium.make('mjenv:mjenv/Ant-v5').unwrapped)"],

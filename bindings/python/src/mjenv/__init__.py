@@ -4,6 +4,7 @@ make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.
 and model_xml(id) tell what there is. Importing registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
 """
 
+from mjenv import _requirements as _requirements  # first, because the other modules need what it checks
 from mjenv._abi import Kind, Status
 from mjenv._arguments import AutoresetMode
 from mjenv._handle import Option
