@@ -21,8 +21,9 @@ class _Finder:
 
     @classmethod
     def _with_registration(cls, name, path, target):  # type: ignore[no-untyped-def]
-        found = (finder.find_spec(name, path, target) for finder in sys.meta_path if finder is not cls)
-        spec = next((spec for spec in found if spec is not None), None)
+        others = [finder for finder in sys.meta_path if finder is not cls and hasattr(finder, "find_spec")]
+        specs = (finder.find_spec(name, path, target) for finder in others)
+        spec = next((spec for spec in specs if spec is not None), None)
         if spec is not None and spec.loader is not None:
             execute = spec.loader.exec_module
 

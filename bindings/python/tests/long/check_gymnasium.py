@@ -1,0 +1,61 @@
+"""The start-up hook of an installed mjenv breaks no program that uses Gymnasium, of whichever version.
+
+Installs each version with pip, into a folder of its own.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import mjenv
+
+STARTUP = Path(__file__).parents[2] / "startup"
+SOURCE = Path(mjenv.__file__).parents[1]
+INSTALL = (sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--target")
+PROGRAM = f"""
+import site; site.addsitedir({str(STARTUP)!r})
+import gymnasium
+env = gymnasium.make("CartPole-v1")
+env.reset(seed=0)
+print(gymnasium.__version__, env.spec.id)
+if gymnasium.__version__ >= "1":
+    env = gymnasium.make("mjenv/Ant-v5")
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    envs = gymnasium.make_vec("mjenv/Ant-v5", num_envs=2)
+    print(type(env.unwrapped).__name__, type(envs).__name__)
+else:
+    try:
+        import mjenv
+    except ImportError as error:
+        print(error)
+"""
+
+
+@pytest.fixture(params=["==0.29.1", "==1.0.0", "==1.1.1", "==1.2.3", ""], ids=lambda pin: pin or "newest")
+def gymnasium(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """A folder that holds one version of Gymnasium, to be put before the installed one."""
+    subprocess.run([*INSTALL, tmp_path, f"gymnasium{request.param}"], check=True, timeout=300)
+    return tmp_path
+
+
+def test_every_gymnasium_works(gymnasium: Path) -> None:
+    path = os.pathsep.join([str(gymnasium), str(SOURCE)])
+    command = [sys.executable, "-c", PROGRAM]
+    run = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path}, timeout=120)
+    assert run.returncode == 0, run.stderr
+    cart_pole, ours = run.stdout.splitlines()
+    version, id = cart_pole.split()
+    assert id == "CartPole-v1"
+    [installed] = gymnasium.glob("gymnasium-*.dist-info")
+    assert installed.name == f"gymnasium-{version}.dist-info"
+    needed = f"mjenv needs Gymnasium 1.0 or newer, not {version}"
+    if version.startswith("0."):
+        assert ours.startswith(needed)
+        assert needed in run.stderr
+    else:
+        assert ours == "MujocoEnv VectorEnv"
+        assert needed not in run.stderr
