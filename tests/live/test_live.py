@@ -127,6 +127,19 @@ def test_verify_tells_of_a_difference(monkeypatch: pytest.MonkeyPatch, capsys: p
     assert "1 of 1 ids differ" in out
 
 
+def test_verify_goes_on_after_an_id_that_gymnasium_lacks(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delitem(gymnasium.registry, "Ant-v5")
+    arguments = ("--option-sets", "1", "--seeds", "1", "--steps", "5")
+    assert _cli.main(["verify", "Ant-v5", "Hopper-v5", *arguments]) == 0
+    _, ant, hopper = capsys.readouterr().out.splitlines()
+    assert ant.startswith("Ant-v5: not compared, because Gymnasium cannot build it: ")
+    assert hopper.endswith("every bit equal")
+    assert _cli.main(["verify", "Ant-v5", *arguments]) == 2
+    assert "nothing was compared" in capsys.readouterr().err
+
+
 # ---- models ----
 
 

@@ -6,9 +6,14 @@ import argparse
 import sys
 from typing import Any
 
+import gymnasium
+
 import mjenv
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json
+
+PROMISE = "Equal bits are promised for gymnasium 1.3.0, mujoco 2.2.2, numpy 2."
+INSTALL = 'To compare with Gymnasium: pip install "gymnasium[mujoco]"'
 
 
 def add(commands: Commands) -> None:
@@ -16,16 +21,19 @@ def add(commands: Commands) -> None:
         "verify",
         help="compare every bit with the Gymnasium that is installed",
         description="Plays each id here and in the installed Gymnasium with random options, seeds and actions, and "
-        'compares every bit of every output. Needs "gymnasium[mujoco]"; equal bits are promised for gymnasium 1.3.0, '
-        "mujoco 2.2.2, numpy 2.",
+        f'compares every bit of every output. Needs pip install "gymnasium[mujoco]". {PROMISE} An id that Gymnasium '
+        "cannot build is named and left out; exit status 2 if that leaves none.",
     )
-    command.add_argument("id", nargs="*", type=known_id, help="ids to compare; all when none is given")
+    command.add_argument("id", nargs="*", type=known_id, help="ids to compare (default: all)")
     command.add_argument(
-        "--option-sets", type=positive, default=5, help="option sets an id, the defaults included (default: 5)"
+        "--option-sets",
+        type=positive,
+        default=5,
+        help="sets of options for each id, the defaults being the first (default: 5)",
     )
-    command.add_argument("--seeds", type=positive, default=2, help="runs an option set (default: 2)")
-    command.add_argument("--steps", type=positive, default=300, help="steps a run (default: 300)")
-    command.add_argument("--draw", type=not_negative, default=0, help="seed of the drawing of options (default: 0)")
+    command.add_argument("--seeds", type=positive, default=2, help="runs of each set of options (default: 2)")
+    command.add_argument("--steps", type=positive, default=300, help="steps of a run (default: 300)")
+    command.add_argument("--draw", type=not_negative, default=0, help="seed with which options are drawn (default: 0)")
     add_json(command)
     command.set_defaults(run=run)
 
@@ -34,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         from mjenv import verify as compare
     except ImportError as error:
-        print(f'{error}: install "gymnasium[mujoco]" to compare with it', file=sys.stderr)
+        print(f"{error}: {INSTALL}", file=sys.stderr)
         return 2
     ids = arguments.id or mjenv.ids()
     if not arguments.json:
@@ -45,15 +53,19 @@ def run(arguments: argparse.Namespace) -> int:
             results.append(_compare(compare, id, arguments, advance))
             if not arguments.json:
                 print(_line(results[-1], arguments.steps), flush=True)
-    failed = sum(result["equal"] is False for result in results)
+    outcomes = [result["equal"] for result in results]
     if arguments.json:
         print_json({"versions": compare.versions(), "steps": arguments.steps, "results": results})
-    elif failed:
-        print(f"{failed} of {len(ids)} ids differ. Equal bits are promised for gymnasium 1.3.0, mujoco 2.2.2, numpy 2.")
-    return int(failed > 0)
+    elif False in outcomes:
+        print(f"{outcomes.count(False)} of {len(ids)} ids differ. {PROMISE}")
+    if outcomes.count(None) == len(ids):
+        print(f"mjenv: nothing was compared: {results[0]['message']}. {INSTALL}", file=sys.stderr)
+        return 2
+    return int(False in outcomes)
 
 
 def _compare(compare: Any, id: str, arguments: argparse.Namespace, advance: Any) -> dict[str, Any]:
+    """equal: True, False, or None if Gymnasium cannot build its environment of this id."""
     result: dict[str, Any] = {"id": id, "equal": True, "runs": 0, "episodes": 0, "message": ""}
     try:
         with compare.quiet():
@@ -61,9 +73,10 @@ def _compare(compare: Any, id: str, arguments: argparse.Namespace, advance: Any)
                 result["episodes"] += compare.play(one)
                 result["runs"] += 1
                 advance()
-    except compare.DifferenceError as difference:
+    except (compare.DifferenceError, mjenv.Error) as difference:
         result.update(equal=False, message=str(difference))
-    except ImportError as error:  # Pusher-v4 with a new mujoco
+    except (ImportError, gymnasium.error.Error) as error:
+        # A package is missing, the mujoco is too new for an old id, or Gymnasium has no such id.
         result.update(equal=None, message=str(error))
     return result
 
@@ -73,5 +86,5 @@ def _line(result: dict[str, Any], steps: int) -> str:
     if result["equal"]:
         return f"{id}: {runs} runs of {steps} steps, {result['episodes']} episodes: every bit equal"
     if result["equal"] is None:
-        return f"{id}: not compared, as Gymnasium refuses it: {result['message']}"
+        return f"{id}: not compared, because Gymnasium cannot build it: {result['message']}"
     return f"{id}: DIFFERS after {runs} equal runs: {result['message']}"
