@@ -112,10 +112,11 @@ def test_camera_and_fast() -> None:
         (["--video", "a.png", "--width", "0"], "less than 1"),
         (["--video", "a.png", "--width", "99999999"], "width"),
         (["--video", "a.png", "--camera", "7"], "camera"),
+        (["--video", "a.png", "--camera", "nosuch"], "nosuch"),
         (["--video", "a.png", "--actions", "none.npy"], "none.npy"),
         (["--video", "a.png", "--actions", "wide.npy"], "3 numbers a row"),
         (["--video", "a.png", "--actions", "text.npy"], "text.npy"),
-        (["--video", "a.png", "--policy", "none.zip", "--algorithm", "PPO"], "stable"),
+        (["--video", "a.png", "--policy", "none.zip"], "none.zip"),
         (["--video", "none/a.mp4"], "none"),
     ],
 )

@@ -89,6 +89,29 @@ def test_saved_policies_play(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         assert message in capsys.readouterr().err
 
 
+def test_saved_normalizers_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """mjenv play normalizes observations by normalizer.pkl beside the policy, or by --normalizer."""
+    os.environ.setdefault("MUJOCO_GL", "egl")
+    envs = VecNormalize(VecEnv("Hopper-v5", 2))
+    model = PPO("MlpPolicy", envs, n_steps=64, seed=1, device="cpu")
+    model.learn(128)
+    model.save(tmp_path / "model.zip")
+    envs.save(str(tmp_path / "normalizer.pkl"))
+    env = mjenv.make("Hopper-v5")
+    obs, total, steps, ended = env.reset(seed=4)[0], 0.0, 0, False
+    while not ended:
+        action = model.predict(envs.normalize_obs(obs), deterministic=True)[0]
+        obs, reward, terminated, truncated, _ = env.step(action)
+        total, steps, ended = total + reward, steps + 1, terminated or truncated
+    words = ["play", "Hopper-v5", "--seed", "4", "--video", str(tmp_path / "a.png"), "--width", "62", "--height", "44"]
+    words += ["--policy", str(tmp_path / "model.zip")]
+    assert main(words) == 0
+    (tmp_path / "normalizer.pkl").rename(tmp_path / "other.pkl")
+    assert main([*words, "--normalizer", str(tmp_path / "other.pkl")]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == second == f"{tmp_path / 'a.png'}: {steps} steps, return {total:.6g}"
+
+
 def test_pictures() -> None:
     os.environ.setdefault("MUJOCO_GL", "egl")
     envs = VecEnv("Hopper-v5", 2, render_mode="rgb_array", width=62, height=44)

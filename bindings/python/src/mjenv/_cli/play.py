@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 import mjenv
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_options, known_id, not_negative, options_of, positive
+from mjenv._cli.policies import NORMALIZER, Action, policy_of
 
 Colours = NDArray[np.uint8]
-Action = Callable[[NDArray[Any]], Any]  # of an observation
 
 GIF_RATE = 30  # pictures a second at most: viewers show faster ones slowly
 SHEET = 12  # pictures of an episode on a sheet
@@ -52,8 +52,19 @@ def add(commands: Commands) -> None:
     command.add_argument("--steps", type=positive, help="steps at most (default: to the end of the episode)")
     source = command.add_mutually_exclusive_group()
     source.add_argument("--actions", type=Path, metavar="FILE.npy", help="actions, one a row")
-    source.add_argument("--policy", type=Path, metavar="FILE.zip", help="a policy that Stable-Baselines3 saved")
-    command.add_argument("--algorithm", default="PPO", help="the policy's class in stable_baselines3 (default: PPO)")
+    source.add_argument(
+        "--policy",
+        type=Path,
+        metavar="FILE",
+        help="a policy: FILE.zip that Stable-Baselines3 saved, or FILE.txt that mjenv.policy saved",
+    )
+    command.add_argument("--algorithm", default="PPO", help="the class of FILE.zip in stable_baselines3 (default: PPO)")
+    command.add_argument(
+        "--normalizer",
+        type=Path,
+        metavar="FILE",
+        help=f"the VecNormalize that was saved with FILE.zip (default: {NORMALIZER} beside it, if there is one)",
+    )
     command.add_argument("--width", type=positive, default=480, help="pixels (default: 480)")
     command.add_argument("--height", type=positive, default=480, help="pixels (default: 480)")
     command.add_argument("--camera", metavar="NAME|NUMBER", help="of the model; -1 is the free one")
@@ -86,6 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
     writers: dict[str, type[Mp4 | Gif | Sheet]] = {".mp4": Mp4, ".gif": Gif, ".png": Sheet}
     writer_of = writers[arguments.video.suffix.lower()]
     needed("imageio", "imageio_ffmpeg" if writer_of is Mp4 else "PIL")
+    if arguments.normalizer and not arguments.policy:
+        raise mjenv.OptionError("--normalizer belongs to a --policy")
     keywords = options_of(arguments.id, arguments.option)
     with mjenv.make(
         arguments.id,
@@ -96,6 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
         **camera_of(arguments.camera),
         **keywords,
     ) as env:
+        if env.camera_name is not None:
+            env.model.camera(env.camera_name)  # raises if there is none, while make takes the free camera as Gymnasium
         act, steps = actions_of(env, arguments)
         writer = writer_of(arguments.video, arguments.fps or env.metadata["render_fps"])
         with terminal.progress(steps, f"playing {arguments.id}") as advance:
@@ -130,7 +145,7 @@ def actions_of(env: mjenv.MujocoEnv, arguments: argparse.Namespace) -> tuple[Act
     if arguments.actions:
         return recorded(arguments.actions, env, limit)
     if arguments.policy:
-        return saved_policy(arguments.policy, arguments.algorithm), limit
+        return policy_of(arguments.policy, env, arguments.algorithm, arguments.normalizer), limit
     return lambda obs: env.action_space.sample(), limit
 
 
@@ -145,23 +160,6 @@ def recorded(path: Path, env: mjenv.MujocoEnv, limit: int) -> tuple[Action, int]
         raise mjenv.InvalidValueError(f"{path} does not hold actions, one of {shape[0]} numbers a row")
     following: Iterator[Any] = iter(found)
     return lambda obs: next(following), min(limit, len(found))
-
-
-def saved_policy(path: Path, algorithm: str) -> Action:
-    try:
-        sb3: Any = importlib.import_module("stable_baselines3")
-    except ImportError as error:
-        raise mjenv.OptionError(f"--policy needs Stable-Baselines3: pip install stable-baselines3 ({error})") from None
-    kind: Any = getattr(sb3, algorithm, None)
-    if not hasattr(kind, "load"):
-        raise mjenv.OptionError(
-            f"stable_baselines3 has no algorithm {algorithm!r}; --algorithm takes PPO, SAC, TD3, ..."
-        )
-    try:
-        model = kind.load(path, device="cpu")
-    except (AssertionError, KeyError, RuntimeError, TypeError, ValueError) as error:
-        raise mjenv.InvalidValueError(f"{path} is no policy of {algorithm}: {error}") from None
-    return lambda obs: model.predict(obs, deterministic=True)[0]
 
 
 def camera_of(text: str | None) -> dict[str, Any]:

@@ -1,0 +1,75 @@
+"""The policies that mjenv play takes: Stable-Baselines3's .zip files, and mjenv.policy's text files."""
+
+from __future__ import annotations
+
+import importlib
+import pickle
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mjenv
+from mjenv.policy import Policy
+
+Action = Callable[[NDArray[Any]], Any]  # of an observation
+
+NORMALIZER = "normalizer.pkl"  # as docs/training.md saves it
+
+
+def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path | None) -> Action:
+    """The deterministic actions of a saved policy.
+
+    normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy; None for the file
+    normalizer.pkl beside the policy, if there is one.
+    """
+    act = _zipped(path, algorithm, normalizer) if zipfile.is_zipfile(path) else _text(path, env, normalizer)
+    try:
+        act(np.zeros(env.observation_space.shape))
+    except (AttributeError, TypeError, ValueError) as error:
+        raise mjenv.InvalidValueError(f"{path} cannot act on observations of {env._rows.id}: {error}") from None
+    return act
+
+
+def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
+    policy = Policy.load(path)
+    if normalizer:
+        raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
+    if policy.id != env._rows.id:
+        raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {env._rows.id}")
+    return lambda obs: policy.act(obs.tolist())
+
+
+def _zipped(path: Path, algorithm: str, normalizer: Path | None) -> Action:
+    try:
+        sb3: Any = importlib.import_module("stable_baselines3")
+    except ImportError as error:
+        raise mjenv.OptionError(
+            f"{path} is a policy of Stable-Baselines3, which is missing: pip install stable-baselines3 ({error})"
+        ) from None
+    kind: Any = getattr(sb3, algorithm, None)
+    if not hasattr(kind, "load"):
+        raise mjenv.OptionError(
+            f"stable_baselines3 has no algorithm {algorithm!r}; --algorithm takes PPO, SAC, TD3, ..."
+        )
+    try:
+        model = kind.load(path, device="cpu")
+    except (AssertionError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        raise mjenv.InvalidValueError(f"{path} is no policy of {algorithm}: {error}") from None
+    beside = path.with_name(NORMALIZER)
+    if normalizer is None and not beside.exists():
+        return lambda obs: model.predict(obs, deterministic=True)[0]
+    normalize = _normalization(normalizer or beside)
+    return lambda obs: model.predict(normalize(obs), deterministic=True)[0]
+
+
+def _normalization(path: Path) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    content = path.read_bytes()
+    try:
+        normalize: Callable[[NDArray[Any]], NDArray[Any]] = pickle.loads(content).normalize_obs
+    except Exception as error:  # a file that holds something else can raise anything
+        raise mjenv.InvalidValueError(f"{path} is no saved VecNormalize: {error}") from None
+    return normalize

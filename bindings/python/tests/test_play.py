@@ -1,0 +1,149 @@
+"""What acts in `mjenv play`: policies and normalizers. tests/pictures/test_play.py has the videos, and
+tests/long/check_sb3.py Stable-Baselines3, which a stand-in replaces here."""
+
+import pickle
+import sys
+import types
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv._cli import main, play
+from mjenv.policy import Layer, Policy
+
+LINEAR = np.arange(22.0).reshape(2, 11)[:, :10] / 20  # Reacher's actions from its observations
+POLICY = Policy(
+    "Reacher-v5",
+    mean=[0.0] * 10,
+    scale=[1.0] * 10,
+    clip=10.0,
+    low=[-1.0] * 2,
+    high=[1.0] * 2,
+    layers=[Layer("tanh", LINEAR.tolist(), [0.0, 0.1])],
+)
+
+
+class Model:
+    """What Stable-Baselines3's PPO.load gives."""
+
+    def predict(self, obs: Any, deterministic: bool) -> Any:
+        assert deterministic
+        if obs.shape != (10,):
+            raise ValueError("Unexpected observation shape")
+        return np.tanh(LINEAR @ obs), None
+
+
+class Ppo:
+    @staticmethod
+    def load(path: Path, device: str) -> Model:
+        assert (zipfile.is_zipfile(path), device) == (True, "cpu")
+        return Model()
+
+
+class Normalizer:
+    """What a pickled VecNormalize gives."""
+
+    def __init__(self, mean: float) -> None:
+        self.mean = mean
+
+    def normalize_obs(self, obs: Any) -> Any:
+        return obs - self.mean
+
+
+class Unseen:
+    """Takes the place of the sheet of pictures."""
+
+    def __init__(self, path: Path, rate: int) -> None:
+        pass
+
+    def add(self, env: mjenv.MujocoEnv) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture(autouse=True)
+def stand_ins(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    sb3 = types.ModuleType("stable_baselines3")
+    sb3.PPO = Ppo  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "stable_baselines3", sb3)
+    monkeypatch.setattr(play, "Sheet", Unseen)
+    monkeypatch.setattr(play, "needed", lambda *modules: None)
+    monkeypatch.chdir(tmp_path)
+    with zipfile.ZipFile("model.zip", "w") as file:
+        file.writestr("data", "{}")
+    POLICY.save(Path("policy.txt"))
+    Path("text.pkl").write_text("text")
+
+
+def printed(act: Any) -> str:
+    """What mjenv play prints of the episode in which these actions are taken."""
+    env = mjenv.make("Reacher-v5")
+    obs, total = env.reset(seed=4)[0], 0.0
+    for _ in range(50):
+        obs, reward, *_ = env.step(act(obs))
+        total += reward
+    return f"a.png: 50 steps, return {total:.6g}\n"
+
+
+def run(*words: str) -> int:
+    return main(["play", "Reacher-v5", "--seed", "4", "--video", "a.png", *words])
+
+
+def test_stable_baselines3(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--policy", "model.zip") == 0
+    assert capsys.readouterr().out == printed(lambda obs: np.tanh(LINEAR @ obs))
+
+
+@pytest.mark.parametrize(
+    ("file", "options"),
+    [("normalizer.pkl", []), ("other.pkl", ["--normalizer", "other.pkl"])],
+    ids=["beside the policy", "named"],
+)
+def test_normalizers(file: str, options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    Path("normalizer.pkl").write_bytes(pickle.dumps(Normalizer(-7.0)))
+    Path(file).write_bytes(pickle.dumps(Normalizer(0.25)))
+    assert run("--policy", "model.zip", *options) == 0
+    assert capsys.readouterr().out == printed(lambda obs: np.tanh(LINEAR @ (obs - 0.25)))
+
+
+def test_a_policy_as_text(capsys: pytest.CaptureFixture[str]) -> None:
+    """The normalizer belongs to model.zip; the text holds its own normalization."""
+    Path("normalizer.pkl").write_bytes(pickle.dumps(Normalizer(0.25)))
+    assert run("--policy", "policy.txt") == 0
+    assert capsys.readouterr().out == printed(lambda obs: POLICY.act(obs.tolist()))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--policy", "none.zip"], "none.zip"),
+        (["--policy", "text.pkl"], "text.pkl is no policy"),
+        (["--policy", "model.zip", "--algorithm", "Poet"], "no algorithm 'Poet'"),
+        (["--policy", "model.zip", "--normalizer", "none.pkl"], "none.pkl"),
+        (["--policy", "model.zip", "--normalizer", "text.pkl"], "text.pkl is no saved VecNormalize"),
+        (["--policy", "policy.txt", "--normalizer", "normalizer.pkl"], "leave --normalizer out"),
+        (["--normalizer", "normalizer.pkl"], "--normalizer belongs to a --policy"),
+        (["--camera", "nosuch"], "nosuch"),
+    ],
+)
+def test_refusals(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*words) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("policy", "message"),
+    [
+        ("policy.txt", "is a policy for Reacher-v5, not for Ant-v5"),
+        ("model.zip", "cannot act on observations of Ant-v5"),
+    ],
+)
+def test_a_policy_of_another_robot(policy: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["play", "Ant-v5", "--video", "a.png", "--policy", policy]) == 2
+    assert message in capsys.readouterr().err
