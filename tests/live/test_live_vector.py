@@ -263,6 +263,7 @@ def test_descriptions(id: str) -> None:
     assert (ours.num_envs, ours.render_mode, ours.closed) == (theirs.num_envs, theirs.render_mode, theirs.closed)
     mine, other = ours.spec, theirs.spec
     mine.entry_point, mine.vector_entry_point = other.entry_point, other.vector_entry_point
+    other.kwargs.update(other.kwargs.pop("vector_kwargs", {}), vectorization_mode="vector_entry_point")
     assert mine == other
     for name in ("dt", "frame_skip", "init_qpos", "init_qvel", "render_mode"):
         check_same(name, ours.get_attr(name), theirs.get_attr(name))

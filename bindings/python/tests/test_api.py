@@ -248,6 +248,28 @@ def test_context_manager_closes_and_closing_twice_is_fine() -> None:
         env.reset()
 
 
+def test_options_say_the_defaults_of_both_makers() -> None:
+    parameters = inspect.signature(mjenv.make_vec).parameters
+    for name, option in mjenv.options("Ant-v5").items():
+        if name == "autoreset_mode":
+            assert mjenv.AutoresetMode[option.vector_default.upper()] == parameters[name].default
+        elif name in parameters and name != "max_episode_steps":  # whose None stands for the id's own
+            assert option.vector_default == parameters[name].default
+        else:
+            assert option.vector_default == option.default
+
+
+@pytest.mark.parametrize("name", ["_get_obs", "_get_rew", "reset_model"])
+def test_a_subclass_hears_what_is_never_called(name: str) -> None:
+    with pytest.warns(
+        UserWarning, match=rf"Own defines {name}, which mjenv\.MujocoEnv never calls.*'Own tasks'"
+    ) as told:
+        type("Own", (mjenv.MujocoEnv,), {name: lambda self: None})
+    assert told[0].filename == __file__
+    own = type("Own", (mjenv.MujocoEnv,), {"step": lambda self, action: 5})  # without a warning
+    assert own("Ant-v5").step(None) == 5
+
+
 def test_str() -> None:
     assert str(mjenv.make("Ant-v4")) == "<MujocoEnv<Ant-v4>>"
     assert mjenv.make("Ant-v4").unwrapped.spec.id == "Ant-v4"

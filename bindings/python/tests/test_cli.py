@@ -76,6 +76,8 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert found["model"]["dt"] == env.dt
     names = [words[0] for words in SCHEMA[id].get("option", [])]
     assert [option["name"] for option in found["options"]][: len(names)] == names
+    other = {option["name"] for option in found["options"] if option["default"] != option["vector_default"]}
+    assert other == {"num_threads", "autoreset_mode"}
 
 
 @pytest.mark.parametrize("id", SCHEMA)
@@ -95,6 +97,7 @@ def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Spaces" in text
     assert "2 mj_steps of 0.002 s make a step of 0.004 s" in text
     assert "[given: 0.5, inf]" in text or "[given: [0.5, inf]]" in text
+    assert "'disabled'; make_vec: 'next_step'" in text
 
 
 @pytest.mark.parametrize(

@@ -137,6 +137,45 @@ def test_rendering_keywords_that_gymnasium_refuses(keywords: dict[str, Any], kin
         mjenv.make("Ant-v5", **keywords)
 
 
+@pytest.mark.parametrize("mode", ["rgb", "ansi", "rgb_array_lists", "ansi_list", ""])
+@pytest.mark.parametrize("make", [mjenv.make, mjenv.make_vec, lambda id, **kw: gymnasium.make(f"mjenv/{id}", **kw)])
+@pytest.mark.filterwarnings("ignore:.*render_mode")  # Gymnasium's own
+def test_an_unknown_render_mode(make: Any, mode: str) -> None:
+    with refused(ValueError, Status.E_ARGUMENT, f"human, rgb_array, depth_array, rgbd_tuple, not '{mode}'"):
+        make("Ant-v5", render_mode=mode)
+
+
+@pytest.mark.parametrize(
+    ("misspelt", "meant"),
+    [
+        ("rendermode", "render_mode"),
+        ("camera_nam", "camera_name"),
+        ("default_camera_configuration", "default_camera_config"),
+        ("ctrl_cost", "ctrl_cost_weight"),
+        ("max_steps", "max_episode_steps"),
+    ],
+)
+def test_a_misspelt_keyword(misspelt: str, meant: str) -> None:
+    for make in (mjenv.make, mjenv.make_vec):
+        with refused(TypeError, Status.E_NAME, f"'{misspelt}'.*Did you mean '{meant}'"):
+            make("Ant-v5", **{misspelt: 1})
+
+
+@pytest.mark.parametrize("call", [mjenv.make, mjenv.make_vec, mjenv.spec, mjenv.options, mjenv.model_xml])
+@pytest.mark.parametrize("id", [None, 5, b"Ant-v5", ["Ant-v5"]])
+def test_an_id_of_another_type(call: Any, id: Any) -> None:
+    with refused(TypeError, Status.E_TYPE, "the id is a str, 'Ant-v5' for example"):
+        call(id)
+    with refused(TypeError, Status.E_TYPE, "the id"):
+        mjenv.MujocoEnv(id)
+
+
+def test_an_environment_instead_of_an_id(env: mjenv.MujocoEnv) -> None:
+    for call in (mjenv.make, mjenv.make_vec):
+        with refused(TypeError, Status.E_TYPE, "make builds environments itself"):
+            call(env)
+
+
 # ---- models ----
 
 

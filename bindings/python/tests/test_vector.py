@@ -226,6 +226,51 @@ def test_gymnasium_makes_vectors_of_our_spec() -> None:
         check_equal(ours.step(np.ones((2, 3))), theirs.step(np.ones((2, 3))))
 
 
+@pytest.mark.parametrize(
+    ("options", "read"),
+    [
+        ({}, lambda envs: envs._pool.rows.options),
+        ({"autoreset_mode": "SameStep"}, lambda envs: envs.autoreset_mode),
+        ({"autoreset_mode": AutoresetMode.DISABLED}, lambda envs: envs.autoreset_mode),
+        ({"copy": False}, lambda envs: envs.copy),
+        ({"dtype": np.float32}, lambda envs: envs.single_observation_space),
+        ({"num_threads": 2, "arrays": "xpos"}, lambda envs: (envs._pool.rows.options, envs.arrays["xpos"].shape)),
+        ({"width": 64, "render_mode": "rgb_array"}, lambda envs: (envs.render_mode, envs._pool.pictures.width)),
+        ({"max_episode_steps": 3}, lambda envs: envs._pool.rows.options),
+        ({"max_episode_steps": -1}, lambda envs: envs._pool.rows.options),
+    ],
+    ids=str,
+)
+def test_a_spec_builds_the_same_again(options: dict[str, Any], read: Callable[[Any], Any]) -> None:
+    """Each maker of a vector takes the spec of the other."""
+    options = {"reward_control_weight": 0.5, "strict": False, **options}
+    ours = mjenv.make_vec("Reacher-v5", 2, **options)
+    theirs = gymnasium.make_vec("mjenv/Reacher-v5", num_envs=2, **options)
+    made = [make(envs.spec) for envs in (ours, theirs) for make in (mjenv.make_vec, gymnasium.make_vec)]
+    made += [make(envs.spec) for envs in made for make in (mjenv.make_vec, gymnasium.make_vec)]
+    ours.reset(seed=1)
+    expected = [copy.deepcopy(ours.step(np.ones((2, 2)))) for _ in range(60)]
+    for envs in made:
+        assert type(envs) is mjenv.VectorEnv
+        assert read(envs) == read(ours)
+        envs.reset(seed=1)
+        for results in expected:
+            check_equal(envs.step(np.ones((2, 2))), results)
+
+
+def test_keywords_go_before_those_of_a_spec() -> None:
+    spec = mjenv.make_vec("Reacher-v5", autoreset_mode="SameStep", copy=False, max_episode_steps=3, frame_skip=3).spec
+    envs = mjenv.make_vec(spec, autoreset_mode="Disabled", max_episode_steps=4, frame_skip=1)
+    assert (envs.autoreset_mode, envs.copy, envs.frame_skip) == (AutoresetMode.DISABLED, False, 1)
+    envs.reset(seed=1)
+    assert [bool(envs.step(np.zeros((1, 2)))[3][0]) for _ in range(4)] == [False, False, False, True]
+    without_limit = mjenv.make("Reacher-v5", max_episode_steps=-1).spec
+    for make in (mjenv.make_vec, gymnasium.make_vec):
+        envs = make(mjenv.make_vec(without_limit).spec)
+        envs.reset(seed=1)
+        assert not any(envs.step(np.zeros((1, 2)))[3] for _ in range(60))
+
+
 @pytest.mark.parametrize("order", ["C", "F", "strided", "big endian", "lists", "integers"])
 def test_actions_in_any_layout(envs: mjenv.VectorEnv, order: str) -> None:
     other = mjenv.make_vec("Reacher-v5", 4)

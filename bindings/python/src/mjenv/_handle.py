@@ -6,6 +6,7 @@ All calls of the library go through this module, except the steps (_step.py) and
 from __future__ import annotations
 
 import ctypes
+import difflib
 import operator
 import os
 import threading
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Dtype, Kind, Role, Status, Type
+from mjenv._keywords import Rendering
 from mjenv._library import LIBRARY
 from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError, check
 
@@ -44,11 +46,12 @@ class Option:
 
     name: str
     kind: Kind
-    default: Any  # bool, int, float, a tuple of floats, or str
+    default: Any  # of make: a bool, int, float, a tuple of floats, or a str
     low: float  # of each number, both ends included
     high: float
     choices: tuple[str, ...]  # the valid texts; empty when any text may be tried
     doc: str
+    vector_default: Any  # of make_vec
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,8 @@ def _text(value: bytes | None) -> str:
 
 
 def _encoded(value: str, what: str) -> bytes:
+    if not isinstance(value, str):
+        raise OptionError(f"{what} is a str, not {value!r}", Status.E_TYPE)
     if "\0" in value:
         raise InvalidValueError(f"{what} holds a null character", Status.E_VALUE)
     return value.encode("utf-8", "surrogateescape")
@@ -143,9 +148,8 @@ class Options:
             check(LIBRARY.mjenv_options_at(self.pointer, i, byref(option)))
             name, kind = _text(option.name), Kind(option.kind)
             choices = tuple(_text(option.choices).split())
-            found[name] = Option(
-                name, kind, self._get(option.name, kind), option.low, option.high, choices, _text(option.doc)
-            )
+            default = self._get(option.name, kind)
+            found[name] = Option(name, kind, default, option.low, option.high, choices, _text(option.doc), default)
         return found
 
     def set(self, values: Mapping[str, Any]) -> None:
@@ -153,7 +157,11 @@ class Options:
         schema = self.schema()
         for name, value in values.items():
             if name not in schema:
-                raise OptionError(f"{self.id} has no option {name!r}; it has {', '.join(schema)}", status=Status.E_NAME)
+                similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__], 1)
+                hint = f". Did you mean {similar[0]!r}?" if similar else ""
+                raise OptionError(
+                    f"{self.id} has no option {name!r}; it has {', '.join(schema)}{hint}", status=Status.E_NAME
+                )
             self._set(schema[name], value)
 
     def _get(self, name: bytes, kind: Kind) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Mapping
 from ctypes import byref, c_float, c_uint8, c_void_p
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mjenv import _abi
 from mjenv._abi import Status
 from mjenv._handle import Rows, _destroy_with, _struct, camera_config, pointer_to
+from mjenv._keywords import Rendering, RenderMode
 from mjenv._library import LIBRARY
 from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError, check
 
@@ -20,11 +21,11 @@ Colours = NDArray[np.uint8]
 Depth = NDArray[np.float32]
 Picture = Colours | Depth | tuple[Colours, Depth]
 
-RENDER_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
+RENDER_MODES: tuple[str, ...] = get_args(RenderMode)
 SIZE = 480  # Gymnasium's default, pixels
 MAX_GEOM = 1000  # Gymnasium's default
-# Gymnasium's keywords for rendering, but for default_camera_config, which only some ids take, and mjenv's render_fast.
-KEYWORDS = ("render_mode", "width", "height", "camera_id", "camera_name", "max_geom", "visual_options", "render_fast")
+# default_camera_config is missing here, because only some ids take it: see camera_config_of.
+KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
 _FREE, _NO_CAMERA = -1, -2
 _NUMBERS = ("distance", "azimuth", "elevation")
 _WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
@@ -49,6 +50,8 @@ class Pictures:
         """Checks what Gymnasium checks at construction; OpenGL is loaded for the first picture."""
         if render_mode is not None and not isinstance(render_mode, str):
             raise OptionError(f"render_mode is a str, not {render_mode!r}", Status.E_TYPE)
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise InvalidValueError(f"render_mode is one of {', '.join(RENDER_MODES)}, not {render_mode!r}")
         if camera_id is not None and camera_name is not None:
             raise InvalidValueError("camera_id and camera_name exclude each other")
         if camera_name is not None and not isinstance(camera_name, str):
@@ -66,9 +69,9 @@ class Pictures:
     def draw(self, row: int = 0) -> Picture | None:
         """The picture of a row in new arrays: rgb[height, width, 3], depth[height, width], or both; or None, and the
         row's window shows it."""
-        if self.mode not in RENDER_MODES:
+        if self.mode is None:
             known = ", ".join(RENDER_MODES)
-            raise RenderSettingError(f"the environment was made with render_mode {self.mode!r}; render() knows {known}")
+            raise RenderSettingError(f"the environment was made with render_mode None; render() needs one of {known}")
         if self.mode == "human":
             self._show(row)
             return None
@@ -182,9 +185,10 @@ def camera_config_of(id: str, options: dict[str, Any]) -> dict[str, Any] | None:
     Takes the keyword out of the options of ids whose class in Gymnasium has it. It stays in the others', where it is an
     unknown option.
     """
+    config = camera_config(id)
     if id.endswith("-v5") or id == "Swimmer-v4":
-        return options.pop("default_camera_config", camera_config(id))  # type: ignore[no-any-return]
-    return camera_config(id)
+        return options.pop("default_camera_config", config)  # type: ignore[no-any-return]
+    return config
 
 
 def _int32(name: str, value: Any) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import warnings
 from collections.abc import Callable
 from ctypes import byref, c_double
 from typing import Any
@@ -24,6 +25,8 @@ Results = tuple[Float64Array, float, bool, bool, Info]
 
 _FLOAT64 = np.dtype(np.float64)
 _UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
+# What subclasses of Gymnasium's MujocoEnv define.
+_HOOKS = ("_get_obs", "_get_rew", "_get_reset_info", "reset_model", "_reset_simulation", "_initialize_simulation")
 
 
 class _Exchange:
@@ -99,6 +102,17 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
     action_space: Box  # type: ignore[assignment, unused-ignore]
     observation_space: Box  # type: ignore[assignment, unused-ignore]
     arrays: dict[str, Float64Array]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        uncalled = [name for name in _HOOKS if name in cls.__dict__]
+        if uncalled:
+            warnings.warn(
+                f"{cls.__name__} defines {', '.join(uncalled)}, which mjenv.MujocoEnv never calls, because the "
+                "library computes observations, rewards and resets: wrap the environment, or see 'Own tasks' in "
+                "mjenv's documentation",
+                stacklevel=2,
+            )
 
     def __init__(
         self,

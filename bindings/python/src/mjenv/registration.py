@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
 from gymnasium.envs.registration import EnvSpec
 
 from mjenv import _handle
+from mjenv._abi import Status
 from mjenv._handle import Option
 from mjenv._library import LIBRARY
 from mjenv._pictures import RENDER_MODES
 from mjenv.env import MujocoEnv
+from mjenv.errors import OptionError
 
 NAMESPACE = "mjenv"
+# Where make_vec has another default than the library.
+VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
 
 
 def version() -> str:
@@ -30,12 +35,13 @@ def ids() -> tuple[str, ...]:
 
 def options(id: str) -> dict[str, Option]:
     """The constructor options of an id by name, in Gymnasium's order, then those of mjenv itself."""
-    return _handle.Options(id).schema()
+    schema = _handle.Options(_own(id)).schema()
+    return schema | {name: replace(schema[name], vector_default=value) for name, value in VECTOR_DEFAULTS.items()}
 
 
 def spec(id: str) -> EnvSpec:
     """What gymnasium.spec(id) says; the entry points are this package's."""
-    id = id.removeprefix(f"{NAMESPACE}/")
+    id = _own(id)
     found = _handle.spec_of(id)
     return EnvSpec(
         id=id,
@@ -48,7 +54,20 @@ def spec(id: str) -> EnvSpec:
 
 def model_xml(id: str) -> str:
     """The text (MJCF) of the model that is built into the library for an id: the start of a model of your own."""
-    return str(_handle.spec_of(id.removeprefix(f"{NAMESPACE}/")).model_xml.decode())
+    return str(_handle.spec_of(_own(id)).model_xml.decode())
+
+
+def spec_asked(id: str | EnvSpec) -> EnvSpec:
+    """The spec that make and make_vec are asked to build."""
+    return id if isinstance(id, EnvSpec) else spec(id)
+
+
+def _own(id: Any) -> str:
+    """The library's name of an id. mjenv/Ant-v5, as Gymnasium knows it, is Ant-v5."""
+    if not isinstance(id, str):
+        hint = "; make builds environments itself" if hasattr(id, "step") else ""
+        raise OptionError(f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE)
+    return id.removeprefix(f"{NAMESPACE}/")
 
 
 def register() -> None:
@@ -77,7 +96,7 @@ def make(
     "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection. render_fast=True
     draws without multisampling and shadows.
     """
-    asked = id if isinstance(id, EnvSpec) else spec(id)
+    asked = spec_asked(id)
     own = spec(asked.id)
     chosen = {**copy.deepcopy(asked.kwargs), **options}
     limit = asked.max_episode_steps if max_episode_steps is None else max_episode_steps

@@ -36,6 +36,7 @@ from mjenv._row import Row
 from mjenv._step import Info, Step
 from mjenv.errors import InvalidValueError
 from mjenv.registration import spec as spec_of
+from mjenv.registration import spec_asked
 
 Array = NDArray[Any]
 Results = tuple[Array, Float64Array, BoolArray, BoolArray, Info]
@@ -60,36 +61,33 @@ def make_vec(
     nearest). copy=False: observations are views of an array that the next call overwrites. max_episode_steps,
     disable_env_checker, options: as in make; arrays="xpos sensordata" exports these arrays of mjData with each step.
     """
-    given = copying.deepcopy(id.kwargs) if isinstance(id, EnvSpec) else {}
-    asked = id if isinstance(id, EnvSpec) else spec_of(id)
-    vectorizer = {"autoreset_mode": autoreset_mode, "copy": copy, "dtype": dtype, **given.pop("vector_kwargs", {})}
+    asked = spec_asked(id)
+    given = copying.deepcopy(asked.kwargs)
     given.pop("vectorization_mode", None)
     num_envs = given.pop("num_envs", num_envs)
-    chosen = {**given, **options}
+    chosen = {**given.pop("vector_kwargs", {}), **given, **options}
     for name, value, default in (
         ("num_threads", num_threads, 0),
+        ("autoreset_mode", autoreset_mode, AutoresetMode.NEXT_STEP),
+        ("dtype", dtype, np.float64),
+        ("copy", copy, True),
         ("max_episode_steps", max_episode_steps, None),
         ("disable_env_checker", disable_env_checker, None),
     ):
         if value != default:
             chosen[name] = value
+    if asked.max_episode_steps is None:
+        chosen.setdefault("max_episode_steps", -1)  # where gymnasium.make_vec would take the id's own limit
 
     own = spec_of(asked.id)
-    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": _limit_of(asked), **chosen}, **vectorizer)
-    made.spec = own
-    made.spec.max_episode_steps = asked.max_episode_steps
-    made.spec.kwargs = {**chosen, "vectorization_mode": "sync"}
+    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen})
+    # By this spec gymnasium.make_vec builds the same.
+    own.max_episode_steps = asked.max_episode_steps
+    own.kwargs = {**chosen, "vectorization_mode": "vector_entry_point"}
     if num_envs != 1:
-        made.spec.kwargs["num_envs"] = num_envs
-    defaults = {"autoreset_mode": AutoresetMode.NEXT_STEP, "copy": True, "dtype": np.float64}
-    changed = {name: value for name, value in vectorizer.items() if value != defaults[name]}
-    if changed:
-        made.spec.kwargs["vector_kwargs"] = changed
+        own.kwargs["num_envs"] = num_envs
+    made.spec = own
     return made
-
-
-def _limit_of(spec: EnvSpec) -> int:
-    return -1 if spec.max_episode_steps is None else spec.max_episode_steps
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):

@@ -43,7 +43,7 @@ def add(commands: Commands) -> None:
         "info",
         help="describe an environment",
         description="Describes an environment: spaces, the parts of observation, action and info, constructor options "
-        "with defaults and bounds, and figures of its model.",
+        "with bounds and with the defaults of make, and of make_vec where it has others, and figures of its model.",
     )
     command.add_argument("id", type=known_id, help="an id, Ant-v5 for instance")
     add_options(command)
@@ -148,6 +148,7 @@ def _option(option: mjenv.Option, given: dict[str, Any]) -> dict[str, Any]:
         "name": option.name,
         "kind": option.kind.name.lower(),
         "default": option.default,
+        "vector_default": option.vector_default,
         "low": option.low,
         "high": option.high,
         "choices": list(option.choices),
@@ -196,7 +197,7 @@ def _show(described: dict[str, Any]) -> None:
 
     terminal.heading("Options")
     rows = [
-        [option["name"], _text(option["default"]), _range(option), option["doc"] + _given(option)]
+        [option["name"], _defaults(option), _range(option), option["doc"] + _given(option)]
         for option in described["options"]
     ]
     terminal.table(["option", "default", "allowed", "meaning"], rows)
@@ -231,6 +232,11 @@ def _text(value: Any) -> str:
     if isinstance(value, tuple):
         return ", ".join(map(_short, value))
     return repr(value) if isinstance(value, str) else _short(value)
+
+
+def _defaults(option: dict[str, Any]) -> str:
+    default, vector_default = (_text(option[key]) for key in ("default", "vector_default"))
+    return default if default == vector_default else f"{default}; make_vec: {vector_default}"
 
 
 def _given(option: dict[str, Any]) -> str:

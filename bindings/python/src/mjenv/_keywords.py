@@ -1,0 +1,21 @@
+"""Gymnasium's keywords for rendering, and render_fast, which is mjenv's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal, TypedDict
+
+RenderMode = Literal["human", "rgb_array", "depth_array", "rgbd_tuple"]
+RenderList = Literal["rgb_array_list", "depth_array_list", "rgbd_tuple_list"]
+
+
+class Rendering(TypedDict, total=False):
+    render_mode: RenderMode | RenderList | None
+    width: int
+    height: int
+    camera_id: int | None
+    camera_name: str | None
+    max_geom: int
+    visual_options: Mapping[int, bool] | None
+    render_fast: bool
+    default_camera_config: Mapping[str, Any] | None  # of v5 and Swimmer-v4
