@@ -1,5 +1,6 @@
-/* numpy.hpp - sums, norms and scalars with NumPy's rounding, for tasks that are to equal their Python originals.
- * Eigen's own reductions add in another order. Compile with -ffp-contract=off. */
+/* numpy.hpp - Sums, norms and scalars that round as NumPy's do, for tasks that must return the same bits as a Python
+ * original. Eigen's reductions add in another order than NumPy. Compile with -ffp-contract=off, because a fused
+ * multiply-add rounds once where NumPy rounds twice. */
 #ifndef MJENV_NUMPY_HPP
 #define MJENV_NUMPY_HPP
 
@@ -11,8 +12,8 @@
 namespace mjenv {
 namespace np {
 
-// numpy.sum of term(0) ... term(n - 1). NumPy adds less than 8 terms one after the other, up to 128 terms in eight
-// accumulators, and more terms by halves.
+// numpy.sum of term(0) ... term(n - 1). NumPy adds fewer than 8 terms one after the other and up to 128 terms in eight
+// accumulators; it splits longer arrays into halves.
 template <typename Term>
 auto sum(Eigen::Index n, const Term &term, Eigen::Index first = 0) -> decltype(term(0)) {
   using T = decltype(term(0));
@@ -69,8 +70,8 @@ inline double power2(double x) {
   return std::pow(x, two);
 }
 
-// The Euclidean norm of two or three numbers, numpy.linalg.norm. Its dot product is OpenBLAS's, whose kernels for
-// AVX-512 fuse the multiplication with the addition and whose others do not.
+// numpy.linalg.norm of two or three numbers. NumPy calls OpenBLAS's dot product. OpenBLAS's kernels for AVX-512 fuse
+// the multiplication with the addition, which rounds once instead of twice; those for other x86 CPUs do not.
 class Norm {
  public:
   explicit Norm(bool fused) : fused_(fused) {}
@@ -89,7 +90,7 @@ class Norm {
   double add_square(double total, double x) const { return fused_ ? std::fma(x, x, total) : total + x * x; }
 };
 
-// A NumPy scalar of the action's dtype. A weight given as a Python float is rounded to that dtype first.
+// A NumPy scalar of the action's dtype. In a product with a Python float, NumPy first rounds the float to that dtype.
 class Scalar {
  public:
   explicit Scalar(float value) : value_(value), narrow_(true) {}

@@ -1,4 +1,4 @@
-/* task.hpp - task.h for C++17: a robot and its task as one function, in the language of the built-in robots.
+/* task.hpp - Defines a robot and its task as one C++17 function, as the built-in robots are defined. Wraps task.h.
  *
  *   #include <mjenv/task.hpp>
  *
@@ -16,14 +16,20 @@
  *     });
  *   }
  *
- * The function is a definition. It runs once without a model when the task is registered, to list its options, and once
- * for each environment, with the caller's options and model. Options then have the caller's values, names of the model
- * become indices, and one trial reset and step on the model's initial state tell lengths and fields. The lambdas run
- * for each row, on several threads at once: they capture by value and change nothing but what they are given.
+ * Definition
+ *   This function is the task's definition. It runs once without a model, when the task is registered, to list the
+ *   options; then the methods return defaults and indices of 0. It runs again whenever an environment is created, on
+ *   the thread that creates it. Then the methods return the caller's values of the options and indices in the model.
+ *   Afterwards one trial call of each lambda but reset's, on the model's initial state, finds out the fields and their
+ *   lengths.
+ * Lambdas
+ *   They run for one row each, on several threads at the same time. So they capture by value and change nothing but
+ *   their non-const parameters. An exception that a lambda throws is the error of its row (MJENV_E_TASK).
+ * Use
+ *   A file with definitions that is compiled to a shared object is a plug-in (CMake: mjenv_add_tasks). A program
+ *   registers the definitions that it contains with mjenv::register_tasks().
  *
- * Header-only over task.h, with Eigen for vectors. Compiled as a shared object, a file is a plug-in; CMake's
- * mjenv_add_tasks does that. A program registers its own definitions by mjenv::register_tasks(). What a lambda throws
- * is the row's error. */
+ * This header needs Eigen, whose vectors and maps it uses. */
 #ifndef MJENV_TASK_HPP
 #define MJENV_TASK_HPP
 
@@ -50,9 +56,10 @@ namespace mjenv {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/* ---- What lambdas see ---- */
+/* ---- The parameters of the lambdas ---- */
 
-/* The action of a row in the type in which the caller gave it. Only a step has one: elsewhere it is NaN. */
+/* A row's action. Only a step has one; elsewhere its values are NaN. dtype is the dtype that the caller passed, and
+ * values holds it exactly. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -65,7 +72,7 @@ struct Action {
 
 namespace np {
 
-/* numpy.square(action).sum(): squares and sum in the action's own type. */
+/* numpy.square(action).sum(), computed in the action's dtype as NumPy does. */
 inline Scalar sum_square(const Action &a) {
   if (a.dtype == MJENV_DTYPE_FLOAT32)
     return Scalar(sum(a.count, [x = a.values](Eigen::Index i) {
@@ -77,24 +84,27 @@ inline Scalar sum_square(const Action &a) {
 
 }  // namespace np
 
-/* A sensor's place in sensordata, and a joint's in qpos and qvel. */
+/* A sensor's first element in sensordata, and how many it has. */
 struct Sensor {
   int first = 0, count = 0;
 };
+/* A joint's index, and its first element in qpos and qvel. */
 struct Joint {
   int index = 0, qpos = 0, qvel = 0;
 };
-/* Numbers that a row keeps for the task, and an array that Robot::array asked for. */
+/* Numbers that the row carries for the task (Robot::keep): their first index in mjenv_sim.carried, and their count. */
 struct Kept {
   Eigen::Index first = 0, count = 0;
 };
+/* An array of mjData or mjModel (Robot::array): its index in mjenv_sim.arrays, and how many elements it has. */
 template <typename T>
 struct Shared {
   std::int32_t index = 0;
   Eigen::Index count = 0;
 };
 
-/* Named views of one row's simulation: mjenv_sim. */
+/* One row's simulation: mjenv_sim as Eigen vectors. The methods have MuJoCo's names and return views, which are valid
+ * during the call of the lambda. `from` and `first` skip the elements or bodies before that index. */
 class Sim {
  public:
   using Vec = Eigen::Map<const Eigen::VectorXd>;
@@ -103,12 +113,12 @@ class Sim {
   using Vec4 = Eigen::Map<const Eigen::Vector4d>;
   using Mat3 = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
-  /* builder: given in a definition's trial, which learns what the task needs. */
+  /* builder: not null in a trial call, which finds out the arrays that the task needs. */
   explicit Sim(const mjenv_sim *c, mjenv_builder *builder = nullptr)
       : timestep(c->timestep), dt(c->dt), action{c->action, c->action_dtype, c->nu}, c_(c), builder_(builder) {}
 
   const double timestep; /* s, of one mj_step */
-  const double dt;       /* s, of one step */
+  const double dt;       /* s, of one step of the environment */
   const Action action;
 
   const mjenv_sim &c() const { return *c_; }
@@ -130,14 +140,14 @@ class Sim {
   Vec3 xipos(int body) const { return Vec3(c_->xipos + 3 * body); }
   Vec3 site_xpos(int site) const { return Vec3(c_->site_xpos + 3 * site); }
   Mat3 site_xmat(int site) const { return Mat3(c_->site_xmat + 9 * site); }
-  Vec3 geom_xpos(int geom) const { return need("geom_xpos", c_->geom_xpos), Vec3(c_->geom_xpos + 3 * geom); }
-  Mat3 geom_xmat(int geom) const { return need("geom_xpos", c_->geom_xpos), Mat3(c_->geom_xmat + 9 * geom); }
+  Vec3 geom_xpos(int geom) const { return require("geom_xpos", c_->geom_xpos), Vec3(c_->geom_xpos + 3 * geom); }
+  Mat3 geom_xmat(int geom) const { return require("geom_xpos", c_->geom_xpos), Mat3(c_->geom_xmat + 9 * geom); }
   Vec3 subtree_com(int body) const { return Vec3(c_->subtree_com + 3 * body); }
 
-  /* Rows of bodies from first on, row-major. */
+  /* One row per body, in row-major order. */
   Vec cinert(int first = 0) const { return bodies(c_->cinert, 10, first); }
   Vec cvel(int first = 0) const { return bodies(c_->cvel, 6, first); }
-  Vec cfrc_ext(int first = 0) const { return need("cfrc_ext", c_->cfrc_ext), bodies(c_->cfrc_ext, 6, first); }
+  Vec cfrc_ext(int first = 0) const { return require("cfrc_ext", c_->cfrc_ext), bodies(c_->cfrc_ext, 6, first); }
 
   Vec sensordata() const { return {c_->sensordata, c_->nsensordata}; }
   Vec sensor(const Sensor &sensor) const { return {c_->sensordata + sensor.first, sensor.count}; }
@@ -150,7 +160,7 @@ class Sim {
   Vec ten_length() const { return {c_->ten_length, c_->ntendon}; }
   Vec ten_velocity() const { return {c_->ten_velocity, c_->ntendon}; }
 
-  /* for (const mjenv_contact &contact : s.contacts()) */
+  /* The row's contacts: for (const mjenv_contact &contact : s.contacts()) ... */
   struct Contacts {
     const mjenv_contact *first, *last;
     const mjenv_contact *begin() const { return first; }
@@ -158,22 +168,23 @@ class Sim {
     std::size_t size() const { return static_cast<std::size_t>(last - first); }
   };
   Contacts contacts() const {
-    return need("contacts", c_->contacts), Contacts{c_->contacts, c_->contacts + c_->contact_count};
+    return require("contacts", c_->contacts), Contacts{c_->contacts, c_->contacts + c_->contact_count};
   }
 
-  /* What the row keeps, and an array that the definition asked for. */
+  /* The numbers of a Robot::keep, and the elements of a Robot::array. */
   Vec operator[](const Kept &kept) const { return {c_->carried + kept.first, kept.count}; }
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
     return {static_cast<const T *>(c_->arrays[array.index]), array.count};
   }
 
+  /* The x and y of the model's centre of mass, m. */
   Eigen::Vector2d mass_center_xy() const {
     Eigen::Vector2d moment(0, 0);
     for (int body = 0; body < c_->nbody; ++body) moment += c_->body_mass[body] * Vec2(c_->xipos + 3 * body);
     return moment / np::sum(Vec(c_->body_mass, c_->nbody));
   }
-  /* Every number of qpos and qvel is finite. */
+  /* True if every number of qpos and qvel is finite. */
   bool finite() const {
     const auto all_finite = [](const Vec &v) {
       return std::all_of(v.data(), v.data() + v.size(), [](double x) { return std::isfinite(x); });
@@ -188,16 +199,17 @@ class Sim {
   Vec bodies(const double *array, int width, int first) const {
     return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (c_->nbody - first)};
   }
-  /* A definition's trial asks for what costs time where it looks at it. */
-  void need(const char *array, const void *there) const {
+  /* A trial call asks for the arrays that the task uses; other arrays that cost time are not computed. */
+  void require(const char *array, const void *computed) const {
     if (builder_) return mjenv_build_need(builder_, array);
-    if (!there)
-      throw std::logic_error(std::string(array) +
-                             " was not looked at in the definition's trial: ask for it by needs(\"" + array + "\")");
+    if (!computed)
+      throw std::logic_error(std::string(array) + " is computed on demand, and no trial call used it: call needs(\"" +
+                             array + "\") in the definition");
   }
 };
 
-/* The row's random stream: numpy.random.Generator. */
+/* The row's random stream. Its methods return what numpy.random.Generator's return. normal() is standard_normal(),
+ * choice(p) is choice(len(p), p=p), and sample(count, size) is choice(count, size, replace=False). */
 class Rng {
  public:
   explicit Rng(mjenv_random *stream) : c_(stream) {}
@@ -226,7 +238,8 @@ class Rng {
   mjenv_random *c_;
 };
 
-/* The start of an episode, for reset to change: the model's own positions, no velocities, and zeros that are kept. */
+/* The initial state of an episode, which reset changes. Before, qpos holds the model's initial positions, and
+ * everything else is 0. */
 struct Start {
   explicit Start(const mjenv_start *c)
       : qpos(c->qpos, c->nq), qvel(c->qvel, c->nv), act(c->act, c->na), carried_(c->carried), arrays_(c->arrays) {}
@@ -234,7 +247,7 @@ struct Start {
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
 
   Eigen::Map<Eigen::VectorXd> operator[](const Kept &kept) { return {carried_ + kept.first, kept.count}; }
-  /* An array of mjModel. */
+  /* A Robot::array of mjModel. Arrays of mjData are not valid here. */
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
     return {static_cast<const T *>(arrays_[array.index]), array.count};
@@ -245,7 +258,7 @@ struct Start {
   const void *const *arrays_;
 };
 
-/* What belongs to the row and a step may change: what it keeps, and its random stream. */
+/* What a step may change of its row: the numbers of a Robot::keep, and the row's random stream. */
 class Row {
  public:
   Row(double *carried, mjenv_random *random) : rng(random), carried_(carried) {}
@@ -257,24 +270,27 @@ class Row {
   double *carried_;
 };
 
-/* What Robot::carry took from the state before the step. */
+/* The vector that the lambda of Robot::carry returned for the state before the step. */
 using Carried = Eigen::Map<const Eigen::VectorXd>;
 
+/* The result of a step. */
 struct Outcome {
   double reward;
   bool terminated;
 };
 
-/* A value as Gymnasium types it. */
+/* A value that Gymnasium returns as a Python float. A plain double is an np.float64. */
 struct PythonFloat {
   double value;
 };
+/* A value of another type. */
 struct Typed {
   double value;
   mjenv_type type;
 };
 
-/* Receives the info. A lambda names the same values in the same order in each call; it may tell what they are. */
+/* Receives the info: info(name, value, doc). Each call of a lambda must write the same names in the same order. A
+ * vector must always have the same length. */
 class Info {
  public:
   struct Entry {
@@ -283,7 +299,8 @@ class Info {
     Eigen::Index count;
   };
 
-  /* Learns the fields of a role, or writes them one after the other. */
+  /* The first constructor is for a trial call, which describes the fields of a role; the second is for calls that write
+   * their values, one after the other. */
   Info(std::vector<Entry> &learned, mjenv_builder *builder, mjenv_role role)
       : learned_(&learned), builder_(builder), role_(role) {}
   Info(const std::vector<Entry> &entries, double *to)
@@ -348,13 +365,14 @@ class Info {
     const auto text = [](const std::string &field, Eigen::Index numbers) {
       return '"' + field + "\" (" + std::to_string(numbers) + " number(s))";
     };
-    throw std::logic_error("the same info is to be written in each call: " +
-                           (name ? text(name, count) + " came" : std::string("nothing came")) + " where " +
-                           (entry_ == end_ ? "nothing" : text(entry_->text, entry_->count)) + " was expected");
+    throw std::logic_error("the info must have the same fields in each call, but " +
+                           (name ? text(name, count) + " was written" : std::string("it ended")) + " where " +
+                           (entry_ == end_ ? "the end" : text(entry_->text, entry_->count)) + " was expected");
   }
 };
 
-/* A number given as an option, and whether the caller gave an int: Python's products with a bool keep that type. */
+/* The value of a real option, and whether the caller set it to an integer. In Python, the product of a bool and such an
+ * option is an int: numpy_typed and python_typed give a product that type. */
 struct Real {
   double value;
   bool integer;
@@ -367,7 +385,7 @@ inline Typed python_typed(double product, Real factor) {
   return {product, factor.integer ? MJENV_TYPE_NATIVE_INT : MJENV_TYPE_NATIVE_FLOAT};
 }
 
-/* Gymnasium's default_camera_config; NaN where it leaves a value to MuJoCo. */
+/* Gymnasium's default_camera_config. kUnset means MuJoCo's default. */
 struct Camera {
   double trackbodyid = kUnset, distance = kUnset;
   std::array<double, 3> lookat{kUnset, kUnset, kUnset};
@@ -376,22 +394,21 @@ struct Camera {
   static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
 };
 
-/* ---- What a definition says ---- */
+/* ---- The definition of a task ---- */
 
 namespace detail {
 
-/* What a definition amounts to in one environment. */
-struct Play {
-  using Term = std::function<Eigen::Index(const Sim &, double *, Eigen::Index)>;
-  struct Named {
+/* The lambdas of a definition in one environment, and the fields that their trial calls found. */
+struct Functions {
+  /* Returns how many numbers the term has. Writes them if there is room for exactly that many; `to` may be null. */
+  using Write = std::function<Eigen::Index(const Sim &, double *to, Eigen::Index room)>;
+  struct Term {
     std::string name, doc;
-    Term write; /* into room for so many numbers, or into null; returns how many there are */
+    Write write;
     Eigen::Index count = 0;
-    bool observed = true;
   };
 
-  const mjenv_task_api *api = nullptr;
-  std::vector<Named> terms;
+  std::vector<Term> terms;
   std::function<void(Start &, Rng &)> reset;
   std::function<void(const Sim &, Info &)> reset_info;
   std::function<void(const Sim &, double *)> carry;
@@ -399,7 +416,7 @@ struct Play {
   std::vector<Info::Entry> info, reset_infos;
 };
 
-/* What it says about itself. */
+/* What a definition says about its task without a model. */
 struct Outline {
   struct Option {
     mjenv_kind kind;
@@ -408,7 +425,7 @@ struct Outline {
     double low, high;
   };
 
-  std::string id, model, model_text;
+  std::string model, model_text;
   int frame_skip = 1;
   std::int64_t time_limit = 0;
   double reward_threshold = Camera::kUnset;
@@ -419,46 +436,54 @@ struct Outline {
 
 }  // namespace detail
 
+/* What a definition calls to describe its task. */
 class Robot {
  public:
-  /* builder: null while the options are listed. */
-  Robot(const char *id, detail::Outline &outline, detail::Play &play, mjenv_builder *builder)
-      : version(version_of(id)), v5(version == 5), outline_(outline), play_(play), builder_(builder) {}
+  /* builder: null in the run that lists the options. */
+  Robot(const char *id, detail::Outline &outline, detail::Functions &functions, mjenv_builder *builder)
+      : version(version_of(id)), v5(version == 5), outline_(outline), functions_(functions), builder_(builder) {}
   Robot(const Robot &) = delete;
   Robot &operator=(const Robot &) = delete;
 
-  const int version; /* of the id */
-  const bool v5;
+  const int version; /* the number at the end of the id */
+  const bool v5;     /* version == 5 */
 
-  /* ---- the model ---- */
-  /* A built-in model ("hopper.xml"), or a path: "./" is the plug-in's folder. The caller may replace it. */
+  /* ---- Model and limits ---- */
+  /* The default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins with "./", "/" or "~".
+   * "./" means the folder of the shared object or program that contains the definition. */
   Robot &model(const char *name) { return outline_.model = name, *this; }
-  /* The text of an MJCF model. */
+  /* The text of an MJCF model, instead of model(). */
   Robot &model_text(const char *mjcf) { return outline_.model_text = mjcf, *this; }
-  /* mj_steps in a step. */
+  /* How many mj_steps make a step. */
   Robot &frame_skip(int count) { return outline_.frame_skip = count, *this; }
+  /* The number of steps after which an episode is truncated; 0, the default: never. */
   Robot &time_limit(std::int64_t steps) { return outline_.time_limit = steps, *this; }
+  /* The return from which the task counts as solved. */
   Robot &reward_threshold(double value) { return outline_.reward_threshold = value, *this; }
   Robot &camera(Camera value) { return outline_.camera = value, *this; }
-  /* To be raised when the task changes, so that snapshots of before are refused. */
+  /* Increase it when the task changes, so that snapshots of the old task are refused. */
   Robot &revision(std::int32_t number) { return outline_.revision = number, *this; }
+  /* The reward's type in Python; by default np.float64. */
   Robot &reward_type(mjenv_type type) { return describe(MJENV_ROLE_REWARD, "reward", "", type), *this; }
-  /* The least lengths of qpos and qvel that the formulas index, and the only ones. */
+  /* Refuses models whose qpos or qvel is shorter than this, because the task's formulas index them. */
   Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
+  /* Refuses models whose qpos or qvel has another length. */
   Robot &needs_exactly(int nq, int nv) { return require(this->nq() == nq && this->nv() == nv, "", nq, nv); }
-  /* "contacts", "cfrc_ext", "geom_xpos": found out by a trial where a lambda looks at them in each call. */
+  /* Makes an array that is computed on demand available ("contacts", "cfrc_ext", "geom_xpos"). The trial calls find out
+   * the arrays that they use. Call this for an array that a lambda uses in some calls only. */
   Robot &needs(const char *array) {
     if (builder_) mjenv_build_need(builder_, array);
     return *this;
   }
 
-  /* Sizes of the model; 0 while the options are listed. */
+  /* The model's sizes; 0 in the run that lists the options. */
   int nq() const { return builder_ ? builder_->sim->nq : 0; }
   int nv() const { return builder_ ? builder_->sim->nv : 0; }
   int nu() const { return builder_ ? builder_->sim->nu : 0; }
   int nbody() const { return builder_ ? builder_->sim->nbody : 0; }
 
-  /* ---- options: declared with their default and documentation, returned as the caller set them ---- */
+  /* ---- Options: each call declares an option with its default and documentation, and returns its value ---- */
+  /* low and high are closed bounds. */
   Real real(const char *name, double value, const char *doc, double low = -kInfinity, double high = kInfinity) {
     if (!builder_) return option({MJENV_KIND_REALS, name, doc, "", "", {value}, low, high}), Real{value, false};
     return {mjenv_build_real(builder_, name), mjenv_build_is_integer(builder_, name) != 0};
@@ -491,17 +516,17 @@ class Robot {
              value;
     return mjenv_build_integer(builder_, name);
   }
-  /* choices: the valid texts separated by blanks; "": any. */
+  /* choices: the valid texts, separated by blanks; "": any text is valid. */
   std::string text(const char *name, const char *value, const char *doc, const char *choices = "") {
     if (!builder_) return option({MJENV_KIND_STRING, name, doc, value, choices, {0}, 0, 0}), value;
     return mjenv_build_text(builder_, name);
   }
-  /* reset_noise_scale */
+  /* The option reset_noise_scale. */
   double noise(double value) {
     return real("reset_noise_scale", value, "spread of the random initial state", 0,
                 std::numeric_limits<double>::max() / 2);
   }
-  /* A body by index or by name. */
+  /* An option that names a body or gives its index. Returns the index. */
   int body_option(const char *name, int value, const char *doc) {
     if (!builder_)
       return option({MJENV_KIND_STRING_OR_INT,
@@ -518,7 +543,8 @@ class Robot {
   /* The Euclidean norm, rounded as the option "norm" says. */
   np::Norm norm() { return np::Norm(builder_ && mjenv_build_norm_is_fused(builder_)); }
 
-  /* ---- objects of the model ---- */
+  /* ---- Objects of the model. A model that does not have them is refused. ---- */
+  /* type: as in mjenv_object_index. */
   int index(const char *type, const char *name) { return builder_ ? mjenv_build_index(builder_, type, name) : 0; }
   int body(const char *name) { return index("body", name); }
   int geom(const char *name) { return index("geom", name); }
@@ -533,7 +559,8 @@ class Robot {
     const int at = index("sensor", name);
     return {element("sensor_adr", at), element("sensor_dim", at)};
   }
-  /* Any array of mjData or mjModel under its MuJoCo name. */
+  /* An array of mjData or mjModel, by its MuJoCo name. T must be its element type: double, float, std::int32_t or
+   * std::uint8_t. Lambdas read it with s[array]. */
   template <typename T = double>
   Shared<T> array(const char *name) {
     if (!builder_) return {};
@@ -545,28 +572,28 @@ class Robot {
                               : std::is_same_v<T, std::int32_t> ? MJENV_TYPE_INT32
                                                                 : MJENV_TYPE_UINT8;
     if (field.struct_size && field.name && field.type != wanted)
-      throw std::invalid_argument("array \"" + std::string(name) + "\" holds another type of numbers");
+      throw std::invalid_argument("array \"" + std::string(name) + "\" has another element type");
     return {at, static_cast<Eigen::Index>(field.count)};
   }
 
-  /* ---- the task ---- */
-  /* A term of the observation: a vector expression, or a number, of the simulation. */
+  /* ---- The task ---- */
+  /* Adds a term to the observation: term(sim) returns an Eigen vector expression or a number. */
   template <typename F>
   void observe(const char *name, const F &term, const char *doc = "") {
-    play_.terms.push_back({name, doc, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
-                             const auto values = term(s);
-                             using V = std::decay_t<decltype(values)>;
-                             if constexpr (std::is_arithmetic_v<V>) {
-                               if (to && room == 1) *to = static_cast<double>(values);
-                               return 1;
-                             } else {
-                               if (to && values.size() == room)
-                                 for (Eigen::Index i = 0; i < room; ++i) to[i] = values.coeff(i);
-                               return values.size();
-                             }
-                           }});
+    functions_.terms.push_back({name, doc, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
+                                  const auto values = term(s);
+                                  using V = std::decay_t<decltype(values)>;
+                                  if constexpr (std::is_arithmetic_v<V>) {
+                                    if (to && room == 1) *to = static_cast<double>(values);
+                                    return 1;
+                                  } else {
+                                    if (to && values.size() == room)
+                                      for (Eigen::Index i = 0; i < room; ++i) to[i] = values.coeff(i);
+                                    return values.size();
+                                  }
+                                }});
   }
-  /* A term that is observed only if wanted; observation_structure lists it either way. */
+  /* Adds a term if it is wanted; otherwise observation_structure lists it with 0 numbers. */
   template <typename F>
   void observe_if(bool wanted, const char *name, const F &term, const char *doc = "") {
     if (wanted)
@@ -574,72 +601,78 @@ class Robot {
     else
       observe_nothing(name);
   }
+  /* Lists a term with 0 numbers in observation_structure. */
   void observe_nothing(const char *name) {
-    play_.terms.push_back({name, "", [](const Sim &, double *, Eigen::Index) { return Eigen::Index{0}; }});
+    functions_.terms.push_back({name, "", [](const Sim &, double *, Eigen::Index) { return Eigen::Index{0}; }});
   }
-  /* Gymnasium's observation_structure: the terms' lengths, after the number of positions left out; -1: not listed. */
+  /* Adds Gymnasium's observation_structure: how many elements of qpos the observation leaves out (-1: not listed), then
+   * the length of each term. */
   void structure(int skipped_qpos = -1) {
     structured_ = true;
     skipped_qpos_ = skipped_qpos;
   }
 
-  /* Numbers that the row keeps from step to step: 0 at the start of an episode, start[kept] in reset, row[kept] in
-   * step, s[kept] everywhere. */
+  /* Makes the row keep count numbers from step to step. They are 0 at the start of an episode. reset changes them with
+   * start[kept] and step with row[kept]; all lambdas read them with s[kept]. */
   Kept keep(Eigen::Index count) {
     const Kept kept{kept_, count};
     kept_ += count;
     return kept;
   }
 
-  /* Draws the start of an episode. */
-  void reset(std::function<void(Start &, Rng &)> draw) { play_.reset = std::move(draw); }
-  void reset_info(std::function<void(const Sim &, Info &)> info) { play_.reset_info = std::move(info); }
-  /* What a step needs to know of the state before it: a vector of fixed length, taken when that state was computed. */
+  /* Sets the lambda that draws the initial state of an episode. */
+  void reset(std::function<void(Start &, Rng &)> draw) { functions_.reset = std::move(draw); }
+  /* Sets the lambda that writes the info of a reset. */
+  void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
+  /* Sets the lambda before(sim) that returns what a step needs to know of the state before it: a vector of fixed
+   * length. It is called at the end of each reset and step. */
   template <typename F>
   void carry(const F &before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
     static_assert(V::SizeAtCompileTime > 0, "a carried vector has a fixed length");
     carried_ = keep(V::SizeAtCompileTime);
-    play_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
+    functions_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
   }
-  /* Judges a step: (sim, info), (sim, carried, info) with what carry took, or (sim, row, info). */
+  /* Sets the lambda that computes the reward, the info and whether the episode has terminated. It is called once in
+   * each step, after the simulation has advanced by frame_skip mj_steps. Its parameters are (sim, info), (sim, carried,
+   * info) with the vector of carry, or (sim, row, info). */
   template <typename F>
   void step(const F &outcome) {
     if constexpr (std::is_invocable_v<F, const Sim &, Info &>)
-      play_.step = [outcome](const Sim &s, Row &, Info &info) -> Outcome { return outcome(s, info); };
+      functions_.step = [outcome](const Sim &s, Row &, Info &info) -> Outcome { return outcome(s, info); };
     else if constexpr (std::is_invocable_v<F, const Sim &, Row &, Info &>)
-      play_.step = outcome;
+      functions_.step = outcome;
     else
-      play_.step = [outcome, carried = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
+      functions_.step = [outcome, carried = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
         return outcome(s, Carried(row[carried].data(), carried.count), info);
       };
   }
 
-  /* Learns lengths and fields from a trial on the model's initial state. */
+  /* Makes the trial calls, which describe the fields and their lengths. */
   void learn() {
-    if (!play_.reset || !play_.step) throw std::logic_error("a definition calls reset and step");
+    if (!functions_.reset || !functions_.step) throw std::logic_error("a definition must call reset and step");
     mjenv_build_carry(builder_, kept_);
     const Sim sim(builder_->sim, builder_);
     if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", 0, 1, skipped_qpos_);
-    for (auto &term : play_.terms) {
+    for (auto &term : functions_.terms) {
       term.count = term.write(sim, nullptr, 0);
       if (term.count > 0) describe(MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
       if (structured_) describe(MJENV_ROLE_STRUCTURE, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
     }
-    if (play_.reset_info) {
-      Info info(play_.reset_infos, builder_, MJENV_ROLE_RESET_INFO);
-      play_.reset_info(sim, info);
+    if (functions_.reset_info) {
+      Info info(functions_.reset_infos, builder_, MJENV_ROLE_RESET_INFO);
+      functions_.reset_info(sim, info);
     }
     std::vector<double> carried(static_cast<std::size_t>(kept_));
-    if (play_.carry) play_.carry(sim, carried.data());
-    Info info(play_.info, builder_, MJENV_ROLE_INFO);
+    if (functions_.carry) functions_.carry(sim, carried.data());
+    Info info(functions_.info, builder_, MJENV_ROLE_INFO);
     Row row(carried.data(), builder_->random);
-    play_.step(sim, row, info);
+    functions_.step(sim, row, info);
   }
 
  private:
   detail::Outline &outline_;
-  detail::Play &play_;
+  detail::Functions &functions_;
   mjenv_builder *builder_;
   bool structured_ = false;
   int skipped_qpos_ = -1;
@@ -658,8 +691,8 @@ class Robot {
   }
   Robot &require(bool fits, const char *how, int nq, int nv) {
     if (builder_ && !fits)
-      throw std::invalid_argument("the task needs a model of " + (how + std::to_string(nq)) + " positions and " +
-                                  std::to_string(nv) + " velocities; this one has " + std::to_string(this->nq()) +
+      throw std::invalid_argument("the task needs a model with " + (how + std::to_string(nq)) + " positions and " +
+                                  std::to_string(nv) + " velocities; this model has " + std::to_string(this->nq()) +
                                   " and " + std::to_string(this->nv()));
     return *this;
   }
@@ -683,11 +716,11 @@ class Robot {
   }
 };
 
-/* ---- From a definition to a mjenv_task ---- */
+/* ---- How a definition becomes a mjenv_task ---- */
 
 namespace detail {
 
-/* Calls body; what it throws becomes the message of a failed callback. */
+/* Calls body. If it throws, the callback fails with the exception's text. */
 template <typename Body>
 std::int32_t guarded(const mjenv_task_api *api, const Body &body) noexcept {
   try {
@@ -696,11 +729,11 @@ std::int32_t guarded(const mjenv_task_api *api, const Body &body) noexcept {
   } catch (const std::exception &error) {
     return mjenv_task_fail(api, error.what());
   } catch (...) {
-    return mjenv_task_fail(api, "an exception that is none of the standard library's");
+    return mjenv_task_fail(api, "it threw an exception that is not a std::exception");
   }
 }
 
-/* A definition under its id. Plain memory, as the library keeps a pointer to it. */
+/* A definition and its id. It has no destructor, because the library keeps a pointer to it (mjenv_task.user). */
 struct Definition {
   const char *id;
   void (*define)(Robot &);
@@ -709,18 +742,17 @@ struct Definition {
   static std::int32_t build(mjenv_builder *builder, void *user, void **self) {
     return guarded(builder->api, [&] {
       const auto &definition = *static_cast<const Definition *>(user);
-      auto play = std::make_unique<Play>();
+      auto functions = std::make_unique<Functions>();
       Outline outline;
-      Robot robot(definition.id, outline, *play, builder);
-      play->api = builder->api;
+      Robot robot(definition.id, outline, *functions, builder);
       definition.define(robot);
       robot.learn();
-      *self = play.release();
+      *self = functions.release();
     });
   }
-  static void destroy(void *self) { delete static_cast<Play *>(self); }
+  static void destroy(void *self) { delete static_cast<Functions *>(self); }
 
-  static const Play &of(const void *self) { return *static_cast<const Play *>(self); }
+  static const Functions &of(const void *self) { return *static_cast<const Functions *>(self); }
   static std::int32_t reset(const void *self, mjenv_start *c) {
     return guarded(c->api, [&] {
       Start start(c);
@@ -747,18 +779,18 @@ struct Definition {
       for (const auto &term : of(self).terms) {
         const Eigen::Index count = term.write(sim, to, term.count);
         if (count != term.count)
-          throw std::length_error("term \"" + term.name + "\" has " + std::to_string(count) + " number(s), not " +
-                                  std::to_string(term.count) + " as before");
+          throw std::length_error("term \"" + term.name + "\" has " + std::to_string(count) + " number(s), but " +
+                                  std::to_string(term.count) + " in the trial call");
         to += count;
       }
     });
   }
   static std::int32_t step(const void *self, const mjenv_sim *c, mjenv_outcome *outcome) {
     return guarded(c->api, [&] {
-      const Play &play = of(self);
-      Info info(play.info, outcome->info);
+      const Functions &functions = of(self);
+      Info info(functions.info, outcome->info);
       Row row(outcome->carried, outcome->random);
-      const Outcome result = play.step(Sim(c), row, info);
+      const Outcome result = functions.step(Sim(c), row, info);
       info.check_complete();
       outcome->reward = result.reward;
       outcome->terminated = result.terminated;
@@ -766,12 +798,12 @@ struct Definition {
   }
 };
 
-/* The mjenv_task of a definition, with the memory that its description points into. */
+/* A definition as a mjenv_task, and the memory that the mjenv_task points to. */
 class Description {
  public:
   explicit Description(Definition &definition) {
-    Play play;
-    Robot robot(definition.id, outline_, play, nullptr);
+    Functions functions;
+    Robot robot(definition.id, outline_, functions, nullptr);
     definition.define(robot);
     for (const auto &from : outline_.options) {
       mjenv_task_option to{};
@@ -808,8 +840,8 @@ class Description {
     task_.build = Definition::build;
     task_.destroy = Definition::destroy;
     task_.reset = Definition::reset;
-    task_.reset_info = play.reset_info ? Definition::reset_info : nullptr;
-    task_.carry = play.carry ? Definition::carry : nullptr;
+    task_.reset_info = functions.reset_info ? Definition::reset_info : nullptr;
+    task_.carry = functions.carry ? Definition::carry : nullptr;
     task_.observe = Definition::observe;
     task_.step = Definition::step;
   }
@@ -825,12 +857,14 @@ class Description {
   mjenv_task task_{};
 };
 
-/* The definitions in this program or shared object: none of these is another object's. */
+/* The list of definitions in this program or shared object. Its symbols are hidden, so that shared objects in one
+ * process do not share one list. */
 #define MJENV_HIDDEN __attribute__((visibility("hidden")))
 MJENV_HIDDEN inline Definition *definitions = nullptr;
 
-struct Listed {
-  MJENV_HIDDEN explicit Listed(Definition &definition) {
+/* Adds a definition to the list when the program or shared object is loaded. */
+struct Registrar {
+  MJENV_HIDDEN explicit Registrar(Definition &definition) {
     Definition **end = &definitions;
     while (*end) end = &(*end)->next;
     *end = &definition;
@@ -854,8 +888,8 @@ MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *ap
 
 }  // namespace detail
 
-/* Registers the tasks that this program defines by MJENV_TASK; the program links with libmjenv. Throws what the library
- * refuses. */
+/* Registers the tasks that this program defines with MJENV_TASK. The program links with libmjenv. Throws
+ * std::runtime_error if the library refuses a task. */
 MJENV_HIDDEN inline void register_tasks() {
   for (detail::Definition *at = detail::definitions; at; at = at->next)
     if (mjenv_register_task(&detail::Description(*at).task()) != MJENV_OK) throw std::runtime_error(mjenv_last_error());
@@ -863,16 +897,16 @@ MJENV_HIDDEN inline void register_tasks() {
 
 }  // namespace mjenv
 
-/* Defines a task: MJENV_TASK("Cartpole-v0", r) { r.model(...); ... }, r being a mjenv::Robot &. */
+/* Begins the definition of a task: MJENV_TASK("Cartpole-v0", r) { r.model(...); ... }. r is a mjenv::Robot &. */
 #define MJENV_TASK(id, robot) MJENV_TASK_NUMBERED(id, robot, __COUNTER__)
 #define MJENV_TASK_NUMBERED(id, robot, number) MJENV_TASK_NAMED(id, robot, mjenv_task_, number)
-#define MJENV_TASK_NAMED(id, robot, name, number)                                             \
-  static void name##number(::mjenv::Robot &robot);                                            \
-  static ::mjenv::detail::Definition name##definition_##number = {id, name##number, nullptr}; \
-  static const ::mjenv::detail::Listed name##listed_##number(name##definition_##number);      \
+#define MJENV_TASK_NAMED(id, robot, name, number)                                              \
+  static void name##number(::mjenv::Robot &robot);                                             \
+  static ::mjenv::detail::Definition name##definition_##number = {id, name##number, nullptr};  \
+  static const ::mjenv::detail::Registrar name##registrar_##number(name##definition_##number); \
   static void name##number(::mjenv::Robot &robot)
 
-/* The entry of the plug-in that a shared object with definitions is. */
+/* Makes a shared object with definitions a plug-in. */
 extern "C" __attribute__((visibility("default"), used)) inline const mjenv_plugin *mjenv_tasks(
     const mjenv_task_api *api) {
   return mjenv::detail::plugin_of_tasks(api);
