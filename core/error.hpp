@@ -10,7 +10,7 @@
 
 namespace mjenv::core {
 
-// A status and a message for the caller. The firewall of the C interface returns them.
+// A status and a message for the caller. capi/firewall.hpp turns it into the result of a C function.
 class Error : public std::exception {
  public:
   Error(mjenv_status status, std::string message) : status_(status), message_(std::move(message)) {}
@@ -29,7 +29,7 @@ inline std::string quoted(const std::string& text) { return '"' + text + '"'; }
 // Joins names as "a, b, c", for messages that list the valid choices.
 std::string listed(const std::vector<std::string>& names);
 
-// The shortest decimal text from which the same number is read back.
+// The shortest decimal text that reads back as the same number.
 std::string number(double value);
 
 inline std::string in_row(std::int64_t row, const std::string& what) {

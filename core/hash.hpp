@@ -7,7 +7,7 @@ namespace mjenv::core {
 
 inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325;
 
-// 64-bit FNV-1a, by Fowler, Noll and Vo. It detects damage; it is no protection against forgery.
+// 64-bit FNV-1a, by Fowler, Noll and Vo. It detects damage, but does not protect against forgery.
 inline std::uint64_t hash(const void* bytes, std::size_t count, std::uint64_t start = kHashStart) {
   const auto* data = static_cast<const unsigned char*>(bytes);
   std::uint64_t value = start;

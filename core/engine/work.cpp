@@ -272,9 +272,9 @@ Sim::Vec Sim::cfrc_ext(int first) const {
 
 void Sim::complete() const { work_->complete_needs(); }
 
-double* Sim::action_room() const { return work_->action_room(); }
+double* Sim::action_buffer() const { return work_->action_buffer(); }
 
-double* Sim::info_room() const { return work_->info_room(); }
+double* Sim::info_buffer() const { return work_->info_buffer(); }
 
 Eigen::Vector2d Sim::mass_center_xy() const {
   Eigen::Vector2d moment(0, 0);

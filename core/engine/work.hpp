@@ -36,8 +36,8 @@ class Work {
   double* carried() { return carried_.data(); }
   std::size_t carry_count() const { return carried_.size(); }
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
-  double* action_room() { return action_.data(); }
-  double* info_room() { return info_.data(); }
+  double* action_buffer() { return action_.data(); }
+  double* info_buffer() { return info_.data(); }
 
   // From now on complete_needs computes this: "contacts", or an array that is computed on demand.
   void need(const std::string& what);

@@ -23,20 +23,25 @@ void check_stream(std::size_t count) {
   if (count != 4 && count != 6) fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6");
 }
 
-bool is_named(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row] != 0; }
+bool is_selected(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row] != 0; }
 
 }  // namespace
 
 void declare_env_options(Options& options) {
-  options.flag("strict", true, "refuse a non-finite action and a step after the end; Gymnasium lets them pass");
-  options.text("autoreset_mode", "disabled", "when a finished row is reset: never, in its next step, in the same step",
+  options.flag("strict", true,
+               "refuse non-finite actions and steps after the end of an episode, which Gymnasium accepts");
+  options.text("autoreset_mode", "disabled",
+               "when a row whose episode has ended is reset: by the caller, in its next step, or in the same step",
                "disabled next_step same_step");
-  options.text("on_divergence", "continue", "a row whose state diverged goes on from MuJoCo's restart, or terminates",
+  options.text("on_divergence", "continue",
+               "what happens when a row's state diverges: it continues from MuJoCo's reset, or it terminates",
                "continue terminate");
   options.integer("num_threads", 1, 0, kMaxThreads,
-                  "threads that step rows; 1: the caller's; 0: the CPUs this process may use", Scope::service);
-  options.flag("cpu_affinity", false, "keep each thread of the library on a CPU of its own", Scope::service);
-  options.text("arrays", "", "mjData arrays to export with each step, separated by blanks: \"xpos sensordata\"", "",
+                  "how many threads step rows; 1: only the caller's; 0: as many as CPUs that the process may use",
+                  Scope::service);
+  options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
+  options.text("arrays", "",
+               "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
                Scope::service);
 }
 
@@ -54,7 +59,7 @@ Env::Env(const Options& options, std::int64_t rows)
 
 Env::~Env() {
   if (workers_.pool().here()) return;
-  // This is a forked child, which has none of the threads that would leave these.
+  // This is a forked child. It has none of the threads that these destructors would wait for.
   static_cast<void>(pipeline_.release());
   workers_.abandon();
 }
@@ -79,7 +84,7 @@ void Env::check_actions(const Action& actions, std::int64_t per_row) const {
 void Env::seed(const std::uint64_t* seeds, const std::uint8_t* mask) {
   check_settled();
   for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_named(mask, row)) continue;
+    if (!is_selected(mask, row)) continue;
     rows_.head(row).rng = Rng::from_seed(seeds[row]);
     rows_.head(row).seeded = true;
   }
@@ -88,7 +93,7 @@ void Env::seed(const std::uint64_t* seeds, const std::uint8_t* mask) {
 void Env::seed(std::int64_t row, const std::uint32_t* digits, std::size_t count) {
   check_settled();
   rows_.check(row);
-  if (count == 0) fail(MJENV_E_SIZE, "a seed has at least one digit");
+  if (count == 0) fail(MJENV_E_SIZE, "count is 0, but a seed has at least one digit");
   while (count > 1 && digits[count - 1] == 0) --count;
   rows_.head(row).rng = Rng::from_digits(digits, count);
   rows_.head(row).seeded = true;
@@ -108,7 +113,8 @@ void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::size_t c
   check_settled();
   rows_.check(row);
   check_stream(count);
-  if (words[2] % 2 == 0) fail(MJENV_E_VALUE, "the increment " + std::to_string(words[2]) + " is even");
+  if (words[2] % 2 == 0)
+    fail(MJENV_E_VALUE, "the increment words[2] is " + std::to_string(words[2]) + ", but must be odd");
   rows_.head(row).rng =
       Rng::from_words({words[0], words[1], words[2], words[3], count == 6 ? words[4] : 0, count == 6 ? words[5] : 0});
   rows_.head(row).seeded = true;
@@ -124,7 +130,7 @@ void Env::sample_actions(float* action, std::size_t count) {
   check_count("the action's count", static_cast<std::int64_t>(count), rows() * task_.model->nu());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
-      fail(MJENV_E_STATE, "actuator " + std::to_string(i) + " has no bounds to draw between");
+      fail(MJENV_E_STATE, "actuator " + std::to_string(i) + " has infinite bounds, so no action can be drawn");
   if (!actions_seeded_) action_rng_ = Rng::from_entropy();
   actions_seeded_ = true;
   for (std::size_t i = 0; i < count; ++i)
@@ -137,7 +143,7 @@ void Env::reset(const std::uint8_t* mask, const mjenv_batch& out) {
   check_settled();
   schema_.check(out, rows());
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (is_named(mask, row)) episodes_.reset(worker, row, {out, rows(), row});
+    if (is_selected(mask, row)) episodes_.reset(worker, row, {out, rows(), row});
   });
 }
 
@@ -147,12 +153,12 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
   check_actions(actions, 1);
   schema_.check(out, rows());
   for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_named(mask, row)) continue;
-    episodes_.check_steppable(row, episodes_.resets_itself());
+    if (!is_selected(mask, row)) continue;
+    episodes_.check_steppable(row, episodes_.autoresets());
     episodes_.check_finite(row, actions.part(row * nu, nu));
   }
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (is_named(mask, row)) episodes_.step(worker, row, actions.part(row * nu, nu), {out, rows(), row});
+    if (is_selected(mask, row)) episodes_.step(worker, row, actions.part(row * nu, nu), {out, rows(), row});
   });
 }
 
@@ -160,7 +166,7 @@ void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& 
   const std::int64_t nu = task_.model->nu();
   check_settled();
   if (steps < 1 || steps > std::numeric_limits<std::int64_t>::max() / (rows() * std::max<std::int64_t>(nu, 1)))
-    fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ": less than 1, or more than can be counted");
+    fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ", which is less than 1 or too large");
   check_actions(actions, steps);
   schema_.check(out, rows() * steps);
   for (std::int64_t row = 0; row < rows(); ++row) {
@@ -175,7 +181,7 @@ void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& 
 void Env::observe(const mjenv_batch& out) {
   check_settled();
   schema_.check(out, rows());
-  // First the rows that work spaces hold, as the others will take their place.
+  // Rows whose derived arrays are in a work space come first, because other rows would overwrite them.
   std::vector<std::uint8_t> observed(static_cast<std::size_t>(rows()));
   const auto is_held = [&](std::int64_t row) { return workers_.of(rows_.head(row)).holds(rows_, row); };
   for (std::int64_t row = 0; row < rows(); ++row) {
@@ -188,11 +194,11 @@ void Env::observe(const mjenv_batch& out) {
   });
 }
 
-// ---- Rows under way ----
+// ---- Send and receive ----
 
 void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const Action& actions) {
   if (!rows_sent) row_count = static_cast<std::size_t>(rows());
-  if (row_count > static_cast<std::size_t>(rows()))  // so that no product of it overflows
+  if (row_count > static_cast<std::size_t>(rows()))  // so that row_count * nu cannot overflow
     fail(MJENV_E_SIZE,
          "row_count is " + std::to_string(row_count) + ", but there are " + std::to_string(rows()) + " row(s)");
   check_count("the action's count", actions.count, static_cast<std::int64_t>(row_count) * task_.model->nu());
@@ -218,11 +224,11 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   fail(MJENV_E_NAME, "no array " + quoted(name) + "; there are " + listed(names));
 }
 
-void Env::show(std::int64_t row, const std::function<void(mjData_*)>& look) {
+void Env::show(std::int64_t row, const std::function<void(mjData_*)>& draw) {
   check_settled();
   rows_.check(row);
   if (!rows_.head(row).ready) fail(MJENV_E_STATE, in_row(row, "reset it before it is drawn"));
-  workers_.of(rows_.head(row)).show(rows_, row, look);
+  workers_.of(rows_.head(row)).show(rows_, row, draw);
 }
 
 void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv) {
@@ -259,7 +265,7 @@ void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
   check_settled();
   rows_.check(from);
   for (std::int64_t to = 0; to < rows(); ++to) {
-    if (!is_named(to_mask, to) || to == from) continue;
+    if (!is_selected(to_mask, to) || to == from) continue;
     rows_.copy(from, to);
     workers_.forget(to);
   }

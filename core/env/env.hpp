@@ -1,4 +1,4 @@
-// An environment: rows of state, the task that they play, and the workers that compute them.
+// An environment: its task, its rows, and the workers that step the rows.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,7 @@
 
 namespace mjenv::core {
 
+// Checks the arguments of a call, then passes the call to the parts. Behind each handle mjenv_env is an Env.
 class Env {
  public:
   Env(const Options& options, std::int64_t rows);
@@ -33,7 +34,7 @@ class Env {
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const Camera& camera() const { return task_.camera; }
 
-  // A mask names the rows whose element is not 0; a null mask names all rows.
+  // A mask selects the rows whose element is not 0; a null mask selects all rows.
   void seed(const std::uint64_t* seeds, const std::uint8_t* mask);
   void seed(std::int64_t row, const std::uint32_t* digits, std::size_t count);
   void get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const;
@@ -51,10 +52,10 @@ class Env {
   void seed_actions(std::uint64_t seed);
   void sample_actions(float* action, std::size_t count);
 
-  // The array of mjModel or of the row's mjData under MuJoCo's name, ready to be read.
+  // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls look with the row's mjData as Gymnasium has it after the last step. look must not change it.
-  void show(std::int64_t row, const std::function<void(mjData_*)>& look);
+  // Calls draw with the row's mjData as Gymnasium's would be after the last step. draw must not change it.
+  void show(std::int64_t row, const std::function<void(mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
@@ -76,7 +77,7 @@ class Env {
   bool actions_seeded_ = false;
 
   const Identity& identity() const;
-  // Throws while rows are under way.
+  // Throws while rows are under way between send and receive.
   void check_settled() const;
   void check_actions(const Action& actions, std::int64_t per_row) const;
 };

@@ -9,9 +9,9 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If the task fails in it, that is the row's status.
+// Calls body. If the task fails, writes that status for the row.
 template <typename Body>
-void report(const Place& place, const Body& body) {
+void report_task_failure(const Place& place, const Body& body) {
   try {
     body();
   } catch (const Error& error) {
@@ -37,7 +37,7 @@ void Episodes::check_steppable(std::int64_t row, bool resets) const {
   const Rows::Head& head = rows_.head(row);
   if (!head.ready) fail(MJENV_E_STATE, in_row(row, "reset it before the first step"));
   if (strict_ && head.ended && !resets)
-    fail(MJENV_E_STATE, in_row(row, "its episode has ended: reset it, or set the option \"strict\" to 0 to go on"));
+    fail(MJENV_E_STATE, in_row(row, "its episode has ended: reset it, or set the option \"strict\" to 0 to continue"));
 }
 
 void Episodes::check_finite(std::int64_t row, const Action& action) const {
@@ -45,7 +45,7 @@ void Episodes::check_finite(std::int64_t row, const Action& action) const {
   for (Eigen::Index i = 0; i < action.count; ++i)
     if (!std::isfinite(action[i]))
       fail(MJENV_E_VALUE, in_row(row, "action[" + std::to_string(i) + "] is " + number(action[i]) +
-                                          "; set the option \"strict\" to 0 to let it pass"));
+                                          "; set the option \"strict\" to 0 to allow it"));
 }
 
 void Episodes::begin(Worker& worker, std::int64_t row) const {
@@ -60,7 +60,7 @@ void Episodes::begin(Worker& worker, std::int64_t row) const {
 void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const {
   const mjenv_batch& out = place.out;
   place.put_status(MJENV_E_PHYSICS);  // until the reset has succeeded
-  report(place, [&] {
+  report_task_failure(place, [&] {
     begin(worker, row);
     place.put_result(0, false, false);
     place.put_status(MJENV_OK);
@@ -83,13 +83,13 @@ void Episodes::write_reset(Worker& worker, const Place& place) const {
 
 void Episodes::step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   if (awaits_reset(row)) return reset(worker, row, place);
-  report(place, [&] { step_on(worker, row, action, place); });
+  report_task_failure(place, [&] { step_and_reset(worker, row, action, place); });
 }
 
-void Episodes::step_on(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
+void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   const mjenv_batch& out = place.out;
   const Ends ends = play(worker, row, action, place);
-  const bool resets = autoreset_ == Autoreset::same_step && (ends.terminated || ends.truncated);
+  const bool resets = autoresets_in_same_step() && (ends.terminated || ends.truncated);
   worker.write_observation(resets ? out.final_obs : out.obs, place);
   if (!resets) {
     place.put<std::uint8_t>(out.was_reset, 0);
@@ -97,20 +97,20 @@ void Episodes::step_on(Worker& worker, std::int64_t row, const Action& action, c
   }
   place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
   place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-  std::int32_t status = MJENV_OK;  // of the step, put back once the reset has succeeded
+  std::int32_t status = MJENV_OK;  // the step's status, which is restored when the reset has succeeded
   if (out.status) status = std::exchange(out.status[place.index], MJENV_E_PHYSICS);
   begin(worker, row);
   place.put<std::int32_t>(out.status, status);
   write_reset(worker, place);
 }
 
-// The step itself: reward, ends, status and info.
+// Plays the step, and writes its reward, flags, status and info.
 Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   place.put_status(MJENV_E_PHYSICS);  // until the step has succeeded
   worker.step(rows_, row, action, task_.frame_skip);
   Info info(schema_.fields(MJENV_ROLE_INFO), place.out.info, place.rows, place.index);
-  Belongings belongings = worker.belongings();
-  Outcome outcome = task_.step(worker.sim(), belongings, info);
+  Row changeable = worker.row();
+  Outcome outcome = task_.step(worker.sim(), changeable, info);
   info.check_complete();
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row);
@@ -131,8 +131,8 @@ void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, 
   Ends ends{};
   for (std::int64_t t = 0; t < steps; ++t) {
     const Place place{out, rows_.count() * steps, row * steps + t};
-    report(place, [&] {
-      if (ends.terminated || ends.truncated) {  // the row stays where its episode ended
+    report_task_failure(place, [&] {
+      if (ends.terminated || ends.truncated) {  // the row keeps the state in which its episode ended
         place.put_result(0, ends.terminated, ends.truncated);
         place.put_status(MJENV_OK);
         place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);

@@ -1,4 +1,4 @@
-// The rules by which rows play their episodes: limits, ends and automatic resets. One row at a time, on any worker.
+// How a row plays its episodes: resets, steps, termination, truncation and automatic resets.
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,29 @@
 
 namespace mjenv::core {
 
+// Its functions concern one row each. Workers call them at the same time for different rows.
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, Rows& rows);
 
-  // Begins an episode and writes what a reset returns.
+  // Begins an episode and writes the outputs of a reset.
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
-  // Plays one step, or the automatic reset in its place or after it, and writes what the step returns.
+  // Plays one step and writes its outputs. An automatic reset takes the step's place (next_step) or follows it
+  // (same_step).
   void step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
-  // Plays `steps` steps without any reset. The first step's outputs go to element row * steps.
+  // Plays `steps` steps without resets. Writes the outputs of step t to element row * steps + t.
   void rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
   // Writes the observation and the exported arrays of the row's present state.
   void observe(Worker& worker, std::int64_t row, const Place& place) const;
 
-  // Finished rows are reset by a step.
-  bool resets_itself() const { return autoreset_ != Autoreset::disabled; }
-  // They are reset by the step that finishes them.
-  bool resets_at_once() const { return autoreset_ == Autoreset::same_step; }
-  // These throw when the row cannot be stepped, or not by this action. resets: the call resets finished rows.
+  // True if a step resets rows whose episode has ended.
+  bool autoresets() const { return autoreset_ != Autoreset::disabled; }
+  // True if the step that ends an episode also resets the row.
+  bool autoresets_in_same_step() const { return autoreset_ == Autoreset::same_step; }
+  // Throws if the row was never reset, or if its episode has ended and the call does not reset it (`resets`).
   void check_steppable(std::int64_t row, bool resets) const;
+  // Throws if the action is not finite, unless it is ignored or the option "strict" is 0.
   void check_finite(std::int64_t row, const Action& action) const;
 
  private:
@@ -47,10 +50,10 @@ class Episodes {
   bool strict_, ends_on_divergence_;
   Autoreset autoreset_;
 
-  // The next step resets the row. In same_step mode that holds after a reset that failed, and after a rollout.
-  bool awaits_reset(std::int64_t row) const { return resets_itself() && rows_.head(row).ended; }
+  // True if the next step resets the row. In same_step mode this is so after a failed reset and after a rollout.
+  bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
   void begin(Worker& worker, std::int64_t row) const;
-  void step_on(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
+  void step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
   Ends play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
   void write_reset(Worker& worker, const Place& place) const;
 };

@@ -1,4 +1,4 @@
-// What went wrong in rows that were computed together.
+// Collects the errors of rows that one call computes, so that the call reports them together.
 #pragma once
 
 #include <string>
@@ -11,9 +11,9 @@ class Failures {
  public:
   // Keeps the first status; MJENV_E_MEMORY takes precedence over all others.
   void add(mjenv_status status, const std::string& what) noexcept;
-  // Moves the other's failures here and leaves it empty.
+  // Moves the other's failures here and empties it.
   void take(Failures& other) noexcept;
-  // Throws one error for all of them and forgets them. Does nothing if there are none.
+  // Throws one error that names all failures, and forgets them. Does nothing if there are none.
   void raise();
 
  private:

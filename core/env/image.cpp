@@ -9,29 +9,29 @@
 namespace mjenv::core {
 namespace {
 
-// An image is a Stamp, and for each row a RowStamp and the row's record.
-struct Stamp {
+// An image consists of an ImageHeader and, for each row, a RowHeader and the row's record.
+struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint32_t version = 2;
   Identity::Rounding rounding = Identity::Rounding::any;
   std::uint64_t identity = 0;
   std::uint64_t rows = 0;
-  std::uint64_t checksum = 0;  // of everything behind the stamp
+  std::uint64_t checksum = 0;  // of everything after the header
 };
 
-struct RowStamp {
+struct RowHeader {
   Rng rng;
   std::int64_t steps = 0;
   std::uint8_t origin = 0, seeded = 0, ready = 0, ended = 0;
   std::array<std::uint8_t, 4> unused{};
 };
-static_assert(std::is_trivially_copyable_v<RowStamp> && sizeof(RowStamp) == 56, "an image has no padding");
-static_assert(sizeof(Stamp) == 40, "an image has no padding");
+static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56, "an image has no padding");
+static_assert(sizeof(ImageHeader) == 40, "an image has no padding");
 
-// Steps of one episode. No episode will have more.
+// Far more steps than an episode can have. Larger counts are damage, and could overflow.
 constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
 
-std::size_t row_bytes(const Rows& rows) { return sizeof(RowStamp) + rows.record_bytes(); }
+std::size_t row_bytes(const Rows& rows) { return sizeof(RowHeader) + rows.record_bytes(); }
 
 // A half-open range of rows.
 struct Range {
@@ -42,11 +42,12 @@ struct Range {
   std::uint64_t count() const { return static_cast<std::uint64_t>(end - first); }
 };
 
-bool is_valid(const RowStamp& stamp) {
-  // NumPy's generator needs an odd increment. With an even one a reset might draw for ever.
-  const bool endless = stamp.seeded != 0 && stamp.rng.words()[2] % 2 == 0;
-  return stamp.origin <= static_cast<std::uint8_t>(Origin::set) && stamp.steps >= 0 && stamp.steps <= kMaxSteps &&
-         !endless;
+bool is_valid(const RowHeader& header) {
+  // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might not
+  // end.
+  const bool even = header.seeded != 0 && header.rng.words()[2] % 2 == 0;
+  return header.origin <= static_cast<std::uint8_t>(Origin::set) && header.steps >= 0 && header.steps <= kMaxSteps &&
+         !even;
 }
 
 void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
@@ -55,8 +56,8 @@ void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
     return rounding == Identity::Rounding::fused ? "fused" : "plain";
   };
   fail(MJENV_E_SNAPSHOT, std::string("the image was made with ") + name(of_image) +
-                             " rounding of norms, but here it is " + name(here) + ": set the option \"norm\" to \"" +
-                             name(of_image) + "\"");
+                             " rounding of norms, but this environment uses " + name(here) +
+                             " rounding: set the option \"norm\" to \"" + name(of_image) + "\"");
 }
 
 }  // namespace
@@ -76,68 +77,68 @@ Identity identity_of(const Options& options, const Task& task) {
 
 std::size_t image_size(const Rows& rows, std::int64_t row) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
-  return sizeof(Stamp) + Range(rows, row).count() * row_bytes(rows);
+  return sizeof(ImageHeader) + Range(rows, row).count() * row_bytes(rows);
 }
 
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image) {
   const Range range(rows, row);
-  auto* to = static_cast<unsigned char*>(image) + sizeof(Stamp);
+  auto* to = static_cast<unsigned char*>(image) + sizeof(ImageHeader);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const Rows::Head& head = rows.head(i);
-    RowStamp stamp{head.rng, head.steps};
-    stamp.origin = static_cast<std::uint8_t>(head.origin);
-    stamp.seeded = head.seeded, stamp.ready = head.ready, stamp.ended = head.ended;
-    std::memcpy(to, &stamp, sizeof stamp);
-    std::memcpy(to + sizeof stamp, rows.state(i), rows.record_bytes());
+    RowHeader header{head.rng, head.steps};
+    header.origin = static_cast<std::uint8_t>(head.origin);
+    header.seeded = head.seeded, header.ready = head.ready, header.ended = head.ended;
+    std::memcpy(to, &header, sizeof header);
+    std::memcpy(to + sizeof header, rows.state(i), rows.record_bytes());
     to += row_bytes(rows);
   }
-  Stamp stamp;
-  stamp.identity = identity.hash;
-  stamp.rounding = identity.rounding;
-  stamp.rows = range.count();
-  stamp.checksum = hash(static_cast<unsigned char*>(image) + sizeof stamp, image_size(rows, row) - sizeof stamp);
-  std::memcpy(image, &stamp, sizeof stamp);
+  ImageHeader header;
+  header.identity = identity.hash;
+  header.rounding = identity.rounding;
+  header.rows = range.count();
+  header.checksum = hash(static_cast<unsigned char*>(image) + sizeof header, image_size(rows, row) - sizeof header);
+  std::memcpy(image, &header, sizeof header);
 }
 
 void read_image(Rows& rows, const Identity& identity, const std::string& id, std::int64_t row, const void* image,
                 std::size_t size) {
   const std::size_t needed = image_size(rows, row);
-  const Stamp expected;
-  Stamp stamp;
-  if (size < sizeof stamp) fail(MJENV_E_SNAPSHOT, "an image of " + std::to_string(size) + " bytes is too short");
+  const ImageHeader expected;
+  ImageHeader header;
+  if (size < sizeof header) fail(MJENV_E_SNAPSHOT, "an image of " + std::to_string(size) + " bytes is too short");
   const auto* from = static_cast<const unsigned char*>(image);
-  std::memcpy(&stamp, from, sizeof stamp);
-  if (stamp.magic != expected.magic) fail(MJENV_E_SNAPSHOT, "not an image of rows");
-  if (stamp.version != expected.version)
-    fail(MJENV_E_SNAPSHOT, "the image has version " + std::to_string(stamp.version) +
+  std::memcpy(&header, from, sizeof header);
+  if (header.magic != expected.magic) fail(MJENV_E_SNAPSHOT, "not an image of rows");
+  if (header.version != expected.version)
+    fail(MJENV_E_SNAPSHOT, "the image has version " + std::to_string(header.version) +
                                ", but this library reads version " + std::to_string(expected.version));
-  if (stamp.identity != identity.hash)
+  if (header.identity != identity.hash)
     fail(MJENV_E_SNAPSHOT, "the image is of another id, other options or another model than this " + id);
   const Range range(rows, row);
-  if (stamp.rows != range.count())
+  if (header.rows != range.count())
     fail(MJENV_E_SNAPSHOT,
-         "the image holds " + std::to_string(stamp.rows) + " row(s), not " + std::to_string(range.count()));
-  bool intact = size == needed && stamp.rounding <= Identity::Rounding::fused &&
-                (stamp.rounding == Identity::Rounding::any) == (identity.rounding == Identity::Rounding::any) &&
-                stamp.checksum == hash(from + sizeof stamp, size - sizeof stamp);
+         "the image holds " + std::to_string(header.rows) + " row(s), not " + std::to_string(range.count()));
+  bool intact = size == needed && header.rounding <= Identity::Rounding::fused &&
+                (header.rounding == Identity::Rounding::any) == (identity.rounding == Identity::Rounding::any) &&
+                header.checksum == hash(from + sizeof header, size - sizeof header);
   const auto record_at = [&](std::int64_t i) {
-    return from + sizeof stamp + static_cast<std::size_t>(i - range.first) * row_bytes(rows);
+    return from + sizeof header + static_cast<std::size_t>(i - range.first) * row_bytes(rows);
   };
-  const auto stamp_at = [&](std::int64_t i) {
-    RowStamp row_stamp;
-    std::memcpy(&row_stamp, record_at(i), sizeof row_stamp);
-    return row_stamp;
+  const auto row_header_at = [&](std::int64_t i) {
+    RowHeader row_header;
+    std::memcpy(&row_header, record_at(i), sizeof row_header);
+    return row_header;
   };
-  for (std::int64_t i = range.first; intact && i < range.end; ++i) intact = is_valid(stamp_at(i));
+  for (std::int64_t i = range.first; intact && i < range.end; ++i) intact = is_valid(row_header_at(i));
   if (!intact) fail(MJENV_E_SNAPSHOT, "the image is damaged");
-  check_rounding(stamp.rounding, identity.rounding);
+  check_rounding(header.rounding, identity.rounding);
 
   for (std::int64_t i = range.first; i < range.end; ++i) {
-    const RowStamp row_stamp = stamp_at(i);
-    std::memcpy(rows.state(i), record_at(i) + sizeof row_stamp, rows.record_bytes());
+    const RowHeader row_header = row_header_at(i);
+    std::memcpy(rows.state(i), record_at(i) + sizeof row_header, rows.record_bytes());
     rows.head(i) = {
-        row_stamp.rng,        row_stamp.steps,     0, static_cast<Origin>(row_stamp.origin), row_stamp.seeded != 0,
-        row_stamp.ready != 0, row_stamp.ended != 0};
+        row_header.rng,        row_header.steps,     0, static_cast<Origin>(row_header.origin), row_header.seeded != 0,
+        row_header.ready != 0, row_header.ended != 0};
   }
 }
 

@@ -1,4 +1,4 @@
-// Images of rows: what mjenv_snapshot writes and mjenv_restore reads.
+// Images of rows: the bytes that mjenv_snapshot writes and mjenv_restore reads.
 #pragma once
 
 #include <cstddef>
@@ -11,20 +11,20 @@
 
 namespace mjenv::core {
 
-// What two environments must have in common to exchange images.
+// Two environments can exchange images if their identities are equal.
 struct Identity {
   enum class Rounding : std::uint32_t { any, plain, fused };
 
   std::uint64_t hash;  // of the id, the options and the model
-  Rounding rounding;   // of norms; `any` if the task computes none
+  Rounding rounding;   // of norms; `any` if the task computes no norms
 };
 
 Identity identity_of(const Options& options, const Task& task);
 
-// row: the row, or MJENV_ALL_ROWS.
+// In these functions, row may be MJENV_ALL_ROWS.
 std::size_t image_size(const Rows& rows, std::int64_t row);
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image);
-// Checks the whole image before it changes anything. id: for messages.
+// Checks the whole image before it changes any row. id: the environment's id, for messages.
 void read_image(Rows& rows, const Identity& identity, const std::string& id, std::int64_t row, const void* image,
                 std::size_t size);
 

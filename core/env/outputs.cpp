@@ -7,7 +7,7 @@
 namespace mjenv::core {
 namespace {
 
-void deliver_obs(const double* from, std::int64_t count, std::int64_t row, void* to, const mjenv_batch& out) {
+void copy_observation(const double* from, std::int64_t count, std::int64_t row, void* to, const mjenv_batch& out) {
   if (!from || !to) return;
   const std::int64_t start = row * count;
   if (out.obs_dtype == MJENV_DTYPE_FLOAT32)
@@ -39,8 +39,8 @@ Outputs::Outputs(const Schema& schema, const Episodes& episodes, std::int64_t ro
   batch_.status = allocate(status_, 1);
   batch_.info = allocate(info_, info);
   batch_.arrays = allocate(arrays_, arrays);
-  if (episodes.resets_itself()) batch_.reset_info = allocate(reset_info_, reset_info);
-  if (!episodes.resets_at_once()) return;
+  if (episodes.autoresets()) batch_.reset_info = allocate(reset_info_, reset_info);
+  if (!episodes.autoresets_in_same_step()) return;
   batch_.final_obs = allocate(final_obs_, obs);
   batch_.final_info = allocate(final_info_, info);
 }
@@ -50,13 +50,13 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   to.put(out.status, from.get(batch_.status));
   to.put(out.was_reset, from.get(batch_.was_reset));
   to.put_result(from.get(batch_.reward), from.get(batch_.terminated) != 0, from.get(batch_.truncated) != 0);
-  deliver_obs(obs_.data(), schema.observation_count(), row, out.obs, out);
+  copy_observation(obs_.data(), schema.observation_count(), row, out.obs, out);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.info, out.info);
   to.copy(schema.fields(MJENV_ROLE_ARRAYS), batch_.arrays, out.arrays);
   if (!from.get(batch_.was_reset)) return;
   to.copy(schema.fields(MJENV_ROLE_RESET_INFO), batch_.reset_info, out.reset_info);
   if (!batch_.final_obs) return;
-  deliver_obs(final_obs_.data(), schema.observation_count(), row, out.final_obs, out);
+  copy_observation(final_obs_.data(), schema.observation_count(), row, out.final_obs, out);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.final_info, out.final_info);
 }
 

@@ -1,4 +1,4 @@
-// Outputs of all rows, kept by the library until they are reported.
+// Arrays for the outputs of all rows, in which the pipeline keeps them until mjenv_recv copies them to the caller.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ class Outputs {
 
   std::int64_t rows() const { return batch_.rows; }
   Place at(std::int64_t row) const { return {batch_, batch_.rows, row}; }
-  // Copies what a step wrote at the row to the same place of the caller's arrays.
+  // Copies the row's outputs to the row's place in the caller's arrays.
   void deliver(const Schema& schema, std::int64_t row, const mjenv_batch& out) const;
 
  private:

@@ -10,7 +10,7 @@
 namespace mjenv::core {
 namespace {
 
-// The row at position i of a caller's list; a null list names all rows.
+// Element i of the caller's list of rows. A null list means all rows.
 std::int64_t row_at(const std::int64_t* rows, std::size_t i) { return rows ? rows[i] : static_cast<std::int64_t>(i); }
 
 }  // namespace
@@ -33,7 +33,7 @@ Pipeline::~Pipeline() {
   if (serving && workers_.count() > 1) workers_.pool().finish();
 }
 
-// Allocates for all rows at once, so that later calls cost what their own rows cost.
+// Allocates memory for all rows at once, so that later calls allocate nothing.
 void Pipeline::allocate() {
   if (outputs_) return;
   const auto rows = static_cast<std::size_t>(rows_.count());
@@ -52,9 +52,9 @@ void Pipeline::check(const std::int64_t* rows, std::size_t row_count, const Acti
       const std::int64_t row = row_at(rows, i);
       rows_.check(row);
       if (under_way_[row] != 0) fail(MJENV_E_STATE, in_row(row, "it is under way already"));
-      episodes_.check_steppable(row, episodes_.resets_itself());
+      episodes_.check_steppable(row, episodes_.autoresets());
       episodes_.check_finite(row, actions.part(static_cast<Eigen::Index>(i) * nu_, nu_));
-      under_way_[row] = 1;  // so that a row that is listed twice is found
+      under_way_[row] = 1;  // finds a row that is listed twice
       ++marked;
     }
   } catch (...) {
@@ -111,12 +111,13 @@ void Pipeline::step_next(Worker& worker, std::unique_lock<std::mutex>& lock) {
 
 void Pipeline::serve(Worker& worker, Deadline deadline, const std::function<bool()>& enough) {
   const bool caller = worker.index == 0;
-  bool looks_at_clock = workers_.count() > 1;  // a single thread steps a row first, else it would never get on
+  // A single thread first steps one row, because with a timeout of 0 it would otherwise never step any.
+  bool checks_deadline = workers_.count() > 1;
   std::unique_lock lock(mutex_);
-  while (!enough() && !(looks_at_clock && deadline.passed())) {
+  while (!enough() && !(checks_deadline && deadline.passed())) {
     if (waiting_count_ > 0) {
       step_next(worker, lock);
-      looks_at_clock = true;
+      checks_deadline = true;
     } else if (open_) {
       (caller ? done_ : sent_).wait(lock, deadline);
     } else {
@@ -130,13 +131,14 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
   workers_.pool().check_here();
   if (count_ == 0) fail(MJENV_E_STATE, "no rows are under way: send some first");
   if (least > count_)
-    fail(MJENV_E_SIZE, std::to_string(least) + " row(s) wanted, but " + std::to_string(count_) + " under way");
+    fail(MJENV_E_SIZE,
+         "least is " + std::to_string(least) + ", but only " + std::to_string(count_) + " row(s) are under way");
   if (capacity < std::max<std::size_t>(least, 1))
     fail(MJENV_E_SIZE,
-         "there is room for " + std::to_string(capacity) + " row(s), but " + std::to_string(least) + " are wanted");
+         "capacity is " + std::to_string(capacity) + ", less than " + std::to_string(std::max<std::size_t>(least, 1)));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
-  // Without other threads, a call that asks for no row still steps one: else polling would never get on.
+  // Without other threads, this call steps at least one row. Otherwise a caller that polls would wait forever.
   const std::size_t wanted = workers_.count() == 1 ? std::max<std::size_t>(least, 1) : least;
   serve(workers_[0], Deadline(timeout), [&] { return ready_.size() >= wanted; });
 

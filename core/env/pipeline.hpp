@@ -1,4 +1,4 @@
-// Rows under way between mjenv_send and mjenv_recv.
+// Steps rows in the background: mjenv_send hands them over, mjenv_recv reports them. In between they are "under way".
 #pragma once
 
 #include <cstddef>
@@ -21,17 +21,17 @@ namespace mjenv::core {
 class Pipeline {
  public:
   Pipeline(const Schema& schema, const Rows& rows, const Episodes& episodes, Workers& workers);
-  // Stops the workers; rows that still wait are not stepped.
+  // Stops the workers. Rows that still wait are not stepped.
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  // Rows that were sent and not yet reported.
+  // How many rows are under way.
   std::size_t count() const { return count_; }
-  // Copies the actions and lets the workers step the rows. rows: null for all of them.
+  // Copies the actions and returns while the workers step the rows. rows: null means all rows.
   void send(const std::int64_t* rows, std::size_t row_count, const Action& actions);
-  // Waits until `least` rows are done, or `timeout` seconds have passed (for ever if it is negative). Reports all rows
-  // that are done, and only then throws for those that failed.
+  // Waits until `least` rows are done or `timeout` seconds have passed (negative: no timeout). Reports up to `capacity`
+  // rows that are done, then throws if rows have failed.
   void receive(std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity, std::size_t* count,
                const mjenv_batch& out);
 
@@ -44,20 +44,21 @@ class Pipeline {
 
   std::mutex mutex_;
   Condition sent_, done_;
-  std::vector<std::int64_t> waiting_;  // to be stepped: a ring of waiting_count_ rows from first_ on
+  std::vector<std::int64_t> waiting_;  // a ring buffer: waiting_count_ rows to step, beginning at index first_
   std::size_t first_ = 0, waiting_count_ = 0;
-  std::vector<std::int64_t> ready_;  // stepped, not yet reported
+  std::vector<std::int64_t> ready_;  // rows that were stepped but not yet reported
   std::vector<std::uint8_t> under_way_;
-  std::vector<double> actions_;  // [rows][nu], wide enough for either dtype
+  std::vector<double> actions_;  // [rows][nu]; a float32 action fills the first half of its row
   std::vector<mjenv_dtype> dtypes_;
   std::optional<Outputs> outputs_;
   std::size_t count_ = 0;
-  bool open_ = false;  // the workers of the pool serve
+  bool open_ = false;  // the pool's threads are inside serve
   Failures failures_;
 
   void allocate();
   void check(const std::int64_t* rows, std::size_t row_count, const Action& actions);
-  // Steps rows that wait until enough() holds (called under the lock), or in the pool until the pipeline is closed.
+  // Steps waiting rows until enough() returns true, the deadline has passed or the pipeline is closed. Holds the lock
+  // while it calls enough.
   void serve(Worker& worker, Deadline deadline, const std::function<bool()>& enough);
   void step_next(Worker& worker, std::unique_lock<std::mutex>& lock);
 };

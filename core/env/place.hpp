@@ -1,4 +1,4 @@
-// Where one row's outputs go.
+// Where a call writes the outputs of one row.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace mjenv::core {
 
-// Element `index` of the caller's arrays, which are laid out for `rows`. Null arrays are skipped, so a call without
-// outputs uses a batch of nulls.
+// Element `index` of the batch's arrays, which have room for `rows` elements. Null arrays are skipped, so a call
+// without outputs uses a batch whose arrays are all null.
 struct Place {
   const mjenv_batch& out;
   std::int64_t rows, index;
@@ -30,17 +30,17 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
-  // Sets this element of an array that is laid out by fields to 0.
+  // Sets this element to 0 in an array that has one block for each field (mjenv_batch).
   void clear(const std::vector<Field>& fields, double* array) const {
     if (!array) return;
     for (const auto& f : fields) std::fill_n(array + start(f), f.count, 0.0);
   }
-  // Copies this element between two arrays that are laid out by the same fields.
+  // Copies this element from one such array to another with the same fields.
   void copy(const std::vector<Field>& fields, const double* from, double* to) const {
     if (!from || !to) return;
     for (const auto& f : fields) std::copy_n(from + start(f), f.count, to + start(f));
   }
-  // The offset of this element's first number in an array that is laid out by fields.
+  // The index of this element's first number in the field's block.
   std::int64_t start(const Field& f) const { return f.offset * rows + index * f.count; }
 };
 

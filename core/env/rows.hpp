@@ -1,4 +1,4 @@
-// The rows of an environment, in two arrays: their heads and their records.
+// The rows of an environment. Each has a head (random stream, counters, flags) and a record (its simulation state).
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace mjenv::core {
 
-// Which computation last produced a row's derived arrays (xpos, cfrc_ext and the like). `set` is a forward in
-// mid-episode: forces are still those of the step before it.
+// Which computation last produced the row's derived arrays (xpos, cfrc_ext and so on). `set` is the mj_forward of
+// set_state after a step: the forces are still those of that step.
 enum class Origin : std::uint8_t { cleared, forward, step, set };
 
 class Rows {
@@ -19,7 +19,7 @@ class Rows {
   struct Head {
     Rng rng;
     std::int64_t steps = 0;
-    std::int32_t worker = 0;  // the one that computed this row last
+    std::int32_t worker = 0;  // the worker that last computed this row
     Origin origin = Origin::cleared;
     bool seeded = false, ready = false, ended = false;
   };
@@ -31,8 +31,9 @@ class Rows {
   Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
   const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
 
-  // A record is four parts, one after the other: the state; the state before the last evaluation (after `set`, before
-  // the last step); what the task carries; and after `set` the qpos and qacc_warmstart that the forward changed.
+  // A record has four parts, one after the other: the state; the state before the computation that Origin names (for
+  // `set`: before the last step); the numbers that the task carries; and, for `set`, the qpos and qacc_warmstart that
+  // its mj_forward began with, because mj_forward changes them.
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   const double* state(std::int64_t row) const { return const_cast<Rows*>(this)->state(row); }
   double* before(std::int64_t row) { return state(row) + state_size_; }

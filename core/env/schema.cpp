@@ -26,21 +26,21 @@ std::vector<Field> fields_of(const std::vector<Array>& arrays) {
 }  // namespace
 
 Schema::Schema(const Task& task, const std::string& exported, Work& work) {
-  learn(task, work);
+  find_fields(task, work);
   const std::vector<Array> arrays = work.arrays();
   data_ = fields_of(arrays);
   model_ = fields_of(task.model->arrays());
-  choose(exported, arrays);
+  choose_exported(exported, arrays);
 }
 
-void Schema::learn(const Task& task, Work& work) {
+void Schema::find_fields(const Task& task, Work& work) {
   const Model& model = *task.model;
   const Sim& sim = work.sim();
   std::vector<double> carried(static_cast<std::size_t>(task.carry_count));
   for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_TYPE_ACTION, {}, i, 1});
   action_space_ = {model.action_low(), model.action_high()};
   reward_ = {{"reward", meaning("reward"), task.reward_type, {}, 0, 1}};
-  if (task.described) return take(*task.described);
+  if (task.described) return copy_fields(*task.described);
   work.begin();
   work.forward();
   if (task.reset_info) {
@@ -58,37 +58,37 @@ void Schema::learn(const Task& task, Work& work) {
     if (count > 0) list(observation_, term.name, count);
     if (task.has_structure) list(structure_, term.name, count);
   }
-  bound_observation();
+  set_observation_space();
 
   const std::vector<double> zeros(static_cast<std::size_t>(model.nu()));
   std::vector<double> before(work.layout().size);
   work.step({zeros.data(), MJENV_DTYPE_FLOAT64, model.nu()}, task.frame_skip, before.data());
   Info info(info_);
   Rng rng;
-  Belongings row{{carried.data(), task.carry_count}, rng};
+  Row row{{carried.data(), task.carry_count}, rng};
   task.step(sim, row, info);
   for (auto* fields : {&observation_, &info_, &reset_info_, &structure_})
     for (Field& field : *fields) field.doc = meaning(field.name);
 }
 
-void Schema::take(const Described& fields) {
+void Schema::copy_fields(const Described& fields) {
   observation_ = fields.observation;
   info_ = fields.info;
   reset_info_ = fields.reset_info;
   structure_ = fields.structure;
   if (!fields.reward.empty()) reward_[0].doc = fields.reward[0].doc;
-  bound_observation();
+  set_observation_space();
 }
 
-void Schema::bound_observation() {
+void Schema::set_observation_space() {
   observation_count_ = total(observation_);
   observation_space_.low.assign(static_cast<std::size_t>(observation_count_), -kInfinity);
   observation_space_.high.assign(static_cast<std::size_t>(observation_count_), kInfinity);
 }
 
-void Schema::choose(const std::string& exported, const std::vector<Array>& arrays) {
-  std::istringstream names(exported);
-  for (std::string name; names >> name;) {
+void Schema::choose_exported(const std::string& names, const std::vector<Array>& arrays) {
+  std::istringstream words(names);
+  for (std::string name; words >> name;) {
     const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const Array& a) { return a.name == name; });
     if (found == arrays.end()) {
       std::vector<std::string> known;

@@ -1,4 +1,4 @@
-// What an environment says about its rows: spaces, fields and exported arrays. It never changes.
+// The spaces, fields and exported arrays of an environment. They never change.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,20 @@ struct Space {
 
 class Schema {
  public:
-  // Learns the fields from a first reset and a first step, played in `work`. exported: names of mjData arrays,
-  // separated by blanks.
+  // Finds out the fields by a trial reset and a trial step in `work`, unless the task describes them. exported: the
+  // names of the mjData arrays to export, separated by blanks.
   Schema(const Task& task, const std::string& exported, Work& work);
 
   const std::vector<Field>& fields(mjenv_role role) const;
-  // Numbers in one row of the role's fields.
+  // How many numbers the role's fields have in one row.
   std::int64_t count(mjenv_role role) const;
   const Space& space(mjenv_role role) const { return role == MJENV_ROLE_ACTION ? action_space_ : observation_space_; }
   std::int64_t observation_count() const { return observation_count_; }
-  // Indices of the exported arrays in Work::arrays().
+  // The indices of the exported arrays in Work::arrays().
   const std::vector<std::size_t>& exported() const { return exported_; }
-  // Some exported arrays hold current values only after Work::complete.
+  // True if some exported arrays are up to date only after Work::complete.
   bool exports_on_demand() const { return exports_on_demand_; }
-  // Checks the counts and the dtype of a caller's batch that is laid out for `rows`.
+  // Throws unless the batch has room for `rows` elements and its counts and dtype fit this environment.
   void check(const mjenv_batch& out, std::int64_t rows) const;
 
  private:
@@ -39,10 +39,10 @@ class Schema {
   std::vector<std::size_t> exported_;
   bool exports_on_demand_ = false;
 
-  void learn(const Task& task, Work& work);
-  void take(const Described& fields);
-  void bound_observation();
-  void choose(const std::string& exported, const std::vector<Array>& arrays);
+  void find_fields(const Task& task, Work& work);
+  void copy_fields(const Described& fields);
+  void set_observation_space();
+  void choose_exported(const std::string& names, const std::vector<Array>& arrays);
 };
 
 }  // namespace mjenv::core

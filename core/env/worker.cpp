@@ -17,7 +17,8 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  if (task_.carry) task_.carry(work_.sim(), work_.carried());  // first, as it may fail
+  if (task_.carry)
+    task_.carry(work_.sim(), work_.carried());  // first, because it may fail: then the row stays as it is
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   if (origin == Origin::set)
@@ -82,7 +83,7 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
               carried(),
               work_.sim()};
   task_.reset(drawn, rng);
-  // If MuJoCo fails now, the next try must not draw the same start again.
+  // The row gets the stream before mj_forward, so that a reset after a failed one draws another initial state.
   rows.head(row).rng = rng;
   rows.head(row).seeded = true;
   work_.load(start);
@@ -124,7 +125,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   work_.load(start);
   work_.forward();
   save(rows, row, in_episode ? Origin::set : Origin::forward);
-  if (in_episode && !has_forces) release();  // the forces of the last step are computed when they are asked for
+  if (in_episode && !has_forces) release();  // the work space lacks the last step's forces; hold() computes them
 }
 
 void Worker::write_observation(void* to, const Place& place) {
@@ -153,11 +154,11 @@ const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name
   return &*found;
 }
 
-void Worker::show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& look) {
+void Worker::show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& draw) {
   hold(rows, row);
-  release();  // in case look fails
+  release();  // in case draw fails
   work_.complete();
-  look(work_.data());
+  draw(work_.data());
   resident_ = row;
 }
 

@@ -1,4 +1,4 @@
-// A work space in which a thread computes rows, and what that work space holds.
+// Computes rows in a work space (an mjData), one row at a time.
 #pragma once
 
 #include <atomic>
@@ -16,8 +16,8 @@
 
 namespace mjenv::core {
 
-// The derived arrays of mjData are not part of a row. They stay in the work space of the worker that computed the row
-// last, and are computed again when another row has taken their place.
+// Rows do not store the derived arrays of mjData (xpos, contacts, ...). These stay in the work space of the worker that
+// last computed the row. If they are needed after the worker has computed another row, it computes them again.
 class Worker {
  public:
   Worker(std::int32_t index, const Task& task);
@@ -31,37 +31,37 @@ class Worker {
   // Allocates room for an observation, and finds the arrays to export.
   void prepare(const Schema& schema);
 
-  // The work space holds the row's derived arrays.
+  // True if the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.head(row).worker == index; }
-  // Computes the row's derived arrays, unless the work space holds them.
+  // Makes the work space hold the row's derived arrays.
   void hold(Rows& rows, std::int64_t row);
-  // From now on the work space holds no row.
+  // Records that the work space holds no row.
   void release() { resident_ = kNone; }
-  // From now on the work space does not hold this row, which was changed elsewhere.
+  // Call this when the row was changed without this worker: its derived arrays in the work space are out of date.
   void forget(std::int64_t row) {
     if (resident_ == row) release();
   }
 
-  // Writes the state that mj_resetData gives into all rows.
+  // Sets all rows to the state after mj_resetData.
   void clear(Rows& rows);
-  // Lets the task draw the start of an episode from `rng`, and computes that state.
+  // Begins an episode: the task draws its initial state from rng, then mj_forward computes the derived arrays.
   void begin(Rows& rows, std::int64_t row, Rng& rng);
-  // Plays `frames` mj_steps from the row's state. The row does not change before commit.
+  // Calls mj_step `frames` times, beginning with the row's state. The row itself changes only in commit.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
-  // What the step may change beside the simulation; the row gets it in commit.
-  Belongings belongings() { return {carried(), rng_}; }
-  // Saves the state that the work space holds after step.
+  // What the task may change in a step. commit copies it to the row.
+  Row row() { return {carried(), rng_}; }
+  // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
 
-  // These write what the work space holds.
+  // These write the outputs of the row that the work space holds.
   void write_observation(void* to, const Place& place);
   void write_arrays(const Schema& schema, const Place& place);
-  // The mjData array of that name, up to date; null if there is none.
+  // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls look with the row's mjData as Gymnasium has it after the last step. look must not change it.
-  void show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& look);
+  // Calls draw with the row's mjData as Gymnasium's would be after the last step. draw must not change it.
+  void show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& draw);
 
  private:
   static constexpr std::int64_t kNone = -1;
@@ -69,9 +69,9 @@ class Worker {
   const Task& task_;
   Work work_;
   std::int64_t resident_ = kNone;
-  std::vector<double> before_;  // the state before the evaluation that is under way
+  std::vector<double> before_;  // the state before the last forward or mj_step in work_
   std::vector<double> observation_;
-  Rng rng_;  // the row's stream during a step, for tasks that draw then
+  Rng rng_;  // the row's random stream during a step, if the task draws in steps
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;
 

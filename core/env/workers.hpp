@@ -1,4 +1,4 @@
-// The workers of an environment, and the threads that they run on. Worker 0 runs on the caller's thread.
+// The workers of an environment and their threads. Worker 0 runs on the thread that calls the library.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@ class Workers {
   Workers(const Task& task, int threads, bool pinned);
 
   Worker& operator[](std::size_t index) { return *workers_[index]; }
-  // The worker that computed the row last.
+  // The worker that last computed the row.
   Worker& of(const Rows::Head& head) { return *workers_[static_cast<std::size_t>(head.worker)]; }
   std::size_t count() const { return workers_.size(); }
   Pool& pool() { return *pool_; }
   const Pool& pool() const { return *pool_; }
-  // In a forked child, which has none of the threads, nothing can be freed.
+  // Leaks the pool. A forked child calls this, because it has none of the threads that the destructor would join.
   void abandon() noexcept { static_cast<void>(pool_.release()); }
   void prepare(const Schema& schema);
-  // From now on no work space holds this row, which was changed elsewhere.
+  // Call this when the row was changed without a worker: its derived arrays in work spaces are out of date.
   void forget(std::int64_t row);
 
-  // Calls body(worker, row) for rows 0 to count - 1, on all threads. A row that fails does not stop the others; then
-  // this throws one error for all of them.
+  // Calls body(worker, row) for rows 0 to count - 1 on all threads. If rows fail, the others are computed all the same;
+  // then this throws one error for all that failed.
   template <typename Body>
   void for_rows(std::int64_t count, const Body& body);
-  // Calls body(worker, row) and adds what it throws to the worker's failures.
+  // Calls body(worker, row). If it throws, adds the error to the worker's failures.
   template <typename Body>
   static void attempt(Worker& worker, std::int64_t row, const Body& body) noexcept;
 
@@ -40,12 +40,12 @@ class Workers {
   std::unique_ptr<Pool> pool_;  // last: its threads use the workers
 };
 
-// Each worker computes a block of its own, then helps with what is left of the others' blocks.
+// Each worker computes its own block of rows, then helps with the blocks that the others have not finished.
 template <typename Body>
 void Workers::for_rows(std::int64_t count, const Body& body) {
   const auto threads = static_cast<std::int64_t>(workers_.size());
   const auto first = [&](std::int64_t index) { return count * index / threads; };
-  // Rows that a worker takes at once. With large chunks, workers wait for each other at the end.
+  // How many rows a worker takes at once. If chunks were larger, workers would wait for each other at the end.
   const std::int64_t chunk = threads == 1 ? count : std::clamp<std::int64_t>(count / (128 * threads), 1, 64);
   for (std::int64_t i = 0; i < threads; ++i) workers_[i]->next.store(first(i), std::memory_order_relaxed);
   const auto job = [&](int index) {

@@ -9,15 +9,16 @@ void ant(Robot& r) {
 
   const double w_forward = r.v5 ? r.real("forward_reward_weight", 1, "weight of the velocity along x") : Real{1, false};
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.5, "weight of the squared action");
-  const auto v4_forces = r.v5 ? false : r.flag("use_contact_forces", false, "observe and charge contact forces");
+  const auto v4_forces =
+      r.v5 ? false : r.flag("use_contact_forces", false, "observe contact forces and subtract their cost");
   const auto w_contact = r.real("contact_cost_weight", 5e-4, "weight of the squared contact forces");
-  const auto bonus = r.real("healthy_reward", 1, "paid for each step while healthy");
-  const auto torso = r.v5 ? r.body_option("main_body", 1, "the body whose velocity is paid") : r.body("torso");
-  const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
-  const auto z_range = r.range("healthy_z_range", {0.2, 1.0}, "torso height while healthy, m");
-  const auto force_range = r.range("contact_force_range", {-1, 1}, "clip of the contact forces");
+  const auto bonus = r.real("healthy_reward", 1, "reward for each step while healthy");
+  const auto torso = r.v5 ? r.body_option("main_body", 1, "the body whose velocity is rewarded") : r.body("torso");
+  const auto ends = r.flag("terminate_when_unhealthy", true, "terminate the episode when unhealthy");
+  const auto z_range = r.range("healthy_z_range", {0.2, 1.0}, "closed bounds of the torso's height while healthy, m");
+  const auto force_range = r.range("contact_force_range", {-1, 1}, "bounds to which contact forces are clipped");
   const auto noise = r.noise(0.1);
-  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
+  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "do not observe x and y");
   const auto forces = r.v5 ? r.flag("include_cfrc_ext_in_observation", true, "observe contact forces") : v4_forces;
   const auto norm = r.norm();
 
@@ -40,7 +41,8 @@ void ant(Robot& r) {
 
   r.carry([=](const Sim& s) { return s.body_xy(torso); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy = s.body_xy(torso);  // from the last evaluation inside mj_step, so one frame behind qpos
+    const Eigen::Vector2d xy =
+        s.body_xy(torso);  // mj_step computes xpos before it integrates, so xy is one timestep older than qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = s.finite() && z_range[0] <= z && z <= z_range[1];
@@ -62,7 +64,7 @@ void ant(Robot& r) {
     }
     info("reward_forward", forward);
     if (forces)
-      info("reward_ctrl", -contact);  // v4 overwrites the control cost by the contact cost
+      info("reward_ctrl", -contact);  // v4 overwrites the control cost with the contact cost
     else
       info("reward_ctrl", -ctrl);
     info("reward_survive", PythonFloat{survive});

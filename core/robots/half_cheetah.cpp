@@ -10,7 +10,7 @@ void half_cheetah(Robot& r) {
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.1, "weight of the squared action");
   const auto noise = r.noise(0.1);
-  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "leave x out");
+  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "do not observe x");
 
   r.structure(hide_x ? 1 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_x ? 1 : 0); });

@@ -9,13 +9,14 @@ void hopper(Robot& r) {
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 1e-3, "weight of the squared action");
-  const auto bonus = r.real("healthy_reward", 1, "paid for each step while healthy");
-  const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
-  const auto state_range = r.range("healthy_state_range", {-100, 100}, "of all but x and z while healthy, open");
-  const auto z_range = r.range("healthy_z_range", {0.7, kInfinity}, "height while healthy, m, open");
-  const auto angle_range = r.range("healthy_angle_range", {-0.2, 0.2}, "pitch while healthy, rad, open");
+  const auto bonus = r.real("healthy_reward", 1, "reward for each step while healthy");
+  const auto ends = r.flag("terminate_when_unhealthy", true, "terminate the episode when unhealthy");
+  const auto state_range =
+      r.range("healthy_state_range", {-100, 100}, "open bounds of the state except x and z while healthy");
+  const auto z_range = r.range("healthy_z_range", {0.7, kInfinity}, "open bounds of the height while healthy, m");
+  const auto angle_range = r.range("healthy_angle_range", {-0.2, 0.2}, "open bounds of the pitch while healthy, rad");
   const auto noise = r.noise(5e-3);
-  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "leave x out");
+  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "do not observe x");
 
   const auto within = [](double x, const std::array<double, 2>& range) { return range[0] < x && x < range[1]; };
 

@@ -11,12 +11,13 @@ void humanoid(Robot& r) {
   const double w_ctrl = r.real("ctrl_cost_weight", 0.1, "weight of the squared controls");
   const double w_contact = r.v5 ? r.real("contact_cost_weight", 5e-7, "weight of the squared contact forces") : Real{};
   const auto cost_range =
-      r.v5 ? r.range("contact_cost_range", {-kInfinity, 10}, "clip of the contact cost") : std::array<double, 2>{};
-  const auto bonus = r.real("healthy_reward", 5, "paid for each step while healthy");
-  const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
-  const auto z_range = r.range("healthy_z_range", {1, 2}, "height while healthy, m, open");
+      r.v5 ? r.range("contact_cost_range", {-kInfinity, 10}, "bounds to which the contact cost is clipped")
+           : std::array<double, 2>{};
+  const auto bonus = r.real("healthy_reward", 5, "reward for each step while healthy");
+  const auto ends = r.flag("terminate_when_unhealthy", true, "terminate the episode when unhealthy");
+  const auto z_range = r.range("healthy_z_range", {1, 2}, "open bounds of the height while healthy, m");
   const auto noise = r.noise(1e-2);
-  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
+  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "do not observe x and y");
   const auto cinert = !r.v5 || r.flag("include_cinert_in_observation", true, "observe body inertias");
   const auto cvel = !r.v5 || r.flag("include_cvel_in_observation", true, "observe body velocities");
   const auto qfrc = !r.v5 || r.flag("include_qfrc_actuator_in_observation", true, "observe actuator forces");
@@ -49,7 +50,8 @@ void humanoid(Robot& r) {
 
   r.carry([](const Sim& s) { return s.mass_center_xy(); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy = s.mass_center_xy();  // from the last evaluation inside mj_step
+    const Eigen::Vector2d xy =
+        s.mass_center_xy();  // mj_step computes it before it integrates, so it is one timestep older than qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = z_range[0] < z && z < z_range[1];

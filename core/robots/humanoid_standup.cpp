@@ -11,10 +11,11 @@ void humanoid_standup(Robot& r) {
   const double w_ctrl = r.v5 ? r.real("ctrl_cost_weight", 0.1, "weight of the squared controls") : Real{0.1, false};
   const double w_impact =
       r.v5 ? r.real("impact_cost_weight", 5e-7, "weight of the squared contact forces") : Real{0.5e-6, false};
-  const auto cost_range = r.v5 ? r.range("impact_cost_range", {-kInfinity, 10}, "clip of the contact cost")
-                               : std::array<double, 2>{-kInfinity, 10};
+  const auto cost_range =
+      r.v5 ? r.range("impact_cost_range", {-kInfinity, 10}, "bounds to which the contact cost is clipped")
+           : std::array<double, 2>{-kInfinity, 10};
   const auto noise = r.v5 ? r.noise(1e-2) : 1e-2;
-  const auto hide_xy = !r.v5 || r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
+  const auto hide_xy = !r.v5 || r.flag("exclude_current_positions_from_observation", true, "do not observe x and y");
   const auto cinert = !r.v5 || r.flag("include_cinert_in_observation", true, "observe body inertias");
   const auto cvel = !r.v5 || r.flag("include_cvel_in_observation", true, "observe body velocities");
   const auto qfrc = !r.v5 || r.flag("include_qfrc_actuator_in_observation", true, "observe actuator forces");

@@ -9,7 +9,7 @@ void inverted_double_pendulum(Robot& r) {
   r.model("inverted_double_pendulum.xml").frame_skip(5).time_limit(1000).reward_threshold(9100).needs_exactly(3, 3);
   if (!r.v5) r.camera({0, 4.1225, {0, 0, 0.12250000000000005}});
 
-  const auto bonus = r.v5 ? r.real("healthy_reward", 10, "paid for each step while the tip is up") : Real{10, false};
+  const auto bonus = r.v5 ? r.real("healthy_reward", 10, "reward for each step while the tip is up") : Real{10, false};
   const auto noise = r.v5 ? r.noise(0.1) : 0.1;
   const int tip = r.site(0);
   const int forces = r.v5 ? 1 : 3;  // how many constraint forces are observed; v5 leaves out those that are always 0

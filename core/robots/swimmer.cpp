@@ -9,7 +9,7 @@ void swimmer(Robot& r) {
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 1e-4, "weight of the squared action");
   const auto noise = r.noise(0.1);
-  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
+  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "do not observe x and y");
   const auto norm = r.norm();
 
   r.structure(hide_xy ? 2 : 0);

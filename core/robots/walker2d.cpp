@@ -10,12 +10,12 @@ void walker2d(Robot& r) {
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 1e-3, "weight of the squared action");
-  const auto bonus = r.real("healthy_reward", 1, "paid for each step while healthy");
-  const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
-  const auto z_range = r.range("healthy_z_range", {0.8, 2.0}, "height while healthy, m, open");
-  const auto angle_range = r.range("healthy_angle_range", {-1, 1}, "pitch while healthy, rad, open");
+  const auto bonus = r.real("healthy_reward", 1, "reward for each step while healthy");
+  const auto ends = r.flag("terminate_when_unhealthy", true, "terminate the episode when unhealthy");
+  const auto z_range = r.range("healthy_z_range", {0.8, 2.0}, "open bounds of the height while healthy, m");
+  const auto angle_range = r.range("healthy_angle_range", {-1, 1}, "open bounds of the pitch while healthy, rad");
   const auto noise = r.noise(5e-3);
-  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "leave x out");
+  const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "do not observe x");
 
   const auto within = [](double x, const std::array<double, 2>& range) { return range[0] < x && x < range[1]; };
 

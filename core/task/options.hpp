@@ -1,4 +1,4 @@
-// The constructor options of one id. The robot's definition declares them and the caller sets them.
+// The constructor options of one id. The task's definition declares them, and the caller sets them.
 #pragma once
 
 #include <array>
@@ -14,30 +14,30 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What an option changes. An image of a row fits environments that have the same values of the options of `episodes`.
+// What an option changes. An image of a row can be restored if all options of Scope::episodes have the same values.
 enum class Scope {
-  episodes,  // what rows compute
-  service    // only how rows are served, or something that an image's identity holds in another way
+  episodes,  // the results of steps and resets
+  service    // only how they are computed and returned, or something that the image's identity contains in another way
 };
 
 struct Option {
-  Option(mjenv_kind of, std::string called, std::string meaning, Scope changes, double least = -kInfinity,
-         double most = kInfinity)
-      : kind(of), scope(changes), name(std::move(called)), doc(std::move(meaning)), low(least), high(most) {}
+  Option(mjenv_kind its_kind, std::string its_name, std::string its_doc, Scope its_scope, double min = -kInfinity,
+         double max = kInfinity)
+      : kind(its_kind), scope(its_scope), name(std::move(its_name)), doc(std::move(its_doc)), low(min), high(max) {}
 
   mjenv_kind kind;
   Scope scope;
   std::string name, doc;
-  double low, high;
-  std::string choices;  // separated by blanks; empty when any text may be tried
+  double low, high;     // closed bounds
+  std::string choices;  // the valid texts, separated by blanks; empty: any text is valid
 
   std::int64_t integer = 0;
   std::vector<double> reals;
   std::string text;
-  bool given_as_integer = false;  // the caller gave an integer for a real, or an index for a name
+  bool given_as_integer = false;  // the caller set a real to an integer, or gave an index instead of a name
 };
 
-// "an integer"
+// "an integer", for messages.
 const char* kind_name(mjenv_kind kind);
 
 class Options {
@@ -47,7 +47,7 @@ class Options {
   const std::string& id() const { return id_; }
   const std::vector<Option>& all() const { return options_; }
 
-  // These declare an option with its default, unless it is declared already, and return it with its present value.
+  // These declare an option with its default, unless it is already declared, and return it with its present value.
   const Option& flag(const char* name, bool value, const char* doc, Scope scope = Scope::episodes);
   const Option& integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high, const char* doc,
                         Scope scope = Scope::episodes);

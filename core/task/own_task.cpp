@@ -175,7 +175,7 @@ class Instance {
     sim.complete();
     double* values = unwritten(sim, reset_info_count_);
     call("reset_info", [&] { return callbacks_.reset_info(self_, &sim.c(), values); });
-    info.record(values);
+    info.write_all(values);
   }
 
   void carry(const Sim& sim, double* carried) const {
@@ -194,11 +194,11 @@ class Instance {
       if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
   }
 
-  Outcome step(const Sim& sim, Belongings& row, Info& info) const {
+  Outcome step(const Sim& sim, Row& row, Info& info) const {
     sim.complete();
     OwnRandom random(row.rng);
     const Eigen::Index nu = sim.action.count;
-    double* action = sim.action_room();
+    double* action = sim.action_buffer();
     for (Eigen::Index i = 0; i < nu; ++i) action[i] = sim.action[i];
     mjenv_outcome to{sizeof to, 0, 0, unwritten(sim, info_count_), row.carried.data(), &random};
     struct Clear {  // in other callbacks the action is NaN
@@ -210,7 +210,7 @@ class Instance {
     call(
         "step", [&] { return callbacks_.step(self_, &sim.c(), &to); }, &random);
     if (strict_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
-    info.record(to.info);
+    info.write_all(to.info);
     return {to.reward, to.terminated != 0};
   }
 
@@ -223,7 +223,7 @@ class Instance {
 
   // Room for an info; what the callback does not write stays NaN.
   static double* unwritten(const Sim& sim, std::int64_t count) {
-    return std::fill_n(sim.info_room(), count, std::numeric_limits<double>::quiet_NaN()) - count;
+    return std::fill_n(sim.info_buffer(), count, std::numeric_limits<double>::quiet_NaN()) - count;
   }
 
   [[noreturn]] void refuse(const char* callback, const std::string& why) const {
@@ -454,7 +454,7 @@ void OwnTask::check_callbacks() const {
 
 void OwnTask::declare(Options& options, const std::vector<Option>& own) const {
   declare_model(options, model_.c_str());
-  options.integer("frame_skip", frame_skip_, 1, kMaxFrameSkip, "mj_steps in a step");
+  options.integer("frame_skip", frame_skip_, 1, kMaxFrameSkip, "how many mj_steps make a step");
   for (const auto& option : own) options.add(option);
   declare_common(options, true, time_limit_);
 }
@@ -486,7 +486,7 @@ Task OwnTask::build(const Options& options) const {
   Work work(task.model, task.frame_skip);
   work.begin();
   work.forward();
-  std::fill_n(work.action_room(), task.model->nu(), 0.0);
+  std::fill_n(work.action_buffer(), task.model->nu(), 0.0);
   OwnBuild builder(options, *task.model, work, fields_, carry_count_);
   const auto made = std::make_shared<Instance>(id_, callbacks_, options.get("strict").integer != 0);
   made->build(builder);
@@ -520,7 +520,7 @@ Task OwnTask::build(const Options& options) const {
   task.reset = [made](Start& start, Rng& rng) { made->reset(start, rng); };
   if (callbacks_.reset_info) task.reset_info = [made](const Sim& s, Info& info) { made->reset_info(s, info); };
   if (callbacks_.carry) task.carry = [made](const Sim& s, double* to) { made->carry(s, to); };
-  task.step = [made](const Sim& s, Belongings& row, Info& info) { return made->step(s, row, info); };
+  task.step = [made](const Sim& s, Row& row, Info& info) { return made->step(s, row, info); };
   task.described = std::move(described);
   return task;
 }

@@ -47,7 +47,8 @@ const mjenv_plugin& enter(const std::string& path, void* handle) {
   mjenv_tasks_function* entry = nullptr;
   *reinterpret_cast<void**>(&entry) = dlsym(handle, kEntry);
   if (!entry)
-    refuse(path, "it is no plug-in of mjenv: it does not export the function " + quoted(kEntry) + " (MJENV_PLUGIN)");
+    refuse(path, "it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
+                     " (MJENV_PLUGIN)");
   set_task_message("");
   const mjenv_plugin* plugin = nullptr;
   try {
@@ -65,16 +66,17 @@ const mjenv_plugin& enter(const std::string& path, void* handle) {
     refuse(path, "it was built for version " + std::to_string(plugin->abi_version) +
                      " of mjenv's ABI; this library has " + std::to_string(MJENV_ABI_VERSION) +
                      ": build it again with this library's headers");
-  if (plugin->task_count < 1 || !plugin->tasks) refuse(path, "it holds no task");
+  if (plugin->task_count < 1 || !plugin->tasks) refuse(path, "it contains no task");
   return *plugin;
 }
 
 // ---- MJENV_TASKS ----
 
-// unread, done, or the process and the thread that read: a fork may leave a reader behind.
+// The state is unread, done, or the process and the thread that is reading. If a process forks while a thread is
+// reading, the child sees another process's number and reads again.
 constexpr std::uint64_t unread = 0, done = 1;
 std::atomic<std::uint64_t> state{unread};
-std::atomic<const std::string*> failure{nullptr};  // never freed, as the ids
+std::atomic<const std::string*> failure{nullptr};  // never freed, like the ids
 
 std::uint64_t this_reader() {
   return static_cast<std::uint64_t>(getpid()) << 32 | static_cast<std::uint32_t>(syscall(SYS_gettid));
@@ -115,14 +117,14 @@ void load_tasks(const std::string& path) {
   } catch (const Error& error) {
     fail(error.status(), "plug-in " + quoted(path) + ": " + error.what());
   }
-  static_cast<void>(handle.release());  // the callbacks are in there
+  static_cast<void>(handle.release());  // stays loaded, because it contains the callbacks
 }
 
 void load_tasks_of_environment() {
   if (state == done) return;
   const std::uint64_t me = this_reader();
   for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
-    if (seen == done || seen == me) return;  // me: a plug-in that is being loaded asks for an id
+    if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
     if (seen >> 32 == me >> 32) {
       sched_yield();
       seen = unread;
@@ -130,7 +132,7 @@ void load_tasks_of_environment() {
   }
   try {
     read_environment();
-  } catch (const std::exception&) {  // no memory: the next call tries again
+  } catch (const std::exception&) {  // out of memory: the next call tries again
     state = unread;
     throw;
   }

@@ -1,16 +1,16 @@
-// Shared objects with tasks.
+// Loads plug-ins: shared objects that contain tasks (mjenv/task.h).
 #pragma once
 
 #include <string>
 
 namespace mjenv::core {
 
-// Loads a plug-in for good and registers its tasks, all or none.
+// Loads a plug-in and registers its tasks: all of them, or none if one is refused. It is never unloaded.
 void load_tasks(const std::string& path);
 
-// Loads the plug-ins that the environment variable MJENV_TASKS names, once in a process.
+// Loads the plug-ins that the environment variable MJENV_TASKS lists, when it is first called in the process.
 void load_tasks_of_environment();
-// Why some of them could not be loaded; "" if all were.
+// Why some of these could not be loaded; "" if all were loaded.
 std::string environment_failure();
 
 }  // namespace mjenv::core

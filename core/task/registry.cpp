@@ -24,12 +24,12 @@ constexpr Id built_in[] = {
 #undef ROBOT
 };
 
-// All ids at one time. Lists are replaced, never changed and never freed, so that readers need no lock, on any thread,
-// in a forked child and while the process ends.
+// All ids. A registration replaces the list by a longer one; lists are never changed or freed. So readers need no lock,
+// not even in a forked child or while the process exits.
 struct List {
   const Id* const* ids;  // sorted
   std::size_t count;
-  const List* older;
+  const List* older;  // keeps the replaced list reachable for leak checkers
 };
 
 template <std::size_t N>
@@ -54,8 +54,8 @@ const Id* find(const List& list, const std::string& name) {
   return found != end && (*found)->name == name ? *found : nullptr;
 }
 
-// Keeps this library loaded: its list holds what was registered.
-void stay_loaded() {
+// Prevents dlclose from unloading this library, because the list of ids would be lost.
+void prevent_unloading() {
   Dl_info info{};
   if (dladdr(&built_in, &info) != 0 && info.dli_fname)
     static_cast<void>(dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));
@@ -96,23 +96,22 @@ void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks) {
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const std::string& id = tasks[i]->id();
       if (const Id* other = find(*list, id)) {
-        if (!other->own) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is a built-in one's");
+        if (!other->own) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
         if (other->own->plugin() && other->own->plugin() == tasks[i]->plugin()) return;
       }
       const auto place = std::lower_bound(all.begin(), all.end(), id, is_before);
       if (place != all.end() && (*place)->name == id)
-        fail(MJENV_E_VALUE, "the id " + quoted(id) + " is registered already");
+        fail(MJENV_E_VALUE, "the id " + quoted(id) + " is already registered");
       all.insert(place, &added[i]);
     }
     auto ids = std::make_unique<const Id*[]>(all.size());
     std::copy(all.begin(), all.end(), ids.get());
     auto made = std::make_unique<List>(List{ids.get(), all.size(), list});
     if (!latest.compare_exchange_strong(list, made.get())) continue;
-    // From now on they are the process's.
-    // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): lists are never freed
+    // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): lists and their tasks are never freed
     static_cast<void>(made.release()), static_cast<void>(ids.release()), static_cast<void>(added.release());
     for (auto& task : tasks) static_cast<void>(task.release());
-    return stay_loaded();
+    return prevent_unloading();
   }
 }
 

@@ -1,4 +1,4 @@
-// The list of ids, and what the definition behind an id gives: its options and its task.
+// The list of ids. Runs the definition of an id to get its options or its task.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace mjenv::core {
 
-// A built-in robot's version, or a registered task. It lives as long as the process.
+// A version of a built-in robot, or a registered task. Lives as long as the process.
 struct Id {
   const char *name, *robot;
   int version;
@@ -20,18 +20,19 @@ struct Id {
   const OwnTask* own;      // null for a built-in robot
 };
 
-// Sorted by name. They grow when tasks are registered.
+// The ids, sorted by name. There are more after tasks were registered.
 std::int64_t id_count();
 const Id& id_at(std::int64_t index);
 const Id& id_of(const std::string& name);
 
-// Makes the tasks' ids known, or none of them: those of a plug-in that is registered already are left alone.
+// Adds the ids of the tasks, or throws and adds none. Does nothing if they come from a plug-in that is already
+// registered.
 void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks);
 
 Options default_options(const Id& id);
-// What every environment offers, whatever its robot.
+// Declares the options of the environment itself, which every id has.
 void declare_env_options(Options& options);
-// The task without its model, built with the default options.
+// The task with the default options, without its model.
 Task outline(const Id& id);
 Task build_task(Options& options);
 

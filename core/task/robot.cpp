@@ -6,7 +6,7 @@
 namespace mjenv::core {
 namespace {
 
-// A reset draws from [-noise, noise], so twice the noise must be finite.
+// A reset draws from [-noise, noise], so 2 * noise must be finite.
 constexpr double kMaxNoise = std::numeric_limits<double>::max() / 2;
 
 std::string sizes(int nq, int nv) {
@@ -15,19 +15,19 @@ std::string sizes(int nq, int nv) {
 
 }  // namespace
 
-void Info::learn(const char* name, mjenv_type type, std::vector<std::int64_t> shape) {
-  const std::int64_t offset = learned_->empty() ? 0 : learned_->back().offset + learned_->back().count;
+void Info::add_field(const char* name, mjenv_type type, std::vector<std::int64_t> shape) {
+  const std::int64_t offset = found_->empty() ? 0 : found_->back().offset + found_->back().count;
   const std::int64_t count = shape.empty() ? 1 : shape[0];
-  learned_->push_back({name, "", type, std::move(shape), offset, count});
+  found_->push_back({name, "", type, std::move(shape), offset, count});
 }
 
 void Info::refuse(const char* name, std::int64_t count) const {
   const auto text = [](const std::string& field, std::int64_t numbers) {
     return quoted(field) + " (" + std::to_string(numbers) + " number(s))";
   };
-  fail(MJENV_E_INTERNAL, "the task must write the same info in each step: " +
-                             (name ? "it wrote " + text(name, count) : std::string("it stopped")) + " where " +
-                             (field_ == end_ ? "nothing" : text(field_->name, field_->count)) + " was expected");
+  fail(MJENV_E_INTERNAL, "the info must have the same fields in each call, but " +
+                             (name ? text(name, count) + " was written" : std::string("it ended")) + " where " +
+                             (field_ == end_ ? "the end" : text(field_->name, field_->count)) + " was expected");
 }
 
 Robot& Robot::open(const std::string& xml_file) {
@@ -55,21 +55,21 @@ Robot& Robot::model(const char* name) {
 Robot& Robot::frame_skip(int count) {
   task_.frame_skip = count;
   if (v5)
-    task_.frame_skip =
-        static_cast<int>(options_.integer("frame_skip", count, 1, kMaxFrameSkip, "mj_steps in a step").integer);
+    task_.frame_skip = static_cast<int>(
+        options_.integer("frame_skip", count, 1, kMaxFrameSkip, "how many mj_steps make a step").integer);
   return *this;
 }
 
 Robot& Robot::needs(int nq, int nv) {
   if (const auto& m = task_.model; m && (m->nq() < nq || m->nv() < nv))
-    fail(MJENV_E_MODEL, options_.id() + " needs a model of at least " + sizes(nq, nv) + "; " + quoted(m->label()) +
+    fail(MJENV_E_MODEL, options_.id() + " needs a model with at least " + sizes(nq, nv) + "; " + quoted(m->label()) +
                             " has " + sizes(m->nq(), m->nv()));
   return *this;
 }
 
 Robot& Robot::needs_exactly(int nq, int nv) {
   if (const auto& m = task_.model; m && (m->nq() != nq || m->nv() != nv))
-    fail(MJENV_E_MODEL, options_.id() + " needs a model of " + sizes(nq, nv) + "; " + quoted(m->label()) + " has " +
+    fail(MJENV_E_MODEL, options_.id() + " needs a model with " + sizes(nq, nv) + "; " + quoted(m->label()) + " has " +
                             sizes(m->nq(), m->nv()));
   return *this;
 }
@@ -111,7 +111,7 @@ int Robot::body(const char* name) const {
   try {
     return task_.model->index("body", name);
   } catch (const Error& error) {
-    fail(MJENV_E_MODEL, options_.id() + " needs it: " + error.what());
+    fail(MJENV_E_MODEL, options_.id() + " needs a body that the model lacks: " + error.what());
   }
 }
 
@@ -123,23 +123,29 @@ int Robot::site(int index) const {
 }
 
 const Option& declare_model(Options& options, const char* xml_file) {
-  return options.text("xml_file", xml_file, "a built-in model, or the path of an MJCF file: ./, / or ~ first", "",
-                      Scope::service);
+  return options.text("xml_file", xml_file,
+                      "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with ./, / or ~",
+                      "", Scope::service);
 }
 
 void declare_common(Options& options, bool takes_xml, std::int64_t time_limit) {
   constexpr std::int64_t max = (std::int64_t{1} << 53) - 1;  // the bounds are doubles
-  // An image's identity holds the model itself and the rounding in force, so these options have Scope::service.
+  // xml_string, trust_xml and norm have Scope::service, because an image's identity contains the model and the
+  // rounding.
   if (takes_xml) {
-    options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: none", "", Scope::service);
-    options.flag("trust_xml", false,
-                 "let the model read files outside of its folder (xml_string: any at all), and be of any size",
+    options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
+    options.flag(
+        "trust_xml", false,
+        "let the model be of any size and read any file; otherwise only files in its folder, and none for xml_string",
+        Scope::service);
   }
-  options.integer("max_episode_steps", time_limit, 0, max, "steps after which an episode is truncated; 0: never");
-  options.text("norm", "auto",
-               "rounding of Euclidean norms: fused as NumPy's on a CPU with AVX-512, plain as on others, auto as here",
-               "auto fused plain", Scope::service);
+  options.integer("max_episode_steps", time_limit, 0, max,
+                  "the number of steps after which an episode is truncated; 0: never");
+  options.text(
+      "norm", "auto",
+      "how Euclidean norms are rounded: as NumPy does on CPUs with AVX-512 (fused), on others (plain), or here (auto)",
+      "auto fused plain", Scope::service);
 }
 
 void Robot::observe_nothing(const char* name) {

@@ -1,5 +1,5 @@
-// The language in which core/robots/ defines the robots. A definition runs twice: without a model to declare the
-// options, and with the caller's options and model to build the task.
+// The methods and types with which core/robots/ defines the robots. A definition is a function of a Robot. It runs
+// without a model to declare the options, and again with the caller's options and model to build the task.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,10 +31,10 @@ struct Field {
   std::int64_t offset = 0, count = 1;
 };
 
-// Describes a term of an observation or an info, with its unit. Returns "" for an unknown name.
+// The documentation of a term of an observation or an info, with its unit. "" for an unknown name.
 const char* meaning(const std::string& name);
 
-// These tell Info which type Gymnasium gives a value, where it is not np.float64.
+// These tell Info that Gymnasium returns a value in another type than np.float64.
 struct PythonFloat {
   double value;
 };
@@ -43,12 +43,12 @@ struct Typed {
   mjenv_type type;
 };
 
-// Writes one row's info. A definition must name the same fields in the same order in each call.
+// Receives the info of one row: info(name, value). Each call must write the same fields in the same order.
 class Info {
  public:
-  // Learns the fields from the calls that a definition makes.
-  explicit Info(std::vector<Field>& learned) : learned_(&learned) {}
-  // Writes element `row` of `rows` of the array `base`, which may be null.
+  // For a trial call: appends the fields that the call writes to `found`.
+  explicit Info(std::vector<Field>& found) : found_(&found) {}
+  // For other calls: writes the values to element `row` of `rows` in the array `base`, if it is not null.
   Info(const std::vector<Field>& fields, double* base, std::int64_t rows, std::int64_t row)
       : field_(fields.data()), end_(field_ + fields.size()), base_(base), rows_(rows), row_(row) {}
 
@@ -58,12 +58,12 @@ class Info {
   void operator()(const char* name, Typed value) { scalar(name, value.value, value.type); }
   template <typename Derived>
   void operator()(const char* name, const Eigen::DenseBase<Derived>& values) {
-    if (learned_) return learn(name, MJENV_TYPE_FLOAT64, {values.size()});
+    if (found_) return add_field(name, MJENV_TYPE_FLOAT64, {values.size()});
     if (double* to = next(name, values.size()))
       for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
   }
-  // Writes all fields from numbers that are laid out one after the other.
-  void record(const double* values) {
+  // Writes all fields at once. values: their numbers, one field after the other.
+  void write_all(const double* values) {
     for (; field_ != end_; ++field_)
       if (base_)
         std::copy_n(values + field_->offset, field_->count, base_ + field_->offset * rows_ + row_ * field_->count);
@@ -74,45 +74,48 @@ class Info {
   }
 
  private:
-  std::vector<Field>* learned_ = nullptr;
+  std::vector<Field>* found_ = nullptr;
   const Field *field_ = nullptr, *end_ = nullptr;
   double* base_ = nullptr;
   std::int64_t rows_ = 1, row_ = 0;
 
   void scalar(const char* name, double value, mjenv_type type) {
-    if (learned_) return learn(name, type, {});
+    if (found_) return add_field(name, type, {});
     if (double* to = next(name, 1)) *to = value;
   }
-  // Where the next field goes; null for nowhere. Checked, as another field would be written outside of this row.
+  // Where to write the next field, or null. Checks the field, because a wrong one would be written outside of this row.
   double* next(const char* name, std::int64_t count) {
     if (field_ == end_ || field_->name != name || field_->count != count) refuse(name, count);
     const Field& field = *field_++;
     return base_ ? base_ + field.offset * rows_ + row_ * field.count : nullptr;
   }
   [[noreturn]] void refuse(const char* name, std::int64_t count) const;
-  void learn(const char* name, mjenv_type type, std::vector<std::int64_t> shape);
+  void add_field(const char* name, mjenv_type type, std::vector<std::int64_t> shape);
 };
 
+// The result of a step.
 struct Outcome {
   double reward;
   bool terminated;
 };
 
-// The state at the start of an episode. It holds the model's initial state, which the definition may change.
+// The initial state of an episode. It holds the model's initial state, which the task's reset function changes.
 struct Start {
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act, carried;
-  const Sim& sim;  // for its sizes and the model's arrays: its state is another
+  const Sim& sim;  // only its sizes and the model's arrays are valid: its state is not this one
 };
 
+// The vector that carry returned for the state before the step.
 using Carried = Eigen::Map<const Eigen::VectorXd>;
 
-// What belongs to a row and a step may change.
-struct Belongings {
+// What a task may change of its row in a step.
+struct Row {
   Eigen::Map<Eigen::VectorXd> carried;
   Rng& rng;
 };
 
-// The value of an option, and whether the caller gave an integer: in Python, an int times a bool stays an int.
+// The value of an option, and whether the caller set it to an integer. In Python, the product of a bool and such an
+// option is an int: numpy_typed and python_typed give a product that type.
 struct Real {
   double value;
   bool integer;
@@ -125,13 +128,13 @@ inline Typed python_typed(double product, Real factor) {
   return {product, factor.integer ? MJENV_TYPE_NATIVE_INT : MJENV_TYPE_NATIVE_FLOAT};
 }
 
-// One term of the observation. write returns the term's length, and writes the term if the target is not null.
+// One term of the observation. write returns the term's length, and writes the term if its second argument is not null.
 struct Term {
   const char* name;
   std::function<Eigen::Index(const Sim&, double*)> write;
 };
 
-// Gymnasium's default_camera_config; NaN where it leaves a value to MuJoCo.
+// Gymnasium's default_camera_config. NaN means MuJoCo's default.
 struct Camera {
   double trackbodyid = kUnset, distance = kUnset;
   std::array<double, 3> lookat{kUnset, kUnset, kUnset};
@@ -140,32 +143,32 @@ struct Camera {
   static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
 };
 
-// The fields of a task that describes them, instead of having them learned from its first calls.
+// The fields of a registered task, which describes them. Those of built-in tasks are found by trial calls (Schema).
 struct Described {
   std::vector<Field> observation, info, reset_info, reward, structure;
 };
 
-// A task: what a definition has built.
+// A task, as its definition has built it.
 struct Task {
   std::shared_ptr<const Model> model;
-  const char* model_xml = nullptr;  // the text of its model, unless that is a file
+  const char* model_xml = nullptr;  // the text of its default model; null if that is a file
   int frame_skip = 1;
   std::int64_t time_limit = 0;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
   Camera camera;
   mjenv_type reward_type = MJENV_TYPE_FLOAT64;
-  std::optional<np::Norm> norm;  // if the task computes norms, which rounding it uses
+  std::optional<np::Norm> norm;  // the rounding of norms, if the task computes any
 
   std::vector<Term> terms;
   bool has_structure = false;
-  int skipped_qpos = -1;  // -1: Gymnasium does not list it
+  int skipped_qpos = -1;  // see Robot::structure
   std::function<void(Start&, Rng&)> reset;
   std::function<void(const Sim&, Info&)> reset_info;
   Eigen::Index carry_count = 0;
   std::function<void(const Sim&, double*)> carry;
-  std::function<Outcome(const Sim&, Belongings&, Info&)> step;
+  std::function<Outcome(const Sim&, Row&, Info&)> step;
 
-  // Of tasks from outside alone.
+  // Only registered tasks set these.
   std::optional<Described> described;
   Needs needs;
   bool draws_in_steps = false;  // a step may draw from the row's stream
@@ -174,13 +177,13 @@ struct Task {
 
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
-// The options of every id whose model the caller may replace, and those that every id has after its own.
+// Declares the option xml_file, and the options that every id has after its own.
 const Option& declare_model(Options& options, const char* xml_file);
 void declare_common(Options& options, bool takes_xml, std::int64_t time_limit);
 
 class Robot {
  public:
-  // Build::options only declares the options; Build::task opens the model and resolves its names.
+  // Build::options only declares the options. Build::task also opens the model and looks up names in it.
   enum class Build { options, task };
   Robot(int version, Options& options, Build build) : v5(version == 5), options_(options), build_(build) {}
 
@@ -191,24 +194,24 @@ class Robot {
   Robot& model(const char* name);
   // A model that the option xml_file replaces in v4 as well.
   Robot& xml_file(const char* name);
-  // mj_steps in one environment step. In v5 this is an option.
+  // How many mj_steps make a step. In v5 this is an option.
   Robot& frame_skip(int count);
   Robot& time_limit(std::int64_t steps) { return task_.time_limit = steps, *this; }
   Robot& reward_threshold(double value) { return task_.reward_threshold = value, *this; }
   Robot& camera(Camera value) { return task_.camera = value, *this; }
   Robot& reward_type(mjenv_type type) { return task_.reward_type = type, *this; }
-  // Refuses models with less positions or velocities, because the formulas index them.
+  // Refuses models with fewer positions or velocities, because the task's formulas index them.
   Robot& needs(int nq, int nv);
-  // Refuses all other models, because Gymnasium declares an observation of fixed size.
+  // Refuses models with other sizes, because Gymnasium declares an observation of fixed size.
   Robot& needs_exactly(int nq, int nv);
 
-  // ---- Options. Each call declares an option with its default and its documentation, and returns its value. ----
+  // ---- Options. Each call declares an option with its default and documentation, and returns its value. ----
   Real real(const char* name, double value, const char* doc);
   std::array<double, 2> range(const char* name, std::array<double, 2> value, const char* doc);
   bool flag(const char* name, bool value, const char* doc);
   // The option reset_noise_scale.
   double noise(double value);
-  // An option that names a body, or gives its index.
+  // An option that names a body or gives its index. Returns the index.
   int body_option(const char* name, int value, const char* doc);
   // The Euclidean norm with the rounding that the option "norm" chooses.
   np::Norm norm();
@@ -218,7 +221,7 @@ class Robot {
   int site(int index) const;
 
   // ---- The task ----
-  // Adds a term to the observation. term(sim) returns an Eigen vector expression.
+  // Adds a term to the observation: term(sim) returns an Eigen vector expression.
   template <typename F>
   void observe(const char* name, const F& term) {
     task_.terms.push_back({name, [term](const Sim& s, double* to) {
@@ -228,7 +231,7 @@ class Robot {
                              return values.size();
                            }});
   }
-  // Adds a term if it is wanted. observation_structure lists it in both cases.
+  // Adds a term if it is wanted; otherwise observation_structure lists it with length 0.
   template <typename F>
   void observe_if(bool wanted, const char* name, const F& term) {
     if (wanted)
@@ -237,13 +240,15 @@ class Robot {
       observe_nothing(name);
   }
   void observe_nothing(const char* name);
-  // Offers observation_structure in v5: the number of positions left out (unless it is -1), then each term's length.
+  // Adds observation_structure in v5: how many positions the observation leaves out (-1: not listed), then the length
+  // of each term.
   void structure(int skipped_qpos = -1);
 
-  // Sets what draws the start of an episode, in Gymnasium's order of draws.
+  // Sets the function that draws the initial state of an episode. It draws in Gymnasium's order.
   void reset(std::function<void(Start&, Rng&)> draw) { task_.reset = std::move(draw); }
   void reset_info(std::function<void(const Sim&, Info&)> info) { task_.reset_info = std::move(info); }
-  // Sets what a step needs to know of the state before it: a vector of fixed length that is part of the row.
+  // Sets the function before(sim), which returns what a step needs to know of the state before it: a vector of fixed
+  // length. It is called at the end of each reset and step. The row stores the vector.
   template <typename F>
   void carry(const F& before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim&>()).eval())>;
@@ -251,16 +256,17 @@ class Robot {
     task_.carry_count = V::SizeAtCompileTime;
     task_.carry = [before](const Sim& s, double* to) { Eigen::Map<V>{to} = before(s); };
   }
+  // Sets the function outcome(sim, carried, info), which computes the reward, the info and whether the episode has
+  // terminated, after the simulation has advanced by frame_skip mj_steps.
   template <typename F>
   void step(const F& outcome) {
-    task_.step = [outcome](const Sim& s, Belongings& row, Info& info) -> Outcome {
+    task_.step = [outcome](const Sim& s, Row& row, Info& info) -> Outcome {
       return outcome(s, Carried(row.carried.data(), row.carried.size()), info);
     };
   }
 
-  // Declares the options that every id has. Call it after the definition, so that they come last.
+  // Declares the options that every id has. Called after the definition, so that they come last.
   void declare_common() { core::declare_common(options_, takes_xml_, task_.time_limit); }
-  // Hands out the finished task.
   Task take() { return std::move(task_); }
 
  private:

@@ -1,4 +1,4 @@
-// What a robot's definition sees of the simulation: views of one row's state and of what MuJoCo computed from it.
+// What a task sees of the simulation: views of one row's state and of the arrays that MuJoCo computed from it.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,10 +13,10 @@ namespace mjenv::core {
 
 class Work;
 
-// The functions that callbacks of tasks from outside may call.
+// The library's functions for the callbacks of registered tasks (mjenv/task.h).
 const mjenv_task_api& task_api();
 
-// The caller's action for one row, in the caller's dtype.
+// The action of one row, in the caller's array and dtype.
 struct Action {
   const void* values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -41,13 +41,14 @@ inline Scalar sum_square(const Action& a) {
 
 }  // namespace np
 
-// What a task asks of a work space, beyond what MuJoCo computes in any case.
+// What a task needs of a work space besides what MuJoCo computes in every step.
 struct Needs {
-  bool contacts = false, forces = false, frames = false;  // Work::complete_forces, Work::complete_frames
-  std::vector<std::string> arrays;                        // those of mjenv_sim::arrays
-  std::size_t info = 0;                                   // numbers in the longest info
+  bool contacts = false, forces = false, frames = false;  // see Work::complete_forces and Work::complete_frames
+  std::vector<std::string> arrays;                        // the names of the arrays in mjenv_sim::arrays
+  std::size_t info = 0;                                   // how many numbers the longer of info and reset info has
 };
 
+// The methods have MuJoCo's names. `from` and `first` skip the elements or bodies before that index.
 class Sim {
  public:
   using Vec = Eigen::Map<const Eigen::VectorXd>;
@@ -71,7 +72,7 @@ class Sim {
   Vec ten_length() const { return {c_.ten_length, c_.ntendon}; }
   Vec ten_velocity() const { return {c_.ten_velocity, c_.ntendon}; }
 
-  // One row for each body from `first` on, row-major.
+  // One row per body, in row-major order.
   Vec cinert(int first = 0) const { return bodies(c_.cinert, 10, first); }
   Vec cvel(int first = 0) const { return bodies(c_.cvel, 6, first); }
   Vec cfrc_ext(int first = 0) const;
@@ -80,17 +81,17 @@ class Sim {
   // True if every number of qpos and qvel is finite.
   bool finite() const;
 
-  // The same for callbacks of C: see mjenv/task.h.
+  // The same data for the callbacks of mjenv/task.h.
   const mjenv_sim& c() const { return c_; }
-  // Computes what the task needs beyond what MuJoCo computes in any case.
+  // Computes the Needs of the task.
   void complete() const;
-  // Room that the work space lends to a callback: for an action, and for what it writes as info.
-  double* action_room() const;
-  double* info_room() const;
+  // Buffers of the work space for a callback: for the action it reads, and for the info it writes.
+  double* action_buffer() const;
+  double* info_buffer() const;
 
  private:
   friend class Work;
-  mjenv_sim c_{};  // into mjModel and mjData, whose arrays never move
+  mjenv_sim c_{};  // points into mjModel and mjData, whose arrays never move
   const double* cfrc_ext_ = nullptr;
   Work* work_ = nullptr;
 

@@ -11,13 +11,13 @@ MJENV_TASK("CppAnt-v5", r) {
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.5, "weight of the squared action");
   const auto w_contact = r.real("contact_cost_weight", 5e-4, "weight of the squared contact forces");
-  const auto bonus = r.real("healthy_reward", 1, "paid for each step while healthy");
-  const auto torso = r.body_option("main_body", 1, "the body whose velocity is paid");
-  const auto ends = r.flag("terminate_when_unhealthy", true, "end the episode on a fall");
-  const auto z_range = r.range("healthy_z_range", {0.2, 1.0}, "torso height while healthy, m");
-  const auto force_range = r.range("contact_force_range", {-1, 1}, "clip of the contact forces");
+  const auto bonus = r.real("healthy_reward", 1, "reward for each step while healthy");
+  const auto torso = r.body_option("main_body", 1, "the body whose velocity is rewarded");
+  const auto ends = r.flag("terminate_when_unhealthy", true, "terminate the episode when unhealthy");
+  const auto z_range = r.range("healthy_z_range", {0.2, 1.0}, "closed bounds of the torso's height while healthy, m");
+  const auto force_range = r.range("contact_force_range", {-1, 1}, "bounds to which contact forces are clipped");
   const auto noise = r.noise(0.1);
-  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "leave x and y out");
+  const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "do not observe x and y");
   const auto forces = r.flag("include_cfrc_ext_in_observation", true, "observe contact forces");
   const auto norm = r.norm();
 

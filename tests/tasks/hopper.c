@@ -19,16 +19,17 @@ static const double state_range[] = {-100, 100}, z_range[] = {0.7, INFINITY}, an
 static const mjenv_task_option options[] = {
     {OPTION(MJENV_KIND_REALS, "forward_reward_weight", "weight of the velocity along x"), .value = 1},
     {OPTION(MJENV_KIND_REALS, "ctrl_cost_weight", "weight of the squared action"), .value = 1e-3},
-    {OPTION(MJENV_KIND_REALS, "healthy_reward", "paid for each step while healthy"), .value = 1},
-    {OPTION(MJENV_KIND_FLAG, "terminate_when_unhealthy", "end the episode on a fall"), .value = 1},
-    {OPTION(MJENV_KIND_REALS, "healthy_state_range", "of all but x and z while healthy, open"), .values = state_range,
+    {OPTION(MJENV_KIND_REALS, "healthy_reward", "reward for each step while healthy"), .value = 1},
+    {OPTION(MJENV_KIND_FLAG, "terminate_when_unhealthy", "terminate the episode when unhealthy"), .value = 1},
+    {OPTION(MJENV_KIND_REALS, "healthy_state_range", "open bounds of the state except x and z while healthy"),
+     .values = state_range, .count = 2},
+    {OPTION(MJENV_KIND_REALS, "healthy_z_range", "open bounds of the height while healthy, m"), .values = z_range,
      .count = 2},
-    {OPTION(MJENV_KIND_REALS, "healthy_z_range", "height while healthy, m, open"), .values = z_range, .count = 2},
-    {OPTION(MJENV_KIND_REALS, "healthy_angle_range", "pitch while healthy, rad, open"), .values = angle_range,
-     .count = 2},
+    {OPTION(MJENV_KIND_REALS, "healthy_angle_range", "open bounds of the pitch while healthy, rad"),
+     .values = angle_range, .count = 2},
     {OPTION(MJENV_KIND_REALS, "reset_noise_scale", "spread of the random initial state"), .value = 5e-3, .low = 0,
      .high = DBL_MAX / 2},
-    {OPTION(MJENV_KIND_FLAG, "exclude_current_positions_from_observation", "leave x out"), .value = 1},
+    {OPTION(MJENV_KIND_FLAG, "exclude_current_positions_from_observation", "do not observe x"), .value = 1},
 };
 
 #define FIELD(role_of, called) .struct_size = sizeof(mjenv_task_field), .role = (role_of), .name = (called)

@@ -166,7 +166,7 @@ static void test_copied(void** state) {
   char id[] = "Copied-v12", name[] = "weight";
   p->task.id = id, p->options[0].name = name;
   assert_ok(mjenv_register_task(&p->task));
-  assert_refused(MJENV_E_VALUE, mjenv_register_task(&p->task), "\"Copied-v12\"", "registered already");
+  assert_refused(MJENV_E_VALUE, mjenv_register_task(&p->task), "\"Copied-v12\"", "already registered");
   memset(id, 'x', sizeof id), memset(name, 'x', sizeof name), memset(p, 0xee, sizeof *p);
   free(p);
   assert_int_equal(mjenv_id_count(), before + 1);
