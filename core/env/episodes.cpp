@@ -109,8 +109,8 @@ Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& ac
   place.put_status(MJENV_E_PHYSICS);  // until the step has succeeded
   worker.step(rows_, row, action, task_.frame_skip);
   Info info(schema_.fields(MJENV_ROLE_INFO), place.out.info, place.rows, place.index);
-  Row changeable = worker.row();
-  Outcome outcome = task_.step(worker.sim(), changeable, info);
+  Row task_row = worker.row();
+  Outcome outcome = task_.step(worker.sim(), task_row, info);
   info.check_complete();
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row);

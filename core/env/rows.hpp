@@ -21,7 +21,9 @@ class Rows {
     std::int64_t steps = 0;
     std::int32_t worker = 0;  // the worker that last computed this row
     Origin origin = Origin::cleared;
-    bool seeded = false, ready = false, ended = false;
+    bool seeded = false;  // rng is seeded
+    bool ready = false;   // the row can be stepped: it was reset, or its state was set
+    bool ended = false;   // the row's episode has ended
   };
 
   Rows(const StateLayout& layout, Eigen::Index carry_count, std::int64_t count);

@@ -8,9 +8,10 @@ namespace mjenv::core::np {
 
 namespace {
 
-// The kernels that OpenBLAS 0.3.29, which NumPy 2.2.6 carries, takes by name in OPENBLAS_CORETYPE, and how they round.
-// It does not know SapphireRapids and then chooses by the CPU. Its kernels for CPUs before Nehalem add in another
-// order, which neither rounding reproduces.
+// The names that OPENBLAS_CORETYPE may have in OpenBLAS 0.3.29, which NumPy 2.2.6 contains, and whether their kernels
+// fuse the multiplication with the addition. OpenBLAS does not know the name SapphireRapids; it then chooses by the
+// CPU. Its kernels for CPUs before Nehalem are not listed: they add in another order, which neither rounding
+// reproduces.
 struct Kernel {
   const char* name;
   bool fused;
@@ -23,9 +24,9 @@ constexpr Kernel kernels[] = {
 
 bool cpu_has_fused_kernel() {
 #if defined(__x86_64__)
-  return __builtin_cpu_supports("avx512vl") != 0;  // the feature that OpenBLAS asks for
+  return __builtin_cpu_supports("avx512vl") != 0;  // the feature by which OpenBLAS chooses
 #else
-  return true;  // aarch64's kernels fuse, too
+  return true;  // the kernels for aarch64 fuse, too
 #endif
 }
 

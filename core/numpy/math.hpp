@@ -1,4 +1,4 @@
-// NumPy's arithmetic (mjenv/numpy.hpp), and which of OpenBLAS's roundings is NumPy's here.
+// NumPy's arithmetic (mjenv/numpy.hpp), and how NumPy rounds norms on this machine.
 #pragma once
 
 #include "mjenv/numpy.hpp"
@@ -12,7 +12,7 @@ using mjenv::np::Scalar;
 using mjenv::np::sum;
 using mjenv::np::sum_square;
 
-// Rounds as NumPy's OpenBLAS does on this CPU with this environment variable OPENBLAS_CORETYPE.
+// The norm as NumPy computes it on this CPU, with the present value of the environment variable OPENBLAS_CORETYPE.
 Norm norm_as_numpy_here();
 
 }  // namespace mjenv::core::np

@@ -90,7 +90,7 @@ Generator Generator::from_seed(std::uint64_t seed) {
 Generator Generator::from_entropy() {
   std::array<std::uint32_t, 4> digits{};
   if (getrandom(digits.data(), sizeof digits, 0) != sizeof digits)
-    fail(MJENV_E_INTERNAL, "the system gives no random numbers for a seed");
+    fail(MJENV_E_INTERNAL, "the system does not provide random numbers for a seed");
   return from_digits(digits.data(), digits.size());
 }
 
@@ -138,23 +138,23 @@ std::uint32_t Generator::next_half() {
   return static_cast<std::uint32_t>(bits);
 }
 
-// Lemire's method: the upper half of a product is the number, and the few lower halves that would favour some numbers
-// are drawn again. Small ranges take 32 bits.
-std::uint64_t Generator::bounded(std::uint64_t most) {
-  constexpr std::uint64_t most32 = std::numeric_limits<std::uint32_t>::max();
-  constexpr std::uint64_t most64 = std::numeric_limits<std::uint64_t>::max();
-  if (most == 0) return 0;
-  if (most == most32) return next_half();
-  if (most == most64) return next();
-  const std::uint64_t range = most + 1;
-  if (most < most32) {
-    const std::uint64_t refused = (most32 - most) % range;
+// Lemire's method: the upper half of draw * range is the result. If the lower half is one of the few that would make
+// some results more likely, it draws again. Ranges up to 2^32 use draws of 32 bits.
+std::uint64_t Generator::bounded(std::uint64_t max) {
+  constexpr std::uint64_t max32 = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint64_t max64 = std::numeric_limits<std::uint64_t>::max();
+  if (max == 0) return 0;
+  if (max == max32) return next_half();
+  if (max == max64) return next();
+  const std::uint64_t range = max + 1;
+  if (max < max32) {
+    const std::uint64_t refused = (max32 - max) % range;
     for (;;) {
       const std::uint64_t product = next_half() * range;
-      if ((product & most32) >= refused) return product >> 32;
+      if ((product & max32) >= refused) return product >> 32;
     }
   }
-  const std::uint64_t refused = (most64 - most) % range;
+  const std::uint64_t refused = (max64 - max) % range;
   for (;;) {
     const uint128 product = static_cast<uint128>(next()) * range;
     if (static_cast<std::uint64_t>(product) >= refused) return static_cast<std::uint64_t>(product >> 64);
@@ -174,16 +174,16 @@ std::int64_t Generator::choice(std::int64_t count, const double* p) {
   double sum = 0;
   for (std::int64_t i = 0; i < count; ++i)
     if (drawn < (sum += p[i]) / total) return i;
-  return count;  // not reached: the last quotient is 1
+  return count;  // not reached, because the last quotient is 1
 }
 
-// NumPy's permutation draws the bits that the largest number has until they make one that is small enough.
-std::uint64_t Generator::masked(std::uint64_t most) {
-  std::uint64_t mask = most;
+// The method of NumPy's permutation: draws as many bits as `max` has, until the number is not greater than `max`.
+std::uint64_t Generator::masked(std::uint64_t max) {
+  std::uint64_t mask = max;
   for (unsigned shift = 1; shift < 64; shift *= 2) mask |= mask >> shift;
   for (;;) {
-    const std::uint64_t drawn = (most <= std::numeric_limits<std::uint32_t>::max() ? next_half() : next()) & mask;
-    if (drawn <= most) return drawn;
+    const std::uint64_t drawn = (max <= std::numeric_limits<std::uint32_t>::max() ? next_half() : next()) & mask;
+    if (drawn <= max) return drawn;
   }
 }
 
@@ -206,12 +206,12 @@ void Generator::sample(std::int64_t count, std::int64_t size, std::int64_t* chos
     return;
   }
   // Floyd's algorithm.
-  std::unordered_set<std::int64_t> taken;
+  std::unordered_set<std::int64_t> drawn_before;
   for (std::int64_t i = 0; i < size; ++i) {
-    const std::int64_t most = count - size + i;
-    const auto drawn = static_cast<std::int64_t>(bounded(static_cast<std::uint64_t>(most)));
-    chosen[i] = taken.insert(drawn).second ? drawn : most;
-    taken.insert(chosen[i]);
+    const std::int64_t max = count - size + i;
+    const auto drawn = static_cast<std::int64_t>(bounded(static_cast<std::uint64_t>(max)));
+    chosen[i] = drawn_before.insert(drawn).second ? drawn : max;
+    drawn_before.insert(chosen[i]);
   }
   shuffle(1, size, chosen);
 }

@@ -1,4 +1,4 @@
-// NumPy's default_rng, bit for bit: SeedSequence, PCG64 and the draws of Generator.
+// NumPy's default_rng, bit for bit: SeedSequence, PCG64 and methods of Generator.
 #pragma once
 
 #include <array>
@@ -16,24 +16,26 @@ class Generator {
   // default_rng(): seeded with 128 bits of the system's entropy.
   static Generator from_entropy();
 
-  // The state's low and high half, then the increment's, then PCG64's has_uint32 and uinteger.
+  // The low and high half of the state, the low and high half of the increment, has_uint32 and uinteger of PCG64.
   using Words = std::array<std::uint64_t, 6>;
   static Generator from_words(const Words& words);
   Words words() const { return {state_low_, state_high_, inc_low_, inc_high_, has_half_, half_}; }
 
+  // 64 random bits.
   std::uint64_t next();
-  // In [0, 1).
+  // random(): a number in [0, 1).
   double random() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   double uniform(double low, double high) {
     const double range = high - low;
     return low + range * random();
   }
+  // standard_normal()
   double normal();
   // integers(low, high): low <= number < high.
   std::int64_t integers(std::int64_t low, std::int64_t high);
-  // choice(count, p=p) of probabilities that are known to be such.
+  // choice(count, p=p). Does not check p.
   std::int64_t choice(std::int64_t count, const double* p);
-  // choice(count, size, replace=False), size <= count.
+  // choice(count, size, replace=False) with size <= count.
   void sample(std::int64_t count, std::int64_t size, std::int64_t* chosen);
   // permutation(count)
   void permutation(std::int64_t count, std::int64_t* order);
@@ -41,14 +43,14 @@ class Generator {
  private:
   std::uint64_t state_high_ = 0, state_low_ = 0;
   std::uint64_t inc_high_ = 0, inc_low_ = 0;
-  std::uint32_t half_ = 0, has_half_ = 0;  // the upper half of a number whose lower half was drawn
+  std::uint32_t half_ = 0, has_half_ = 0;  // the upper half of 64 bits whose lower half next_half returned
 
   double normal_tail(bool negative);
   std::uint32_t next_half();
-  // These draw from [0, most].
-  std::uint64_t bounded(std::uint64_t most);
-  std::uint64_t masked(std::uint64_t most);
-  // Swaps values[count - 1] down to values[first] with random ones at or below them.
+  // These draw an integer in [0, max].
+  std::uint64_t bounded(std::uint64_t max);
+  std::uint64_t masked(std::uint64_t max);
+  // Swaps each of values[count - 1] down to values[first] with a random element of values[0] up to itself.
   void shuffle(std::int64_t first, std::int64_t count, std::int64_t* values);
 };
 

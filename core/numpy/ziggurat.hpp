@@ -1,4 +1,4 @@
-// The tables of NumPy 2.2.6's ziggurat. They are copied as numbers, because no formula reproduces their last bits.
+// The tables of NumPy 2.2.6's ziggurat algorithm. They are copied, because no formula reproduces their last bits.
 #pragma once
 
 #include <cstdint>

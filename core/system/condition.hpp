@@ -1,4 +1,4 @@
-// Waiting with a deadline.
+// A condition variable whose waits can have a deadline.
 #pragma once
 
 #include <pthread.h>
@@ -8,11 +8,11 @@
 
 namespace mjenv::core {
 
-// A moment of the monotonic clock, or never.
+// A time of the monotonic clock, or never.
 class Deadline {
  public:
   Deadline() = default;
-  // In so many seconds from now; never if the number is negative or beyond any clock.
+  // This many seconds from now; never if the number is negative or more than 31 years.
   explicit Deadline(double seconds);
 
   bool is_set() const { return set_; }
@@ -24,7 +24,7 @@ class Deadline {
   timespec time_{};
 };
 
-// A condition variable. std::condition_variable binds gcc 12's output to symbols that older systems lack.
+// Replaces std::condition_variable, which makes gcc 12 link to symbols that older systems do not have.
 class Condition {
  public:
   Condition();
@@ -34,7 +34,7 @@ class Condition {
 
   void notify_one() { pthread_cond_signal(&condition_); }
   void notify_all() { pthread_cond_broadcast(&condition_); }
-  // Returns when notified, at the deadline, or for no reason.
+  // Returns when notified, at the deadline, or spuriously.
   void wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline = {});
   template <typename Predicate>
   void wait_until(std::unique_lock<std::mutex>& lock, const Predicate& fulfilled) {

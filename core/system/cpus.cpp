@@ -14,17 +14,18 @@ namespace {
 
 double ratio(double quota, double period) { return quota > 0 && period > 0 ? quota / period : kUnlimited; }
 
-// The CPUs that a control group's folder grants; infinite if it sets no quota.
+// How many CPUs a control group may use; infinite if it sets no quota.
 double quota_of(const std::string& folder) {
   double quota = 0, period = 0;
-  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period) return ratio(quota, period);  // "max" is no number
+  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period)
+    return ratio(quota, period);  // "max" is not a number
   std::ifstream v1_quota(folder + "/cpu.cfs_quota_us"), v1_period(folder + "/cpu.cfs_period_us");
   return v1_quota >> quota && v1_period >> period ? ratio(quota, period) : kUnlimited;
 }
 
 }  // namespace
 
-double cpu_quota(const std::string& root) { return least_of_cgroups(root, "cpu", quota_of); }
+double cpu_quota(const std::string& root) { return smallest_limit(root, "cpu", quota_of); }
 
 std::vector<int> allowed_cpus() {
   std::vector<int> cpus;

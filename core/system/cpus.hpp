@@ -5,14 +5,14 @@
 
 namespace mjenv::core {
 
-// The CPUs that this process may run on, according to its affinity.
+// The CPUs in this process's affinity mask.
 std::vector<int> allowed_cpus();
 
-// The smallest quota of this process's control groups, in CPUs; infinite if there is none. root: the folder that holds
-// proc/ and sys/.
+// The smallest quota of this process's control groups, in CPUs; infinite if there is none. root: the folder that
+// contains proc/ and sys/.
 double cpu_quota(const std::string& root = "");
 
-// How many CPUs this process may use at once: those of its affinity, limited by its quota.
+// How many CPUs this process may use at once: as many as its affinity mask has, but not more than its quota.
 int usable_cpus();
 
 }  // namespace mjenv::core

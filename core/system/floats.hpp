@@ -1,4 +1,4 @@
-// The floating-point environment: rounding, traps, and whether tiny numbers become zero.
+// The floating-point environment: rounding mode, traps, and flushing of subnormal numbers to zero.
 #pragma once
 
 #include <cfenv>
@@ -9,17 +9,17 @@
 
 namespace mjenv::core {
 
-// Computes in the default environment while it lives, so that the host's settings neither change bits nor raise
+// Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise
 // signals.
 class DefaultFloats {
  public:
   DefaultFloats() {
-    if (is_default()) return;  // this check costs nanoseconds, a change about a hundred
+    if (is_default()) return;  // this check costs a few nanoseconds, setting the environment about a hundred
     changed_ = true;
     std::fegetenv(&before_);
     std::fesetenv(FE_DFL_ENV);
 #if defined(__x86_64__)
-    _mm_setcsr(kDefaultMxcsr);  // because older C libraries do not reset FTZ and DAZ
+    _mm_setcsr(kDefaultMxcsr);  // because fesetenv of older C libraries does not reset FTZ and DAZ
 #endif
   }
   ~DefaultFloats() {

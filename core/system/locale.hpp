@@ -1,4 +1,4 @@
-// The locale of the C library's functions.
+// The locale in which the C library reads numbers and compares text.
 #pragma once
 
 #include <locale.h>
@@ -7,8 +7,8 @@
 
 namespace mjenv::core {
 
-// On this thread and while it lives, the C library's functions read and compare text as in C's own locale, whatever the
-// host sets for the process or the thread, and whenever it does.
+// Sets the locale "C" for this thread until it is destroyed. The host's own locales, also those that its other threads
+// set meanwhile, then have no effect on this thread.
 class ClassicLocale {
  public:
   ClassicLocale() : locale_(newlocale(LC_ALL_MASK, "C", nullptr)) {

@@ -12,10 +12,10 @@
 namespace mjenv::core {
 namespace {
 
-// Smaller needs are not checked, because the check reads files, and a small allocation rarely fails.
+// Smaller allocations are not checked, because the check reads files, and small allocations rarely fail.
 constexpr double kSmall = 1 << 26;
 
-// The number that follows a word in a file.
+// Returns the number that follows `word` in the file.
 double counter(const std::string& file, const std::string& word, double fallback) {
   std::ifstream from(file);
   double value = 0;
@@ -24,16 +24,17 @@ double counter(const std::string& file, const std::string& word, double fallback
   return fallback;
 }
 
-// What a control group's folder leaves. Pages of files that were not used for long are given up, so they count as free.
-double left_in(const std::string& folder) {
-  double most = 0, used = 0;
-  std::ifstream v2_most(folder + "/memory.max"), v2_used(folder + "/memory.current");
-  std::ifstream v1_most(folder + "/memory.limit_in_bytes"), v1_used(folder + "/memory.usage_in_bytes");
-  if (!(v2_most >> most && v2_used >> used) && !(v1_most >> most && v1_used >> used)) return kUnlimited;
-  return std::max(0.0, most - used + counter(folder + "/memory.stat", "inactive_file", 0));
+// How many bytes a control group may still use. The kernel drops inactive pages of files when it needs memory, so they
+// count as free.
+double bytes_left(const std::string& folder) {
+  double max = 0, used = 0;
+  std::ifstream v2_max(folder + "/memory.max"), v2_used(folder + "/memory.current");
+  std::ifstream v1_max(folder + "/memory.limit_in_bytes"), v1_used(folder + "/memory.usage_in_bytes");
+  if (!(v2_max >> max && v2_used >> used) && !(v1_max >> max && v1_used >> used)) return kUnlimited;
+  return std::max(0.0, max - used + counter(folder + "/memory.stat", "inactive_file", 0));
 }
 
-// The part of the address space that setrlimit allows and that is not used yet.
+// How much address space the process may still use under setrlimit.
 double addresses_left(const std::string& root) {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
@@ -44,7 +45,7 @@ double addresses_left(const std::string& root) {
 
 double free_memory(const std::string& root) {
   const double machine = 1024 * counter(root + "/proc/meminfo", "MemAvailable:", kUnlimited);
-  return std::min({machine, addresses_left(root), least_of_cgroups(root, "memory", left_in)});
+  return std::min({machine, addresses_left(root), smallest_limit(root, "memory", bytes_left)});
 }
 
 void check_memory(std::int64_t count, const char* what, std::size_t bytes_each) {

@@ -13,7 +13,7 @@
 namespace mjenv::core {
 namespace {
 
-// About 20 microseconds, so that jobs that follow each other closely need no wake-up.
+// A thread spins for about 20 microseconds before it sleeps, so that jobs in close succession need no wake-up.
 constexpr int kSpins = 1000;
 
 inline void pause() {
@@ -31,7 +31,7 @@ bool spin_until(const Condition& condition) {
   return condition();
 }
 
-// Debuggers and top show the name. Linux cuts names at 15 characters.
+// Debuggers and top show the name. Linux allows 15 characters.
 void name(std::thread& thread, int worker) {
   const std::string text = "mjenv-" + std::to_string(worker);
   pthread_setname_np(thread.native_handle(), text.c_str());
@@ -47,8 +47,9 @@ void pin(std::thread& thread, int cpu) {
 }  // namespace
 
 Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
-  const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // before the threads, as nothing may fail after
-  // The threads block all signals, so that the host's handlers run on the host's threads.
+  const auto cpus =
+      pinned ? allowed_cpus() : std::vector<int>{};  // before the threads start, because nothing may throw afterwards
+  // The threads block all signals, so that the host's signal handlers run on the host's threads.
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -60,8 +61,8 @@ Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
   } catch (const std::exception&) {
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
     end();
-    fail(MJENV_E_MEMORY, "the system gives this process no " + std::to_string(threads) +
-                             " threads; the option \"num_threads\" says how many to use");
+    fail(MJENV_E_MEMORY, "the system does not give this process " + std::to_string(threads) +
+                             " threads; set the option \"num_threads\" to a smaller number");
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (!pinned) return;

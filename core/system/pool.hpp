@@ -1,4 +1,4 @@
-// Threads that do one job at a time, together with the calling thread. Between jobs they sleep.
+// A pool of threads that run one job at a time, together with the calling thread. Between jobs they sleep.
 #pragma once
 
 #include <sys/types.h>
@@ -16,15 +16,16 @@ namespace mjenv::core {
 
 class Pool {
  public:
-  // `threads` counts the calling thread, which is worker 0. pinned: each thread stays on a CPU of its own.
+  // `threads` includes the calling thread, which is worker 0. pinned: each other thread is pinned to one CPU.
   Pool(int threads, bool pinned);
-  // Joins the threads. Only for the process that made the pool.
+  // Joins the threads. Must run in the process that created the pool.
   ~Pool();
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
-  // True in the process that made the pool. A forked child has none of its threads.
+  // True in the process that created the pool. A forked child has none of its threads.
   bool here() const;
+  // Throws unless here().
   void check_here() const;
   int threads() const { return static_cast<int>(threads_.size()) + 1; }
 
@@ -36,7 +37,7 @@ class Pool {
   void run(const std::function<void(int)>& job);
 
  private:
-  const pid_t owner_;  // the process that made the pool
+  const pid_t owner_;  // the process that created the pool
   std::function<void(int)> job_;
   std::atomic<std::uint64_t> generation_{0};
   std::atomic<int> running_{0};

@@ -43,7 +43,7 @@ std::size_t stack_left() {
 void run_with_stack(std::size_t bytes, const std::function<void()>& body) {
   if (stack_left() >= bytes) return body();
   Job job{body, nullptr};
-  // Handlers of signals belong to the caller's own threads.
+  // The new thread blocks all signals, so that the host's signal handlers run on the host's threads.
   sigset_t all, before;
   sigfillset(&all);
   pthread_attr_t attributes;
@@ -56,7 +56,7 @@ void run_with_stack(std::size_t bytes, const std::function<void()>& body) {
   pthread_attr_destroy(&attributes);
   if (error != 0)
     fail(MJENV_E_MEMORY, "this thread has less than " + std::to_string(bytes / 1024) +
-                             " KB of stack left, and the system gives this process no thread that has more");
+                             " KB of stack left, and the system does not give this process a thread with more");
   pthread_join(thread, nullptr);
   if (job.thrown) std::rethrow_exception(job.thrown);
 }

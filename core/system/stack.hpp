@@ -1,4 +1,4 @@
-// The stack of the calling thread, which may be a small one.
+// The stack of the calling thread. Hosts may call the library on threads with small stacks.
 #pragma once
 
 #include <cstddef>
@@ -6,10 +6,11 @@
 
 namespace mjenv::core {
 
-// How many bytes of it are left; 0 where that is unknown, as on the stack of a coroutine.
+// How many bytes are left on it; 0 if that is unknown, for example on the stack of a coroutine.
 std::size_t stack_left();
 
-// Runs the body on this thread if so many bytes are left, else on a new thread that has them, and waits for it.
+// Runs body on this thread if that many bytes are left. Otherwise runs it on a new thread that has them, and waits for
+// it.
 void run_with_stack(std::size_t bytes, const std::function<void()>& body);
 
 }  // namespace mjenv::core

@@ -1,4 +1,4 @@
-// The functions that callbacks may call. No exception leaves them.
+// The library's functions for callbacks (mjenv_task_api). They do not throw, because their callers may be C.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace mjenv::core {
 namespace {
 
-// Plain memory, so that an unloaded library leaves no destructor behind.
+// A plain array, because a destructor could not run after the library was unloaded.
 thread_local std::array<char, 1024> message{};
 
 std::int32_t fail_with(const char* text) {
@@ -19,129 +19,133 @@ std::int32_t fail_with(const char* text) {
   return 1;
 }
 
-// ---- in build ----
+// ---- Functions for build ----
 
-std::string text_of(const char* value, const char* what) {
+std::string required_text(const char* value, const char* what) {
   if (!value) fail(MJENV_E_ARGUMENT, std::string(what) + " is NULL");
   return value;
 }
 
-OwnBuild& of(mjenv_builder* builder) { return *static_cast<OwnBuild*>(builder); }
+OwnBuild& cast(mjenv_builder* builder) { return *static_cast<OwnBuild*>(builder); }
 
 std::int64_t integer(mjenv_builder* builder, const char* option) {
-  return of(builder).attempt(std::int64_t{0}, [&] { return of(builder).integer(text_of(option, "an option's name")); });
+  return cast(builder).attempt(std::int64_t{0},
+                               [&] { return cast(builder).integer(required_text(option, "an option's name")); });
 }
 
 void reals(mjenv_builder* builder, const char* option, double* values, std::int64_t count) {
-  of(builder).attempt(0, [&] {
+  cast(builder).attempt(0, [&] {
     if (!values) fail(MJENV_E_ARGUMENT, "values is NULL");
-    of(builder).reals(text_of(option, "an option's name"), values, count);
+    cast(builder).reals(required_text(option, "an option's name"), values, count);
     return 0;
   });
 }
 
 std::int32_t is_integer(mjenv_builder* builder, const char* option) {
-  return of(builder).attempt(0, [&] { return of(builder).is_integer(text_of(option, "an option's name")) ? 1 : 0; });
+  return cast(builder).attempt(
+      0, [&] { return cast(builder).is_integer(required_text(option, "an option's name")) ? 1 : 0; });
 }
 
 const char* text(mjenv_builder* builder, const char* option) {
-  return of(builder).attempt("", [&] { return of(builder).text(text_of(option, "an option's name")); });
+  return cast(builder).attempt("", [&] { return cast(builder).text(required_text(option, "an option's name")); });
 }
 
 std::int32_t index(mjenv_builder* builder, const char* type, const char* name) {
-  return of(builder).attempt(0, [&] { return of(builder).index(text_of(type, "type"), text_of(name, "name")); });
+  return cast(builder).attempt(
+      0, [&] { return cast(builder).index(required_text(type, "type"), required_text(name, "name")); });
 }
 
 std::int32_t option_index(mjenv_builder* builder, const char* option, const char* type) {
-  return of(builder).attempt(
-      0, [&] { return of(builder).option_index(text_of(option, "an option's name"), text_of(type, "type")); });
+  return cast(builder).attempt(0, [&] {
+    return cast(builder).option_index(required_text(option, "an option's name"), required_text(type, "type"));
+  });
 }
 
 std::int32_t norm_is_fused(mjenv_builder* builder) {
-  return of(builder).attempt(0, [&] { return of(builder).norm().fused() ? 1 : 0; });
+  return cast(builder).attempt(0, [&] { return cast(builder).norm().fused() ? 1 : 0; });
 }
 
 void need(mjenv_builder* builder, const char* array) {
-  of(builder).attempt(0, [&] {
-    of(builder).need(text_of(array, "array"));
+  cast(builder).attempt(0, [&] {
+    cast(builder).need(required_text(array, "array"));
     return 0;
   });
 }
 
 std::int32_t array(mjenv_builder* builder, const char* name, mjenv_field* field) {
-  return of(builder).attempt(0, [&] { return of(builder).array(text_of(name, "name"), field); });
+  return cast(builder).attempt(0, [&] { return cast(builder).array(required_text(name, "name"), field); });
 }
 
 void field(mjenv_builder* builder, const mjenv_task_field* given) {
-  of(builder).attempt(0, [&] {
+  cast(builder).attempt(0, [&] {
     if (!given) fail(MJENV_E_ARGUMENT, "field is NULL");
-    of(builder).describe(*given);
+    cast(builder).describe(*given);
     return 0;
   });
 }
 
 void carry(mjenv_builder* builder, std::int64_t count) {
-  of(builder).attempt(0, [&] {
-    of(builder).carry(count);
+  cast(builder).attempt(0, [&] {
+    cast(builder).carry(count);
     return 0;
   });
 }
 
-// ---- the random stream ----
+// ---- Functions for the random stream ----
 
-OwnRandom& of(mjenv_random* random) { return *static_cast<OwnRandom*>(random); }
+OwnRandom& cast(mjenv_random* random) { return *static_cast<OwnRandom*>(random); }
 
-// A draw that NumPy refuses fails the callback.
+// Makes the callback fail, because NumPy would raise an error for these arguments.
 template <typename T>
-T impossible(mjenv_random* random, const char* why, T otherwise) {
-  if (!of(random).failed) set_task_message(why);
-  of(random).failed = true;
-  return otherwise;
+T refuse_draw(mjenv_random* random, const char* why, T fallback) {
+  if (!cast(random).failed) set_task_message(why);
+  cast(random).failed = true;
+  return fallback;
 }
 
-double random_real(mjenv_random* random) { return of(random).rng.random(); }
+double random_real(mjenv_random* random) { return cast(random).rng.random(); }
 
 double uniform(mjenv_random* random, double low, double high) {
-  if (!std::isfinite(high - low)) return impossible(random, "uniform: the range is not finite", low);
-  return of(random).rng.uniform(low, high);
+  if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: high - low is not finite", low);
+  return cast(random).rng.uniform(low, high);
 }
 
-double normal(mjenv_random* random) { return of(random).rng.normal(); }
+double normal(mjenv_random* random) { return cast(random).rng.normal(); }
 
 std::int64_t integers(mjenv_random* random, std::int64_t low, std::int64_t high) {
-  if (low >= high) return impossible(random, "integers: low is not below high", low);
-  return of(random).rng.integers(low, high);
+  if (low >= high) return refuse_draw(random, "integers: low is not below high", low);
+  return cast(random).rng.integers(low, high);
 }
 
 std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
-  if (count < 1) return impossible(random, "choice: nothing to choose from", std::int64_t{0});
+  if (count < 1) return refuse_draw(random, "choice: count is less than 1", std::int64_t{0});
   if (p) {
-    double sum = 0, lost = 0;  // as NumPy: Kahan's sum, to the square root of the precision
+    double sum = 0, lost = 0;  // as NumPy checks it: Kahan summation, and sqrt(eps) as the tolerance
     for (std::int64_t i = 0; i < count; ++i) {
-      if (!(p[i] >= 0)) return impossible(random, "choice: a probability is negative or NaN", std::int64_t{0});
+      if (!(p[i] >= 0)) return refuse_draw(random, "choice: a probability is negative or NaN", std::int64_t{0});
       const double term = p[i] - lost, total = sum + term;
       lost = (total - sum) - term;
       sum = total;
     }
-    if (!(std::fabs(sum - 1) <= 0x1p-26)) return impossible(random, "choice: the sum of p is not 1", std::int64_t{0});
+    if (!(std::fabs(sum - 1) <= 0x1p-26)) return refuse_draw(random, "choice: the sum of p is not 1", std::int64_t{0});
   }
-  return of(random).rng.choice(count, p);
+  return cast(random).rng.choice(count, p);
 }
 
 void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::int64_t* chosen) {
   if (size < 0 || size > count) {
-    impossible(random, "sample: more numbers than there are", 0);
+    refuse_draw(random, "sample: size is negative or larger than count", 0);
     return;
   }
   try {
-    of(random).rng.sample(count, size, chosen);
+    cast(random).rng.sample(count, size, chosen);
   } catch (const std::exception&) {
-    impossible(random, "sample: out of memory", 0);
+    refuse_draw(random, "sample: out of memory", 0);
   }
 }
 
 void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
-  if (count > 0) of(random).rng.permutation(count, order);
+  if (count > 0) cast(random).rng.permutation(count, order);
 }
 
 constexpr mjenv_task_api api{sizeof(mjenv_task_api),

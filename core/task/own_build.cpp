@@ -23,7 +23,7 @@ void OwnBuild::carry(std::int64_t count) {
 }
 
 void OwnBuild::check() const {
-  if (failed_ != MJENV_OK) fail(failed_, why_);
+  if (status_ != MJENV_OK) fail(status_, message_);
 }
 
 const Option& OwnBuild::option_of(const std::string& name, mjenv_kind kind) const {

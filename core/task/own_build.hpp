@@ -1,4 +1,4 @@
-// What the callback build of a task from outside is given.
+// The mjenv_builder that the callback build of a registered task gets.
 #pragma once
 
 #include <string>
@@ -14,14 +14,15 @@ namespace mjenv::core {
 
 class OwnBuild : public mjenv_builder {
  public:
-  // options: as the caller set them. work: holds the model's initial state.
+  // options: the caller's options. work: holds the model's initial state.
   OwnBuild(const Options& options, const Model& model, Work& work, std::vector<OwnField> fields,
            std::int64_t carry_count);
 
-  // Calls body and returns what it does. What it throws is kept for check; from then on this returns `otherwise`.
+  // Calls body and returns its result. If body throws, keeps the error for `check` and returns `fallback`, and from
+  // then on does not call body.
   template <typename T, typename Body>
-  T attempt(T otherwise, const Body& body) noexcept;
-  // Throws what an attempt failed with.
+  T attempt(T fallback, const Body& body) noexcept;
+  // Throws the error that attempt kept, if there is one.
   void check() const;
 
   std::int64_t integer(const std::string& option) const;
@@ -33,13 +34,13 @@ class OwnBuild : public mjenv_builder {
   np::Norm norm();
   void need(const std::string& array) { work_.need(array); }
   int array(const std::string& name, mjenv_field* field);
-  void describe(const mjenv_task_field& field) { put_field(fields_, own_field(field)); }
+  void describe(const mjenv_task_field& field) { replace_or_add(fields_, own_field(field)); }
 
   void carry(std::int64_t count);
 
   std::int64_t carry_count() const { return static_cast<std::int64_t>(work_.carry_count()); }
   const std::vector<OwnField>& fields() const { return fields_; }
-  // The rounding of norms, if the task asked for it.
+  // The rounding of norms, if the task has asked for it.
   const std::optional<np::Norm>& rounding() const { return norm_; }
 
  private:
@@ -50,29 +51,29 @@ class OwnBuild : public mjenv_builder {
   std::optional<np::Norm> norm_;
   Rng trial_rng_ = Rng::from_seed(0);
   OwnRandom trial_{trial_rng_};
-  mjenv_status failed_ = MJENV_OK;
-  std::string why_;
+  mjenv_status status_ = MJENV_OK;
+  std::string message_;
 
   const Option& option_of(const std::string& name, mjenv_kind kind) const;
 };
 
 template <typename T, typename Body>
-T OwnBuild::attempt(T otherwise, const Body& body) noexcept {
-  if (failed_ != MJENV_OK) return otherwise;
+T OwnBuild::attempt(T fallback, const Body& body) noexcept {
+  if (status_ != MJENV_OK) return fallback;
   try {
     try {
       return body();
     } catch (const Error& error) {
-      why_ = error.what();
-      failed_ = error.status();
+      message_ = error.what();
+      status_ = error.status();
     } catch (const std::exception& error) {
-      why_ = error.what();
-      failed_ = MJENV_E_TASK;
+      message_ = error.what();
+      status_ = MJENV_E_TASK;
     }
-  } catch (const std::exception&) {  // no memory for the text
-    failed_ = MJENV_E_MEMORY;
+  } catch (const std::exception&) {  // out of memory for the text
+    status_ = MJENV_E_MEMORY;
   }
-  return otherwise;
+  return fallback;
 }
 
 }  // namespace mjenv::core

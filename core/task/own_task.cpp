@@ -282,7 +282,7 @@ OwnField own_field(const mjenv_task_field& given) {
   return field;
 }
 
-void put_field(std::vector<OwnField>& fields, OwnField field) {
+void replace_or_add(std::vector<OwnField>& fields, OwnField field) {
   const auto found = std::find_if(fields.begin(), fields.end(), [&](const OwnField& f) {
     return f.role == field.role && (f.name == field.name || f.role == MJENV_ROLE_REWARD);
   });
@@ -430,7 +430,7 @@ void OwnTask::take_fields(const mjenv_task& given) {
     const std::size_t before = fields_.size();
     OwnField field = own_field(from);
     const std::string name = field.name, role = role_name(field.role);
-    put_field(fields_, std::move(field));
+    replace_or_add(fields_, std::move(field));
     if (fields_.size() == before) fail(MJENV_E_VALUE, "there already is " + role + " " + quoted(name));
   });
 }

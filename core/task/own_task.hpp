@@ -1,4 +1,4 @@
-// A task from outside of the library: what mjenv/task.h describes.
+// A registered task: the library's copy of a mjenv_task (mjenv/task.h).
 #pragma once
 
 #include <memory>
@@ -11,15 +11,15 @@
 
 namespace mjenv::core {
 
-// Numbers that a row may carry for its task.
+// The largest carry_count.
 constexpr std::int64_t kMaxCarried = 1 << 24;
 
-// A mjenv_task_field.
+// The library's copy of a mjenv_task_field.
 struct OwnField {
   mjenv_role role;
   std::string name, doc;
   mjenv_type type;
-  std::vector<std::int64_t> shape;  // -1: build will tell
+  std::vector<std::int64_t> shape;  // -1: build sets this length
 };
 
 struct OwnCallbacks {
@@ -33,10 +33,10 @@ struct OwnCallbacks {
   decltype(mjenv_task::step) step;
 };
 
-// A registered task. It copies the description: the callbacks and what the user's pointer points to stay outside.
+// Copies the description. Only the callbacks' code and the memory that `user` points to remain the caller's.
 class OwnTask {
  public:
-  // Checks the description. plugin: the handle of the shared object that brought the task, or null.
+  // Throws if the description is invalid. plugin: the dlopen handle of the task's plug-in, or null.
   OwnTask(const mjenv_task& given, const void* plugin);
   OwnTask(const OwnTask&) = delete;
   OwnTask& operator=(const OwnTask&) = delete;
@@ -48,7 +48,7 @@ class OwnTask {
   const void* plugin() const { return plugin_; }
 
   void declare(Options& options) const { declare(options, options_); }
-  // The task without its model.
+  // The task with the default options, without its model.
   Task outline() const;
   Task build(const Options& options) const;
 
@@ -74,22 +74,22 @@ class OwnTask {
   std::shared_ptr<const Model> open(const Options& options) const;
 };
 
-// The struct is read as far as it was known to who made it.
+// Reads a struct that may have been compiled with an older or newer header.
 std::unique_ptr<OwnTask> own_task(const mjenv_task* given, const void* plugin);
-// Throws if a field is not one that a task can have. It may have a length that is not known yet.
+// Throws if a task cannot have this field. A length may be -1.
 OwnField own_field(const mjenv_task_field& given);
-// Replaces the field of that role and name, or adds it.
-void put_field(std::vector<OwnField>& fields, OwnField field);
+// Replaces the field with the same role and name, or adds the field at the end.
+void replace_or_add(std::vector<OwnField>& fields, OwnField field);
 
-// The row's stream, as callbacks see it.
+// A row's random stream, as callbacks get it.
 struct OwnRandom : mjenv_random {
   explicit OwnRandom(Rng& stream);
 
   Rng& rng;
-  bool failed = false;  // NumPy would refuse a draw; the message says why
+  bool failed = false;  // a draw was refused, as NumPy would refuse it; task_message says why
 };
 
-// What a callback last failed with on this thread; "" if it said nothing.
+// The reason that a callback gave for its failure on this thread; "" if it gave none.
 const char* task_message();
 void set_task_message(const char* text);
 

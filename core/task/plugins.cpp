@@ -66,7 +66,7 @@ const mjenv_plugin& enter(const std::string& path, void* handle) {
     refuse(path, "it was built for version " + std::to_string(plugin->abi_version) +
                      " of mjenv's ABI; this library has " + std::to_string(MJENV_ABI_VERSION) +
                      ": build it again with this library's headers");
-  if (plugin->task_count < 1 || !plugin->tasks) refuse(path, "it contains no task");
+  if (plugin->task_count < 1 || !plugin->tasks) refuse(path, "it holds no task");
   return *plugin;
 }
 
