@@ -33,7 +33,7 @@ Pipeline::~Pipeline() {
   if (serving && workers_.count() > 1) workers_.pool().finish();
 }
 
-// Allocates memory for all rows at once, so that later calls allocate nothing.
+// Allocates memory for all rows in the first call, so that the cost of a later call depends only on its own rows.
 void Pipeline::allocate() {
   if (outputs_) return;
   const auto rows = static_cast<std::size_t>(rows_.count());
