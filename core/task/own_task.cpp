@@ -64,7 +64,7 @@ std::string named(const char* name, const std::string& what) {
   return text;
 }
 
-// The folder of the shared object or program that holds the code, else the current one.
+// The folder of the shared object or program that contains the code. If that is unknown, the current folder.
 std::string folder_of(const void* code) {
   Dl_info info{};
   std::unique_ptr<char, decltype(&std::free)> path(nullptr, std::free);
@@ -94,14 +94,14 @@ std::int64_t numbers(const OwnField& field) {
   return count;
 }
 
-// The fields of a role, one after the other. An observation lists no empty terms.
-std::vector<Field> laid_out(const std::vector<OwnField>& fields, mjenv_role role) {
+// The fields of a role, with their offsets. An observation does not list empty terms.
+std::vector<Field> with_offsets(const std::vector<OwnField>& fields, mjenv_role role) {
   std::vector<Field> list;
   std::int64_t offset = 0;
   for (const auto& f : fields) {
     if (f.role != role) continue;
     if (std::find(f.shape.begin(), f.shape.end(), -1) != f.shape.end())
-      fail(MJENV_E_TASK, "build did not tell the length of the " + std::string(role_name(role)) + " " + quoted(f.name));
+      fail(MJENV_E_TASK, "build did not set the length of the " + std::string(role_name(role)) + " " + quoted(f.name));
     const std::int64_t count = numbers(f);
     if (role == MJENV_ROLE_OBSERVATION && count == 0) continue;
     list.push_back({f.name, f.doc.empty() ? meaning(f.name) : f.doc, f.type, f.shape, offset, count});
@@ -117,7 +117,7 @@ std::int64_t total(const std::vector<Field>& fields) {
   return fields.empty() ? 0 : fields.back().offset + fields.back().count;
 }
 
-// A built task: what its callbacks are called with.
+// A registered task in one environment: its callbacks, and the `self` that build made for them.
 class Instance {
  public:
   Instance(std::string id, const OwnCallbacks& callbacks, bool strict)
@@ -134,13 +134,13 @@ class Instance {
       void* self = nullptr;
       const std::int32_t result = callbacks_.build(&builder, callbacks_.user, &self);
       if (result == 0) self_ = self;
-      built_ = result == 0;  // else build has freed what it made
+      built_ = result == 0;  // if build failed, it has freed what it allocated
       builder.check();
       return result;
     });
   }
 
-  void lay_out(const Described& fields) {
+  void set_counts(const Described& fields) {
     observation_count_ = total(fields.observation);
     info_count_ = total(fields.info);
     reset_info_count_ = total(fields.reset_info);
@@ -173,7 +173,7 @@ class Instance {
 
   void reset_info(const Sim& sim, Info& info) const {
     sim.complete();
-    double* values = unwritten(sim, reset_info_count_);
+    double* values = nan_info(sim, reset_info_count_);
     call("reset_info", [&] { return callbacks_.reset_info(self_, &sim.c(), values); });
     info.write_all(values);
   }
@@ -188,7 +188,7 @@ class Instance {
     call("observe", [&] { return callbacks_.observe(self_, &sim.c(), to); });
     if (!strict_) return;
     double sum = 0;
-    for (std::int64_t i = 0; i < observation_count_; ++i) sum += 0 * to[i];  // NaN unless all are finite
+    for (std::int64_t i = 0; i < observation_count_; ++i) sum += 0 * to[i];  // becomes NaN if a number is not finite
     if (sum == 0) return;
     for (std::int64_t i = 0; i < observation_count_; ++i)
       if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
@@ -200,8 +200,8 @@ class Instance {
     const Eigen::Index nu = sim.action.count;
     double* action = sim.action_buffer();
     for (Eigen::Index i = 0; i < nu; ++i) action[i] = sim.action[i];
-    mjenv_outcome to{sizeof to, 0, 0, unwritten(sim, info_count_), row.carried.data(), &random};
-    struct Clear {  // in other callbacks the action is NaN
+    mjenv_outcome to{sizeof to, 0, 0, nan_info(sim, info_count_), row.carried.data(), &random};
+    struct Clear {  // other callbacks see an action of NaN
       double* values;
       Eigen::Index count;
       ~Clear() { std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN()); }
@@ -221,8 +221,8 @@ class Instance {
   void* self_;
   std::int64_t observation_count_ = 0, info_count_ = 0, reset_info_count_ = 0;
 
-  // Room for an info; what the callback does not write stays NaN.
-  static double* unwritten(const Sim& sim, std::int64_t count) {
+  // The buffer for an info. Values that the callback does not write stay NaN.
+  static double* nan_info(const Sim& sim, std::int64_t count) {
     return std::fill_n(sim.info_buffer(), count, std::numeric_limits<double>::quiet_NaN()) - count;
   }
 
@@ -236,7 +236,7 @@ class Instance {
     std::int32_t result = 0;
     try {
       result = body();
-    } catch (const Error& error) {  // of a builder
+    } catch (const Error& error) {  // from OwnBuild::check
       fail(error.status(), id_ + ": " + name + ": " + error.what());
     } catch (const std::exception& error) {
       refuse(name, std::string("it threw an exception: ") + error.what());
@@ -259,10 +259,10 @@ OwnField own_field(const mjenv_task_field& given) {
   OwnField field{from.role, named(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
   const std::string what = "field " + quoted(field.name);
   if (!role_name(field.role))
-    fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task does not describe");
+    fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task cannot describe");
   if (field.type == 0) field.type = MJENV_TYPE_FLOAT64;
   if (field.type < MJENV_TYPE_FLOAT64 || field.type > MJENV_TYPE_UINT8)
-    fail(MJENV_E_TYPE, what + " has type " + std::to_string(field.type) + ", which there is not");
+    fail(MJENV_E_TYPE, what + " has type " + std::to_string(field.type) + ", which does not exist");
   if (from.ndim < 0 || from.ndim > 4)
     fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions, not 0 to 4");
   const bool term = field.role == MJENV_ROLE_OBSERVATION;
@@ -332,7 +332,7 @@ std::unique_ptr<OwnTask> own_task(const mjenv_task* given, const void* plugin) {
 }
 
 void OwnTask::take_id(const char* id) {
-  if (!id) fail(MJENV_E_ARGUMENT, "a task has no id: it is NULL");
+  if (!id) fail(MJENV_E_ARGUMENT, "the task's id is NULL");
   id_ = std::string(id).substr(0, kMaxId + 1);
   const std::size_t dash = id_.rfind("-v");
   const std::string number = dash == std::string::npos ? "" : id_.substr(dash + 2);
@@ -357,7 +357,7 @@ void OwnTask::take_model(const mjenv_task& given) {
   model_ = given.model;
   if (model_.empty()) fail(MJENV_E_VALUE, "model is empty");
   if (model_[0] != '.') return;
-  // The paths of a plug-in's models do not depend on where its user stands.
+  // Makes the path relative to the plug-in's folder, so that it does not depend on the current folder.
   const auto code = reinterpret_cast<const void*>(given.step);
   model_ = folder_of(code) + (model_.rfind("./", 0) == 0 ? model_.substr(2) : model_);
 }
@@ -365,26 +365,26 @@ void OwnTask::take_model(const mjenv_task& given) {
 void OwnTask::take_options(const mjenv_task& given) {
   each(given.options, given.option_count, "option", [&](const mjenv_task_option& from) {
     const std::string name = named(from.name, "an option"), what = "option " + quoted(name);
-    const bool free = from.low == 0 && from.high == 0;
-    Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, free ? -kInfinity : from.low,
-                  free ? kInfinity : from.high);
-    const auto check = [&](double value) {
+    const bool unbounded = from.low == 0 && from.high == 0;
+    Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, unbounded ? -kInfinity : from.low,
+                  unbounded ? kInfinity : from.high);
+    const auto check_default = [&](double value) {
       if (!(option.low <= value && value <= option.high))
         fail(MJENV_E_VALUE, what + ": its default " + number(value) + " does not lie in [" + number(option.low) + ", " +
                                 number(option.high) + "]");
     };
-    const auto integral = [&](double low, double high) {
-      if (free) option.low = low, option.high = high;
-      check(from.value);
+    const auto set_integer = [&](double low, double high) {
+      if (unbounded) option.low = low, option.high = high;
+      check_default(from.value);
       if (from.value != std::floor(from.value) || std::fabs(from.value) > static_cast<double>(kMaxInteger))
-        fail(MJENV_E_VALUE, what + ": its default " + number(from.value) + " is no integer");
+        fail(MJENV_E_VALUE, what + ": its default " + number(from.value) + " is not an integer");
       option.integer = static_cast<std::int64_t>(from.value);
     };
     if (std::isnan(from.low) || std::isnan(from.high) || from.low > from.high)
       fail(MJENV_E_VALUE, what + " has the bounds [" + number(from.low) + ", " + number(from.high) + "]");
     switch (from.kind) {
-      case MJENV_KIND_FLAG: integral(0, 1); break;
-      case MJENV_KIND_INTEGER: integral(-static_cast<double>(kMaxInteger), static_cast<double>(kMaxInteger)); break;
+      case MJENV_KIND_FLAG: set_integer(0, 1); break;
+      case MJENV_KIND_INTEGER: set_integer(-static_cast<double>(kMaxInteger), static_cast<double>(kMaxInteger)); break;
       case MJENV_KIND_REALS:
         if (from.count < 0 || from.count > kMaxCount)
           fail(MJENV_E_VALUE, what + ": its count is " + std::to_string(from.count));
@@ -393,26 +393,26 @@ void OwnTask::take_options(const mjenv_task& given) {
           option.reals = {from.value};
         else
           option.reals.assign(from.values, from.values + from.count);
-        std::for_each(option.reals.begin(), option.reals.end(), check);
+        std::for_each(option.reals.begin(), option.reals.end(), check_default);
         break;
       case MJENV_KIND_STRING:
         option.text = from.text ? from.text : "";
         option.choices = from.choices ? from.choices : "";
         if (!option.choices.empty() && (" " + option.choices + " ").find(" " + option.text + " ") == std::string::npos)
-          fail(MJENV_E_VALUE, what + ": its default " + quoted(option.text) + " is none of its choices");
+          fail(MJENV_E_VALUE, what + ": its default " + quoted(option.text) + " is not one of its choices");
         break;
       case MJENV_KIND_STRING_OR_INT:
-        integral(0, std::numeric_limits<int>::max());
+        set_integer(0, std::numeric_limits<int>::max());
         option.given_as_integer = !from.text;
         if (from.text) option.text = from.text;
         break;
-      default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which there is not");
+      default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which does not exist");
     }
     if (from.kind == MJENV_KIND_FLAG && (option.low != 0 || option.high != 1))
       fail(MJENV_E_VALUE, what + ": a flag is 0 or 1");
     options_.push_back(std::move(option));
   });
-  // None is called like another, or like one that every task has.
+  // Names must differ from each other and from the options that every task has.
   std::vector<std::string> names;
   Options common(id_);
   declare(common, {});
@@ -420,7 +420,7 @@ void OwnTask::take_options(const mjenv_task& given) {
   for (const auto& option : common.all()) names.push_back(option.name);
   for (const auto& option : options_) {
     if (std::find(names.begin(), names.end(), option.name) != names.end())
-      fail(MJENV_E_VALUE, "there already is an option " + quoted(option.name));
+      fail(MJENV_E_VALUE, "there is already an option " + quoted(option.name));
     names.push_back(option.name);
   }
 }
@@ -431,7 +431,7 @@ void OwnTask::take_fields(const mjenv_task& given) {
     OwnField field = own_field(from);
     const std::string name = field.name, role = role_name(field.role);
     replace_or_add(fields_, std::move(field));
-    if (fields_.size() == before) fail(MJENV_E_VALUE, "there already is " + role + " " + quoted(name));
+    if (fields_.size() == before) fail(MJENV_E_VALUE, "there is already " + role + " " + quoted(name));
   });
 }
 
@@ -440,16 +440,16 @@ void OwnTask::check_callbacks() const {
   const auto has = [&](mjenv_role role) {
     return std::any_of(fields_.begin(), fields_.end(), [&](const OwnField& f) { return f.role == role; });
   };
-  const auto need = [](bool there, const char* what) {
-    if (!there) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
+  const auto require = [](bool fulfilled, const char* what) {
+    if (!fulfilled) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
   };
-  need(c.reset, "reset is NULL");
-  need(c.observe, "observe is NULL");
-  need(c.step, "step is NULL");
-  need(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
-  need(!c.carry || c.build || carry_count_ > 0, "carry is given, but carry_count is 0");
-  need(c.reset_info || !has(MJENV_ROLE_RESET_INFO), "reset_info is NULL, but there are fields for it");
-  need(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
+  require(c.reset, "reset is NULL");
+  require(c.observe, "observe is NULL");
+  require(c.step, "step is NULL");
+  require(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
+  require(!c.carry || c.build || carry_count_ > 0, "carry is given, but carry_count is 0");
+  require(c.reset_info || !has(MJENV_ROLE_RESET_INFO), "reset_info is NULL, but there are fields for it");
+  require(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
 }
 
 void OwnTask::declare(Options& options, const std::vector<Option>& own) const {
@@ -474,7 +474,7 @@ std::shared_ptr<const Model> OwnTask::open(const Options& options) const {
   const std::string &text = options.get("xml_string").text, &file = options.get("xml_file").text;
   if (!text.empty()) return Model::parse("xml_string", text, trusted);
   if (file != model_) return Model::open(file, trusted);
-  // The task's own model is trusted as its code is.
+  // The task's own model is trusted, because its code is trusted.
   return model_text_.empty() ? Model::open(model_, true) : Model::parse(id_, model_text_, true);
 }
 
@@ -488,15 +488,16 @@ Task OwnTask::build(const Options& options) const {
   work.forward();
   std::fill_n(work.action_buffer(), task.model->nu(), 0.0);
   OwnBuild builder(options, *task.model, work, fields_, carry_count_);
-  const auto made = std::make_shared<Instance>(id_, callbacks_, options.get("strict").integer != 0);
-  made->build(builder);
+  const auto instance = std::make_shared<Instance>(id_, callbacks_, options.get("strict").integer != 0);
+  instance->build(builder);
   task.norm = builder.rounding();
 
   Described described;
   try {
-    described = {laid_out(builder.fields(), MJENV_ROLE_OBSERVATION), laid_out(builder.fields(), MJENV_ROLE_INFO),
-                 laid_out(builder.fields(), MJENV_ROLE_RESET_INFO), laid_out(builder.fields(), MJENV_ROLE_REWARD),
-                 laid_out(builder.fields(), MJENV_ROLE_STRUCTURE)};
+    described = {with_offsets(builder.fields(), MJENV_ROLE_OBSERVATION),
+                 with_offsets(builder.fields(), MJENV_ROLE_INFO), with_offsets(builder.fields(), MJENV_ROLE_RESET_INFO),
+                 with_offsets(builder.fields(), MJENV_ROLE_REWARD),
+                 with_offsets(builder.fields(), MJENV_ROLE_STRUCTURE)};
     if (described.observation.empty()) fail(MJENV_E_TASK, "there is no field of the observation");
     if (callbacks_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
     if (!described.reset_info.empty() && !callbacks_.reset_info)
@@ -511,16 +512,16 @@ Task OwnTask::build(const Options& options) const {
   task.carry_count = builder.carry_count();
   task.draws_in_steps = true;
   task.revision = revision_;
-  made->lay_out(described);
+  instance->set_counts(described);
   const auto count = static_cast<Eigen::Index>(total(described.observation));
-  task.terms.push_back({"observation", [made, count](const Sim& s, double* to) {
-                          if (to) made->observe(s, to);
+  task.terms.push_back({"observation", [instance, count](const Sim& s, double* to) {
+                          if (to) instance->observe(s, to);
                           return count;
                         }});
-  task.reset = [made](Start& start, Rng& rng) { made->reset(start, rng); };
-  if (callbacks_.reset_info) task.reset_info = [made](const Sim& s, Info& info) { made->reset_info(s, info); };
-  if (callbacks_.carry) task.carry = [made](const Sim& s, double* to) { made->carry(s, to); };
-  task.step = [made](const Sim& s, Row& row, Info& info) { return made->step(s, row, info); };
+  task.reset = [instance](Start& start, Rng& rng) { instance->reset(start, rng); };
+  if (callbacks_.reset_info) task.reset_info = [instance](const Sim& s, Info& info) { instance->reset_info(s, info); };
+  if (callbacks_.carry) task.carry = [instance](const Sim& s, double* to) { instance->carry(s, to); };
+  task.step = [instance](const Sim& s, Row& row, Info& info) { return instance->step(s, row, info); };
   task.described = std::move(described);
   return task;
 }

@@ -135,7 +135,7 @@ static void test_bad_options(void** state) {
   refused(MJENV_E_VALUE, p->options[0].value = NAN, "nan");
   refused(MJENV_E_VALUE, p->options[0].count = -2, "count is -2");
   refused(MJENV_E_ARGUMENT, p->options[0].count = 2, "values is NULL");
-  refused(MJENV_E_VALUE, (p->options[0].kind = MJENV_KIND_INTEGER, p->options[0].value = 0.5), "no integer");
+  refused(MJENV_E_VALUE, (p->options[0].kind = MJENV_KIND_INTEGER, p->options[0].value = 0.5), "not an integer");
   refused(MJENV_E_VALUE, (p->options[0].kind = MJENV_KIND_FLAG, p->options[0].value = 2), "[0, 1]");
 }
 

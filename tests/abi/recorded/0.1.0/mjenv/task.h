@@ -1,23 +1,30 @@
-/* task.h - your own robot and task, under an id of your own, with all that the built-in ones have.
+/* task.h - Defines your own robots and tasks, which then work like the built-in ones.
  *
- * Task       A struct of descriptions and callbacks. mjenv_register_task makes its id known to every function that
- *            takes one. A shared object with tasks is a plug-in: mjenv_load_tasks loads it in any language. A plug-in
- *            needs this header alone: it does not link with libmjenv.
- * Rows       A callback sees one row. The library calls it for different rows at once on different threads, so a
- *            callback changes nothing but what it is given to write. State of the task that outlives a callback is
- *            carried: numbers that belong to the row, so that snapshots, copies of rows and any number of threads
- *            keep it.
- * Errors     A callback that returns another number than 0 has failed: return mjenv_task_fail(api, "why"). The row
- *            keeps its state, other rows are stepped, and the call gives MJENV_E_TASK, naming the id and the row.
- *            An unknown name, a wrong kind of option or an impossible range that a callback passes to a function of
- *            this header is such a failure, too, so its callers need not check.
- * Forbidden  A callback must not leave by longjmp or by a C++ exception, end its thread, or fork. The environment that
- *            it runs for is busy: functions that step or change it give MJENV_E_BUSY, and mjenv_destroy of it would
- *            wait for ever. It may take locks of its own, at the cost of the threads that wait.
- * Numbers    What a callback is given to read after a step is as MuJoCo's mj_step leaves it: qpos, qvel, act and time
- *            are new; what MuJoCo computes from them (xpos, contacts, sensordata and so on) belongs to the state
- *            before the last mj_step, a timestep ago. After a reset all belongs together. Gymnasium has the same.
- * ABI        As in mjenv.h. An array of structs is read in steps of its first element's struct_size. */
+ * Task
+ *   A task is a struct mjenv_task: a description and callbacks. mjenv_register_task adds its id to the ids that
+ *   mjenv_options_create and the other functions of mjenv.h know.
+ * Plug-in
+ *   A plug-in is a shared object that exports tasks (MJENV_PLUGIN). mjenv_load_tasks loads it in any language. It needs
+ *   only this header and does not link with libmjenv.
+ * Threads
+ *   build and destroy run on the thread that creates or destroys the environment. The other callbacks run on the
+ *   threads that step the rows. One call concerns one row, and calls for different rows run at the same time. So a
+ *   callback must not change anything but the memory that it is given to write. Numbers that a task needs to remember
+ *   from step to step are "carried" by the row (carry_count): snapshots save them, and mjenv_copy_row copies them.
+ * Errors
+ *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. mjenv.h's function then returns
+ *   MJENV_E_TASK with a message that names the id, the callback and the row; it steps the other rows. A row whose
+ *   reset, step or carry fails keeps its state. A callback need not check this header's functions for errors: if it
+ *   passes them an unknown name, an option of another kind or an impossible range, the library makes it fail.
+ * Forbidden
+ *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
+ *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
+ * Numbers
+ *   After a step, a callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and
+ *   time are new, but what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because
+ *   mj_step computes it before it integrates. After a reset, everything belongs to the same state.
+ * Compatibility
+ *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
 #define MJENV_TASK_H
 
@@ -27,83 +34,83 @@
 extern "C" {
 #endif
 
-typedef struct mjenv_task_api mjenv_task_api; /* the functions that callbacks may call */
-typedef struct mjenv_builder mjenv_builder;   /* what build is given */
+typedef struct mjenv_task_api mjenv_task_api; /* the library's functions for callbacks */
+typedef struct mjenv_builder mjenv_builder;   /* the environment that the callback build prepares */
 typedef struct mjenv_random mjenv_random;     /* a row's random stream: NumPy's default_rng */
 
-/* ---- What a task says about itself ---- */
+/* ---- The description of a task ---- */
 
-/* A constructor option of the task. Beside these each task has the options that built-in tasks have: xml_file,
- * xml_string, trust_xml, frame_skip, max_episode_steps and so on. */
+/* A constructor option of the task. Every task also has the options of the built-in tasks: xml_file, xml_string,
+ * trust_xml, frame_skip, max_episode_steps and so on. */
 typedef struct mjenv_task_option {
   uint32_t struct_size;
   mjenv_kind kind;
-  const char *name;
-  const char *doc;
-  double value;         /* the default of a flag, an integer, one real, and of a STRING_OR_INT without text */
-  double low, high;     /* closed bounds of each number; both 0: none */
-  const double *values; /* REALS of several numbers: their defaults, count of them */
-  int64_t count;        /* 0: one number, value */
-  const char *text;     /* the default of a STRING (NULL: "") or a STRING_OR_INT */
-  const char *choices;  /* the valid texts separated by blanks; NULL: any text */
+  const char *name;     /* without blanks and quotes; unique in the task */
+  const char *doc;      /* one line of documentation; NULL: none */
+  double value;         /* the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL */
+  double low, high;     /* closed bounds of each number; both 0: no bounds */
+  const double *values; /* [count] the defaults of REALS that hold several numbers */
+  int64_t count;        /* how many numbers REALS hold; 0: one number, whose default is value */
+  const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
+  const char *choices;  /* the valid texts, separated by blanks; NULL: any text is valid */
 } mjenv_task_option;
 
-/* A term of the observation, a value of the info or of the reset info, or the type of the reward. Fields of a role are
- * laid out one after the other in the order in which they are described. */
+/* One named part of the observation, the info, the reset info or the observation_structure, or the reward's type. The
+ * fields of a role are stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;  /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
-  const char *name; /* unique in its role */
-  const char *doc;  /* with the unit; NULL: none */
-  mjenv_type type;  /* 0: np.float64 */
-  int32_t ndim;     /* 0: a scalar; a term of the observation has 1 */
-  int64_t shape[4]; /* -1 where build tells the length (mjenv_build_field) */
+  const char *name; /* without blanks and quotes; unique in its role */
+  const char *doc;  /* one line of documentation with the unit; NULL: none */
+  mjenv_type type;  /* the type in Python; 0: np.float64. An observation is always np.float64 */
+  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1 */
+  int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length) */
 } mjenv_task_field;
 
-/* Gymnasium's default_camera_config; NaN leaves a value to MuJoCo. */
+/* Gymnasium's default_camera_config. NaN means MuJoCo's default. */
 typedef struct mjenv_task_camera {
   uint32_t struct_size;
   int32_t reserved;   /* 0 */
-  double trackbodyid; /* a whole number */
+  double trackbodyid; /* the index of a body */
   double distance;    /* m */
   double lookat[3];   /* m */
   double elevation;   /* degrees */
 } mjenv_task_camera;
 
-/* ---- What callbacks see ---- */
+/* ---- The data that callbacks read and write ---- */
 
-/* A contact of the row. This struct will not grow. */
+/* A contact between two geoms. This struct never grows. */
 typedef struct mjenv_contact {
-  int32_t geom1, geom2; /* indices of geoms */
-  double distance;      /* between them, m; negative: they overlap */
-  double position[3];   /* the middle between them, m */
-  double frame[9];      /* its axes as rows; the first, the normal, points from geom1 to geom2 */
-  double force[6];      /* force and torque between them in that frame, N, N m */
+  int32_t geom1, geom2; /* the indices of the geoms */
+  double distance;      /* between the geoms, m; negative if they overlap */
+  double position[3];   /* the point midway between the geoms, m */
+  double frame[9];      /* the contact frame: one axis per row. The first is the normal, from geom1 to geom2 */
+  double force[6];      /* the force (N), then the torque (N m), in the contact frame: mj_contactForce */
 } mjenv_contact;
 
-/* One row's simulation, to be read. The struct and its arrays belong to the thread that runs the callback, and hold
- * another row in another call. They have MuJoCo's names and meanings, and do not move as long as the environment
- * lives. Arrays marked * cost time in each step: they are NULL unless build asks for them with mjenv_build_need. */
+/* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one
+ * such struct, whose arrays stay at their addresses; in another call they hold another row. Arrays marked "on demand"
+ * cost time in each step, so they are NULL unless build asked for them with mjenv_build_need. */
 typedef struct mjenv_sim {
   uint32_t struct_size;
-  mjenv_dtype action_dtype; /* the type in which the caller passed the action */
+  mjenv_dtype action_dtype; /* the dtype of the action that the caller passed */
   const mjenv_task_api *api;
   int32_t nq, nv, na, nu, nbody, njnt, ngeom, nsite, ntendon, nsensordata;
   int32_t contact_count;
   int32_t reserved;      /* 0 */
-  double timestep;       /* of an mj_step, s */
-  double dt;             /* of a step, s */
+  double timestep;       /* of one mj_step, s */
+  double dt;             /* of one step of the environment (frame_skip timesteps), s */
   const double *time;    /* [1] since the reset, s */
-  const double *action;  /* [nu] in the callback step; NaN in all others. A float32 is held exactly */
-  const double *carried; /* [carry_count] what the task carries */
+  const double *action;  /* [nu] the row's action in the callback step, 0 in build, NaN in the other callbacks */
+  const double *carried; /* [carry_count] the numbers that the row carries for the task */
 
-  /* the state */
+  /* The state. */
   const double *qpos; /* [nq] */
   const double *qvel; /* [nv] */
   const double *act;  /* [na] */
   const double *ctrl; /* [nu] */
 
-  /* computed from it */
+  /* Computed from the state; after a step, from the state before the last mj_step. */
   const double *qacc;              /* [nv] */
   const double *xpos;              /* [nbody][3] */
   const double *xquat;             /* [nbody][4] */
@@ -112,14 +119,14 @@ typedef struct mjenv_sim {
   const double *ximat;             /* [nbody][9] */
   const double *xanchor;           /* [njnt][3] */
   const double *xaxis;             /* [njnt][3] */
-  const double *geom_xpos;         /* * [ngeom][3] */
-  const double *geom_xmat;         /* * [ngeom][9] */
+  const double *geom_xpos;         /* [ngeom][3] on demand */
+  const double *geom_xmat;         /* [ngeom][9] on demand */
   const double *site_xpos;         /* [nsite][3] */
   const double *site_xmat;         /* [nsite][9] */
   const double *subtree_com;       /* [nbody][3] */
   const double *cinert;            /* [nbody][10] */
   const double *cvel;              /* [nbody][6] */
-  const double *cfrc_ext;          /* * [nbody][6] */
+  const double *cfrc_ext;          /* [nbody][6] on demand */
   const double *sensordata;        /* [nsensordata] */
   const double *actuator_length;   /* [nu] */
   const double *actuator_velocity; /* [nu] */
@@ -130,113 +137,122 @@ typedef struct mjenv_sim {
   const double *qfrc_constraint;   /* [nv] */
   const double *ten_length;        /* [ntendon] */
   const double *ten_velocity;      /* [ntendon] */
-  const mjenv_contact *contacts;   /* * [contact_count] */
+  const mjenv_contact *contacts;   /* [contact_count] on demand */
 
-  /* the model, which never changes */
+  /* The model. It never changes. */
   const double *qpos0;     /* [nq] */
   const double *body_mass; /* [nbody] */
 
-  const void *const *arrays; /* those that build asked for with mjenv_build_array, by the index that it gave */
+  const void *const *arrays; /* arrays[i] is the array for which mjenv_build_array returned i */
 } mjenv_sim;
 
-/* The start of an episode, for reset to write. */
+/* The initial state of an episode, which the callback reset changes. The comments say what it holds before the call. */
 typedef struct mjenv_start {
   uint32_t struct_size;
   int32_t reserved; /* 0 */
   const mjenv_task_api *api;
-  mjenv_random *random;      /* the row's stream */
-  const double *qpos0;       /* [nq] the model's own positions */
+  mjenv_random *random;      /* the row's random stream */
+  const double *qpos0;       /* [nq] the model's initial positions */
   double *qpos;              /* [nq] equal to qpos0 */
   double *qvel;              /* [nv] 0 */
   double *act;               /* [na] 0 */
   double *carried;           /* [carry_count] 0 */
-  const void *const *arrays; /* as in mjenv_sim; only those of mjModel mean something now */
+  const void *const *arrays; /* as in mjenv_sim, but only the arrays of mjModel are valid here */
   int32_t nq, nv, na;
   int32_t carry_count;
 } mjenv_start;
 
-/* What a step comes to, for step to write. */
+/* The result of a step, which the callback step writes. The comments say what it holds before the call. */
 typedef struct mjenv_outcome {
   uint32_t struct_size;
-  int32_t terminated;   /* 0; another number ends the episode */
+  int32_t terminated;   /* 0. Any other number terminates the episode */
   double reward;        /* 0 */
-  double *info;         /* the INFO fields one after the other; NaN */
-  double *carried;      /* [carry_count] as the state before the step left it */
-  mjenv_random *random; /* the row's stream */
+  double *info;         /* the INFO fields, one after the other; all NaN */
+  double *carried;      /* [carry_count] the numbers that the row carried into the step */
+  mjenv_random *random; /* the row's random stream */
 } mjenv_outcome;
 
-/* ---- A task ---- */
+/* ---- The task ---- */
 
+/* A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe
+ * and reset_info. It leaves out observe and reset_info when the caller does not want their output. */
 typedef struct mjenv_task {
   uint32_t struct_size;
-  int32_t revision;       /* to be raised when the task changes, so that snapshots of before are refused */
+  int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
   const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number */
-  const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml") or a path (./, / or ~
-                             first); ./ is the folder of the shared object or program that holds the callback step.
-                             NULL: model_text */
-  const char *model_text; /* the text of an MJCF model; NULL: model */
-  int32_t frame_skip;     /* mj_steps in a step: 1 or more */
-  int32_t has_reward_threshold;
-  double reward_threshold;         /* of a solved task, if has_reward_threshold is not 0 */
-  int64_t time_limit;              /* steps after which an episode is truncated; 0: never */
-  int64_t carry_count;             /* numbers that a row carries for the task; build may replace it */
-  const mjenv_task_camera *camera; /* NULL: MuJoCo's own */
+  const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
+                             with "./", "/" or "~". "./" means the folder of the shared object or program that contains
+                             the callback step. NULL: model_text is used */
+  const char *model_text; /* the text of an MJCF model; NULL: model is used */
+  int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
+  int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
+  double reward_threshold;         /* the return from which the task counts as solved */
+  int64_t time_limit;              /* the number of steps after which an episode is truncated; 0: never */
+  int64_t carry_count;             /* how many numbers a row carries for the task; build may replace it */
+  const mjenv_task_camera *camera; /* NULL: MuJoCo's default camera */
   const mjenv_task_option *options;
   int64_t option_count;
   const mjenv_task_field *fields;
   int64_t field_count;
-  void *user; /* for build; self where there is no build */
+  void *user; /* passed to build; if build is NULL, passed to the other callbacks as self */
 
-  /* Prepares an environment: looks up names in the model and reads options, once, and sets *self, which the other
-   * callbacks get. Runs on the caller's thread. NULL: there is nothing to prepare. */
+  /* Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores
+   * in *self what the other callbacks need. If it fails, it frees what it allocated. NULL: nothing to prepare. */
   int32_t (*build)(mjenv_builder *builder, void *user, void **self);
 
-  /* Frees self when the environment goes. Not called when build returned another number than 0. NULL: there is nothing
-   * to free. */
+  /* Frees self when the environment is destroyed. Not called if build failed. NULL: nothing to free. */
   void (*destroy)(void *self);
 
-  /* Draws the start of an episode. */
+  /* Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails. */
   int32_t (*reset)(const void *self, mjenv_start *start);
 
-  /* Writes the RESET_INFO fields one after the other. NULL where there are none. */
+  /* Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none. */
   int32_t (*reset_info)(const void *self, const mjenv_sim *sim, double *info);
 
-  /* Writes what the next step needs to know of the present state: called at the end of each reset and step, and when
-   * the caller sets the state. What it does not write stays. NULL: nothing. */
+  /* Writes into carried[carry_count] what the next step needs to know of the present state. Called at the end of each
+   * reset and step, and after mjenv_set_state and mjenv_simulate. Numbers that it does not write keep their values.
+   * NULL: nothing to write. */
   int32_t (*carry)(const void *self, const mjenv_sim *sim, double *carried);
 
-  /* Writes the OBSERVATION fields one after the other. It depends on nothing but sim. */
+  /* Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim.
+   * If the observation contains a NaN, the call fails, unless the option "strict" is 0. */
   int32_t (*observe)(const void *self, const mjenv_sim *sim, double *observation);
 
-  /* Judges a step after the simulation has made it. */
+  /* Computes the reward, the info and whether the episode has terminated. Called once in each step, after the
+   * simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option "strict" is
+   * 0. */
   int32_t (*step)(const void *self, const mjenv_sim *sim, mjenv_outcome *outcome);
 } mjenv_task;
 
-/* Makes a task's id known for the rest of the process. Everything is copied but the callbacks and what user points to,
- * which must stay. Errors: ARGUMENT (a null pointer, a field without a name, a callback that is missing or has nothing
- * to do), VALUE (an id that is taken or malformed, a number out of its bounds), TYPE (a kind, type or role that a task
- * cannot have), MEMORY. */
+/* Registers a task for the rest of the process. Any thread may call it at any time.
+ * task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay
+ *       valid until the process ends
+ * Errors: ARGUMENT (a required pointer, name or callback is missing, or a callback has nothing to do), VALUE (the id is
+ * malformed or already registered, or a number is out of its bounds), TYPE (a task cannot have this kind, type or
+ * role). */
 MJENV_API mjenv_status mjenv_register_task(const mjenv_task *task);
 
 /* ---- Plug-ins ---- */
 
-/* What a plug-in holds. */
+/* The tasks of a plug-in. */
 typedef struct mjenv_plugin {
   uint32_t struct_size;
   uint32_t abi_version; /* MJENV_ABI_VERSION */
   const mjenv_task *const *tasks;
-  int64_t task_count;
+  int64_t task_count; /* at least 1 */
 } mjenv_plugin;
 
-/* Loads a shared object and registers its tasks: all of them, or none when one is refused. The object exports
- * "mjenv_tasks", see MJENV_PLUGIN. It is never unloaded; loading it again does nothing. NULL loads what the environment
- * variable MJENV_TASKS names, paths separated by ":", as the first call that looks for an id does, and reports why that
- * failed. Errors: TASK (not a shared object, not a plug-in, one of another ABI version), those of mjenv_register_task.
- */
+/* Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded.
+ * Loading it again does nothing. Any thread may call this at any time.
+ * path  a shared object that exports the function "mjenv_tasks" (see MJENV_PLUGIN). NULL: the plug-ins that the
+ *       environment variable MJENV_TASKS lists, separated by ":". The first function that looks up an id loads these by
+ *       itself; a call with NULL also reports why one of them could not be loaded
+ * Errors: TASK (the file is not a plug-in, or was built for another ABI version), and those of mjenv_register_task. */
 MJENV_API mjenv_status mjenv_load_tasks(const char *path);
 
 /* ---- Functions for callbacks ----
- * They are reached through the api that each callback is given; the functions below this struct call them. */
+ * Callbacks call the inline functions below. These call the library through the pointers in mjenv_task_api, which every
+ * callback is given, so that a plug-in need not link with libmjenv. */
 
 struct mjenv_task_api {
   uint32_t struct_size;
@@ -264,15 +280,15 @@ struct mjenv_task_api {
   void (*permutation)(mjenv_random *random, int64_t count, int64_t *order);
 };
 
-/* The library's functions for callbacks, for languages that need their addresses before a callback runs. */
+/* Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static. */
 MJENV_API const mjenv_task_api *mjenv_task_functions(void);
 
 struct mjenv_builder {
   uint32_t struct_size;
   int32_t reserved; /* 0 */
   const mjenv_task_api *api;
-  const mjenv_sim *sim; /* the model's initial state, evaluated, with an action of zeros; valid until build returns */
-  mjenv_random *random; /* a stream for trials, of no consequence */
+  const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
+  mjenv_random *random; /* a stream for trial calls of the task's functions; no row uses it */
 };
 
 struct mjenv_random {
@@ -281,66 +297,74 @@ struct mjenv_random {
   const mjenv_task_api *api;
 };
 
-/* Keeps the message for the caller, and returns what a callback returns to fail. */
+/* Stores the reason of a failure and returns the number that the callback must return.
+ * message  is copied; at most 1023 bytes of it are kept */
 static inline int32_t mjenv_task_fail(const mjenv_task_api *api, const char *message) {
   return api->fail_with(message);
 }
 
-/* ---- In build ----
- * When one of these fails, so does build: whatever it returns, nothing need be checked. They return 0 or "" then. */
+/* ---- Functions for build ----
+ * If one of them fails, build fails, whatever it returns. The function itself then returns 0 or "". */
 
-/* The value of an option that is a flag or an integer. */
+/* Returns the value of an option of the kind FLAG or INTEGER. */
 static inline int64_t mjenv_build_integer(mjenv_builder *builder, const char *option) {
   return builder->api->integer(builder, option);
 }
 
-/* The value of an option that is one real. */
+/* Returns the value of an option of the kind REALS that holds one number. */
 static inline double mjenv_build_real(mjenv_builder *builder, const char *option) {
   double value = 0;
   builder->api->reals(builder, option, &value, 1);
   return value;
 }
 
-/* The values of an option that is count reals. */
+/* Writes the numbers of an option of the kind REALS into values[count]. count must be how many numbers it holds. */
 static inline void mjenv_build_reals(mjenv_builder *builder, const char *option, double *values, int64_t count) {
   builder->api->reals(builder, option, values, count);
 }
 
-/* 1 where the caller gave an integer for an option that is one real: a product with it is an int in Python. */
+/* Returns 1 if the caller set an option of the kind REALS to an integer, else 0. In Python, the product of such an
+ * option and a bool is an int. */
 static inline int32_t mjenv_build_is_integer(mjenv_builder *builder, const char *option) {
   return builder->api->is_integer(builder, option);
 }
 
-/* The value of an option that is a text; borrowed until build returns. */
+/* Returns the value of an option of the kind STRING. It is valid until build returns. */
 static inline const char *mjenv_build_text(mjenv_builder *builder, const char *option) {
   return builder->api->text(builder, option);
 }
 
-/* The index of a named object of the model: type as in mjenv_object_index. A model without it is refused. */
+/* Returns the index of a named object of the model. Fails if the model does not have it.
+ * type  "body", "joint" and so on, as in mjenv_object_index */
 static inline int32_t mjenv_build_index(mjenv_builder *builder, const char *type, const char *name) {
   return builder->api->index(builder, type, name);
 }
 
-/* The index of the object that an option of the kind STRING_OR_INT names. */
+/* Returns the index of the object that an option of the kind STRING_OR_INT names or numbers. Fails if the model does
+ * not have it. */
 static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const char *option, const char *type) {
   return builder->api->option_index(builder, option, type);
 }
 
-/* 1 where the option "norm" has numpy.linalg.norm fuse the multiplication with the addition. */
+/* Returns 1 if norms are rounded as a NumPy does that fuses multiplications with additions, else 0 (the option "norm").
+ * See Norm in mjenv/numpy.hpp. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
-/* Asks for what costs time in each step, so that it is there, and up to date, in all callbacks: "contacts" or an array
- * of mjData that is computed on demand: "cfrc_ext", "geom_xpos" and so on. */
+/* Makes an array that MuJoCo or the library computes only on demand available and up to date in all callbacks.
+ * array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos" or
+ *        "light_xdir" */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
-/* Asks for any array of mjData or mjModel by its MuJoCo name, as in mjenv_read. Returns its index in sim->arrays;
- * field, if not NULL, receives its shape and type: double for MJENV_TYPE_FLOAT64, int32_t for MJENV_TYPE_INT32 and so
- * on. */
+/* Makes an array of mjData or mjModel available in all callbacks, and returns its index in mjenv_sim.arrays.
+ * name   the array's name in MuJoCo, as in mjenv_read
+ * field  receives the shape and the type of the elements (double for MJENV_TYPE_FLOAT64, int32_t for MJENV_TYPE_INT32
+ *        and so on); NULL: not wanted */
 static inline int32_t mjenv_build_array(mjenv_builder *builder, const char *name, mjenv_field *field) {
   return builder->api->array(builder, name, field);
 }
 
-/* Describes a field: replaces the one of that role and name, or adds one at the end. */
+/* Replaces the field that has the same role and name, or adds the field behind the others of its role. The field is
+ * copied. */
 static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_field *field) {
   builder->api->field(builder, field);
 }
@@ -348,8 +372,9 @@ static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_fi
 /* Replaces the task's carry_count. */
 static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { builder->api->carry(builder, count); }
 
-/* Tells the length of a vector that the task describes with shape[0] = -1. */
+/* Sets the length of a field that is a vector of np.float64. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {
+  /* NOLINTNEXTLINE(modernize-use-nullptr): this is C, too */
   mjenv_task_field field = {sizeof(mjenv_task_field), 0, 0, 0, 0, 1, {0, 0, 0, 0}};
   field.role = role;
   field.name = name;
@@ -357,46 +382,50 @@ static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, c
   builder->api->field(builder, &field);
 }
 
-/* ---- In reset and step: the row's random stream ----
- * Each draws what the method of numpy.random.Generator draws, and takes as much from the stream. */
+/* ---- Functions for reset and step: the row's random stream ----
+ * Each returns what numpy.random.Generator's method returns and leaves the stream in the same state. Arguments that
+ * NumPy refuses make the callback fail. */
 
-/* random(): in [0, 1). */
+/* random(): a number in [0, 1). */
 static inline double mjenv_random_real(mjenv_random *random) { return random->api->random(random); }
 
-/* uniform(low, high) */
+/* uniform(low, high): a number in [low, high). high - low must be finite. */
 static inline double mjenv_random_uniform(mjenv_random *random, double low, double high) {
   return random->api->uniform(random, low, high);
 }
 
-/* standard_normal(). normal(mean, deviation) is mean + deviation * standard_normal(). */
+/* standard_normal(). NumPy computes normal(mean, deviation) as mean + deviation * standard_normal(). */
 static inline double mjenv_random_normal(mjenv_random *random) { return random->api->normal(random); }
 
-/* integers(low, high): low <= number < high. */
+/* integers(low, high): an integer in [low, high). low must be less than high. */
 static inline int64_t mjenv_random_integers(mjenv_random *random, int64_t low, int64_t high) {
   return random->api->integers(random, low, high);
 }
 
-/* choice(count, p=p): 0 <= number < count. p[count] are probabilities of the sum 1; NULL: all alike. */
+/* choice(count, p=p): an integer in [0, count). count must be at least 1.
+ * p  [count] the probabilities, whose sum is 1; NULL: all numbers are equally likely */
 static inline int64_t mjenv_random_choice(mjenv_random *random, int64_t count, const double *p) {
   return random->api->choice(random, count, p);
 }
 
-/* choice(count, size, replace=False): size different numbers below count, into chosen[size]. */
+/* choice(count, size, replace=False): writes size different integers of [0, count) into chosen[size]. size must not
+ * exceed count. */
 static inline void mjenv_random_sample(mjenv_random *random, int64_t count, int64_t size, int64_t *chosen) {
   random->api->sample(random, count, size, chosen);
 }
 
-/* permutation(count): the numbers 0 to count - 1 in random order, into order[count]. */
+/* permutation(count): writes the integers of [0, count) in random order into order[count]. */
 static inline void mjenv_random_permutation(mjenv_random *random, int64_t count, int64_t *order) {
   random->api->permutation(random, count, order);
 }
 
 /* ---- The entry of a plug-in ---- */
 
-/* The name of the function by which a plug-in hands over its tasks. api may be used to fail: then it returns NULL. */
+/* The type of the function "mjenv_tasks", which every plug-in exports. It returns the plug-in's tasks, which the
+ * library copies. To fail, it calls mjenv_task_fail and returns NULL. */
 typedef const mjenv_plugin *mjenv_tasks_function(const mjenv_task_api *api);
 
-/* Makes a shared object a plug-in of tasks: MJENV_PLUGIN(&cartpole, &reach) */
+/* Defines the function "mjenv_tasks" of a plug-in: MJENV_PLUGIN(&cartpole, &reach) for two structs mjenv_task. */
 #define MJENV_PLUGIN(...)                                                               \
   MJENV_API const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api);                 \
   const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api) {                          \
