@@ -1,9 +1,8 @@
-// What callers hold: slots in tables that stay readable as long as the library is loaded, so that a destroyed handle
-// and a pointer that never was one are refused instead of followed. Free of locks, because a fork may happen at any
-// time.
+// Handles are slots in tables that stay readable as long as the library is loaded. So a destroyed handle, or a pointer
+// that never was a handle, is refused instead of followed. The tables have no locks, because a fork may happen at any
+// time and a child would find a lock held by a thread that it does not have.
 #pragma once
 
-#include <sched.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -16,19 +15,39 @@
 #include <string>
 
 #include "error.hpp"
+#include "reasons.hpp"
+#include "system/futex.hpp"
 
 namespace mjenv::core {
 
-// On a cache line of its own, as different handles may be used by different threads.
+// Each slot has cache lines of its own, because different threads may use different handles.
 template <typename T>
 struct alignas(64) Slot {
   using Object = T;
+  using Word = std::atomic<std::uint32_t>;
+  enum : std::uint32_t { kFree = 0, kInside = 1, kAwaited = 2 };  // states of `busy`
+  static constexpr std::uint32_t kReadersAwaited = 0x8000'0000;   // a bit of `readers`
 
   std::atomic<T*> object{nullptr};  // null unless the handle is live
-  std::atomic<int> readers{0};      // calls that only read; the object outlives them
-  std::atomic<bool> taken{false};   // not to be handed out
-  std::atomic<bool> busy{false};    // a call that changes the object, one at a time
-  pid_t owner = 0;                  // the process that made it
+  Word busy{kFree};                 // whether a call that changes the object is inside; at most one is
+  Word readers{0};                  // calls inside that only read the object
+  std::atomic<bool> taken{false};   // whether the slot belongs to a handle
+  pid_t owner = 0;                  // the process that made the object
+  mutable Reason reason;            // of the last call that failed
+
+  // destroy() sleeps in these until the calls that are inside have left.
+  void leave() {
+    if (busy.exchange(kFree) == kAwaited) wake_all(busy);
+  }
+  void leave_reading() {
+    if (readers.fetch_sub(1) == kReadersAwaited + 1) wake_all(readers);
+  }
+  void await_calls() {
+    while (busy.exchange(kAwaited) != kFree) sleep_while(busy, kAwaited);
+    for (std::uint32_t inside; (inside = readers.fetch_or(kReadersAwaited) & ~kReadersAwaited) != 0;)
+      sleep_while(readers, kReadersAwaited | inside);
+    readers.fetch_and(~kReadersAwaited);
+  }
 };
 
 template <typename Handle>
@@ -67,18 +86,17 @@ class Table {
     if (!contains(handle)) return;
     Object* object = handle->object.exchange(nullptr);
     if (!object) return;
-    // A child waits for no thread that it left behind by a fork, and keeps what such a thread is in.
-    const bool here = handle->owner == getpid();
-    const auto wait_until = [&](const auto& done) {
-      for (;; sched_yield()) {
-        if (done()) return true;
-        if (!here) return false;
-      }
-    };
-    const bool alone = wait_until([&] { return !handle->busy.exchange(true); });
-    const bool unread = wait_until([&] { return handle->readers == 0; });
-    if (alone && unread) delete object;
-    handle->busy = false;
+    if (handle->owner == getpid()) {
+      handle->await_calls();
+      delete object;
+    } else if (handle->busy == Handle::kFree && handle->readers == 0) {
+      delete object;
+    } else {
+      // This is a forked child, and a thread of the parent was inside. It will not leave, so the object stays.
+      handle->readers = 0;
+    }
+    handle->reason.clear();
+    handle->busy = Handle::kFree;
     handle->taken = false;
     --live_;
   }
@@ -154,15 +172,16 @@ class Entered {
  public:
   explicit Entered(Handle* handle) : handle_(handle) {
     check_handle(handle);
-    const bool busy = handle->busy.exchange(true);
+    std::uint32_t expected = Handle::kFree;
+    const bool entered = handle->busy.compare_exchange_strong(expected, Handle::kInside);
     const bool read = Handle::kReadersSeeChanges && handle->readers > 0;
     object_ = handle->object;
-    if (object_ && !busy && !read) return;
-    if (!busy) leave();
+    if (object_ && entered && !read) return;
+    if (entered) handle->leave();
     if (!object_) refuse_dead<Handle>();
     refuse_busy<Handle>();
   }
-  ~Entered() { leave(); }
+  ~Entered() { handle_->leave(); }
   Entered(const Entered&) = delete;
   Entered& operator=(const Entered&) = delete;
 
@@ -171,25 +190,23 @@ class Entered {
  private:
   Handle* handle_;
   typename Handle::Object* object_;
-
-  void leave() { handle_->busy.store(false, std::memory_order_release); }
 };
 
-// A handle's object for a call that only reads.
+// A handle's object for a call that only reads it.
 template <typename Handle>
 class Reading {
  public:
   explicit Reading(const Handle* handle) : handle_(const_cast<Handle*>(handle)) {
     check_handle(handle);
     ++handle_->readers;
-    const bool changing = Handle::kReadersSeeChanges && handle_->busy;
+    const bool changing = Handle::kReadersSeeChanges && handle_->busy != Handle::kFree;
     object_ = handle_->object;
     if (object_ && !changing) return;
-    leave();
+    handle_->leave_reading();
     if (!object_) refuse_dead<Handle>();
     refuse_busy<Handle>();
   }
-  ~Reading() { leave(); }
+  ~Reading() { handle_->leave_reading(); }
   Reading(const Reading&) = delete;
   Reading& operator=(const Reading&) = delete;
 
@@ -198,8 +215,18 @@ class Reading {
  private:
   Handle* handle_;
   const typename Handle::Object* object_;
-
-  void leave() { --handle_->readers; }
 };
+
+// Copies the reason of the last failing call with a handle. False if the pointer is no live handle of this kind.
+template <typename Handle>
+bool copy_reason(const void* pointer, char* text, std::size_t capacity, std::size_t* size) {
+  auto* handle = static_cast<Handle*>(const_cast<void*>(pointer));
+  if (!handles<Handle>.contains(handle)) return false;
+  ++handle->readers;  // so that destroy waits
+  const bool live = handle->object != nullptr;
+  if (live) *size = handle->reason.copy(text, capacity);
+  handle->leave_reading();
+  return live;
+}
 
 }  // namespace mjenv::core

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "firewall.hpp"
+#include "held.hpp"
+#include "structs.hpp"
 #include "task/registry.hpp"
 #include "version.hpp"
 
@@ -12,39 +15,44 @@ using namespace mjenv::core::firewall;
 
 namespace {
 
-// Calls body with the options that a handle holds.
+// Calls body with an environment that it may change.
 template <typename F>
-mjenv_status read_options(const mjenv_options* handle, const F& body) noexcept {
-  return guard([&] {
-    const Reading options(handle);
-    body(*options);
-  });
+mjenv_status change_env(mjenv_env* handle, const F& body) noexcept {
+  return change(handle, [&](HeldEnv& held) { body(held.env); });
+}
+
+// The same, with the batch that the call writes to: nulls if the caller gave none.
+template <typename F>
+mjenv_status change_env(mjenv_env* handle, const mjenv_batch* out, const F& body) noexcept {
+  return change_env(handle, [&](Env& env) { body(env, out ? read_struct(out, "out") : mjenv_batch{}); });
+}
+
+// Calls body with what never changes of an environment, so other threads may be inside.
+template <typename F>
+mjenv_status read_env(const mjenv_env* handle, const F& body) noexcept {
+  return read(handle, [&](const HeldEnv& held) { body(held.env); });
+}
+
+// The number that body returns; 0 for no environment.
+template <typename F>
+std::int64_t count_env(const mjenv_env* handle, const F& body) noexcept {
+  std::int64_t count = 0;
+  if (handle) read_env(handle, [&](const Env& env) { count = body(env); });
+  return count;
+}
+
+mjenv_options* add_options(Options options) {
+  mjenv_options* handle = handles<mjenv_options>.add(std::make_unique<Options>(std::move(options)));
+  handle->borrowed = false;
+  return handle;
 }
 
 template <typename F>
 mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
-  return guard([&] {
-    const Entered options(handle);
+  return change(handle, [&](Options& options) {
     if (handle->borrowed) fail(MJENV_E_ARGUMENT, "options are an environment's, which do not change");
-    body(*options);
+    body(options);
   });
-}
-
-// Calls body with an environment of which it reads what never changes.
-template <typename F>
-mjenv_status look(const mjenv_env* handle, const F& body) noexcept {
-  return guard([&] {
-    const Reading env(handle);
-    body((*env).env);
-  });
-}
-
-// A number that needs no status: 0 for no environment.
-template <typename F>
-std::int64_t look_up(const mjenv_env* handle, const F& body) noexcept {
-  std::int64_t number = 0;
-  if (handle) look(handle, [&](const Env& e) { number = body(e); });
-  return number;
 }
 
 std::string text(const char* value, const char* name) { return &need(value, name); }
@@ -62,7 +70,7 @@ void fill(mjenv_field* to, const Field& field) {
   out.offset = field.offset;
   out.count = field.count;
   out.type = field.type;
-  hand_out(to, "field", out);
+  write_struct(to, "field", out);
 }
 
 void fill(mjenv_option* to, const Option& option) {
@@ -74,7 +82,7 @@ void fill(mjenv_option* to, const Option& option) {
   out.high = option.high;
   out.count = option.kind == MJENV_KIND_REALS ? static_cast<std::int64_t>(option.reals.size()) : 1;
   out.choices = option.choices.empty() ? nullptr : option.choices.c_str();
-  hand_out(to, "option", out);
+  write_struct(to, "option", out);
 }
 
 template <typename T>
@@ -105,20 +113,37 @@ const char* mjenv_status_name(mjenv_status status) {
     case MJENV_E_TYPE: return "MJENV_E_TYPE";
     case MJENV_E_VALUE: return "MJENV_E_VALUE";
     case MJENV_E_SIZE: return "MJENV_E_SIZE";
-    case MJENV_E_STATE: return "MJENV_E_STATE";
+    case MJENV_E_NOT_RESET: return "MJENV_E_NOT_RESET";
+    case MJENV_E_EPISODE_ENDED: return "MJENV_E_EPISODE_ENDED";
+    case MJENV_E_PENDING: return "MJENV_E_PENDING";
+    case MJENV_E_NOT_PENDING: return "MJENV_E_NOT_PENDING";
     case MJENV_E_BUSY: return "MJENV_E_BUSY";
+    case MJENV_E_FORKED: return "MJENV_E_FORKED";
+    case MJENV_E_FILE: return "MJENV_E_FILE";
     case MJENV_E_MODEL: return "MJENV_E_MODEL";
     case MJENV_E_PHYSICS: return "MJENV_E_PHYSICS";
     case MJENV_E_SNAPSHOT: return "MJENV_E_SNAPSHOT";
+    case MJENV_E_RENDER: return "MJENV_E_RENDER";
     case MJENV_E_MEMORY: return "MJENV_E_MEMORY";
     case MJENV_E_INTERNAL: return "MJENV_E_INTERNAL";
-    case MJENV_E_RENDER: return "MJENV_E_RENDER";
     case MJENV_E_TASK: return "MJENV_E_TASK";
   }
   return "unknown status";
 }
 
-const char* mjenv_last_error() { return last_error.data(); }
+const char* mjenv_last_error() { return last_reason(); }
+
+mjenv_status mjenv_error_of(const void* handle, char* text, std::size_t capacity, std::size_t* size) {
+  return guard([&] {
+    need(size, "size");
+    if (capacity > 0) need(text, "text");
+    const bool found = copy_reason<mjenv_env>(handle, text, capacity, size) ||
+                       copy_reason<mjenv_options>(handle, text, capacity, size) ||
+                       copy_reason<mjenv_renderer>(handle, text, capacity, size) ||
+                       copy_reason<mjenv_window>(handle, text, capacity, size);
+    if (!found) fail(MJENV_E_ARGUMENT, "handle is no live handle: it was destroyed, or never created");
+  });
+}
 
 // ---- Ids ----
 
@@ -145,7 +170,7 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
     std::copy(task.camera.lookat.begin(), task.camera.lookat.end(), out.camera_lookat);
     out.camera_trackbodyid = task.camera.trackbodyid;
     out.model_xml = task.model_xml;
-    hand_out(spec, "spec", out, offsetof(mjenv_spec, camera_distance));
+    write_struct(spec, "spec", out);
   });
 }
 
@@ -154,27 +179,29 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
 mjenv_status mjenv_options_create(const char* id, mjenv_options** options) {
   return guard([&] {
     need(options, "options");
-    auto made = std::make_unique<Options>(default_options(id_of(text(id, "id"))));
-    *options = handles<mjenv_options>.add(std::move(made));
-    (*options)->borrowed = false;
+    *options = add_options(default_options(id_of(text(id, "id"))));
+  });
+}
+
+mjenv_status mjenv_options_copy(const mjenv_options* options, mjenv_options** copy) {
+  return read(options, [&](const Options& o) {
+    need(copy, "copy");
+    *copy = add_options(o);
   });
 }
 
 void mjenv_options_destroy(mjenv_options* options) {
-  if (!options) return;
-  const Uncancelled uncancelled;
-  auto& all = handles<mjenv_options>;
-  if (all.contains(options) && !options->borrowed) all.destroy(options);
+  if (handles<mjenv_options>.contains(options) && !options->borrowed) destroy(options);
 }
 
 std::int64_t mjenv_options_count(const mjenv_options* options) {
   std::int64_t count = 0;
-  read_options(options, [&](const Options& o) { count = static_cast<std::int64_t>(o.all().size()); });
+  read(options, [&](const Options& o) { count = static_cast<std::int64_t>(o.all().size()); });
   return count;
 }
 
 mjenv_status mjenv_options_at(const mjenv_options* options, std::int64_t index, mjenv_option* option) {
-  return read_options(options, [&](const Options& o) { fill(option, at(o.all(), index, "option")); });
+  return read(options, [&](const Options& o) { fill(option, at(o.all(), index, "option")); });
 }
 
 mjenv_status mjenv_options_set_integer(mjenv_options* options, const char* name, std::int64_t value) {
@@ -192,7 +219,7 @@ mjenv_status mjenv_options_set_string(mjenv_options* options, const char* name, 
 }
 
 mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char* name, std::int64_t* value) {
-  return read_options(options, [&](const Options& o) {
+  return read(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
     const bool index = option.kind == MJENV_KIND_STRING_OR_INT && option.given_as_integer;
     if (!index && option.kind != MJENV_KIND_FLAG && option.kind != MJENV_KIND_INTEGER)
@@ -203,7 +230,7 @@ mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char*
 
 mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* name, double* values,
                                      std::size_t capacity, std::size_t* count) {
-  return read_options(options, [&](const Options& o) {
+  return read(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
     if (option.kind != MJENV_KIND_REALS) refuse_kind(option, "real numbers");
     deliver(option.reals.size(), capacity, values, count,
@@ -212,7 +239,7 @@ mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* n
 }
 
 mjenv_status mjenv_options_get_string(const mjenv_options* options, const char* name, const char** value) {
-  return read_options(options, [&](const Options& o) {
+  return read(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
     const bool named = option.kind == MJENV_KIND_STRING_OR_INT && !option.given_as_integer;
     if (!named && option.kind != MJENV_KIND_STRING) refuse_kind(option, "a text");
@@ -223,7 +250,7 @@ mjenv_status mjenv_options_get_string(const mjenv_options* options, const char* 
 // ---- Environment ----
 
 mjenv_status mjenv_create(const mjenv_options* options, std::int64_t rows, mjenv_env** env) {
-  return read_options(options, [&](const Options& chosen) {
+  return read(options, [&](const Options& chosen) {
     need(env, "env");
     if (rows < 1) fail(MJENV_E_VALUE, "rows is " + std::to_string(rows) + ", less than 1");
     auto held = std::make_unique<HeldEnv>(chosen, rows);
@@ -232,17 +259,14 @@ mjenv_status mjenv_create(const mjenv_options* options, std::int64_t rows, mjenv
   });
 }
 
-void mjenv_destroy(mjenv_env* env) {
-  const Uncancelled uncancelled;
-  handles<mjenv_env>.destroy(env);
-}
+void mjenv_destroy(mjenv_env* env) { destroy(env); }
 
 std::int64_t mjenv_rows(const mjenv_env* env) {
-  return look_up(env, [](const Env& e) { return e.rows(); });
+  return count_env(env, [](const Env& e) { return e.rows(); });
 }
 
 std::int64_t mjenv_frame_skip(const mjenv_env* env) {
-  return look_up(env, [](const Env& e) { return e.frame_skip(); });
+  return count_env(env, [](const Env& e) { return e.frame_skip(); });
 }
 
 const mjenv_options* mjenv_options_of(const mjenv_env* env) {
@@ -250,7 +274,7 @@ const mjenv_options* mjenv_options_of(const mjenv_env* env) {
 }
 
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
-  return look(env, [&](const Env& e) {
+  return read_env(env, [&](const Env& e) {
     if (role != MJENV_ROLE_OBSERVATION && role != MJENV_ROLE_ACTION)
       fail(MJENV_E_ARGUMENT, "a space is of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, not " + std::to_string(role));
     mjenv_space out{};
@@ -259,69 +283,69 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
     out.count = static_cast<std::int64_t>(bounds.low.size());
     out.low = bounds.low.data();
     out.high = bounds.high.data();
-    hand_out(space, "space", out);
+    write_struct(space, "space", out);
   });
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return look_up(env,
-                 [&](const Env& e) { return static_cast<std::int64_t>(e.schema().fields(known_role(role)).size()); });
+  return count_env(env,
+                   [&](const Env& e) { return static_cast<std::int64_t>(e.schema().fields(known_role(role)).size()); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return look(env, [&](const Env& e) { fill(field, at(e.schema().fields(known_role(role)), index, "field")); });
+  return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(known_role(role)), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
-  return enter(env, [&](Env& e) { e.seed(&need(seeds, "seeds"), mask); });
+  return change_env(env, [&](Env& e) { e.seed(&need(seeds, "seeds"), mask); });
 }
 
 mjenv_status mjenv_seed_digits(mjenv_env* env, std::int64_t row, const std::uint32_t* digits, std::size_t count) {
-  return enter(env, [&](Env& e) { e.seed(row, &need(digits, "digits"), count); });
+  return change_env(env, [&](Env& e) { e.seed(row, &need(digits, "digits"), count); });
 }
 
 mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch& batch) { e.reset(mask, batch); });
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) { e.reset(mask, batch); });
 }
 
 mjenv_status mjenv_step(mjenv_env* env, const std::uint8_t* mask, const void* action, std::size_t count,
                         mjenv_dtype dtype, const mjenv_batch* out) {
-  return enter(env, out,
-               [&](Env& e, const mjenv_batch& batch) { e.step(mask, action_of(action, count, dtype), batch); });
+  return change_env(env, out,
+                    [&](Env& e, const mjenv_batch& batch) { e.step(mask, action_of(action, count, dtype), batch); });
 }
 
 mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::size_t row_count, const void* action,
                         std::size_t count, mjenv_dtype dtype) {
-  return enter(env, [&](Env& e) { e.send(rows, row_count, action_of(action, count, dtype)); });
+  return change_env(env, [&](Env& e) { e.send(rows, row_count, action_of(action, count, dtype)); });
 }
 
 mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity,
                         std::size_t* count, const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch& batch) {
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) {
     e.receive(least, timeout, &need(rows, "rows"), capacity, &need(count, "count"), batch);
   });
 }
 
 mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype, std::int64_t steps,
                            const mjenv_batch* out) {
-  return enter(env, out,
-               [&](Env& e, const mjenv_batch& batch) { e.rollout(action_of(action, count, dtype), steps, batch); });
+  return change_env(
+      env, out, [&](Env& e, const mjenv_batch& batch) { e.rollout(action_of(action, count, dtype), steps, batch); });
 }
 
 mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* words, std::size_t count) {
-  return enter(env, [&](Env& e) { e.get_stream(row, &need(words, "words"), count); });
+  return change_env(env, [&](Env& e) { e.get_stream(row, &need(words, "words"), count); });
 }
 
 mjenv_status mjenv_set_stream(mjenv_env* env, std::int64_t row, const std::uint64_t* words, std::size_t count) {
-  return enter(env, [&](Env& e) { e.set_stream(row, &need(words, "words"), count); });
+  return change_env(env, [&](Env& e) { e.set_stream(row, &need(words, "words"), count); });
 }
 
 mjenv_status mjenv_seed_actions(mjenv_env* env, std::uint64_t seed) {
-  return enter(env, [&](Env& e) { e.seed_actions(seed); });
+  return change_env(env, [&](Env& e) { e.seed_actions(seed); });
 }
 
 mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::size_t count) {
-  return enter(env, [&](Env& e) {
+  return change_env(env, [&](Env& e) {
     need_array(action, count, "action");
     e.sample_actions(action, count);
   });
@@ -331,28 +355,28 @@ mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::size_t cou
 
 mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, double* values, std::size_t capacity,
                         std::size_t* count) {
-  return enter(env, [&](Env& e) {
+  return change_env(env, [&](Env& e) {
     const Array& found = e.array(row, text(array, "array"));
     deliver(found.count(), capacity, values, count, [&] { found.read(values); });
   });
 }
 
 mjenv_status mjenv_object_count(const mjenv_env* env, const char* type, std::int64_t* count) {
-  return look(env, [&](const Env& e) { need(count, "count") = e.model().count(text(type, "type")); });
+  return read_env(env, [&](const Env& e) { need(count, "count") = e.model().count(text(type, "type")); });
 }
 
 mjenv_status mjenv_object_index(const mjenv_env* env, const char* type, const char* name, std::int64_t* index) {
-  return look(env,
-              [&](const Env& e) { need(index, "index") = e.model().index(text(type, "type"), text(name, "name")); });
+  return read_env(
+      env, [&](const Env& e) { need(index, "index") = e.model().index(text(type, "type"), text(name, "name")); });
 }
 
 mjenv_status mjenv_object_name(const mjenv_env* env, const char* type, std::int64_t index, const char** name) {
-  return look(env, [&](const Env& e) { need(name, "name") = e.model().name(text(type, "type"), index); });
+  return read_env(env, [&](const Env& e) { need(name, "name") = e.model().name(text(type, "type"), index); });
 }
 
 mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpos, std::size_t nq, const double* qvel,
                              std::size_t nv) {
-  return enter(env, [&](Env& e) {
+  return change_env(env, [&](Env& e) {
     need_array(qpos, nq, "qpos");
     need_array(qvel, nv, "qvel");
     e.set_state(row, qpos, nq, qvel, nv);
@@ -361,27 +385,27 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
 
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
                             std::int64_t frames) {
-  return enter(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_DTYPE_FLOAT64, "ctrl"), frames); });
+  return change_env(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_DTYPE_FLOAT64, "ctrl"), frames); });
 }
 
 mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {
-  return enter(env, out, [&](Env& e, const mjenv_batch& batch) {
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) {
     need(out, "out");
     e.observe(batch);
   });
 }
 
 mjenv_status mjenv_copy_row(mjenv_env* env, std::int64_t from, const std::uint8_t* to_mask) {
-  return enter(env, [&](Env& e) { e.copy_row(from, &need(to_mask, "to_mask")); });
+  return change_env(env, [&](Env& e) { e.copy_row(from, &need(to_mask, "to_mask")); });
 }
 
 mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::size_t capacity_bytes,
                             std::size_t* size_bytes) {
-  return enter(env, [&](Env& e) {
+  return change_env(env, [&](Env& e) {
     deliver(e.snapshot_size(row), capacity_bytes, image, size_bytes, [&] { e.snapshot(row, image); });
   });
 }
 
 mjenv_status mjenv_restore(mjenv_env* env, std::int64_t row, const void* image, std::size_t size_bytes) {
-  return enter(env, [&](Env& e) { e.restore(row, need_memory(image, 1, "image"), size_bytes); });
+  return change_env(env, [&](Env& e) { e.restore(row, need_memory(image, 1, "image"), size_bytes); });
 }

@@ -2,55 +2,18 @@
 #include <memory>
 
 #include "firewall.hpp"
-#include "render/renderer.hpp"
-#include "render/window.hpp"
+#include "held.hpp"
+#include "structs.hpp"
 
 using namespace mjenv::core;
 using namespace mjenv::core::firewall;
-
-namespace mjenv::core {
-
-struct HeldRenderer {
-  Renderer renderer;
-  std::shared_ptr<Link> link;
-
-  HeldRenderer(const HeldEnv& env, const mjenv_render_settings& settings)
-      : renderer(env.env.shared_model(), settings), link(env.link) {}
-};
-
-struct HeldWindow {
-  Window window;
-  std::shared_ptr<Link> link;
-
-  HeldWindow(const HeldEnv& env, const mjenv_render_settings& settings)
-      : window(env.env.shared_model(), settings), link(env.link) {}
-};
-
-}  // namespace mjenv::core
-
-struct mjenv_window : Slot<HeldWindow> {
-  static constexpr const char* kName = "window";
-  static constexpr const char* kThing = "window";
-  static constexpr bool kReadersSeeChanges = false;
-};
-
-struct mjenv_renderer : Slot<HeldRenderer> {
-  static constexpr const char* kName = "renderer";
-  static constexpr const char* kThing = "renderer";
-  static constexpr bool kReadersSeeChanges = false;
-};
 
 namespace {
 
 mjenv_render_settings defaults_of(const HeldEnv& env) { return render_defaults(env.env.model(), env.env.camera()); }
 
-// Settings from the caller, who may know less or more of them than this library.
-mjenv_render_settings taken(const HeldEnv& env, const mjenv_render_settings* from) {
-  mjenv_render_settings settings = defaults_of(env);
-  if (!from) return settings;
-  checked_size(from->struct_size, sizeof settings, "settings");
-  std::memcpy(&settings, from, sizeof settings);
-  return settings;
+mjenv_render_settings settings_of(const HeldEnv& env, const mjenv_render_settings* given) {
+  return given ? read_struct(given, "settings", defaults_of(env)) : defaults_of(env);
 }
 
 void check_room(const char* name, const void* to, std::size_t count, std::size_t needed) {
@@ -59,11 +22,12 @@ void check_room(const char* name, const void* to, std::size_t count, std::size_t
                            std::to_string(needed) + " are needed");
 }
 
-// Threads that draw wait for each other here, but not for one that steps.
+// Shows the row's state to a renderer or a window. It waits while another one looks, but not while a thread steps: then
+// Entered refuses the call.
 template <typename Painter>
 void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.mutex);
-  if (!link.env || !link.env->object) fail(MJENV_E_STATE, "the environment that is to be drawn was destroyed");
+  if (!link.env || !link.env->object) fail(MJENV_E_ARGUMENT, "the environment that is to be drawn was destroyed");
   const Entered env(link.env);
   (*env).env.show(row, [&](mjData_* data) { painter.look_at(data); });
 }
@@ -71,20 +35,17 @@ void look_at(Link& link, std::int64_t row, Painter& painter) {
 }  // namespace
 
 mjenv_status mjenv_render_defaults(const mjenv_env* env, mjenv_render_settings* settings) {
-  return guard([&] { hand_out(settings, "settings", defaults_of(*Reading(env))); });
+  return read(env, [&](const HeldEnv& held) { write_struct(settings, "settings", defaults_of(held)); });
 }
 
 mjenv_status mjenv_renderer_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_renderer** renderer) {
-  return guard([&] {
-    const Reading e(env);
+  return read(env, [&](const HeldEnv& held) {
     need(renderer, "renderer");
-    *renderer = handles<mjenv_renderer>.add(std::make_unique<HeldRenderer>(*e, taken(*e, settings)));
+    *renderer = handles<mjenv_renderer>.add(std::make_unique<HeldRenderer>(held, settings_of(held, settings)));
   });
 }
 
-void mjenv_renderer_destroy(mjenv_renderer* renderer) {
-  guard([&] { handles<mjenv_renderer>.destroy(renderer); });
-}
+void mjenv_renderer_destroy(mjenv_renderer* renderer) { destroy(renderer); }
 
 const char* mjenv_renderer_gl(const mjenv_renderer* renderer) {
   return renderer ? answer<const char*>(nullptr, [&] { return (*Reading(renderer)).renderer.gl().c_str(); }) : nullptr;
@@ -92,9 +53,7 @@ const char* mjenv_renderer_gl(const mjenv_renderer* renderer) {
 
 mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8_t* rgb, std::size_t rgb_count,
                           float* depth, std::size_t depth_count) {
-  return guard([&] {
-    const Entered held(renderer);
-    HeldRenderer& r = *held;
+  return change(renderer, [&](HeldRenderer& r) {
     r.renderer.check_here();
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");
     check_room("rgb", rgb, rgb_count, 3 * r.renderer.pixels());
@@ -105,28 +64,24 @@ mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8
 }
 
 mjenv_status mjenv_window_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_window** window) {
-  return guard([&] {
-    const Reading e(env);
+  return read(env, [&](const HeldEnv& held) {
     need(window, "window");
-    *window = handles<mjenv_window>.add(std::make_unique<HeldWindow>(*e, taken(*e, settings)));
+    *window = handles<mjenv_window>.add(std::make_unique<HeldWindow>(held, settings_of(held, settings)));
   });
 }
 
-void mjenv_window_destroy(mjenv_window* window) {
-  guard([&] { handles<mjenv_window>.destroy(window); });
-}
+void mjenv_window_destroy(mjenv_window* window) { destroy(window); }
 
 std::int32_t mjenv_window_is_open(const mjenv_window* window) {
   return answer<std::int32_t>(0, [&] { return (*Reading(window)).window.is_open(); });
 }
 
 mjenv_status mjenv_window_draw(mjenv_window* window, std::int64_t row) {
-  return guard([&] {
-    const Entered held(window);
-    Window& w = (*held).window;
+  return change(window, [&](HeldWindow& held) {
+    Window& w = held.window;
     w.check_here();
     for (w.begin(); w.wants_picture();) {
-      look_at(*(*held).link, row, w);
+      look_at(*held.link, row, w);
       w.draw();
     }
   });

@@ -1,4 +1,4 @@
-# Makes Debian packages by `cpack`: libmjenv0 contains the library, libmjenv-dev the headers and the static library.
+# Makes Debian packages by `cpack`: libmjenv1 contains the library, libmjenv-dev the headers and the static library.
 # Configure with -DCMAKE_INSTALL_PREFIX=/usr, so that the library goes where Debian looks for it.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "mjenv maintainers <mjenv@example.org>")
@@ -12,7 +12,7 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
 set(text "mjenv gives the bits of Gymnasium's 22 MuJoCo environments to C, C++, Rust,\nJulia and Python, without a Python process.")
 
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${text}")
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libmjenv0)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libmjenv1)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 # The library loads these when it draws a picture.
@@ -22,7 +22,7 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${text}\nThis package holds the headers and the static library.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmjenv-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libmjenv0 (= ${PROJECT_VERSION}-1)")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libmjenv1 (= ${PROJECT_VERSION}-1)")
 
 # Debian keeps the text of the Apache licence, which is also MuJoCo's licence, in a place of its own.
 set(copyright ${CMAKE_CURRENT_BINARY_DIR}/generated/copyright)
@@ -39,7 +39,7 @@ file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/generated/changelog.Debian "mjenv (${PROJ
   * Version ${PROJECT_VERSION}; its changes are in CHANGELOG.md of the sources.\n
  -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
 execute_process(COMMAND gzip -9nf ${CMAKE_CURRENT_BINARY_DIR}/generated/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
-foreach(package "libmjenv0;runtime" "libmjenv-dev;development")
+foreach(package "libmjenv1;runtime" "libmjenv-dev;development")
   list(POP_FRONT package name)
   install(FILES ${copyright} ${CMAKE_CURRENT_BINARY_DIR}/generated/changelog.Debian.gz
           DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${package} EXCLUDE_FROM_ALL)

@@ -60,7 +60,7 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
   if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
   if (std::strchr("./~", xml_file[0])) {
     const std::string path = expanded(xml_file);
-    return open({xml_file, path, read_file(path, max_text(trusted), "model file "),
+    return open({xml_file, path, read_file(path, max_text(trusted), "model file ", MJENV_E_FILE),
                  trusted ? Origin::trusted : Origin::stranger});
   }
   std::vector<std::string> names;
@@ -68,8 +68,8 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
     if (xml_file == assets[i].name) return open({xml_file, "", assets[i].text, Origin::built_in});
     names.emplace_back(assets[i].name);
   }
-  fail(MJENV_E_MODEL, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
-                          "; a path starts with \".\", \"/\" or \"~\"");
+  fail(MJENV_E_FILE, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
+                         "; a path starts with \".\", \"/\" or \"~\"");
 }
 
 std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool trusted) {

@@ -72,7 +72,7 @@ const Identity& Env::identity() const {
 void Env::check_settled() const {
   if (pipeline_->count() == 0) return;
   workers_.pool().check_here();
-  fail(MJENV_E_STATE, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
+  fail(MJENV_E_PENDING, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
 }
 
 void Env::check_actions(const Action& actions, std::int64_t per_row) const {
@@ -104,7 +104,7 @@ void Env::get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) 
   rows_.check(row);
   check_stream(count);
   const Rows::Head& head = rows_.head(row);
-  if (!head.seeded) fail(MJENV_E_STATE, in_row(row, "it was never seeded or reset, so it has no random stream"));
+  if (!head.seeded) fail(MJENV_E_NOT_RESET, in_row(row, "it was never seeded or reset, so it has no random stream"));
   const auto stream = head.rng.words();
   std::copy_n(stream.begin(), count, words);
 }
@@ -130,7 +130,7 @@ void Env::sample_actions(float* action, std::size_t count) {
   check_count("the action's count", static_cast<std::int64_t>(count), rows() * task_.model->nu());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
-      fail(MJENV_E_STATE, "actuator " + std::to_string(i) + " has infinite bounds, so no action can be drawn");
+      fail(MJENV_E_MODEL, "actuator " + std::to_string(i) + " has infinite bounds, so no action can be drawn");
   if (!actions_seeded_) action_rng_ = Rng::from_entropy();
   actions_seeded_ = true;
   for (std::size_t i = 0; i < count; ++i)
@@ -227,7 +227,7 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
 void Env::show(std::int64_t row, const std::function<void(mjData_*)>& draw) {
   check_settled();
   rows_.check(row);
-  if (!rows_.head(row).ready) fail(MJENV_E_STATE, in_row(row, "reset it before it is drawn"));
+  if (!rows_.head(row).ready) fail(MJENV_E_NOT_RESET, in_row(row, "reset it before it is drawn"));
   workers_.of(rows_.head(row)).show(rows_, row, draw);
 }
 

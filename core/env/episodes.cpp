@@ -35,9 +35,10 @@ Episodes::Episodes(const Options& options, const Task& task, const Schema& schem
 
 void Episodes::check_steppable(std::int64_t row, bool resets) const {
   const Rows::Head& head = rows_.head(row);
-  if (!head.ready) fail(MJENV_E_STATE, in_row(row, "reset it before the first step"));
+  if (!head.ready) fail(MJENV_E_NOT_RESET, in_row(row, "reset it before the first step"));
   if (strict_ && head.ended && !resets)
-    fail(MJENV_E_STATE, in_row(row, "its episode has ended: reset it, or set the option \"strict\" to 0 to continue"));
+    fail(MJENV_E_EPISODE_ENDED,
+         in_row(row, "its episode has ended: reset it, or set the option \"strict\" to 0 to continue"));
 }
 
 void Episodes::check_finite(std::int64_t row, const Action& action) const {

@@ -51,7 +51,7 @@ void Pipeline::check(const std::int64_t* rows, std::size_t row_count, const Acti
     for (std::size_t i = 0; i < row_count; ++i) {
       const std::int64_t row = row_at(rows, i);
       rows_.check(row);
-      if (under_way_[row] != 0) fail(MJENV_E_STATE, in_row(row, "it is under way already"));
+      if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is under way already"));
       episodes_.check_steppable(row, episodes_.autoresets());
       episodes_.check_finite(row, actions.part(static_cast<Eigen::Index>(i) * nu_, nu_));
       under_way_[row] = 1;  // finds a row that is listed twice
@@ -129,7 +129,7 @@ void Pipeline::serve(Worker& worker, Deadline deadline, const std::function<bool
 void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity, std::size_t* count,
                        const mjenv_batch& out) {
   workers_.pool().check_here();
-  if (count_ == 0) fail(MJENV_E_STATE, "no rows are under way: send some first");
+  if (count_ == 0) fail(MJENV_E_NOT_PENDING, "no rows are under way: send some first");
   if (least > count_)
     fail(MJENV_E_SIZE,
          "least is " + std::to_string(least) + ", but only " + std::to_string(count_) + " row(s) are under way");

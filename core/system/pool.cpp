@@ -83,7 +83,7 @@ void Pool::end() {
 bool Pool::here() const { return threads_.empty() || getpid() == owner_; }
 
 void Pool::check_here() const {
-  if (!here()) fail(MJENV_E_STATE, "this environment's threads were left behind by a fork: create it in the child");
+  if (!here()) fail(MJENV_E_FORKED, "this environment's threads were left behind by a fork: create it in the child");
 }
 
 void Pool::start(std::function<void(int)> job) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "error.hpp"
+#include "structs.hpp"
 
 namespace mjenv::core {
 
@@ -80,11 +81,7 @@ int OwnBuild::array(const std::string& name, mjenv_field* field) {
     std::copy(found.shape.begin(), found.shape.end(), out.shape);
     out.count = static_cast<std::int64_t>(found.count());
     out.type = found.type;
-    out.struct_size = field->struct_size;
-    if (field->struct_size < sizeof out)
-      fail(MJENV_E_ARGUMENT, "field->struct_size is " + std::to_string(field->struct_size) + ", less than " +
-                                 std::to_string(sizeof out) + "; set it to sizeof");
-    *field = out;
+    write_struct(field, "field", out);
   }
   return static_cast<int>(work_.needs().arrays.size()) - 1;
 }

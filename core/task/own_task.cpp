@@ -13,6 +13,7 @@
 
 #include "engine/assets.hpp"
 #include "error.hpp"
+#include "structs.hpp"
 #include "task/own_build.hpp"
 #include "task/registry.hpp"
 
@@ -24,19 +25,6 @@ constexpr std::int64_t kMaxCount = 1 << 20;                        // of what is
 constexpr std::int64_t kMaxNumbers = 1 << 24;                      // of an observation or an info
 constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
 
-// A struct of a caller who may know less or more of it than this library.
-template <typename T>
-T taken(const void* from, const char* what) {
-  std::uint32_t size;
-  std::memcpy(&size, from, sizeof size);
-  if (size < sizeof(T))
-    fail(MJENV_E_ARGUMENT, std::string(what) + ": struct_size is " + std::to_string(size) + ", less than " +
-                               std::to_string(sizeof(T)) + "; set it to sizeof");
-  T value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-
 // Calls visit(element) for an array of such structs.
 template <typename T, typename Visit>
 void each(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
@@ -46,7 +34,7 @@ void each(const T* array, std::int64_t count, const std::string& what, const Vis
   std::uint32_t step = 0;
   if (count > 0) std::memcpy(&step, at, sizeof step);
   for (std::int64_t i = 0; i < count; ++i, at += step)
-    visit(taken<T>(at, (what + "s[" + std::to_string(i) + "]").c_str()));
+    visit(read_struct(reinterpret_cast<const T*>(at), (what + "s[" + std::to_string(i) + "]").c_str()));
 }
 
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
@@ -255,7 +243,7 @@ class Instance {
 OwnRandom::OwnRandom(Rng& stream) : mjenv_random{sizeof(mjenv_random), 0, &task_api()}, rng(stream) {}
 
 OwnField own_field(const mjenv_task_field& given) {
-  const auto from = taken<mjenv_task_field>(&given, "a field");
+  const auto from = read_struct(&given, "field");
   OwnField field{from.role, named(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
   const std::string what = "field " + quoted(field.name);
   if (!role_name(field.role))
@@ -313,7 +301,7 @@ OwnTask::OwnTask(const mjenv_task& given, const void* plugin)
     within("time_limit", time_limit_, 0, kMaxInteger);
     within("carry_count", carry_count_, 0, kMaxCarried);
     if (given.camera) {
-      const auto camera = taken<mjenv_task_camera>(given.camera, "camera");
+      const auto camera = read_struct(given.camera, "camera");
       camera_ = {camera.trackbodyid,
                  camera.distance,
                  {camera.lookat[0], camera.lookat[1], camera.lookat[2]},
@@ -328,7 +316,7 @@ OwnTask::OwnTask(const mjenv_task& given, const void* plugin)
 }
 
 std::unique_ptr<OwnTask> own_task(const mjenv_task* given, const void* plugin) {
-  return std::make_unique<OwnTask>(taken<mjenv_task>(given, "a task"), plugin);
+  return std::make_unique<OwnTask>(read_struct(given, "task"), plugin);
 }
 
 void OwnTask::take_id(const char* id) {

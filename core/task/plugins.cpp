@@ -18,6 +18,7 @@
 
 #include "error.hpp"
 #include "mjenv/task.h"
+#include "structs.hpp"
 #include "task/own_task.hpp"
 #include "task/registry.hpp"
 
@@ -26,9 +27,7 @@ namespace {
 
 constexpr const char* kEntry = "mjenv_tasks";
 
-[[noreturn]] void refuse(const std::string& path, const std::string& why) {
-  fail(MJENV_E_TASK, "plug-in " + quoted(path) + ": " + why);
-}
+[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_TASK, why); }
 
 struct Close {
   void operator()(void* handle) const { dlclose(handle); }
@@ -37,37 +36,35 @@ using Handle = std::unique_ptr<void, Close>;
 
 Handle open(const std::string& path) {
   const std::unique_ptr<char, decltype(&std::free)> file(realpath(path.c_str(), nullptr), std::free);
-  if (!file) refuse(path, std::strerror(errno));
+  if (!file) refuse(std::strerror(errno));
   Handle handle(dlopen(file.get(), RTLD_NOW | RTLD_LOCAL));
-  if (!handle) refuse(path, dlerror());
+  if (!handle) refuse(dlerror());
   return handle;
 }
 
-const mjenv_plugin& enter(const std::string& path, void* handle) {
+mjenv_plugin enter(void* handle) {
   mjenv_tasks_function* entry = nullptr;
   *reinterpret_cast<void**>(&entry) = dlsym(handle, kEntry);
   if (!entry)
-    refuse(path, "it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
-                     " (MJENV_PLUGIN)");
+    refuse("it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
+           " (MJENV_PLUGIN)");
   set_task_message("");
   const mjenv_plugin* plugin = nullptr;
   try {
     plugin = entry(&task_api());
   } catch (const std::exception& error) {
-    refuse(path, std::string("it threw an exception: ") + error.what());
+    refuse(std::string("it threw an exception: ") + error.what());
   } catch (...) {
-    refuse(path, "it threw an exception");
+    refuse("it threw an exception");
   }
   const std::string why = task_message();
-  if (!plugin) refuse(path, why.empty() ? "it gave no tasks and said nothing" : why);
-  if (plugin->struct_size < sizeof(mjenv_plugin))
-    refuse(path, "the struct_size of its mjenv_plugin is " + std::to_string(plugin->struct_size));
-  if (plugin->abi_version != MJENV_ABI_VERSION)
-    refuse(path, "it was built for version " + std::to_string(plugin->abi_version) +
-                     " of mjenv's ABI; this library has " + std::to_string(MJENV_ABI_VERSION) +
-                     ": build it again with this library's headers");
-  if (plugin->task_count < 1 || !plugin->tasks) refuse(path, "it holds no task");
-  return *plugin;
+  if (!plugin) refuse(why.empty() ? "it gave no tasks and said nothing" : why);
+  const mjenv_plugin held = read_struct(plugin, "plugin");
+  if (held.abi_version != MJENV_ABI_VERSION)
+    refuse("it was built for version " + std::to_string(held.abi_version) + " of mjenv's ABI; this library has " +
+           std::to_string(MJENV_ABI_VERSION) + ": build it again with this library's headers");
+  if (held.task_count < 1 || !held.tasks) refuse("it holds no task");
+  return held;
 }
 
 // ---- MJENV_TASKS ----
@@ -101,23 +98,19 @@ void read_environment() {
 }  // namespace
 
 void load_tasks(const std::string& path) {
-  Handle handle = open(path);
-  const mjenv_plugin& plugin = enter(path, handle.get());
-  std::vector<std::unique_ptr<OwnTask>> tasks;
-  for (std::int64_t i = 0; i < plugin.task_count; ++i) {
-    if (!plugin.tasks[i]) refuse(path, "tasks[" + std::to_string(i) + "] is NULL");
-    try {
-      tasks.push_back(own_task(plugin.tasks[i], handle.get()));
-    } catch (const Error& error) {
-      fail(error.status(), "plug-in " + quoted(path) + ": " + error.what());
-    }
-  }
   try {
+    Handle handle = open(path);
+    const mjenv_plugin plugin = enter(handle.get());
+    std::vector<std::unique_ptr<OwnTask>> tasks;
+    for (std::int64_t i = 0; i < plugin.task_count; ++i) {
+      if (!plugin.tasks[i]) refuse("tasks[" + std::to_string(i) + "] is NULL");
+      tasks.push_back(own_task(plugin.tasks[i], handle.get()));
+    }
     add_tasks(std::move(tasks));
+    static_cast<void>(handle.release());  // stays loaded, because it contains the callbacks
   } catch (const Error& error) {
     fail(error.status(), "plug-in " + quoted(path) + ": " + error.what());
   }
-  static_cast<void>(handle.release());  // stays loaded, because it contains the callbacks
 }
 
 void load_tasks_of_environment() {

@@ -13,13 +13,13 @@ HEADER = frozen.header.PATH.read_text(encoding="utf-8")
 
 BREAKS = {
     "an enumerator's value": ("MJENV_E_NAME = -2", "MJENV_E_NAME = -22"),
-    "an enumerator less": ("  MJENV_E_BUSY = -7, ", " "),
+    "an enumerator less": ("  MJENV_E_BUSY = -10, ", " "),
     "a constant's value": ("MJENV_ALL_ROWS (-1)", "MJENV_ALL_ROWS (-2)"),
     "a field's type": ("mjenv_dtype obs_dtype;", "int64_t obs_dtype;"),
     "a field's name": ("double *reward; ", "double *rewards; "),
     "a field in the middle": ("  double *reward; ", "  double *more; double *reward; "),
     "fields in another order": (
-        "  const double *low;\n  const double *high;",
+        "  const double *low;  /* [count], owned by the environment */\n  const double *high;",
         "  const double *high;\n  const double *low;",
     ),
     "an array's length": ("int64_t shape[4];", "int64_t shape[8];"),

@@ -224,7 +224,7 @@ static void test_polling(void** state) {
     assert_int_equal(done, ROWS);
     assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
     for (done = 0; done < ROWS; done += count) assert_ok(mjenv_recv(env, 1, 0, rows, ROWS, &count, NULL));
-    assert_refused(MJENV_E_STATE, mjenv_recv(env, 0, 0, rows, ROWS, &count, NULL), "send");
+    assert_refused(MJENV_E_NOT_PENDING, mjenv_recv(env, 0, 0, rows, ROWS, &count, NULL), "send");
     assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
     assert_refused(MJENV_E_VALUE, mjenv_recv(env, 1, NAN, rows, ROWS, &count, NULL), "timeout");
     mjenv_destroy(env);
@@ -254,32 +254,32 @@ static void test_under_way(void** state) {
   const uint64_t seeds[ROWS] = {0};
   double values[64] = {0};
   size_t count = 77, size = 0;
-  assert_refused(MJENV_E_STATE, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_DTYPE_FLOAT32), "reset");
-  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
+  assert_refused(MJENV_E_NOT_RESET, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_DTYPE_FLOAT32), "reset");
+  assert_refused(MJENV_E_NOT_PENDING, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   // 2^61 rows of 8 numbers: their product is 0 in 64 bits.
   assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, (size_t)1 << 61, action, 0, MJENV_DTYPE_FLOAT32), "row_count");
   assert_refused(MJENV_E_VALUE, mjenv_send(env, wrong, 2, action, 12, MJENV_DTYPE_FLOAT32), "row 4", "0..3");
-  assert_refused(MJENV_E_STATE, mjenv_send(env, twice, 2, action, 12, MJENV_DTYPE_FLOAT32), "row 1");
+  assert_refused(MJENV_E_PENDING, mjenv_send(env, twice, 2, action, 12, MJENV_DTYPE_FLOAT32), "row 1");
   assert_refused(MJENV_E_SIZE, mjenv_send(env, rows, 2, action, 11, MJENV_DTYPE_FLOAT32), "count", "11", "12");
-  assert_refused(MJENV_E_STATE, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
+  assert_refused(MJENV_E_NOT_PENDING, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
 
   assert_ok(mjenv_send(env, rows, 2, action, 12, MJENV_DTYPE_FLOAT32));
-  assert_refused(MJENV_E_STATE, mjenv_send(env, rows, 1, action, 6, MJENV_DTYPE_FLOAT32), "row 0", "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_send(env, rows, 1, action, 6, MJENV_DTYPE_FLOAT32), "row 0", "under way");
   assert_refused(MJENV_E_SIZE, mjenv_recv(env, 3, -1, rows, ROWS, &count, &out->batch), "3", "2");
   assert_refused(MJENV_E_SIZE, mjenv_recv(env, 2, -1, rows, 1, &count, &out->batch), "1", "2");
-  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &other->batch),
+  assert_refused(MJENV_E_PENDING, mjenv_step(env, NULL, action, ROWS * 6, MJENV_DTYPE_FLOAT32, &other->batch),
                  "under way");
-  assert_refused(MJENV_E_STATE, mjenv_reset(env, NULL, &other->batch), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_observe(env, &other->batch), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_snapshot(env, 0, image, sizeof image, &size), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_restore(env, 0, image, sizeof image), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_copy_row(env, 0, mask), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_read(env, 0, "qpos", values, COUNT(values), &size), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_set_state(env, 0, values, 9, values, 9), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_simulate(env, 0, values, 6, 1), "under way");
-  assert_refused(MJENV_E_STATE, mjenv_seed(env, seeds, NULL), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_reset(env, NULL, &other->batch), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_observe(env, &other->batch), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_snapshot(env, 0, image, sizeof image, &size), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_restore(env, 0, image, sizeof image), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_copy_row(env, 0, mask), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_read(env, 0, "qpos", values, COUNT(values), &size), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_set_state(env, 0, values, 9, values, 9), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_simulate(env, 0, values, 6, 1), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_seed(env, seeds, NULL), "under way");
   assert_true(count == 77 && size == 0);
   assert_true(outputs_untouched(other));
   assert_ok(mjenv_recv(env, 2, -1, rows, ROWS, &count, &out->batch));

@@ -40,13 +40,15 @@ static int64_t obs_count(const mjenv_env* env) {
   return space.count;
 }
 
-// The create fails with a message that has all words, and gives no environment.
-#define assert_no_model(options, ...)                                               \
-  do {                                                                              \
-    mjenv_env* none_ = NULL;                                                        \
-    assert_refused(MJENV_E_MODEL, mjenv_create((options), 1, &none_), __VA_ARGS__); \
-    assert_null(none_);                                                             \
+// Creating fails with this status and a message that has all words, and gives no environment.
+#define assert_not_created(status, options, ...)                               \
+  do {                                                                         \
+    mjenv_env* none_ = NULL;                                                   \
+    assert_refused((status), mjenv_create((options), 1, &none_), __VA_ARGS__); \
+    assert_null(none_);                                                        \
   } while (0)
+#define assert_no_model(options, ...) assert_not_created(MJENV_E_MODEL, options, __VA_ARGS__)
+#define assert_no_file(options, ...) assert_not_created(MJENV_E_FILE, options, __VA_ARGS__)
 
 // ---- Where a model comes from ----
 
@@ -70,10 +72,10 @@ static void test_built_in_names(void** state) {
   for (size_t i = 0; i < COUNT(pairs); ++i)
     mjenv_destroy(env_of_options(options_with(pairs[i][0], "xml_file", pairs[i][1]), 1));
   mjenv_options* options = options_with("Ant-v5", "xml_file", "aunt.xml");
-  assert_no_model(options, "aunt.xml", "ant.xml", "walker2d_v5.xml", "~");
+  assert_no_file(options, "aunt.xml", "ant.xml", "walker2d_v5.xml", "~");
   // A file in the working directory is no built-in model: its name begins with "./".
   write_file("aunt.xml", "<mujoco/>");
-  assert_no_model(options, "aunt.xml", "walker2d_v5.xml");
+  assert_no_file(options, "aunt.xml", "walker2d_v5.xml");
   assert_int_equal(remove("aunt.xml"), 0);
   mjenv_options_destroy(options);
 }
@@ -127,12 +129,12 @@ static void test_missing_files(void** state) {
   static const char* const paths[] = {"./none.xml", "/nowhere/none.xml", "~/none.xml", "../none/none.xml", ".", "/"};
   for (size_t i = 0; i < COUNT(paths); ++i) {
     mjenv_options* options = options_with("HalfCheetah-v5", "xml_file", paths[i]);
-    assert_no_model(options, paths[i][0] == '~' ? "none.xml" : paths[i]);
+    assert_no_file(options, paths[i][0] == '~' ? "none.xml" : paths[i]);
     mjenv_options_destroy(options);
   }
   char* home = getenv("HOME");
   mjenv_options* options = options_with("HalfCheetah-v5", "xml_file", "~/none.xml");
-  assert_no_model(options, home);
+  assert_no_file(options, home);
   mjenv_options_destroy(options);
 }
 

@@ -278,7 +278,7 @@ static void test_refused_pictures(void** state) {
   static struct picture picture, before;
   memset(&picture, 0x5a, sizeof picture);
   before = picture;
-  assert_refused(MJENV_E_STATE, draw(renderer, 0, &picture), "row 0", "reset");
+  assert_refused(MJENV_E_NOT_RESET, draw(renderer, 0, &picture), "row 0", "reset");
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_refused(MJENV_E_ARGUMENT, draw(NULL, 0, &picture), "renderer");
   assert_refused(MJENV_E_VALUE, draw(renderer, 2, &picture), "row 2");
@@ -300,11 +300,11 @@ static void test_refused_pictures(void** state) {
   int64_t done;
   size_t count;
   assert_ok(mjenv_send(env, &row, 1, action, 8, MJENV_DTYPE_FLOAT32));
-  assert_refused(MJENV_E_STATE, draw(renderer, 0, &picture), "under way");
+  assert_refused(MJENV_E_PENDING, draw(renderer, 0, &picture), "under way");
   assert_ok(mjenv_recv(env, 1, -1, &done, 1, &count, &out));
 
   mjenv_destroy(env);
-  assert_refused(MJENV_E_STATE, draw(renderer, 0, &picture), "destroyed");
+  assert_refused(MJENV_E_ARGUMENT, draw(renderer, 0, &picture), "destroyed");
   mjenv_renderer_destroy(renderer);
 }
 

@@ -176,10 +176,10 @@ static void test_condition_is_kept(void** state) {
   struct image ended = image_of(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_restore(env, 0, fresh.bytes, fresh.size));
-  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 0", "reset");
+  assert_refused(MJENV_E_NOT_RESET, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 0", "reset");
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_restore(env, 1, ended.bytes, ended.size));
-  assert_refused(MJENV_E_STATE, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 1", "ended");
+  assert_refused(MJENV_E_EPISODE_ENDED, mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL), "row 1", "ended");
   free(fresh.bytes);
   free(ended.bytes);
   mjenv_destroy(env);

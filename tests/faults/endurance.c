@@ -102,7 +102,7 @@ static void test_errors(void** state) {
     size_t count;
     mjenv_options* options = NULL;
     if (i == 0) before = held();
-    assert_int_equal(mjenv_step(env, NULL, values, 3, MJENV_DTYPE_FLOAT64, NULL), MJENV_E_STATE);
+    assert_int_equal(mjenv_step(env, NULL, values, 3, MJENV_DTYPE_FLOAT64, NULL), MJENV_E_NOT_RESET);
     assert_int_equal(mjenv_read(env, 0, "nothing", values, 4, &count), MJENV_E_NAME);
     assert_int_equal(mjenv_options_create("nothing", &options), MJENV_E_NAME);
     assert_int_equal(mjenv_restore(env, 0, values, sizeof values), MJENV_E_SNAPSHOT);

@@ -182,9 +182,10 @@ static bool complaints(void) {
   if (mjenv_options_create("Hopper-v5", &options) != MJENV_OK) return false;
   // a file that is not there, one that is no model, a model that MuJoCo refuses, one whose work space is too small
   mjenv_options_set_string(options, "xml_file", "./nothing.xml");
-  if (mjenv_create(options, 1, &env) != MJENV_E_MODEL) return false;
+  if (mjenv_create(options, 1, &env) != MJENV_E_FILE) return false;
   mjenv_options_set_string(options, "xml_file", "/proc/self/exe");
-  if (mjenv_create(options, 1, &env) != MJENV_E_MODEL) return false;
+  mjenv_status status = mjenv_create(options, 1, &env);
+  if (status != MJENV_E_MODEL && status != MJENV_E_FILE) return false;  // FILE: no more files can be opened
   mjenv_options_set_string(options, "xml_string", "<mujoco><worldbody><geom size='-1'/></worldbody></mujoco>");
   if (mjenv_create(options, 1, &env) != MJENV_E_MODEL) return false;
   static const char* const cramped =
@@ -194,7 +195,7 @@ static bool complaints(void) {
       "<geom size='.2' pos='-.3 0 0'/></body><body><joint axis='0 1 0'/><geom size='.2' pos='0 .3 0'/></body>"
       "</body></worldbody></mujoco>";
   mjenv_options_set_string(options, "xml_string", cramped);
-  const mjenv_status status = mjenv_create(options, 1, &env);
+  status = mjenv_create(options, 1, &env);
   if (status == MJENV_OK) {
     mjenv_destroy(env);
     env = NULL;

@@ -228,7 +228,7 @@ def test_several_windows_and_an_end_of_the_environment() -> None:
             one.draw()
             other.draw()
         first.close()
-        with pytest.raises(RuntimeError, match=r"E_STATE.*destroyed"):
+        with pytest.raises(RuntimeError, match=r"E_ARGUMENT.*destroyed"):
             one.draw()
         other.draw()
 

@@ -17,15 +17,20 @@ struct mjenv_window end
     MJENV_E_TYPE = -3
     MJENV_E_VALUE = -4
     MJENV_E_SIZE = -5
-    MJENV_E_STATE = -6
-    MJENV_E_BUSY = -7
-    MJENV_E_MODEL = -8
-    MJENV_E_PHYSICS = -9
-    MJENV_E_SNAPSHOT = -10
-    MJENV_E_MEMORY = -11
-    MJENV_E_INTERNAL = -12
-    MJENV_E_RENDER = -13
-    MJENV_E_TASK = -14
+    MJENV_E_NOT_RESET = -6
+    MJENV_E_EPISODE_ENDED = -7
+    MJENV_E_PENDING = -8
+    MJENV_E_NOT_PENDING = -9
+    MJENV_E_BUSY = -10
+    MJENV_E_FORKED = -11
+    MJENV_E_FILE = -12
+    MJENV_E_MODEL = -13
+    MJENV_E_PHYSICS = -14
+    MJENV_E_SNAPSHOT = -15
+    MJENV_E_RENDER = -16
+    MJENV_E_MEMORY = -17
+    MJENV_E_INTERNAL = -18
+    MJENV_E_TASK = -19
 end
 
 @enum mjenv_dtype::Int32 begin
@@ -189,10 +194,12 @@ const FUNCTIONS = (
     :mjenv_version_number,
     :mjenv_status_name,
     :mjenv_last_error,
+    :mjenv_error_of,
     :mjenv_id_count,
     :mjenv_id_at,
     :mjenv_spec_of,
     :mjenv_options_create,
+    :mjenv_options_copy,
     :mjenv_options_destroy,
     :mjenv_options_count,
     :mjenv_options_at,
@@ -212,22 +219,22 @@ const FUNCTIONS = (
     :mjenv_field_at,
     :mjenv_seed,
     :mjenv_seed_digits,
+    :mjenv_get_stream,
+    :mjenv_set_stream,
+    :mjenv_seed_actions,
+    :mjenv_sample_actions,
     :mjenv_reset,
     :mjenv_step,
     :mjenv_send,
     :mjenv_recv,
     :mjenv_rollout,
-    :mjenv_get_stream,
-    :mjenv_set_stream,
-    :mjenv_seed_actions,
-    :mjenv_sample_actions,
+    :mjenv_observe,
     :mjenv_read,
     :mjenv_object_count,
     :mjenv_object_index,
     :mjenv_object_name,
     :mjenv_set_state,
     :mjenv_simulate,
-    :mjenv_observe,
     :mjenv_copy_row,
     :mjenv_snapshot,
     :mjenv_restore,
@@ -273,21 +280,31 @@ mjenv_last_error() = ccall(
     (),
 )
 
-mjenv_id_count() = ccall(
+mjenv_error_of(handle, text, capacity, size) = ccall(
     address(6),
+    mjenv_status,
+    (Ptr{Cvoid}, Ptr{Cchar}, Csize_t, Ptr{Csize_t}),
+    handle,
+    text,
+    capacity,
+    size,
+)
+
+mjenv_id_count() = ccall(
+    address(7),
     Int64,
     (),
 )
 
 mjenv_id_at(index) = ccall(
-    address(7),
+    address(8),
     Cstring,
     (Int64,),
     index,
 )
 
 mjenv_spec_of(id, spec) = ccall(
-    address(8),
+    address(9),
     mjenv_status,
     (Cstring, Ptr{mjenv_spec}),
     id,
@@ -295,29 +312,37 @@ mjenv_spec_of(id, spec) = ccall(
 )
 
 mjenv_options_create(id, options) = ccall(
-    address(9),
+    address(10),
     mjenv_status,
     (Cstring, Ptr{Ptr{mjenv_options}}),
     id,
     options,
 )
 
+mjenv_options_copy(options, copy) = ccall(
+    address(11),
+    mjenv_status,
+    (Ptr{mjenv_options}, Ptr{Ptr{mjenv_options}}),
+    options,
+    copy,
+)
+
 mjenv_options_destroy(options) = ccall(
-    address(10),
+    address(12),
     Cvoid,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_count(options) = ccall(
-    address(11),
+    address(13),
     Int64,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_at(options, index, option) = ccall(
-    address(12),
+    address(14),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}),
     options,
@@ -326,7 +351,7 @@ mjenv_options_at(options, index, option) = ccall(
 )
 
 mjenv_options_set_integer(options, name, value) = ccall(
-    address(13),
+    address(15),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Int64),
     options,
@@ -335,7 +360,7 @@ mjenv_options_set_integer(options, name, value) = ccall(
 )
 
 mjenv_options_set_reals(options, name, values, count) = ccall(
-    address(14),
+    address(16),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t),
     options,
@@ -345,7 +370,7 @@ mjenv_options_set_reals(options, name, values, count) = ccall(
 )
 
 mjenv_options_set_string(options, name, value) = ccall(
-    address(15),
+    address(17),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Cstring),
     options,
@@ -354,7 +379,7 @@ mjenv_options_set_string(options, name, value) = ccall(
 )
 
 mjenv_options_get_integer(options, name, value) = ccall(
-    address(16),
+    address(18),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Int64}),
     options,
@@ -363,7 +388,7 @@ mjenv_options_get_integer(options, name, value) = ccall(
 )
 
 mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
-    address(17),
+    address(19),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     options,
@@ -374,7 +399,7 @@ mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
 )
 
 mjenv_options_get_string(options, name, value) = ccall(
-    address(18),
+    address(20),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Cstring}),
     options,
@@ -383,7 +408,7 @@ mjenv_options_get_string(options, name, value) = ccall(
 )
 
 mjenv_create(options, rows, env) = ccall(
-    address(19),
+    address(21),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}),
     options,
@@ -392,35 +417,35 @@ mjenv_create(options, rows, env) = ccall(
 )
 
 mjenv_destroy(env) = ccall(
-    address(20),
+    address(22),
     Cvoid,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_rows(env) = ccall(
-    address(21),
+    address(23),
     Int64,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_frame_skip(env) = ccall(
-    address(22),
+    address(24),
     Int64,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_options_of(env) = ccall(
-    address(23),
+    address(25),
     Ptr{mjenv_options},
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_space_of(env, role, space) = ccall(
-    address(24),
+    address(26),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
     env,
@@ -429,7 +454,7 @@ mjenv_space_of(env, role, space) = ccall(
 )
 
 mjenv_field_count(env, role) = ccall(
-    address(25),
+    address(27),
     Int64,
     (Ptr{mjenv_env}, mjenv_role),
     env,
@@ -437,7 +462,7 @@ mjenv_field_count(env, role) = ccall(
 )
 
 mjenv_field_at(env, role, index, field) = ccall(
-    address(26),
+    address(28),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
     env,
@@ -447,7 +472,7 @@ mjenv_field_at(env, role, index, field) = ccall(
 )
 
 mjenv_seed(env, seeds, mask) = ccall(
-    address(27),
+    address(29),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt64}, Ptr{UInt8}),
     env,
@@ -456,7 +481,7 @@ mjenv_seed(env, seeds, mask) = ccall(
 )
 
 mjenv_seed_digits(env, row, digits, count) = ccall(
-    address(28),
+    address(30),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt32}, Csize_t),
     env,
@@ -465,8 +490,45 @@ mjenv_seed_digits(env, row, digits, count) = ccall(
     count,
 )
 
+mjenv_get_stream(env, row, words, count) = ccall(
+    address(31),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_set_stream(env, row, words, count) = ccall(
+    address(32),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(33),
+    mjenv_status,
+    (Ptr{mjenv_env}, UInt64),
+    env,
+    seed,
+)
+
+mjenv_sample_actions(env, action, count) = ccall(
+    address(34),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
+    env,
+    action,
+    count,
+)
+
 mjenv_reset(env, mask, out) = ccall(
-    address(29),
+    address(35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -475,7 +537,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(30),
+    address(36),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -487,7 +549,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(31),
+    address(37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype),
     env,
@@ -499,7 +561,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(32),
+    address(38),
     mjenv_status,
     (Ptr{mjenv_env}, Csize_t, Float64, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{mjenv_batch}),
     env,
@@ -512,7 +574,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(33),
+    address(39),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -523,45 +585,16 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
     out,
 )
 
-mjenv_get_stream(env, row, words, count) = ccall(
-    address(34),
+mjenv_observe(env, out) = ccall(
+    address(40),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
-    row,
-    words,
-    count,
-)
-
-mjenv_set_stream(env, row, words, count) = ccall(
-    address(35),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_seed_actions(env, seed) = ccall(
-    address(36),
-    mjenv_status,
-    (Ptr{mjenv_env}, UInt64),
-    env,
-    seed,
-)
-
-mjenv_sample_actions(env, action, count) = ccall(
-    address(37),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
-    env,
-    action,
-    count,
+    out,
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(38),
+    address(41),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     env,
@@ -573,7 +606,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(39),
+    address(42),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -582,7 +615,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(40),
+    address(43),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -592,7 +625,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(41),
+    address(44),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -602,7 +635,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(42),
+    address(45),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Ptr{Float64}, Csize_t),
     env,
@@ -614,7 +647,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(43),
+    address(46),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
     env,
@@ -624,16 +657,8 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
     frames,
 )
 
-mjenv_observe(env, out) = ccall(
-    address(44),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_batch}),
-    env,
-    out,
-)
-
 mjenv_copy_row(env, from, to_mask) = ccall(
-    address(45),
+    address(47),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
     env,
@@ -642,7 +667,7 @@ mjenv_copy_row(env, from, to_mask) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(46),
+    address(48),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
     env,
@@ -653,7 +678,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(47),
+    address(49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
     env,
@@ -663,7 +688,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(48),
+    address(50),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -671,7 +696,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(49),
+    address(51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -680,21 +705,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(50),
+    address(52),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(51),
+    address(53),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(52),
+    address(54),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
     renderer,
@@ -706,7 +731,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(53),
+    address(55),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -715,21 +740,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(54),
+    address(56),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(55),
+    address(57),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(56),
+    address(58),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,

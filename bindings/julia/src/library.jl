@@ -40,7 +40,7 @@ function load()
     built = joinpath(REPOSITORY, "build", "libmjenv.so")
     # The package of a release contains the library.
     carried = normpath(@__DIR__, "..", "lib", "libmjenv.so")
-    paths = !isempty(given) ? [given] : isfile(carried) ? [carried] : [built, "libmjenv.so.0"]
+    paths = !isempty(given) ? [given] : isfile(carried) ? [carried] : [built, "libmjenv.so.$MJENV_ABI_VERSION"]
     reasons = String[]
     for path in paths
         handle = try

@@ -37,8 +37,8 @@
 end
 
 @testset "models" begin
-    @test refuses(() -> Env("Ant-v5"; xml_file = "/nowhere/ant.xml"), MJENV_E_MODEL, "/nowhere/ant.xml")
-    @test refuses(() -> Env("Ant-v5"; xml_file = "bee.xml"), MJENV_E_MODEL, "bee.xml", "ant.xml")
+    @test refuses(() -> Env("Ant-v5"; xml_file = "/nowhere/ant.xml"), MJENV_E_FILE, "/nowhere/ant.xml")
+    @test refuses(() -> Env("Ant-v5"; xml_file = "bee.xml"), MJENV_E_FILE, "bee.xml", "ant.xml")
     @test refuses(() -> Env("Ant-v5"; xml_file = ""), MJENV_E_VALUE, "xml_file")
     @test refuses(() -> Env("Ant-v5"; xml_string = "<mujoco>"), MJENV_E_MODEL, "xml_string")
     @test refuses(() -> Env("Ant-v5"; xml_string = "<mujoco><bee/></mujoco>"), MJENV_E_MODEL, "bee")
@@ -166,7 +166,7 @@ end
     env = make(g)
     batch = Batch(env)
     untouched = contents(batch)
-    @test refuses(() -> step!(batch, env, g[:action][:, 1]), MJENV_E_STATE, "row 0", "reset")
+    @test refuses(() -> step!(batch, env, g[:action][:, 1]), MJENV_E_NOT_RESET, "row 0", "reset")
     @test equal(contents(batch), untouched)
     seed!(env, g.seed)
     reset!(batch, env)
@@ -176,7 +176,7 @@ end
     end
     ended = contents(batch)
     @test batch.terminated[1]
-    @test refuses(() -> step!(batch, env, g[:action][:, 1]), MJENV_E_STATE, "row 0", "ended", "strict")
+    @test refuses(() -> step!(batch, env, g[:action][:, 1]), MJENV_E_EPISODE_ENDED, "row 0", "ended", "strict")
     @test equal(contents(batch), ended)
     reset!(batch, env)
     @test same(batch.obs[:, 1], g[:reset_obs][:, 2])
@@ -191,7 +191,7 @@ end
     <actuator><motor joint="slider" ctrllimited="true" ctrlrange="-1 inf"/></actuator></mujoco>"""
     env = Env("InvertedPendulum-v5"; xml_string = model)
     @test action_space(env).high == [Inf32]
-    @test refuses(() -> sample_actions(env), MJENV_E_STATE, "actuator 0")
+    @test refuses(() -> sample_actions(env), MJENV_E_MODEL, "actuator 0")
     reset!(env)
     @test step!(env, [0.5]).obs isa Vector{Float64}
 end

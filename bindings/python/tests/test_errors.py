@@ -183,7 +183,7 @@ def test_an_environment_instead_of_an_id(env: mjenv.MujocoEnv) -> None:
     "file", ["nothing.xml", "./nothing.xml", "/nowhere/ant.xml", "~/nothing.xml", Path("nothing.xml")]
 )
 def test_a_missing_model_file(file: Any) -> None:
-    with refused(OSError, Status.E_MODEL, r"nothing\.xml|/nowhere/ant\.xml"):
+    with refused(OSError, Status.E_FILE, r"nothing\.xml|/nowhere/ant\.xml"):
         mjenv.make("Ant-v5", xml_file=file)
 
 
@@ -216,7 +216,7 @@ def test_a_model_file_by_every_kind_of_path(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_step_before_reset() -> None:
-    with refused(gymnasium.error.ResetNeeded, Status.E_STATE, "reset"):
+    with refused(gymnasium.error.ResetNeeded, Status.E_NOT_RESET, "reset"):
         mjenv.make("Ant-v5").step(np.zeros(8))
 
 
@@ -224,7 +224,7 @@ def test_step_after_the_end() -> None:
     env = mjenv.make("Reacher-v5", max_episode_steps=1)
     env.reset(seed=0)
     assert env.step(np.zeros(2))[3]
-    with refused(gymnasium.error.ResetNeeded, Status.E_STATE, "ended.*strict"):
+    with refused(gymnasium.error.ResetNeeded, Status.E_EPISODE_ENDED, "ended.*strict"):
         env.step(np.zeros(2))
     env.reset()
     env.step(np.zeros(2))
@@ -379,7 +379,7 @@ def test_errors_can_be_pickled() -> None:
         mjenv.make("Ant-v5", xml_file="/nowhere.xml")
     again = pickle.loads(pickle.dumps(caught.value))
     assert type(again) is mjenv.ModelFileError
-    assert (str(again), again.status) == (str(caught.value), Status.E_MODEL)
+    assert (str(again), again.status) == (str(caught.value), Status.E_FILE)
 
 
 @pytest.mark.parametrize("library", ["/nowhere/libmjenv.so", __file__, "libm.so.6"])

@@ -472,17 +472,17 @@ def test_polling_on_one_thread() -> None:
         rows, obs, rewards, terminations, truncations, _ = one.recv(0)
         assert (rows.shape, obs.shape, rewards.shape) == ((1,), (1, 10), (1,))
         assert (len(terminations), len(truncations)) == (1, 1)
-    with refused(gymnasium.error.NoAsyncCallError, Status.E_STATE, "send"):
+    with refused(gymnasium.error.NoAsyncCallError, Status.E_NOT_PENDING, "send"):
         one.recv(0)
 
 
 def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
-    with refused(gymnasium.error.NoAsyncCallError, Status.E_STATE, "send"):
+    with refused(gymnasium.error.NoAsyncCallError, Status.E_NOT_PENDING, "send"):
         envs.recv()
     for rows, kind, status, match in (
         ([4], ValueError, Status.E_VALUE, r"row 4 is outside 0\.\.3"),
         ([-1], ValueError, Status.E_VALUE, "row -1"),
-        ([1, 1], gymnasium.error.AlreadyPendingCallError, Status.E_STATE, "row 1"),
+        ([1, 1], gymnasium.error.AlreadyPendingCallError, Status.E_PENDING, "row 1"),
         ([[1]], ValueError, Status.E_SIZE, "shape"),
         ([True], TypeError, Status.E_TYPE, "ints"),
         ([0.0], TypeError, Status.E_TYPE, "ints"),
@@ -499,7 +499,7 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
         with pytest.raises(kind, match=match):
             envs.send(actions, [0, 1])
     envs.send(np.zeros((0, 2)), [])
-    with refused(gymnasium.error.NoAsyncCallError, Status.E_STATE, "send"):
+    with refused(gymnasium.error.NoAsyncCallError, Status.E_NOT_PENDING, "send"):
         envs.recv()
 
     envs.send(np.zeros((2, 2)), [0, 2])
@@ -521,7 +521,7 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
         lambda: envs.call("do_simulation", np.zeros(2), 1),
         lambda: pickle.dumps(envs),
     ):
-        with refused(gymnasium.error.AlreadyPendingCallError, Status.E_STATE, "under way"):
+        with refused(gymnasium.error.AlreadyPendingCallError, Status.E_PENDING, "under way"):
             use()
     with refused(ValueError, Status.E_SIZE, "3 row"):
         envs.recv(3)
@@ -536,11 +536,11 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
 def test_a_row_that_was_never_reset() -> None:
     envs = mjenv.make_vec("Reacher-v5", 3)
     for use in (lambda: envs.step(np.zeros((3, 2))), lambda: envs.send(np.zeros((3, 2)))):
-        with refused(gymnasium.error.ResetNeeded, Status.E_STATE, "row 0.*reset"):
+        with refused(gymnasium.error.ResetNeeded, Status.E_NOT_RESET, "row 0.*reset"):
             use()
     obs, _ = envs.reset(seed=1, options={"reset_mask": np.array([True, False, True])})
     assert not obs[1].any()
-    with refused(gymnasium.error.ResetNeeded, Status.E_STATE, "row 1.*reset"):
+    with refused(gymnasium.error.ResetNeeded, Status.E_NOT_RESET, "row 1.*reset"):
         envs.step(np.zeros((3, 2)))
     envs.send(np.zeros((2, 2)), [0, 2])
     assert envs.recv()[0].tolist() == [0, 2]
@@ -890,10 +890,10 @@ def test_a_finished_row_without_autoreset() -> None:
     envs = mjenv.make_vec("Reacher-v5", 2, autoreset_mode="Disabled", max_episode_steps=1)
     envs.reset(seed=1)
     envs.step(np.zeros((2, 2)))
-    with refused(gymnasium.error.ResetNeeded, Status.E_STATE, "row 0.*ended"):
+    with refused(gymnasium.error.ResetNeeded, Status.E_EPISODE_ENDED, "row 0.*ended"):
         envs.step(np.zeros((2, 2)))
     envs.reset(options={"reset_mask": np.array([True, False])})
-    with refused(gymnasium.error.ResetNeeded, Status.E_STATE, "row 1.*ended"):
+    with refused(gymnasium.error.ResetNeeded, Status.E_EPISODE_ENDED, "row 1.*ended"):
         envs.step(np.zeros((2, 2)))
     envs.send(np.zeros((1, 2)), [0])
     assert envs.recv()[4].tolist() == [True]
@@ -1070,4 +1070,4 @@ def test_errors_can_be_pickled(envs: mjenv.VectorEnv) -> None:
         envs.recv()
     again = pickle.loads(pickle.dumps(caught.value))
     assert type(again) is mjenv.NoAsyncCallError
-    assert (str(again), again.status, again.name) == (str(caught.value), Status.E_STATE, "recv")
+    assert (str(again), again.status, again.name) == (str(caught.value), Status.E_NOT_PENDING, "recv")

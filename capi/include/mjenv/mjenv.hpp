@@ -1,9 +1,16 @@
-/* mjenv.hpp - mjenv.h for C++17: handles that free themselves, exceptions, buffers of the right sizes.
+/* mjenv.hpp - mjenv.h for C++17: handles that destroy themselves, exceptions, arrays of the right sizes.
  *
- * Header-only: it calls the C functions and nothing else, so it adds nothing to the ABI. mjenv.h documents shapes,
- * units and errors; handle() gives what its other functions take. What the library refuses throws mjenv::Error; a mask
- * of another length std::length_error, a row that a Batch lacks and an integer that C's int64_t lacks
- * std::out_of_range. Moved-from handles may only be destroyed or assigned to. */
+ * The header calls the functions of mjenv.h and nothing else, so it adds nothing to the binary interface. mjenv.h tells
+ * what each function does, with shapes, units and errors. handle() gives what the functions of mjenv.h take.
+ *
+ * Errors
+ *   A call that fails throws mjenv::Error, which has the status and the reason. So do calls that this header refuses by
+ *   itself: a mask of another length than the rows (MJENV_E_SIZE), a row that a Batch does not have or an integer
+ * beyond int64_t (MJENV_E_VALUE), a std::string with a NUL inside (MJENV_E_ARGUMENT), and a library that does not fit
+ * this header (MJENV_E_INTERNAL, when Options are made). Without exceptions (-fno-exceptions), functions that only do
+ * something return the status. Functions that return a value return an empty one when they fail. Each object has
+ * status(): Options keep the first failure, so that set() can be chained; the others have the status of the last call.
+ * Moved-from objects may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
 
@@ -23,18 +30,37 @@
 
 namespace mjenv {
 
-/* What a call of the C interface refused or failed at; what() is mjenv_last_error(). */
+#if defined(__cpp_exceptions)
+
+/* Why a call failed. */
 class Error : public std::runtime_error {
  public:
-  explicit Error(mjenv_status code) : std::runtime_error(mjenv_last_error()), status(code) {}
+  Error(mjenv_status code, const char *reason) : std::runtime_error(reason), status(code) {}
   const mjenv_status status;
 };
 
-inline void check(mjenv_status status) {
-  if (status != MJENV_OK) throw Error(status);
+/* Throws unless the status is MJENV_OK, which it returns. */
+inline mjenv_status check(mjenv_status status) {
+  if (status != MJENV_OK) throw Error(status, mjenv_last_error());
+  return status;
+}
+inline mjenv_status refuse(mjenv_status status, const char *reason) { throw Error(status, reason); }
+
+#else
+
+inline mjenv_status check(mjenv_status status) { return status; }
+inline mjenv_status refuse(mjenv_status status, const char *) { return status; }
+
+#endif
+
+/* Calls the C function with the text. C texts end at a NUL, so one inside would cut the text. */
+template <typename Call>
+mjenv_status with_text(const std::string &text, const Call &call) {
+  if (text.find('\0') != std::string::npos) return refuse(MJENV_E_ARGUMENT, "a text has a NUL character inside");
+  return check(call(text.c_str()));
 }
 
-/* size elements at data, which somebody else owns: a vector, an array. */
+/* `size` elements at `data`, which somebody else owns: a vector, an array. */
 template <typename T>
 class Span {
  public:
@@ -46,6 +72,9 @@ class Span {
 
   T *data() const { return data_; }
   std::size_t size() const { return size_; }
+  T *begin() const { return data_; }
+  T *end() const { return data_ + size_; }
+  T &operator[](std::size_t i) const { return data_[i]; }
 
  private:
   T *data_;
@@ -55,34 +84,84 @@ class Span {
 /* The options of one environment id. */
 class Options {
  public:
+  /* The defaults of an id. */
   explicit Options(const std::string &id) {
-    mjenv_options *made;
-    check(mjenv_options_create(id.c_str(), &made));
-    handle_.reset(made);
+    status_ = mjenv_abi_version() == MJENV_ABI_VERSION
+                  ? make([&](mjenv_options **made) {
+                      return with_text(id, [&](const char *text) { return mjenv_options_create(text, made); });
+                    })
+                  : refuse(MJENV_E_INTERNAL, "libmjenv has another ABI version than this program was compiled for");
   }
+  /* A copy of options of the C interface, such as an environment's. */
+  explicit Options(const mjenv_options *options) {
+    status_ = make([&](mjenv_options **made) { return check(mjenv_options_copy(options, made)); });
+  }
+  Options(const Options &other) : status_(other.status_) {
+    if (other.handle_)
+      status_ = make([&](mjenv_options **made) { return check(mjenv_options_copy(other.handle(), made)); });
+    if (status_ == MJENV_OK) status_ = other.status_;
+  }
+  Options &operator=(const Options &other) { return *this = Options(other); }
+  Options(Options &&) = default;
+  Options &operator=(Options &&) = default;
 
-  /* A flag, an integer, or the index in a STRING_OR_INT. */
+  /* Sets a flag, an integer, a single real, or the index in a STRING_OR_INT. */
   template <typename Integer, typename = std::enable_if_t<std::is_integral_v<Integer>>>
   Options &set(const std::string &name, Integer value) {
     if (value > 0 && static_cast<std::uint64_t>(value) > std::numeric_limits<std::int64_t>::max())
-      throw std::out_of_range("an integer is at most 2^63 - 1");
-    check(mjenv_options_set_integer(handle(), name.c_str(), static_cast<std::int64_t>(value)));
-    return *this;
+      return keep(refuse(MJENV_E_VALUE, "an integer is at most 2^63 - 1"));
+    return keep(with_text(name, [&](const char *text) {
+      return mjenv_options_set_integer(handle(), text, static_cast<std::int64_t>(value));
+    }));
   }
   Options &set(const std::string &name, double value) { return set(name, Span<const double>(&value, 1)); }
   Options &set(const std::string &name, std::initializer_list<double> values) {
     return set(name, Span<const double>(values.begin(), values.size()));
   }
   Options &set(const std::string &name, Span<const double> values) {
-    check(mjenv_options_set_reals(handle(), name.c_str(), values.data(), values.size()));
-    return *this;
+    return keep(with_text(
+        name, [&](const char *text) { return mjenv_options_set_reals(handle(), text, values.data(), values.size()); }));
   }
-  Options &set(const std::string &name, const std::string &value) { return set(name, value.c_str()); }
-  Options &set(const std::string &name, const char *value) {
-    check(mjenv_options_set_string(handle(), name.c_str(), value));
-    return *this;
+  Options &set(const std::string &name, const std::string &value) {
+    return keep(with_text(value, [&](const char *set_to) {
+      return with_text(name, [&](const char *text) { return mjenv_options_set_string(handle(), text, set_to); });
+    }));
+  }
+  Options &set(const std::string &name, const char *value) { return set(name, std::string(value)); }
+
+  /* Read a flag, an integer, or the index in a STRING_OR_INT; all numbers of an option; a text. */
+  std::int64_t get_integer(const std::string &name) {
+    std::int64_t value = 0;
+    keep(with_text(name, [&](const char *text) { return mjenv_options_get_integer(handle(), text, &value); }));
+    return value;
+  }
+  std::vector<double> get_reals(const std::string &name) {
+    std::vector<double> values;
+    std::size_t count = 0;
+    const auto get = [&](const char *text) {
+      return mjenv_options_get_reals(handle(), text, values.data(), values.size(), &count);
+    };
+    keep(with_text(name, get));
+    values.resize(count);
+    if (count > 0) keep(with_text(name, get));
+    return values;
+  }
+  std::string get_string(const std::string &name) {
+    const char *value = "";
+    keep(with_text(name, [&](const char *text) { return mjenv_options_get_string(handle(), text, &value); }));
+    return value;
+  }
+  /* Describes all options. Its texts belong to these options. */
+  std::vector<mjenv_option> describe() const {
+    std::vector<mjenv_option> found(static_cast<std::size_t>(mjenv_options_count(handle())));
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      found[i].struct_size = sizeof(mjenv_option);
+      check(mjenv_options_at(handle(), static_cast<std::int64_t>(i), &found[i]));
+    }
+    return found;
   }
 
+  mjenv_status status() const { return status_; }
   mjenv_options *handle() const { return handle_.get(); }
 
  private:
@@ -90,65 +169,87 @@ class Options {
     void operator()(mjenv_options *options) const { mjenv_options_destroy(options); }
   };
   std::unique_ptr<mjenv_options, Destroy> handle_;
+  mjenv_status status_ = MJENV_OK;
+
+  template <typename Create>
+  mjenv_status make(const Create &create) {
+    mjenv_options *made = nullptr;
+    const mjenv_status result = create(&made);
+    handle_.reset(made);
+    return result;
+  }
+  Options &keep(mjenv_status result) {
+    if (status_ == MJENV_OK) status_ = result;
+    return *this;
+  }
 };
 
-/* Where an environment writes the outputs of rows rows; Env::batch makes it. Elements as in mjenv_batch. */
+/* The arrays that an environment writes its outputs to; Env::batch and Env::rollout_batch make them. The elements are
+ * as in mjenv_batch. One batch serves resets and steps. */
 struct Batch {
-  Batch(std::size_t rows, std::size_t obs_each, std::size_t info_each, std::size_t reset_info_each)
-      : obs(rows * obs_each),
-        reward(rows),
-        info(rows * info_each),
-        reset_info(rows * reset_info_each),
-        terminated(rows),
-        truncated(rows),
-        was_reset(rows),
-        status(rows),
-        obs_count(obs_each),
-        info_count(info_each),
-        reset_info_count(reset_info_each) {}
+  std::size_t rows = 0;
+  /* Elements of one row. */
+  std::size_t obs_count = 0, info_count = 0, reset_info_count = 0, arrays_count = 0;
 
-  std::vector<double> obs, reward, info, reset_info;
+  std::vector<double> obs, reward, info, reset_info, arrays;
+  std::vector<double> final_obs, final_info; /* empty unless the option "autoreset_mode" is same_step */
   std::vector<std::uint8_t> terminated, truncated, was_reset;
   std::vector<std::int32_t> status;
-  const std::size_t obs_count, info_count, reset_info_count; /* elements of one row */
 
-  bool ended(std::size_t row) const { return terminated.at(row) || truncated.at(row); }
-  Span<const double> obs_of(std::size_t row) const {
-    if (row >= reward.size()) throw std::out_of_range("a row that the batch lacks");
-    return {obs.data() + row * obs_count, obs_count};
-  }
+  bool ended(std::size_t row) const { return has(row) && (terminated[row] || truncated[row]); }
+  Span<const double> obs_of(std::size_t row) const { return part(obs, row); }
+  Span<const double> final_obs_of(std::size_t row) const { return part(final_obs, row); }
 
   /* For the functions of mjenv.h. */
-  mjenv_batch as_batch() {
+  mjenv_batch raw() {
     mjenv_batch batch{};
     batch.struct_size = sizeof batch;
-    batch.rows = static_cast<std::int64_t>(reward.size());
+    batch.obs_dtype = MJENV_DTYPE_FLOAT64;
+    batch.rows = static_cast<std::int64_t>(rows);
     batch.obs_count = static_cast<std::int64_t>(obs_count);
     batch.info_count = static_cast<std::int64_t>(info_count);
     batch.reset_info_count = static_cast<std::int64_t>(reset_info_count);
+    batch.arrays_count = static_cast<std::int64_t>(arrays_count);
     batch.obs = obs.data();
     batch.reward = reward.data();
     batch.terminated = terminated.data();
     batch.truncated = truncated.data();
-    batch.status = status.data();
     batch.info = info.data();
+    batch.status = status.data();
+    batch.arrays = arrays.data();
     batch.was_reset = was_reset.data();
     batch.reset_info = reset_info.data();
+    batch.final_obs = final_obs.data();
+    batch.final_info = final_info.data();
     return batch;
+  }
+
+ private:
+  bool has(std::size_t row) const {
+    return row < rows || refuse(MJENV_E_VALUE, "the batch does not have this row") == MJENV_OK;
+  }
+  Span<const double> part(const std::vector<double> &from, std::size_t row) const {
+    if (!has(row) || from.empty()) return {nullptr, 0};
+    return {from.data() + row * obs_count, obs_count};
   }
 };
 
 /* An environment of one or many rows. */
 class Env {
  public:
-  explicit Env(const Options &options, std::int64_t rows = 1) {
-    mjenv_env *made;
-    check(mjenv_create(options.handle(), rows, &made));
+  explicit Env(const Options &options, std::int64_t rows = 1) : status_(options.status()) {
+    mjenv_env *made = nullptr;
+    if (status_ == MJENV_OK) status_ = check(mjenv_create(options.handle(), rows, &made));
     handle_.reset(made);
   }
   explicit Env(const std::string &id, std::int64_t rows = 1) : Env(Options(id), rows) {}
 
+  /* ---- What it is ---- */
+
   std::size_t rows() const { return static_cast<std::size_t>(mjenv_rows(handle())); }
+  std::size_t frame_skip() const { return static_cast<std::size_t>(mjenv_frame_skip(handle())); }
+  /* A copy of the options that the environment was built with. */
+  Options options() const { return Options(mjenv_options_of(handle())); }
   mjenv_space space(mjenv_role role) const {
     mjenv_space found{};
     found.struct_size = sizeof found;
@@ -163,79 +264,258 @@ class Env {
     }
     return found;
   }
-  /* Elements of one row of a role. */
+  /* Elements that one row has in all fields of a role. */
   std::size_t count(mjenv_role role) const {
     std::int64_t total = 0;
     for (const mjenv_field &field : fields(role)) total += field.count;
     return static_cast<std::size_t>(total);
   }
-  Batch batch() const {
-    return {rows(), count(MJENV_ROLE_OBSERVATION), count(MJENV_ROLE_INFO), count(MJENV_ROLE_RESET_INFO)};
+  std::int64_t object_count(const std::string &type) {
+    std::int64_t found = 0;
+    keep(with_text(type, [&](const char *text) { return mjenv_object_count(handle(), text, &found); }));
+    return found;
   }
+  std::int64_t object_index(const std::string &type, const std::string &name) {
+    std::int64_t found = -1;
+    keep(with_text(type, [&](const char *kind) {
+      return with_text(name, [&](const char *text) { return mjenv_object_index(handle(), kind, text, &found); });
+    }));
+    return found;
+  }
+  std::string object_name(const std::string &type, std::int64_t index) {
+    const char *found = "";
+    keep(with_text(type, [&](const char *text) { return mjenv_object_name(handle(), text, index, &found); }));
+    return found;
+  }
+
+  /* ---- Episodes ---- */
+
+  /* The arrays for the outputs of all rows. */
+  Batch batch() const { return batch_of(rows()); }
+  /* The arrays for the outputs of a rollout of so many steps. */
+  Batch rollout_batch(std::size_t steps) const { return batch_of(rows() * steps); }
 
   /* Row i gets the seed first + i, as in Gymnasium. */
-  void seed(std::uint64_t first) {
+  mjenv_status seed(std::uint64_t first) {
     std::vector<std::uint64_t> seeds(rows());
     for (std::uint64_t &each : seeds) each = first++;
-    check(mjenv_seed(handle(), seeds.data(), nullptr));
+    return keep(check(mjenv_seed(handle(), seeds.data(), nullptr)));
   }
-  void reset(Batch &out) {
-    const mjenv_batch written = out.as_batch();
-    check(mjenv_reset(handle(), nullptr, &written));
+  mjenv_status seed(Span<const std::uint64_t> seeds) {
+    if (!is_per_row(seeds.size())) return status_;
+    return keep(check(mjenv_seed(handle(), seeds.data(), nullptr)));
   }
-  /* Where mask[rows] is not 0; the other rows of out stay. */
-  void reset(Span<const std::uint8_t> mask, Batch &out) {
-    const mjenv_batch written = out.as_batch();
-    check(mjenv_reset(handle(), per_row(mask), &written));
+  mjenv_status reset(Batch &out) { return reset_rows(nullptr, out); }
+  /* Where mask[rows] is not 0. The outputs of the other rows stay as they are. */
+  mjenv_status reset(Span<const std::uint8_t> mask, Batch &out) {
+    return is_per_row(mask.size()) ? reset_rows(mask.data(), out) : status_;
   }
-  void step(Span<const float> action, Batch &out) { step(action.data(), action.size(), MJENV_DTYPE_FLOAT32, out); }
-  void step(Span<const double> action, Batch &out) { step(action.data(), action.size(), MJENV_DTYPE_FLOAT64, out); }
+  mjenv_status step(Span<const float> action, Batch &out) { return step_rows(nullptr, action, out); }
+  mjenv_status step(Span<const double> action, Batch &out) { return step_rows(nullptr, action, out); }
+  mjenv_status step(Span<const std::uint8_t> mask, Span<const float> action, Batch &out) {
+    return is_per_row(mask.size()) ? step_rows(mask.data(), action, out) : status_;
+  }
+  mjenv_status step(Span<const std::uint8_t> mask, Span<const double> action, Batch &out) {
+    return is_per_row(mask.size()) ? step_rows(mask.data(), action, out) : status_;
+  }
+  mjenv_status rollout(Span<const float> action, std::size_t steps, Batch &out) { return play(action, steps, out); }
+  mjenv_status rollout(Span<const double> action, std::size_t steps, Batch &out) { return play(action, steps, out); }
+  mjenv_status observe(Batch &out) {
+    const mjenv_batch written = out.raw();
+    return keep(check(mjenv_observe(handle(), &written)));
+  }
 
-  void seed_actions(std::uint64_t seed) { check(mjenv_seed_actions(handle(), seed)); }
-  void sample_actions(Span<float> action) { check(mjenv_sample_actions(handle(), action.data(), action.size())); }
+  /* Starts a step of all rows, or of those listed. */
+  mjenv_status send(Span<const float> action) { return send_rows(nullptr, 0, action); }
+  mjenv_status send(Span<const double> action) { return send_rows(nullptr, 0, action); }
+  mjenv_status send(Span<const std::int64_t> rows, Span<const float> action) {
+    return send_rows(rows.data(), rows.size(), action);
+  }
+  mjenv_status send(Span<const std::int64_t> rows, Span<const double> action) {
+    return send_rows(rows.data(), rows.size(), action);
+  }
+  /* Waits until `least` rows are done, or for `timeout` seconds (a negative number: no limit). Writes the numbers of
+   * the rows that are done to the front of `rows`, their outputs to `out`, and returns how many there are. */
+  std::size_t recv(std::size_t least, Span<std::int64_t> rows, Batch &out, double timeout = -1) {
+    std::size_t count = 0;
+    const mjenv_batch written = out.raw();
+    keep(check(mjenv_recv(handle(), least, timeout, rows.data(), rows.size(), &count, &written)));
+    return count;
+  }
 
-  /* An array of a row's mjData or of the mjModel by its MuJoCo name. */
+  mjenv_status seed_actions(std::uint64_t seed) { return keep(check(mjenv_seed_actions(handle(), seed))); }
+  mjenv_status sample_actions(Span<float> action) {
+    return keep(check(mjenv_sample_actions(handle(), action.data(), action.size())));
+  }
+
+  /* ---- State of rows ---- */
+
+  /* Reads an array of a row's mjData or of the mjModel by its MuJoCo name. */
   std::vector<double> read(std::int64_t row, const std::string &array) {
-    std::size_t length;
-    check(mjenv_read(handle(), row, array.c_str(), nullptr, 0, &length));
-    std::vector<double> values(length);
-    check(mjenv_read(handle(), row, array.c_str(), values.data(), length, &length));
+    std::vector<double> values;
+    std::size_t length = 0;
+    const auto get = [&](const char *text) {
+      return mjenv_read(handle(), row, text, values.data(), values.size(), &length);
+    };
+    if (keep(with_text(array, get)) != MJENV_OK || length == 0) return values;
+    values.resize(length);
+    if (keep(with_text(array, get)) != MJENV_OK) values.clear();
     return values;
   }
-  void set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
-    check(mjenv_set_state(handle(), row, qpos.data(), qpos.size(), qvel.data(), qvel.size()));
+  mjenv_status set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
+    return keep(check(mjenv_set_state(handle(), row, qpos.data(), qpos.size(), qvel.data(), qvel.size())));
   }
-  void copy_row(std::int64_t from, Span<const std::uint8_t> to_mask) {
-    check(mjenv_copy_row(handle(), from, per_row(to_mask)));
+  mjenv_status simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
+    return keep(check(mjenv_simulate(handle(), row, ctrl.data(), ctrl.size(), frames)));
+  }
+  /* The words are those of mjenv_get_stream. */
+  std::vector<std::uint64_t> stream(std::int64_t row) {
+    std::vector<std::uint64_t> words(4);
+    if (keep(check(mjenv_get_stream(handle(), row, words.data(), words.size()))) != MJENV_OK) words.clear();
+    return words;
+  }
+  mjenv_status set_stream(std::int64_t row, Span<const std::uint64_t> words) {
+    return keep(check(mjenv_set_stream(handle(), row, words.data(), words.size())));
+  }
+  mjenv_status copy_row(std::int64_t from, Span<const std::uint8_t> to_mask) {
+    return is_per_row(to_mask.size()) ? keep(check(mjenv_copy_row(handle(), from, to_mask.data()))) : status_;
   }
   std::vector<std::byte> snapshot(std::int64_t row = MJENV_ALL_ROWS) {
-    std::size_t size;
-    check(mjenv_snapshot(handle(), row, nullptr, 0, &size));
-    std::vector<std::byte> image(size);
-    check(mjenv_snapshot(handle(), row, image.data(), size, &size));
+    std::vector<std::byte> image;
+    std::size_t size = 0;
+    if (keep(check(mjenv_snapshot(handle(), row, nullptr, 0, &size))) != MJENV_OK) return image;
+    image.resize(size);
+    if (keep(check(mjenv_snapshot(handle(), row, image.data(), size, &size))) != MJENV_OK) image.clear();
     return image;
   }
-  void restore(Span<const std::byte> image, std::int64_t row = MJENV_ALL_ROWS) {
-    check(mjenv_restore(handle(), row, image.data(), image.size()));
+  mjenv_status restore(Span<const std::byte> image, std::int64_t row = MJENV_ALL_ROWS) {
+    return keep(check(mjenv_restore(handle(), row, image.data(), image.size())));
   }
 
+  mjenv_status status() const { return status_; }
   mjenv_env *handle() const { return handle_.get(); }
 
  private:
-  void step(const void *action, std::size_t elements, mjenv_dtype dtype, Batch &out) {
-    const mjenv_batch written = out.as_batch();
-    check(mjenv_step(handle(), nullptr, action, elements, dtype, &written));
-  }
-  /* The C function takes a bare pointer. */
-  const std::uint8_t *per_row(Span<const std::uint8_t> mask) const {
-    if (mask.size() != rows()) throw std::length_error("a mask has one element for each row");
-    return mask.data();
-  }
-
   struct Destroy {
     void operator()(mjenv_env *env) const { mjenv_destroy(env); }
   };
   std::unique_ptr<mjenv_env, Destroy> handle_;
+  mjenv_status status_ = MJENV_OK;
+
+  mjenv_status keep(mjenv_status result) { return status_ = result; }
+  /* The C functions take the bare pointer of an array with one element for each row. */
+  bool is_per_row(std::size_t size) {
+    if (size == rows()) return true;
+    keep(refuse(MJENV_E_SIZE, "a mask and a list of seeds have one element for each row"));
+    return false;
+  }
+  static mjenv_dtype dtype_of(Span<const float>) { return MJENV_DTYPE_FLOAT32; }
+  static mjenv_dtype dtype_of(Span<const double>) { return MJENV_DTYPE_FLOAT64; }
+
+  Batch batch_of(std::size_t size) const {
+    Batch batch;
+    batch.rows = size;
+    batch.obs_count = count(MJENV_ROLE_OBSERVATION);
+    batch.info_count = count(MJENV_ROLE_INFO);
+    batch.reset_info_count = count(MJENV_ROLE_RESET_INFO);
+    batch.arrays_count = count(MJENV_ROLE_ARRAYS);
+    batch.obs.resize(size * batch.obs_count);
+    batch.reward.resize(size);
+    batch.info.resize(size * batch.info_count);
+    batch.reset_info.resize(size * batch.reset_info_count);
+    batch.arrays.resize(size * batch.arrays_count);
+    batch.terminated.resize(size);
+    batch.truncated.resize(size);
+    batch.was_reset.resize(size);
+    batch.status.resize(size);
+    if (options().get_string("autoreset_mode") != "same_step") return batch;
+    batch.final_obs.resize(size * batch.obs_count);
+    batch.final_info.resize(size * batch.info_count);
+    return batch;
+  }
+  mjenv_status reset_rows(const std::uint8_t *mask, Batch &out) {
+    const mjenv_batch written = out.raw();
+    return keep(check(mjenv_reset(handle(), mask, &written)));
+  }
+  template <typename Real>
+  mjenv_status step_rows(const std::uint8_t *mask, Span<const Real> action, Batch &out) {
+    const mjenv_batch written = out.raw();
+    return keep(check(mjenv_step(handle(), mask, action.data(), action.size(), dtype_of(action), &written)));
+  }
+  template <typename Real>
+  mjenv_status play(Span<const Real> action, std::size_t steps, Batch &out) {
+    const mjenv_batch written = out.raw();
+    return keep(check(mjenv_rollout(handle(), action.data(), action.size(), dtype_of(action),
+                                    static_cast<std::int64_t>(steps), &written)));
+  }
+  template <typename Real>
+  mjenv_status send_rows(const std::int64_t *rows, std::size_t row_count, Span<const Real> action) {
+    return keep(check(mjenv_send(handle(), rows, row_count, action.data(), action.size(), dtype_of(action))));
+  }
+};
+
+/* Draws pictures of an environment's rows. */
+class Renderer {
+ public:
+  /* The settings are those of mjenv_render_defaults unless given. */
+  explicit Renderer(const Env &env) { make(env, nullptr); }
+  Renderer(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
+  static mjenv_render_settings defaults(const Env &env) {
+    mjenv_render_settings settings{};
+    settings.struct_size = sizeof settings;
+    check(mjenv_render_defaults(env.handle(), &settings));
+    return settings;
+  }
+
+  /* rgb[height][width][3] and depth[height][width]. */
+  mjenv_status draw(std::int64_t row, Span<std::uint8_t> rgb) {
+    return status_ = check(mjenv_render(handle(), row, rgb.data(), rgb.size(), nullptr, 0));
+  }
+  mjenv_status draw(std::int64_t row, Span<std::uint8_t> rgb, Span<float> depth) {
+    return status_ = check(mjenv_render(handle(), row, rgb.data(), rgb.size(), depth.data(), depth.size()));
+  }
+
+  mjenv_status status() const { return status_; }
+  mjenv_renderer *handle() const { return handle_.get(); }
+
+ private:
+  struct Destroy {
+    void operator()(mjenv_renderer *renderer) const { mjenv_renderer_destroy(renderer); }
+  };
+  std::unique_ptr<mjenv_renderer, Destroy> handle_;
+  mjenv_status status_ = MJENV_OK;
+
+  void make(const Env &env, const mjenv_render_settings *settings) {
+    mjenv_renderer *made = nullptr;
+    status_ = check(mjenv_renderer_create(env.handle(), settings, &made));
+    handle_.reset(made);
+  }
+};
+
+/* Shows an environment's rows on a display. */
+class Window {
+ public:
+  explicit Window(const Env &env) { make(env, nullptr); }
+  Window(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
+
+  bool is_open() const { return mjenv_window_is_open(handle()) != 0; }
+  mjenv_status draw(std::int64_t row) { return status_ = check(mjenv_window_draw(handle(), row)); }
+
+  mjenv_status status() const { return status_; }
+  mjenv_window *handle() const { return handle_.get(); }
+
+ private:
+  struct Destroy {
+    void operator()(mjenv_window *window) const { mjenv_window_destroy(window); }
+  };
+  std::unique_ptr<mjenv_window, Destroy> handle_;
+  mjenv_status status_ = MJENV_OK;
+
+  void make(const Env &env, const mjenv_render_settings *settings) {
+    mjenv_window *made = nullptr;
+    status_ = check(mjenv_window_create(env.handle(), settings, &made));
+    handle_.reset(made);
+  }
 };
 
 }  // namespace mjenv

@@ -275,10 +275,10 @@ std::int64_t check_png(const std::string& content, const Limits& limits) {
 
 }  // namespace
 
-std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what) {
+std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what, mjenv_status unreadable) {
   // Non-blocking: a pipe would never answer.
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  const auto cannot = [&](const char* why) { refuse(what + quoted(path) + " cannot be read: " + why); };
+  const auto cannot = [&](const char* why) { fail(unreadable, what + quoted(path) + " cannot be read: " + why); };
   if (file < 0) cannot(std::strerror(errno));
   const struct Close {
     int file;

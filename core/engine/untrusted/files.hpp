@@ -5,12 +5,14 @@
 #include <string>
 
 #include "engine/untrusted/limits.hpp"
+#include "mjenv/mjenv.h"
 
 namespace mjenv::core {
 
-// Reads a regular file. Fails with MJENV_E_MODEL where it cannot be read, is no regular file or has more bytes than
-// allowed.
-std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ");
+// Reads a regular file. Fails with MJENV_E_MODEL if it is no regular file or has more bytes than allowed, and with the
+// status `unreadable` if it cannot be opened or read.
+std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
+                      mjenv_status unreadable = MJENV_E_MODEL);
 
 // Each fails with MJENV_E_MODEL, without naming the file, when MuJoCo would crash, hang or print on the content.
 // The result is how many vertices it may have on its convex hull.

@@ -31,15 +31,20 @@ class Status(IntEnum):
     E_TYPE = -3
     E_VALUE = -4
     E_SIZE = -5
-    E_STATE = -6
-    E_BUSY = -7
-    E_MODEL = -8
-    E_PHYSICS = -9
-    E_SNAPSHOT = -10
-    E_MEMORY = -11
-    E_INTERNAL = -12
-    E_RENDER = -13
-    E_TASK = -14
+    E_NOT_RESET = -6
+    E_EPISODE_ENDED = -7
+    E_PENDING = -8
+    E_NOT_PENDING = -9
+    E_BUSY = -10
+    E_FORKED = -11
+    E_FILE = -12
+    E_MODEL = -13
+    E_PHYSICS = -14
+    E_SNAPSHOT = -15
+    E_RENDER = -16
+    E_MEMORY = -17
+    E_INTERNAL = -18
+    E_TASK = -19
 
 
 class Dtype(IntEnum):
@@ -221,6 +226,8 @@ class Library(CDLL):
         self.mjenv_status_name.restype = c_char_p
         self.mjenv_last_error.argtypes = ()
         self.mjenv_last_error.restype = c_char_p
+        self.mjenv_error_of.argtypes = (c_void_p, c_char_p, c_size_t, POINTER(c_size_t))
+        self.mjenv_error_of.restype = c_int32
         self.mjenv_id_count.argtypes = ()
         self.mjenv_id_count.restype = c_int64
         self.mjenv_id_at.argtypes = (c_int64,)
@@ -229,6 +236,8 @@ class Library(CDLL):
         self.mjenv_spec_of.restype = c_int32
         self.mjenv_options_create.argtypes = (c_char_p, POINTER(c_void_p))
         self.mjenv_options_create.restype = c_int32
+        self.mjenv_options_copy.argtypes = (c_void_p, POINTER(c_void_p))
+        self.mjenv_options_copy.restype = c_int32
         self.mjenv_options_destroy.argtypes = (c_void_p,)
         self.mjenv_options_destroy.restype = None
         self.mjenv_options_count.argtypes = (c_void_p,)
@@ -267,6 +276,14 @@ class Library(CDLL):
         self.mjenv_seed.restype = c_int32
         self.mjenv_seed_digits.argtypes = (c_void_p, c_int64, POINTER(c_uint32), c_size_t)
         self.mjenv_seed_digits.restype = c_int32
+        self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
+        self.mjenv_get_stream.restype = c_int32
+        self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
+        self.mjenv_set_stream.restype = c_int32
+        self.mjenv_seed_actions.argtypes = (c_void_p, c_uint64)
+        self.mjenv_seed_actions.restype = c_int32
+        self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_size_t)
+        self.mjenv_sample_actions.restype = c_int32
         self.mjenv_reset.argtypes = (c_void_p, POINTER(c_uint8), POINTER(mjenv_batch))
         self.mjenv_reset.restype = c_int32
         self.mjenv_step.argtypes = (c_void_p, POINTER(c_uint8), c_void_p, c_size_t, c_int32, POINTER(mjenv_batch))
@@ -285,14 +302,8 @@ class Library(CDLL):
         self.mjenv_recv.restype = c_int32
         self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_size_t, c_int32, c_int64, POINTER(mjenv_batch))
         self.mjenv_rollout.restype = c_int32
-        self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
-        self.mjenv_get_stream.restype = c_int32
-        self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
-        self.mjenv_set_stream.restype = c_int32
-        self.mjenv_seed_actions.argtypes = (c_void_p, c_uint64)
-        self.mjenv_seed_actions.restype = c_int32
-        self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_size_t)
-        self.mjenv_sample_actions.restype = c_int32
+        self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
+        self.mjenv_observe.restype = c_int32
         self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
         self.mjenv_read.restype = c_int32
         self.mjenv_object_count.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
@@ -305,8 +316,6 @@ class Library(CDLL):
         self.mjenv_set_state.restype = c_int32
         self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, c_int64)
         self.mjenv_simulate.restype = c_int32
-        self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
-        self.mjenv_observe.restype = c_int32
         self.mjenv_copy_row.argtypes = (c_void_p, c_int64, POINTER(c_uint8))
         self.mjenv_copy_row.restype = c_int32
         self.mjenv_snapshot.argtypes = (c_void_p, c_int64, c_void_p, c_size_t, POINTER(c_size_t))

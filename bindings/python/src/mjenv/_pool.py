@@ -22,12 +22,10 @@ from mjenv._step import float_array, wrong_shape
 from mjenv.errors import (
     AlreadyPendingCallError,
     BusyError,
-    Error,
-    ForkedError,
     InvalidValueError,
     NoAsyncCallError,
     OptionError,
-    last_error,
+    check,
 )
 
 UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
@@ -66,11 +64,9 @@ class Pool:
         self.outputs = Outputs(rows, self._obs_dtype, final=self._final)
         self.out = byref(self.outputs.struct)
         self.shape: tuple[int, int] = (self.count, self.outputs.nu)
-        # The number of rows between send and recv, which they are, and the dtype of their actions.
+        # The number of rows between send and recv, and the dtype of their actions.
         self.pending = 0
-        self._under_way: BoolArray = np.zeros(self.count, np.bool_)
         self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
-        self._process = os.getpid()
         self._finalizer = weakref.finalize(self, _close, rows)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -116,28 +112,7 @@ class Pool:
     def check_settled(self) -> None:
         """Raises AlreadyPendingCallError if rows are under way."""
         if self.pending:
-            raise AlreadyPendingCallError(f"{self.pending} row(s) are under way: call recv first", Status.E_STATE)
-
-    def check(self, status: int, sent: NDArray[np.int64] | None = None) -> None:
-        """Raises unless the status is MJENV_OK. sent: the rows of a send."""
-        if status:
-            raise self.error(status, sent)
-
-    def error(self, status: int, sent: NDArray[np.int64] | None = None) -> Error:
-        """The exception for the call that has just failed."""
-        error = last_error(status)
-        if status == Status.E_STATE:
-            if os.getpid() != self._process:
-                return ForkedError(error.message, status)
-            if self._repeats(sent):
-                return AlreadyPendingCallError(error.message, status)
-        return error
-
-    def _repeats(self, sent: NDArray[np.int64] | None) -> bool:
-        """Whether what was asked for meets rows that are under way, or one row twice."""
-        if sent is None:
-            return self.pending > 0
-        return bool(self._under_way[sent].any()) or len(np.unique(sent)) < len(sent)
+            raise AlreadyPendingCallError(f"{self.pending} row(s) are under way: call recv first", Status.E_PENDING)
 
     # ---- rows under way ----
 
@@ -157,9 +132,8 @@ class Pool:
             finally:
                 if not status:
                     self.pending += count
-                    self._under_way[part] = True
                     self._sent_float32[part] = action.dtype == np.float32
-            self.check(status, rows)
+            check(status)
 
     def receive(self, least: int | None) -> NDArray[np.int64]:
         """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending.
@@ -168,7 +142,7 @@ class Pool:
         """
         env = self.rows.pointer
         if not self.pending:
-            raise NoAsyncCallError("no rows are under way: call send first", Status.E_STATE)
+            raise NoAsyncCallError("no rows are under way: call send first", Status.E_NOT_PENDING)
         wanted = self.pending if least is None else least
         buffer = np.empty(self.pending, np.int64)
         count = c_size_t()
@@ -177,8 +151,7 @@ class Pool:
             status = LIBRARY.mjenv_recv(env, wanted, -1, pointer, size, received, self.out)
         finally:  # also if an interrupt comes as the call returns: the rows are no longer under way
             self.pending -= count.value
-            self._under_way[buffer[: count.value]] = False
-        self.check(status)
+        check(status)
         return np.sort(buffer[: count.value])
 
     def sent_dtype(self, rows: NDArray[np.int64]) -> np.dtype[Any]:

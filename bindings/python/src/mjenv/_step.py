@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Status, Type
 from mjenv._handle import FLOATS, Field, Float64Array, Rows
-from mjenv.errors import Error, InvalidValueError, OptionError
+from mjenv.errors import InvalidValueError, OptionError, last_error
 
 Results = TypeVar("Results")
 Info = dict[str, Any]
@@ -40,7 +40,7 @@ class Step(Generic[Results]):
     """Steps all rows of a handle.
 
     shape: of the actions. out: a pointer to the mjenv_batch that a step writes. results: gives for a dtype of the
-    actions the function that copies what a step has written. error: makes the exception for a status.
+    actions the function that copies what a step has written.
     """
 
     def __init__(
@@ -49,9 +49,8 @@ class Step(Generic[Results]):
         shape: tuple[int, ...],
         out: Any,
         results: Callable[[np.dtype[Any]], Callable[[], Results]],
-        error: Callable[[int], Error],
     ) -> None:
-        self._rows, self._shape, self._error = rows, shape, error
+        self._rows, self._shape = rows, shape
         # Its next item is the result of an attempt to take the lock.
         self._attempts = iter(partial(rows.lock.acquire, False), None)
         self._release = rows.lock.release
@@ -81,7 +80,7 @@ class Step(Generic[Results]):
             buffer[...] = actions
             status = call()
             if status:
-                raise self._error(status)
+                raise last_error(status)
             return results()
         finally:
             if taken:

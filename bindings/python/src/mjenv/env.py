@@ -47,7 +47,7 @@ class _Exchange:
             batch.struct.arrays_count, batch.struct.arrays = exported.size, pointer_to(exported, c_double)
 
         nu = sum(field.count for field in rows.fields(Role.ACTION))
-        self.stepper = Step(rows, (nu,), byref(self._batch.struct), self._step_results, last_error)
+        self.stepper = Step(rows, (nu,), byref(self._batch.struct), self._step_results)
         self._reset = rows.prepared("mjenv_reset", None, byref(self._reset_batch.struct))
         self._reset_info = Record(rows.fields(Role.RESET_INFO), _FLOAT64)
 

@@ -112,8 +112,13 @@ _BY_STATUS: dict[int, type[Error]] = {
     Status.E_TYPE: OptionError,
     Status.E_VALUE: InvalidValueError,
     Status.E_SIZE: InvalidValueError,
-    Status.E_STATE: ResetNeeded,
+    Status.E_NOT_RESET: ResetNeeded,
+    Status.E_EPISODE_ENDED: ResetNeeded,
+    Status.E_PENDING: AlreadyPendingCallError,
+    Status.E_NOT_PENDING: NoAsyncCallError,
     Status.E_BUSY: BusyError,
+    Status.E_FORKED: ForkedError,
+    Status.E_FILE: ModelFileError,
     Status.E_MODEL: ModelError,
     Status.E_PHYSICS: PhysicsError,
     Status.E_SNAPSHOT: SnapshotError,
@@ -128,9 +133,6 @@ def last_error(status: int, unknown_name: type[Error] = UnknownNameError) -> Err
     """The exception for the call that has just failed; unknown_name is the class for MJENV_E_NAME."""
     message = LIBRARY.mjenv_last_error().decode("utf-8", "replace")
     kind = unknown_name if status == Status.E_NAME else _BY_STATUS[status]
-    # A missing file has no status of its own.
-    if kind is ModelError and message.startswith(("model file", "no built-in model")):
-        kind = ModelFileError
     return kind(message, status)
 
 

@@ -34,7 +34,7 @@ from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv._pool import Pool
 from mjenv._row import Row
 from mjenv._step import Info, Step
-from mjenv.errors import InvalidValueError
+from mjenv.errors import InvalidValueError, check
 from mjenv.registration import spec as spec_of
 from mjenv.registration import spec_asked
 
@@ -147,7 +147,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def _prepare(self) -> None:
         pool = self._pool
-        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results, pool.error)
+        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results)
         self.arrays = pool.outputs.arrays
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
@@ -184,7 +184,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             self.observe()
         pointer = None if mask is None else pointer_to(mask, c_uint8)
         with pool.rows.alone():
-            pool.check(LIBRARY.mjenv_reset(pool.rows.pointer, pointer, pool.out))
+            check(LIBRARY.mjenv_reset(pool.rows.pointer, pointer, pool.out))
             pool.stale = False
             results = self._observations(), pool.outputs.reset_infos(mask)
         if self._in_windows:
@@ -271,7 +271,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         with pool.rows.alone():
             pool.stale = True
             env = pool.rows.pointer
-            pool.check(LIBRARY.mjenv_rollout(env, address, action.size, code, steps, byref(out.struct)))
+            check(LIBRARY.mjenv_rollout(env, address, action.size, code, steps, byref(out.struct)))
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
         return (*results, out.obs.reshape(self.num_envs, steps, -1)) if observations else results
@@ -280,7 +280,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
         with pool.rows.alone():
-            pool.check(LIBRARY.mjenv_observe(pool.rows.pointer, pool.out))
+            check(LIBRARY.mjenv_observe(pool.rows.pointer, pool.out))
             pool.stale = False
             return self._observations()
 

@@ -24,42 +24,54 @@ pub struct mjenv_renderer {
 pub struct mjenv_window {
     _unused: [u8; 0],
 }
+#[doc = " What a function returns."]
 pub type mjenv_status = i32;
 pub const MJENV_OK: mjenv_status = 0;
-#[doc = " a null pointer, an unknown enum value, a struct_size that is too small"]
+#[doc = " a required pointer is NULL, a handle is dead, an enum's value or a size is unknown"]
 pub const MJENV_E_ARGUMENT: mjenv_status = -1;
-#[doc = " no such id, option, array or object; the message lists the valid ones"]
+#[doc = " no such id, option, array or object; the text lists the valid names"]
 pub const MJENV_E_NAME: mjenv_status = -2;
 #[doc = " the option holds another kind of value"]
 pub const MJENV_E_TYPE: mjenv_status = -3;
-#[doc = " a value outside its bounds, or a NaN where a number is needed"]
+#[doc = " a value is out of its bounds, or not a finite number where one is needed"]
 pub const MJENV_E_VALUE: mjenv_status = -4;
-#[doc = " an array of another length than needed"]
+#[doc = " an array has another length than needed"]
 pub const MJENV_E_SIZE: mjenv_status = -5;
-#[doc = " not now: before the first reset, after the end of the episode, while rows are under way"]
-pub const MJENV_E_STATE: mjenv_status = -6;
-#[doc = " another thread is inside this environment"]
-pub const MJENV_E_BUSY: mjenv_status = -7;
-#[doc = " a model file that is missing, malformed or lacks what the task needs"]
-pub const MJENV_E_MODEL: mjenv_status = -8;
-#[doc = " MuJoCo reported an error, or a row diverged"]
-pub const MJENV_E_PHYSICS: mjenv_status = -9;
-#[doc = " an image that is damaged or belongs to another environment"]
-pub const MJENV_E_SNAPSHOT: mjenv_status = -10;
-#[doc = " out of memory"]
-pub const MJENV_E_MEMORY: mjenv_status = -11;
-#[doc = " a defect of this library; please report it"]
-pub const MJENV_E_INTERNAL: mjenv_status = -12;
-#[doc = " no OpenGL, or it failed; the message names what to install"]
-pub const MJENV_E_RENDER: mjenv_status = -13;
+#[doc = " the row was never reset (or never seeded, where its random stream is asked for)"]
+pub const MJENV_E_NOT_RESET: mjenv_status = -6;
+#[doc = " the row's episode has ended; reset the row first"]
+pub const MJENV_E_EPISODE_ENDED: mjenv_status = -7;
+#[doc = " rows are under way; receive them with mjenv_recv first"]
+pub const MJENV_E_PENDING: mjenv_status = -8;
+#[doc = " mjenv_recv, and no rows are under way"]
+pub const MJENV_E_NOT_PENDING: mjenv_status = -9;
+#[doc = " another thread is inside the handle"]
+pub const MJENV_E_BUSY: mjenv_status = -10;
+#[doc = " this process was forked, and the environment's threads stayed in its parent"]
+pub const MJENV_E_FORKED: mjenv_status = -11;
+#[doc = " the model file does not exist or cannot be read"]
+pub const MJENV_E_FILE: mjenv_status = -12;
+#[doc = " the model is malformed, is refused, or lacks what the call needs"]
+pub const MJENV_E_MODEL: mjenv_status = -13;
+#[doc = " MuJoCo reported an error, or a row's state diverged"]
+pub const MJENV_E_PHYSICS: mjenv_status = -14;
+#[doc = " the image is damaged or belongs to another environment"]
+pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
+#[doc = " OpenGL is missing or failed; the text names what to install"]
+pub const MJENV_E_RENDER: mjenv_status = -16;
+#[doc = " there is not enough memory"]
+pub const MJENV_E_MEMORY: mjenv_status = -17;
+#[doc = " the library has a bug; please report it"]
+pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h)"]
-pub const MJENV_E_TASK: mjenv_status = -14;
+pub const MJENV_E_TASK: mjenv_status = -19;
+#[doc = " The type of the elements of an array that the caller passes as void *."]
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 0;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 1;
-#[doc = " What a list of fields describes."]
+#[doc = " What a list of fields describes (mjenv_field_at)."]
 pub type mjenv_role = i32;
-#[doc = " the terms of an observation, in order"]
+#[doc = " the parts of an observation, in order"]
 pub const MJENV_ROLE_OBSERVATION: mjenv_role = 1;
 #[doc = " the actuators"]
 pub const MJENV_ROLE_ACTION: mjenv_role = 2;
@@ -67,59 +79,61 @@ pub const MJENV_ROLE_ACTION: mjenv_role = 2;
 pub const MJENV_ROLE_INFO: mjenv_role = 3;
 #[doc = " the info of a reset"]
 pub const MJENV_ROLE_RESET_INFO: mjenv_role = 4;
-#[doc = " the reward: one field"]
+#[doc = " the reward, as one field"]
 pub const MJENV_ROLE_REWARD: mjenv_role = 5;
 #[doc = " Gymnasium's observation_structure: names and counts; empty where Gymnasium has none"]
 pub const MJENV_ROLE_STRUCTURE: mjenv_role = 6;
-#[doc = " arrays of a row's mjData, for mjenv_read"]
+#[doc = " the arrays of a row's mjData that mjenv_read can read"]
 pub const MJENV_ROLE_DATA: mjenv_role = 7;
-#[doc = " sizes, options and arrays of the mjModel, for mjenv_read"]
+#[doc = " the sizes, options and arrays of the mjModel that mjenv_read can read"]
 pub const MJENV_ROLE_MODEL: mjenv_role = 8;
-#[doc = " the mjData arrays that the option \"arrays\" names, for mjenv_batch"]
+#[doc = " the mjData arrays that the option \"arrays\" adds to each mjenv_batch"]
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
+#[doc = " What an option holds."]
 pub type mjenv_kind = i32;
-#[doc = " integer 0 or 1"]
+#[doc = " an integer, 0 or 1"]
 pub const MJENV_KIND_FLAG: mjenv_kind = 1;
-#[doc = " integer"]
+#[doc = " an integer"]
 pub const MJENV_KIND_INTEGER: mjenv_kind = 2;
 #[doc = " one or more doubles"]
 pub const MJENV_KIND_REALS: mjenv_kind = 3;
 #[doc = " UTF-8 text"]
 pub const MJENV_KIND_STRING: mjenv_kind = 4;
-#[doc = " a name or an index: text or integer"]
+#[doc = " a name as text, or an index as integer"]
 pub const MJENV_KIND_STRING_OR_INT: mjenv_kind = 5;
-#[doc = " The type that Gymnasium gives a value. All values are passed as doubles; each fits exactly."]
+#[doc = " The type that Gymnasium gives a value. The library passes all values as doubles, which hold each of them exactly."]
 pub type mjenv_type = i32;
 #[doc = " np.float64"]
 pub const MJENV_TYPE_FLOAT64: mjenv_type = 1;
 #[doc = " np.float32 when the action is float32, else np.float64"]
 pub const MJENV_TYPE_ACTION: mjenv_type = 2;
-#[doc = " float"]
+#[doc = " the language's own number: Python's float"]
 pub const MJENV_TYPE_NATIVE_FLOAT: mjenv_type = 3;
-#[doc = " int"]
+#[doc = " the language's own integer: Python's int"]
 pub const MJENV_TYPE_NATIVE_INT: mjenv_type = 4;
 #[doc = " np.int64"]
 pub const MJENV_TYPE_INT64: mjenv_type = 5;
 #[doc = " np.float32: some mjModel arrays"]
 pub const MJENV_TYPE_FLOAT32: mjenv_type = 6;
-#[doc = " np.int32: mjModel and mjData arrays"]
+#[doc = " np.int32: some mjModel and mjData arrays"]
 pub const MJENV_TYPE_INT32: mjenv_type = 7;
 #[doc = " np.uint8: flags and pixels in mjModel"]
 pub const MJENV_TYPE_UINT8: mjenv_type = 8;
-#[doc = " One constructor option: its name is Gymnasium's, its bounds are closed."]
+#[doc = " Describes one constructor option. mjenv_options_at fills it."]
 #[repr(C)]
 pub struct mjenv_option {
     pub struct_size: u32,
     pub kind: mjenv_kind,
+    #[doc = " Gymnasium's name"]
     pub name: *const ::std::os::raw::c_char,
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " of each number; infinite when unbounded; no meaning for text"]
+    #[doc = " closed bounds of each number; infinite if there are none; meaningless for text"]
     pub low: f64,
-    #[doc = " of each number; infinite when unbounded; no meaning for text"]
+    #[doc = " closed bounds of each number; infinite if there are none; meaningless for text"]
     pub high: f64,
-    #[doc = " numbers held: 2 for a range"]
+    #[doc = " how many numbers the option holds: 2 for a range"]
     pub count: i64,
-    #[doc = " the valid texts separated by blanks, or NULL when any text may be tried"]
+    #[doc = " the valid texts, separated by blanks; NULL if every text may be tried"]
     pub choices: *const ::std::os::raw::c_char,
 }
 #[test]
@@ -280,20 +294,20 @@ impl Default for mjenv_option {
         }
     }
 }
-#[doc = " One named term of an observation, an action or an info; one readable array."]
+#[doc = " Describes one named part of an observation, an action or an info, or one readable array. mjenv_field_at fills it."]
 #[repr(C)]
 pub struct mjenv_field {
     pub struct_size: u32,
-    #[doc = " 0 for a scalar"]
+    #[doc = " how many dimensions; 0 for a scalar"]
     pub ndim: i32,
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " with the unit where there is one; \"\" when the name says it all"]
+    #[doc = " the meaning, with its unit; \"\" where the name says it all"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " the first ndim are used"]
+    #[doc = " the first ndim elements are used"]
     pub shape: [i64; 4usize],
-    #[doc = " of the first element within one row's record"]
+    #[doc = " of the first element within the record of one row"]
     pub offset: i64,
-    #[doc = " elements: the product of the shape"]
+    #[doc = " elements: the product of the shape, 1 for a scalar"]
     pub count: i64,
     pub type_: mjenv_type,
     #[doc = " 0"]
@@ -474,14 +488,17 @@ impl Default for mjenv_field {
         }
     }
 }
-#[doc = " A Box space. The bounds are borrowed from the environment: low[count], high[count]."]
+#[doc = " Describes a Box space of one row. mjenv_space_of fills it."]
 #[repr(C)]
 pub struct mjenv_space {
     pub struct_size: u32,
-    #[doc = " as Gymnasium declares it: float64 observations, float32 actions"]
+    #[doc = " as Gymnasium declares it: float64 for observations, float32 for actions"]
     pub dtype: mjenv_dtype,
+    #[doc = " elements"]
     pub count: i64,
+    #[doc = " [count], owned by the environment"]
     pub low: *const f64,
+    #[doc = " [count], owned by the environment"]
     pub high: *const f64,
 }
 #[test]
@@ -591,16 +608,16 @@ impl Default for mjenv_space {
         }
     }
 }
-#[doc = " What an id promises before anything is built; its texts are static."]
+#[doc = " Describes an id, before anything is built. mjenv_spec_of fills it; the texts are static."]
 #[repr(C)]
 pub struct mjenv_spec {
     pub struct_size: u32,
     #[doc = " 4 or 5"]
     pub version: i32,
     pub id: *const ::std::os::raw::c_char,
-    #[doc = " the id without its version"]
+    #[doc = " the id without its version: \"Ant\""]
     pub robot: *const ::std::os::raw::c_char,
-    #[doc = " the default"]
+    #[doc = " the default of the option"]
     pub max_episode_steps: i64,
     #[doc = " NaN where Gymnasium has none"]
     pub reward_threshold: f64,
@@ -824,44 +841,45 @@ impl Default for mjenv_spec {
         }
     }
 }
-#[doc = " Where reset, step, recv, rollout and observe write. One batch serves all of them. A null array is skipped. The counts"]
-#[doc = " guard the sizes of the arrays that are given. Info arrays hold one block for each field: field f starts at element"]
-#[doc = " f.offset * rows and is [rows][f.count]."]
+#[doc = " Names the caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe."]
+#[doc = " One batch can serve all of them. Arrays that are NULL are not written. Row r writes element r of each array; field"]
+#[doc = " f of an info is at offset f.offset * rows, as [rows][f.count]. mjenv_rollout writes rows * steps elements instead."]
+#[doc = " If a row fails (status), its other outputs mean nothing."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
     #[doc = " of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest"]
     pub obs_dtype: mjenv_dtype,
-    #[doc = " mjenv_rows(env); in a rollout mjenv_rows(env) * steps"]
+    #[doc = " mjenv_rows; for mjenv_rollout, mjenv_rows * steps"]
     pub rows: i64,
-    #[doc = " elements of one row of obs: the observation space's count"]
+    #[doc = " the observation space's count"]
     pub obs_count: i64,
-    #[doc = " elements of one row of info: the sum of the counts of MJENV_ROLE_INFO's fields"]
+    #[doc = " the sum of the counts of MJENV_ROLE_INFO's fields"]
     pub info_count: i64,
-    #[doc = " elements of one row of reset_info: the same for MJENV_ROLE_RESET_INFO"]
+    #[doc = " the sum of the counts of MJENV_ROLE_RESET_INFO's fields"]
     pub reset_info_count: i64,
-    #[doc = " elements of one row of arrays: the same for MJENV_ROLE_ARRAYS"]
+    #[doc = " the sum of the counts of MJENV_ROLE_ARRAYS's fields"]
     pub arrays_count: i64,
-    #[doc = " [rows][obs_count]"]
+    #[doc = " [rows][obs_count] the observation; after a reset, the first one of the new episode"]
     pub obs: *mut ::std::os::raw::c_void,
-    #[doc = " [rows]; 0 for a row that was reset"]
+    #[doc = " [rows]"]
     pub reward: *mut f64,
-    #[doc = " [rows] 0 or 1; 0 for a row that was reset"]
+    #[doc = " [rows] 0 or 1"]
     pub terminated: *mut u8,
-    #[doc = " [rows] 0 or 1; 0 for a row that was reset"]
+    #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it,"]
-    #[doc = "or where the row failed"]
+    #[doc = " [rows] MJENV_OK; MJENV_E_PHYSICS if the row failed, or if its state diverged and MuJoCo"]
+    #[doc = "restarted it"]
     pub status: *mut i32,
-    #[doc = " MJENV_ROLE_INFO's fields; 0 for a row that was reset"]
+    #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
-    #[doc = " [rows] 1 where this call began an episode, so that reset_info holds, else 0"]
+    #[doc = " [rows] 1 if this call reset the row, else 0"]
     pub was_reset: *mut u8,
-    #[doc = " MJENV_ROLE_RESET_INFO's fields; written for the rows that were reset"]
+    #[doc = " MJENV_ROLE_RESET_INFO's fields; written only for rows that were reset"]
     pub reset_info: *mut f64,
-    #[doc = " [rows][obs_count] the last observation of the episode that ended"]
+    #[doc = " [rows][obs_count] its last observation"]
     pub final_obs: *mut ::std::os::raw::c_void,
-    #[doc = " MJENV_ROLE_INFO's fields of that last step"]
+    #[doc = " MJENV_ROLE_INFO's fields: the info of its last step; info is 0 then"]
     pub final_info: *mut f64,
     #[doc = " MJENV_ROLE_ARRAYS's fields"]
     pub arrays: *mut f64,
@@ -1196,15 +1214,17 @@ impl Default for mjenv_batch {
 }
 #[doc = " What provides OpenGL."]
 pub type mjenv_gl = i32;
-#[doc = " the one that the environment variable MUJOCO_GL names (egl, osmesa or glfw); unset: the first"]
-#[doc = "of egl, glfw and osmesa that works"]
+#[doc = " The one that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is unset, the first of egl, glfw"]
+#[doc = "and osmesa that works."]
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
-#[doc = " without a display; Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device"]
+#[doc = " Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device."]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
+#[doc = " Draws without a display and without a graphics driver. Debian: libosmesa6. A process that uses it cannot use the"]
+#[doc = "others."]
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
-#[doc = " an invisible window on a display; Debian: libglfw3. Created on the main thread only"]
+#[doc = " Draws into an invisible window on a display. Debian: libglfw3. Only the main thread can create it."]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
-#[doc = " What to make visible beside the geoms: MuJoCo's mjtVisFlag."]
+#[doc = " What to make visible beside the geoms: MuJoCo's mjtVisFlag. An index of mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;
 pub const MJENV_VISUAL_CONVEXHULL: mjenv_visual = 0;
 pub const MJENV_VISUAL_TEXTURE: mjenv_visual = 1;
@@ -1234,24 +1254,23 @@ pub const MJENV_VISUAL_SKIN: mjenv_visual = 22;
 pub struct mjenv_render_settings {
     pub struct_size: u32,
     pub gl: mjenv_gl,
-    #[doc = " pixels, 480"]
+    #[doc = " pixels; default 480"]
     pub width: i32,
-    #[doc = " pixels, 480"]
+    #[doc = " pixels; default 480"]
     pub height: i32,
-    #[doc = " the index of a camera of the model, MJENV_CAMERA_FREE, or MJENV_CAMERA_DEFAULT: the one"]
-    #[doc = "called \"track\" if the model has it, else the free one"]
+    #[doc = " the index of a camera of the model, MJENV_CAMERA_FREE or MJENV_CAMERA_DEFAULT (default)"]
     pub camera: i32,
-    #[doc = " geoms drawn at most, 1000"]
+    #[doc = " the most geoms that are drawn; default 1000"]
     pub max_geom: i32,
-    #[doc = " a pixel, at most 64: the model's offsamples (4); 0: no multisampling"]
+    #[doc = " multisampling: samples per pixel, 0 to 64; default: the model's offsamples (4)"]
     pub samples: i32,
-    #[doc = " 0 or 1; with samples 0 and shadows 0 drawing is fastest"]
+    #[doc = " 0 or 1; drawing is fastest with samples 0 and shadows 0"]
     pub shadows: i32,
     #[doc = " 0 or 1"]
     pub reflections: i32,
     #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " a camera of the model, instead of its index; NULL: none"]
+    #[doc = " a camera of the model, instead of its index; NULL: use the index"]
     pub camera_name: *const ::std::os::raw::c_char,
     #[doc = " m; NaN: the median of the geoms' positions in the first state drawn"]
     pub lookat: [f64; 3usize],
@@ -1261,7 +1280,7 @@ pub struct mjenv_render_settings {
     pub azimuth: f64,
     #[doc = " degrees; NaN: -45"]
     pub elevation: f64,
-    #[doc = " visual_options: 0 or 1 for each mjenv_visual, the others unused"]
+    #[doc = " Gymnasium's visual_options: 0 or 1 for each mjenv_visual; the rest is unused"]
     pub visual: [u8; 32usize],
 }
 #[test]
@@ -1559,54 +1578,79 @@ impl Default for mjenv_render_settings {
     }
 }
 extern "C" {
-    #[doc = " MJENV_ABI_VERSION of the library that was loaded."]
+    #[doc = " Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library by itself compares it with its"]
+    #[doc = " own."]
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " \"major.minor.patch (MuJoCo x.y.z)\"; static."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\"; static."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " The version as one number: 1000000 * major + 1000 * minor + patch."]
+    #[doc = " Returns the version as a number that grows: 1000000 * major + 1000 * minor + patch."]
     pub fn mjenv_version_number() -> u32;
 }
 extern "C" {
-    #[doc = " The enumerator's name, \"MJENV_E_VALUE\" for instance; static; \"unknown status\" for any other number."]
+    #[doc = " Returns the name of a status, such as \"MJENV_E_VALUE\"; \"unknown status\" for other numbers; static."]
     pub fn mjenv_status_name(status: mjenv_status) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Why the last failing call on this thread failed; \"\" if none has. Valid until the next failing call on this thread."]
+    #[doc = " Returns the reason of the last call on this thread that failed; \"\" if none did. The next failing call on this thread"]
+    #[doc = " overwrites the text. Programs whose calls move between threads use mjenv_error_of instead."]
     pub fn mjenv_last_error() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " How many environment ids there are."]
+    #[doc = " Copies the reason of the last call with a handle that failed, on whichever thread that was."]
+    #[doc = "   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window. A *_create that fails leaves its reason"]
+    #[doc = "             with the handle that it was given: mjenv_create with options, mjenv_renderer_create and"]
+    #[doc = "             mjenv_window_create with env."]
+    #[doc = "   text      [capacity] receives as much of the text as fits, always ended by a NUL; may be NULL if capacity is 0"]
+    #[doc = "   size      receives the bytes that the whole text needs, the NUL included; 1 if no call has failed"]
+    #[doc = " BUSY, and ARGUMENT for a dead handle, leave no reason with the handle."]
+    pub fn mjenv_error_of(
+        handle: *const ::std::os::raw::c_void,
+        text: *mut ::std::os::raw::c_char,
+        capacity: usize,
+        size: *mut usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Returns the number of environment ids."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
-    #[doc = " The id at 0 <= index < mjenv_id_count(), sorted; static; NULL outside."]
+    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices."]
     pub fn mjenv_id_at(index: i64) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Fills spec for an id. Errors: ARGUMENT, NAME."]
+    #[doc = " Describes an id. Errors: NAME."]
     pub fn mjenv_spec_of(id: *const ::std::os::raw::c_char, spec: *mut mjenv_spec) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " The options of an id at their defaults. The caller destroys them; mjenv_create copies them."]
-    #[doc = " Errors: ARGUMENT, NAME, MEMORY."]
+    #[doc = " Creates the options of an id, set to their defaults. mjenv_create copies them, so they can be changed, used again or"]
+    #[doc = " destroyed after it. Errors: NAME."]
     pub fn mjenv_options_create(
         id: *const ::std::os::raw::c_char,
         options: *mut *mut mjenv_options,
     ) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Copies options, also those of mjenv_options_of, so that the copy can be changed."]
+    pub fn mjenv_options_copy(
+        options: *const mjenv_options,
+        copy: *mut *mut mjenv_options,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Destroys options. Does nothing for those of mjenv_options_of, which the environment destroys."]
     pub fn mjenv_options_destroy(options: *mut mjenv_options);
 }
 extern "C" {
-    #[doc = " How many options the id has; 0 for NULL."]
+    #[doc = " Returns the number of options that the id has; 0 for NULL."]
     pub fn mjenv_options_count(options: *const mjenv_options) -> i64;
 }
 extern "C" {
-    #[doc = " Describes the option at an index; strings are borrowed from the options. Errors: ARGUMENT, VALUE (index)."]
+    #[doc = " Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index)."]
     pub fn mjenv_options_at(
         options: *const mjenv_options,
         index: i64,
@@ -1614,8 +1658,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a flag or an integer. An integer given to a single real is stored as that real; an info or a reward that"]
-    #[doc = " Gymnasium would then return as an int is described so. Errors: ARGUMENT, NAME, TYPE, VALUE."]
+    #[doc = " Sets a FLAG, an INTEGER, the index in a STRING_OR_INT, or a single real. A real that was set by an integer makes the"]
+    #[doc = " infos and rewards that are computed from it integers, as in Gymnasium (MJENV_TYPE_NATIVE_INT)."]
+    #[doc = " Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1623,7 +1668,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets all numbers of an option. Errors: ARGUMENT, NAME, TYPE, VALUE, SIZE."]
+    #[doc = " Sets all numbers of a REALS option: values[count]. Errors: NAME, TYPE, VALUE, SIZE."]
     pub fn mjenv_options_set_reals(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1632,7 +1677,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a text. Errors: ARGUMENT, NAME, TYPE, VALUE."]
+    #[doc = " Sets a STRING, or the name in a STRING_OR_INT. The text is copied. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_string(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1640,7 +1685,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a flag, an integer, or the index in a STRING_OR_INT. Errors: ARGUMENT, NAME, TYPE."]
+    #[doc = " Reads a FLAG, an INTEGER, or the index in a STRING_OR_INT. Errors: NAME, TYPE."]
     pub fn mjenv_options_get_integer(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1648,8 +1693,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads the numbers of an option. count receives how many there are; values may be NULL when capacity is 0, to ask"]
-    #[doc = " for the count alone. Errors: ARGUMENT, NAME, TYPE, SIZE (0 < capacity < count)."]
+    #[doc = " Reads the numbers of a REALS option into values[capacity]. count receives how many there are. To ask for the count"]
+    #[doc = " alone, pass capacity 0 and values NULL. Errors: NAME, TYPE, SIZE (0 < capacity < count)."]
     pub fn mjenv_options_get_reals(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1659,7 +1704,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a text; borrowed until the option is set again. Errors: ARGUMENT, NAME, TYPE."]
+    #[doc = " Reads a STRING, or the name in a STRING_OR_INT. The text belongs to the options and lives until the option is set"]
+    #[doc = " again. Errors: NAME, TYPE."]
     pub fn mjenv_options_get_string(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1667,8 +1713,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Builds an environment of rows >= 1 rows. Errors: ARGUMENT, NAME (in the option \"arrays\"), VALUE, MODEL, MEMORY, BUSY"]
-    #[doc = " (another thread sets the options)."]
+    #[doc = " Builds an environment: reads the model, allocates rows >= 1 rows and starts the threads."]
+    #[doc = " Errors: NAME (in the option \"arrays\"), VALUE, FILE, MODEL."]
     pub fn mjenv_create(
         options: *const mjenv_options,
         rows: i64,
@@ -1676,22 +1722,24 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Destroys an environment and its threads. Rows that are under way are dropped."]
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " The number of rows; 0 for NULL."]
+    #[doc = " Returns the number of rows; 0 for NULL."]
     pub fn mjenv_rows(env: *const mjenv_env) -> i64;
 }
 extern "C" {
-    #[doc = " How many mj_steps make a step; 0 for NULL."]
+    #[doc = " Returns how many times a step calls mj_step; 0 for NULL."]
     pub fn mjenv_frame_skip(env: *const mjenv_env) -> i64;
 }
 extern "C" {
-    #[doc = " The options the environment was built with, borrowed from it; NULL for NULL."]
+    #[doc = " Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be"]
+    #[doc = " changed."]
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;
 }
 extern "C" {
-    #[doc = " The space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, of one row. Errors: ARGUMENT."]
+    #[doc = " Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION."]
     pub fn mjenv_space_of(
         env: *const mjenv_env,
         role: mjenv_role,
@@ -1699,11 +1747,11 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " How many fields a role has; 0 for NULL or an unknown role."]
+    #[doc = " Returns the number of fields of a role; 0 for NULL and for unknown roles."]
     pub fn mjenv_field_count(env: *const mjenv_env, role: mjenv_role) -> i64;
 }
 extern "C" {
-    #[doc = " Describes a field; strings are borrowed from the environment. Errors: ARGUMENT, VALUE (index)."]
+    #[doc = " Describes the field at 0 <= index < mjenv_field_count(). Errors: VALUE (index)."]
     pub fn mjenv_field_at(
         env: *const mjenv_env,
         role: mjenv_role,
@@ -1712,14 +1760,15 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Gives rows new random streams, each from its own seed: seeds[rows], read where mask[rows] is not 0 (a null mask: all"]
-    #[doc = " rows). A stream is NumPy's default_rng(seed). A row that is never seeded takes entropy from the system."]
-    #[doc = " Errors: ARGUMENT, BUSY."]
+    #[doc = " Gives rows new random streams, each NumPy's default_rng of its own seed. A row that is never seeded takes entropy"]
+    #[doc = " from the system at its first reset."]
+    #[doc = "   seeds     [rows]; read where the mask is not 0"]
     pub fn mjenv_seed(env: *mut mjenv_env, seeds: *const u64, mask: *const u8) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Seeds one row from an integer of any size: its 32-bit digits, least significant first, count >= 1."]
-    #[doc = " Errors: ARGUMENT, VALUE (row), SIZE, BUSY."]
+    #[doc = " Seeds one row from an integer of any size."]
+    #[doc = "   digits    [count] its 32-bit digits, the least significant first; count >= 1"]
+    #[doc = " Errors: VALUE (row), SIZE."]
     pub fn mjenv_seed_digits(
         env: *mut mjenv_env,
         row: i64,
@@ -1728,10 +1777,44 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Begins a new episode in the rows that the mask names; each row goes on with its own random stream."]
-    #[doc = " mask   [rows] 0 leaves the row alone; NULL: all rows"]
-    #[doc = " out    receives the outputs of those rows; NULL: none"]
-    #[doc = " Errors: ARGUMENT, SIZE, PHYSICS, BUSY."]
+    #[doc = " Reads a row's random stream as NumPy's PCG64 has it."]
+    #[doc = "   words     [count], count = 4: state low and high, increment low and high. count = 6: also has_uint32 and uinteger,"]
+    #[doc = "             which differ from 0 only after a registered task has drawn 32-bit integers"]
+    #[doc = " Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset)."]
+    pub fn mjenv_get_stream(
+        env: *mut mjenv_env,
+        row: i64,
+        words: *mut u64,
+        count: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Replaces a row's random stream by words[count] of mjenv_get_stream. Errors: VALUE (row, an even increment), SIZE."]
+    pub fn mjenv_set_stream(
+        env: *mut mjenv_env,
+        row: i64,
+        words: *const u64,
+        count: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Seeds the stream of mjenv_sample_actions, as action_space.seed() does."]
+    pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Draws one action for each row, as action_space.sample() does, row by row from one stream."]
+    #[doc = "   action    [rows][actuators]; count = rows * actuators"]
+    #[doc = " Errors: SIZE, MODEL (an actuator has no bounds)."]
+    pub fn mjenv_sample_actions(
+        env: *mut mjenv_env,
+        action: *mut f32,
+        count: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Begins new episodes. Each row goes on with its random stream."]
+    #[doc = "   out       receives the outputs; may be NULL"]
+    #[doc = " Errors: SIZE, PHYSICS, FORKED."]
     pub fn mjenv_reset(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -1739,14 +1822,16 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Steps the rows that the mask names."]
-    #[doc = " mask    [rows] 0 leaves the row, its element of action and its outputs alone; NULL: all rows"]
-    #[doc = " action  [rows][action count], count elements in all; their dtype takes part in the arithmetic as it does in NumPy"]
-    #[doc = " out     receives the outputs of those rows; NULL: none"]
-    #[doc = " Without the option \"strict\", non-finite actions and finished rows are stepped as Gymnasium steps them. With the"]
-    #[doc = " option \"autoreset_mode\", finished rows are reset as Gymnasium's vector environments do: in their next step, whose"]
-    #[doc = " action is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the"]
-    #[doc = " others are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (a non-finite action), PHYSICS, BUSY."]
+    #[doc = " Steps rows."]
+    #[doc = "   action    [rows][actuators], elements of dtype; count = rows * actuators. Rows outside the mask have their place,"]
+    #[doc = "             too, but it is not read. The dtype matters: arithmetic with the action is float32 or float64, as in"]
+    #[doc = "             NumPy."]
+    #[doc = "   out       receives the outputs; may be NULL"]
+    #[doc = " If the option \"strict\" is 0, non-finite actions and finished rows are stepped as Gymnasium steps them. With the"]
+    #[doc = " option \"autoreset_mode\" finished rows are reset as Gymnasium's vector environments do: in their next step, whose"]
+    #[doc = " action is ignored (next_step), or at the end of the same step (same_step). If MuJoCo fails in a row, that row keeps"]
+    #[doc = " its state, and the other rows are stepped."]
+    #[doc = " Errors: SIZE, VALUE (non-finite action), NOT_RESET, EPISODE_ENDED, PHYSICS, FORKED."]
     pub fn mjenv_step(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -1757,12 +1842,11 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Begins a step of some rows and returns without waiting for it."]
-    #[doc = " rows    [row_count] the rows to step, each at most once; NULL: all rows"]
-    #[doc = " action  [row_count][action count], count elements in all; copied"]
-    #[doc = " The library keeps the outputs until mjenv_recv reports the row; the first call allocates room for the outputs of all"]
-    #[doc = " rows. While rows are under way, only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed."]
-    #[doc = " Errors: as mjenv_step; STATE for a row that is under way already."]
+    #[doc = " Starts a step of some rows and returns without waiting for it. Until all rows are received, only mjenv_send of other"]
+    #[doc = " rows, mjenv_recv and mjenv_destroy may be called. With num_threads 1, mjenv_recv does the work."]
+    #[doc = "   rows      [row_count] the rows to step; NULL: all rows, and row_count is ignored"]
+    #[doc = "   action    [row_count][actuators], elements of dtype; count = row_count * actuators; copied"]
+    #[doc = " Errors: as mjenv_step; PENDING (a row is under way already), VALUE (no such row)."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
         rows: *const i64,
@@ -1773,15 +1857,17 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Waits for rows that were sent, and reports all that are done. Each row is reported once."]
-    #[doc = " least    return when at least so many rows are done; 0: do not wait. An environment with one thread steps one row in"]
-    #[doc = "          this call even so, as no other thread would"]
-    #[doc = " timeout  seconds after which the call returns with the rows that are done, even if they are less; negative: never"]
-    #[doc = " rows     [capacity] receives the numbers of the rows"]
-    #[doc = " count    receives how many there are"]
-    #[doc = " out      receives the outputs of those rows, each at the row's own place; NULL: none"]
-    #[doc = " Errors: ARGUMENT, SIZE (capacity < least, or least > rows under way), STATE (no rows are under way), VALUE (timeout"]
-    #[doc = " is NaN), PHYSICS (as in mjenv_step; the rows are reported), BUSY."]
+    #[doc = " Waits for rows that were sent, and reports those that are done. Each is reported once."]
+    #[doc = "   least     waits until this many rows are done; 0: does not wait"]
+    #[doc = "   timeout   the most seconds to wait; a negative number: no limit. When the time has passed, the call succeeds with"]
+    #[doc = "             the rows that are done, which may be fewer than `least`"]
+    #[doc = "   rows      [capacity] receives the numbers of the rows; capacity >= least, and >= 1"]
+    #[doc = "   count     receives how many rows are reported"]
+    #[doc = "   out       receives the outputs of the reported rows at their own places, and is laid out as for mjenv_step; may be"]
+    #[doc = "             NULL"]
+    #[doc = " With num_threads 1, a call with least 0 or a timeout of 0 steps one row, so that polling makes progress."]
+    #[doc = " Errors: SIZE (capacity, or least > rows under way), VALUE (timeout is NaN), NOT_PENDING, PHYSICS (as mjenv_step; the"]
+    #[doc = " rows are reported), FORKED."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
         least: usize,
@@ -1793,10 +1879,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Plays action[rows][steps][action count] open-loop from the rows' present states and leaves the rows at their ends."]
-    #[doc = " out is laid out for rows * steps: out->rows is that product, element row * steps + t belongs to step t of the row."]
-    #[doc = " A row that ends stays there: what follows in its flags repeats, its rewards and info are 0. No row is reset."]
-    #[doc = " Errors: as mjenv_step."]
+    #[doc = " Plays given actions from the rows' present states, and leaves the rows at the end. Rows are never reset. If a row's"]
+    #[doc = " episode ends, the row stays there: its flags repeat, and its rewards and infos are 0."]
+    #[doc = "   action    [rows][steps][actuators], elements of dtype; count = rows * steps * actuators"]
+    #[doc = "   steps     >= 1"]
+    #[doc = "   out       is laid out for rows * steps rows: step t of row r is element r * steps + t. May be NULL"]
+    #[doc = " Errors: as mjenv_step; VALUE (steps)."]
     pub fn mjenv_rollout(
         env: *mut mjenv_env,
         action: *const ::std::os::raw::c_void,
@@ -1807,45 +1895,16 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, and with count = 6 also"]
-    #[doc = " has_uint32 and uinteger, which only integers that a registered task draws set; else count = 4. Errors: ARGUMENT,"]
-    #[doc = " VALUE (row), SIZE, STATE (never seeded), BUSY."]
-    pub fn mjenv_get_stream(
-        env: *mut mjenv_env,
-        row: i64,
-        words: *mut u64,
-        count: usize,
-    ) -> mjenv_status;
+    #[doc = " Writes obs and arrays of all rows as they are, without a step: after mjenv_restore or mjenv_copy_row, for instance."]
+    #[doc = " Errors: SIZE, PHYSICS, FORKED."]
+    pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces a row's random stream; the increment is odd; count as in mjenv_get_stream. Errors: ARGUMENT, VALUE (row, an"]
-    #[doc = " even increment), SIZE, BUSY."]
-    pub fn mjenv_set_stream(
-        env: *mut mjenv_env,
-        row: i64,
-        words: *const u64,
-        count: usize,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Seeds the stream of mjenv_sample_actions. Errors: ARGUMENT, BUSY."]
-    pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Draws one action a row, as Gymnasium's action_space.sample() does after action_space.seed(): float32, row by row"]
-    #[doc = " from one stream, into action[count], count = rows * action count. Errors: ARGUMENT, SIZE, STATE (an unbounded"]
-    #[doc = " actuator), BUSY."]
-    pub fn mjenv_sample_actions(
-        env: *mut mjenv_env,
-        action: *mut f32,
-        count: usize,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads an array of the row's mjData or of the mjModel, by its MuJoCo name (\"xpos\", \"body_mass\", \"nq\", \"opt.timestep\"),"]
-    #[doc = " as Gymnasium's env.unwrapped.data holds it after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may"]
-    #[doc = " hold anything. count receives the length; values may be NULL when capacity is 0, to ask for the length alone."]
-    #[doc = " Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY."]
+    #[doc = " Reads an array of a row's mjData or of the mjModel into values[capacity], as doubles. mjData is as Gymnasium's"]
+    #[doc = " env.unwrapped.data after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may hold anything."]
+    #[doc = "   array     its MuJoCo name: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\""]
+    #[doc = "   count     receives the length. To ask for the length alone, pass capacity 0 and values NULL"]
+    #[doc = " Errors: NAME, VALUE (row), SIZE (0 < capacity < count), PHYSICS."]
     pub fn mjenv_read(
         env: *mut mjenv_env,
         row: i64,
@@ -1856,8 +1915,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " How many objects of a type the model has: type is \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\","]
-    #[doc = " \"sensor\" or \"light\". Errors: ARGUMENT, NAME."]
+    #[doc = " Counts the model's objects of a type: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\" or"]
+    #[doc = " \"light\". Errors: NAME (type)."]
     pub fn mjenv_object_count(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -1865,7 +1924,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " The index of a named object. Errors: ARGUMENT, NAME."]
+    #[doc = " Finds the index of the object of that type and name. Errors: NAME."]
     pub fn mjenv_object_index(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -1874,7 +1933,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " The name of an object, \"\" if it has none; borrowed. Errors: ARGUMENT, NAME (type), VALUE (index)."]
+    #[doc = " Finds the name of an object; \"\" if it has none. Errors: NAME (type), VALUE (index)."]
     pub fn mjenv_object_name(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -1883,9 +1942,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The step"]
-    #[doc = " count goes on; a row that was never reset, or had ended, may be stepped again."]
-    #[doc = " Errors: ARGUMENT, VALUE (row, a non-finite number), SIZE, PHYSICS, BUSY."]
+    #[doc = " Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The row's"]
+    #[doc = " step count stays. A row that was never reset, or whose episode has ended, can be stepped after it."]
+    #[doc = " Errors: VALUE (row, a number that is not finite), SIZE, PHYSICS."]
     pub fn mjenv_set_state(
         env: *mut mjenv_env,
         row: i64,
@@ -1896,9 +1955,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " frames times mj_step of a row under ctrl[count], count = the number of actuators, as Gymnasium's do_simulation does:"]
-    #[doc = " no step is counted and the task sees only the new state."]
-    #[doc = " Errors: ARGUMENT, VALUE (row, frames < 1), SIZE, PHYSICS, BUSY."]
+    #[doc = " Calls mj_step `frames` times for a row with the controls ctrl[count], as Gymnasium's do_simulation does; count is"]
+    #[doc = " the number of actuators. The row's step count stays, and the task computes nothing."]
+    #[doc = " Errors: VALUE (row, frames < 1), SIZE, PHYSICS."]
     pub fn mjenv_simulate(
         env: *mut mjenv_env,
         row: i64,
@@ -1908,18 +1967,16 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes the observations of all rows as they are, without stepping: out's obs and arrays alone. Errors: ARGUMENT,"]
-    #[doc = " SIZE, PHYSICS, BUSY."]
-    pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Makes the rows where to_mask[rows] is not 0 equal to the row from: simulation, random stream, counters."]
-    #[doc = " Errors: ARGUMENT, VALUE (row), BUSY."]
+    #[doc = " Copies a row over others: simulation state, random stream and step count."]
+    #[doc = "   to_mask   [rows] the rows to overwrite, where it is not 0; not NULL"]
+    #[doc = " Errors: VALUE (row)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, from: i64, to_mask: *const u8) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies a row, or all, into an image: simulation, random stream, counters. size_bytes receives its size; image may be"]
-    #[doc = " NULL when capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY."]
+    #[doc = " Writes a row, or MJENV_ALL_ROWS, as an image: simulation state, random stream and step count."]
+    #[doc = "   image       [capacity_bytes] receives the image"]
+    #[doc = "   size_bytes  receives its size. To ask for the size alone, pass capacity_bytes 0 and image NULL"]
+    #[doc = " Errors: VALUE (row), SIZE (0 < capacity_bytes < size_bytes)."]
     pub fn mjenv_snapshot(
         env: *mut mjenv_env,
         row: i64,
@@ -1929,9 +1986,11 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Continues a row, or all, from an image, bit for bit, also in another process and with another number of threads. The"]
-    #[doc = " environment must have the id, the model and the options (\"num_threads\", \"cpu_affinity\", \"arrays\" aside) of the one"]
-    #[doc = " the image was taken from, and as many rows if the image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY."]
+    #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state of an image[size_bytes]. The row continues bit for bit, also in another"]
+    #[doc = " process and with another number of threads. The environment must have the id, the model and the options of the one"]
+    #[doc = " that wrote the image; \"num_threads\", \"cpu_affinity\" and \"arrays\" may differ. An image of all rows needs as many"]
+    #[doc = " rows."]
+    #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,
@@ -1940,19 +1999,20 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Fills settings with Gymnasium's defaults for the environment. Errors: ARGUMENT."]
+    #[doc = " Fills settings with Gymnasium's defaults for the environment."]
     pub fn mjenv_render_defaults(
         env: *const mjenv_env,
         settings: *mut mjenv_render_settings,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Builds a renderer with an OpenGL context of its own; null settings: the defaults. The caller destroys it, before or"]
-    #[doc = " after the environment. Renderers of one environment draw at the same time on different threads; a renderer draws on"]
-    #[doc = " any thread, on one at a time. What the calling thread has current in OpenGL stays so. A process that was forked after"]
-    #[doc = " OpenGL was used cannot use it. What MuJoCo makes of the model for OpenGL must fit into free memory (MEMORY) and,"]
-    #[doc = " unless the option \"trust_xml\" is 1, have at most 2^25 vertices (RENDER). Errors: ARGUMENT, NAME (camera_name), VALUE,"]
-    #[doc = " RENDER, MEMORY."]
+    #[doc = " Creates a renderer, which has an OpenGL context of its own. Renderers of one environment can draw at the same time"]
+    #[doc = " on different threads. A renderer can be used on any thread, by one thread at a time. Calls leave the calling"]
+    #[doc = " thread's current OpenGL context as it was. The renderer may be destroyed before or after the environment."]
+    #[doc = "   settings  NULL: the defaults"]
+    #[doc = " A process that is forked after it used OpenGL cannot use it (RENDER). What MuJoCo makes of the model for OpenGL"]
+    #[doc = " must fit into free memory (MEMORY). Unless the option \"trust_xml\" is 1, it must have at most 2^25 vertices (RENDER)."]
+    #[doc = " Errors: NAME (camera_name), VALUE, RENDER."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
@@ -1963,17 +2023,19 @@ extern "C" {
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
 }
 extern "C" {
-    #[doc = " The OpenGL in use: \"egl, VENDOR, RENDERER, VERSION\"; borrowed; NULL for NULL."]
+    #[doc = " Returns the OpenGL that the renderer uses, as \"egl, VENDOR, RENDERER, VERSION\"; NULL for NULL."]
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Draws a row: colours into rgb[height][width][3], and the depth buffer, 0 (near) to 1 (far), into"]
-    #[doc = " depth[height][width], the top row first. Either may be NULL; the counts say how many elements there is room for. A"]
-    #[doc = " depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, near and far being the model's"]
-    #[doc = " vis.map.znear and vis.map.zfar times stat.extent. A picture of a model that is not trusted may take 2^30 vertices"]
-    #[doc = " and pixels of shadow maps, each light that casts shadows drawing all twice (RENDER). Errors: ARGUMENT, VALUE (row),"]
-    #[doc = " SIZE, STATE (never reset, under way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is"]
-    #[doc = " inside the renderer or steps the environment)."]
+    #[doc = " Draws a row. The top line of the picture comes first."]
+    #[doc = "   rgb       [height][width][3] receives the colours; rgb_count elements have room; may be NULL"]
+    #[doc = "   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count elements have room;"]
+    #[doc = "             may be NULL. A depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, where"]
+    #[doc = "             near and far are the model's vis.map.znear and vis.map.zfar times stat.extent"]
+    #[doc = " Unless the option \"trust_xml\" is 1, a picture may take at most 2^30 vertices and pixels of shadow maps; each light"]
+    #[doc = " that casts shadows draws everything twice."]
+    #[doc = " Errors: ARGUMENT (the environment was destroyed), VALUE (row), SIZE, NOT_RESET, RENDER, PHYSICS; BUSY also while"]
+    #[doc = " another thread is inside the environment."]
     pub fn mjenv_render(
         renderer: *mut mjenv_renderer,
         row: i64,
@@ -1984,9 +2046,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Opens a window. Of the settings camera, camera_name, gl and samples mean nothing here: the camera is free, its NaNs"]
-    #[doc = " are lookat 0 and distance 2. Null settings: the defaults. The caller destroys it, before or after the environment."]
-    #[doc = " Errors: ARGUMENT, VALUE, RENDER, MEMORY."]
+    #[doc = " Opens a window. It may be destroyed before or after the environment."]
+    #[doc = "   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free; NaN means 0 in"]
+    #[doc = "             lookat and 2 in distance"]
+    #[doc = " Errors: VALUE, RENDER."]
     pub fn mjenv_window_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
@@ -1997,12 +2060,11 @@ extern "C" {
     pub fn mjenv_window_destroy(window: *mut mjenv_window);
 }
 extern "C" {
-    #[doc = " 1 until the user closes the window; 0 for NULL."]
+    #[doc = " Returns 1 until the user closes the window; 0 for NULL."]
     pub fn mjenv_window_is_open(window: *const mjenv_window) -> i32;
 }
 extern "C" {
-    #[doc = " Draws a row and does what the user asks for with keys and mouse. Returns when the user does not pause: at once, or"]
-    #[doc = " after a key. Draws nothing once the window is closed. Errors: ARGUMENT, VALUE (row), STATE (as mjenv_render), RENDER,"]
-    #[doc = " MEMORY, PHYSICS, BUSY."]
+    #[doc = " Draws a row, and handles the user's keys and mouse. While the user pauses, it does not return. Draws nothing once"]
+    #[doc = " the window is closed. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }

@@ -194,7 +194,7 @@ impl<T: Real> Batch<T> {
     }
 
     /// Returns an info of the last step of the episodes that the last step ended and reset: `[rows][count]`. It is
-    /// valid for the rows that have a [`Batch::final_obs`]. Errors: [`ErrorKind::Name`], [`ErrorKind::State`] (the
+    /// valid for the rows that have a [`Batch::final_obs`]. Errors: [`ErrorKind::Name`] (also if the
     /// option `autoreset_mode` is not `"same_step"`).
     pub fn final_info(&self, name: &str) -> Result<&[f64]> {
         self.last()?.info.get("final info", name)
@@ -202,7 +202,7 @@ impl<T: Real> Batch<T> {
 
     fn last(&self) -> Result<&Last<T>> {
         let message = "final info needs the option \"autoreset_mode\" at \"same_step\"";
-        self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::State, message.to_string()))
+        self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::Name, message.to_string()))
     }
 
     /// Returns an mjData array that the option `arrays` names: `[rows][count]`. Errors: [`ErrorKind::Name`].

@@ -163,7 +163,7 @@ impl Env {
     }
 
     /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
-    /// high half of the increment. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::State`] (the row
+    /// high half of the increment. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row
     /// was neither seeded nor reset).
     pub fn stream(&self, row: usize) -> Result<[u64; 4]> {
         let mut words = [0; 4];
@@ -204,7 +204,7 @@ impl Env {
     /// does. If MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] returns true for it, and the other
     /// rows are stepped.
     ///
-    /// Errors: [`ErrorKind::Size`], [`ErrorKind::State`] (a row was never reset or its episode has ended),
+    /// Errors: [`ErrorKind::Size`], [`ErrorKind::NotReset`], [`ErrorKind::EpisodeEnded`],
     /// [`ErrorKind::Value`] (an action is NaN or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row). The option
     /// `strict` turns the checks of episodes and actions off.
     pub fn step<A: Real, T: Real>(&mut self, actions: &[A], out: &mut Batch<T>) -> Result<()> {
@@ -230,7 +230,7 @@ impl Env {
     /// `actions` is `[rows][action_space().count()]` and is copied. [`Env::recv`] returns the results.
     ///
     /// While rows are under way, functions other than [`Env::send`], [`Env::send_rows`] and [`Env::recv`] that read or
-    /// change rows return [`ErrorKind::State`].
+    /// change rows return [`ErrorKind::Pending`].
     ///
     /// ```
     /// # fn main() -> Result<(), mjenv::Error> {
@@ -250,7 +250,7 @@ impl Env {
     /// ```
     ///
     /// Errors: those of [`Env::step`] except for [`ErrorKind::Physics`], which [`Env::recv`] returns;
-    /// [`ErrorKind::State`] (a row is under way already).
+    /// [`ErrorKind::Pending`] (a row is under way already).
     pub fn send<A: Real>(&mut self, actions: &[A]) -> Result<()> {
         let action = actions.as_ptr() as *const c_void;
         // SAFETY: the actions have the given length and type, and null rows mean all rows.
@@ -275,7 +275,7 @@ impl Env {
     /// the numbers of all rows that are done into `rows`, which it empties first, and their outputs into `out`, each at
     /// the row's own place. Each row is reported once.
     ///
-    /// Errors: [`ErrorKind::State`] (no rows are under way), [`ErrorKind::Size`] (fewer than `least` rows are under way,
+    /// Errors: [`ErrorKind::NotPending`], [`ErrorKind::Size`] (fewer than `least` rows are under way,
     /// or `out` is of another environment), [`ErrorKind::Physics`] (MuJoCo failed in a row, for which [`Batch::failed`]
     /// returns true). If a row failed, `rows` and `out` are written all the same.
     pub fn recv<T: Real>(
@@ -324,7 +324,7 @@ impl Env {
 
     /// Draws an action for each row, as Gymnasium's `action_space.sample()` does, and writes them into `actions`,
     /// `[rows][action_space().count()]`. All rows draw from one stream, one after the other. Errors:
-    /// [`ErrorKind::Size`], [`ErrorKind::State`] (an actuator has no bounds).
+    /// [`ErrorKind::Size`], [`ErrorKind::Model`] (an actuator has no bounds).
     pub fn sample_actions(&mut self, actions: &mut [f32]) -> Result<()> {
         // SAFETY: the pointer is valid for the given number of elements.
         check(unsafe { sys::mjenv_sample_actions(self.raw(), actions.as_mut_ptr(), actions.len()) })

@@ -11,7 +11,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// A text contains a NUL character.
+    /// A text contains a NUL character, or the environment of a renderer was dropped.
     Argument,
     /// There is no id, option, array, field or object of this name. The message lists the valid names.
     Name,
@@ -21,12 +21,22 @@ pub enum ErrorKind {
     Value,
     /// A slice or a batch has another length than needed.
     Size,
-    /// Not now: a step before the first reset or after the end of the episode, for instance.
-    State,
+    /// A row was never reset. For its random stream: it was neither seeded nor reset.
+    NotReset,
+    /// The episode of a row has ended. Reset the row first.
+    EpisodeEnded,
+    /// Rows are under way. Receive them first.
+    Pending,
+    /// No rows are under way, so there is nothing to receive.
+    NotPending,
     /// Another thread is using the environment. Only a [`Renderer`](crate::Renderer) on another thread can cause this:
     /// the compiler prevents all other cases.
     Busy,
-    /// A model file is missing or malformed, or lacks what the task needs.
+    /// This process was forked, and the threads of the environment stayed in its parent.
+    Forked,
+    /// The model file does not exist or cannot be read.
+    File,
+    /// A model is malformed, is refused, or lacks what the call needs.
     Model,
     /// MuJoCo reported an error in at least one row. The other rows were stepped.
     Physics,
@@ -50,8 +60,13 @@ impl ErrorKind {
             sys::MJENV_E_TYPE => Self::Type,
             sys::MJENV_E_VALUE => Self::Value,
             sys::MJENV_E_SIZE => Self::Size,
-            sys::MJENV_E_STATE => Self::State,
+            sys::MJENV_E_NOT_RESET => Self::NotReset,
+            sys::MJENV_E_EPISODE_ENDED => Self::EpisodeEnded,
+            sys::MJENV_E_PENDING => Self::Pending,
+            sys::MJENV_E_NOT_PENDING => Self::NotPending,
             sys::MJENV_E_BUSY => Self::Busy,
+            sys::MJENV_E_FORKED => Self::Forked,
+            sys::MJENV_E_FILE => Self::File,
             sys::MJENV_E_MODEL => Self::Model,
             sys::MJENV_E_PHYSICS => Self::Physics,
             sys::MJENV_E_SNAPSHOT => Self::Snapshot,

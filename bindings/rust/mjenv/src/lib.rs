@@ -39,7 +39,7 @@
 //! Where this differs, the function says so.
 //!
 //! Every function may also return [`ErrorKind::Memory`]. Functions that need the environment's threads return
-//! [`ErrorKind::State`] in a forked child process, because a fork does not copy threads.
+//! [`ErrorKind::Forked`] in a forked child process, because a fork does not copy threads.
 //!
 //! # Threads
 //!

@@ -252,8 +252,8 @@ impl Renderer {
     }
 
     /// Draws a row and returns its colours, red, green and blue. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value)
-    /// (there is no such row), [`ErrorKind::State`](crate::ErrorKind::State) (the row was never reset, is under way, or
-    /// the environment was dropped), [`ErrorKind::Render`](crate::ErrorKind::Render),
+    /// (there is no such row), [`ErrorKind::NotReset`](crate::ErrorKind::NotReset) (the row was
+    /// never reset), [`ErrorKind::Argument`](crate::ErrorKind::Argument) (the environment was dropped), [`ErrorKind::Render`](crate::ErrorKind::Render),
     /// [`ErrorKind::Busy`](crate::ErrorKind::Busy).
     pub fn render(&mut self, row: usize) -> Result<Image<[u8; 3]>> {
         let mut colours = Image::new(self.width, self.height);

@@ -332,7 +332,7 @@ unsafe extern "C" fn mjenv_send(
         return MJENV_E_SIZE;
     }
     if rows.iter().any(|row| env.sent.iter().any(|sent| sent.0 == *row)) {
-        return MJENV_E_STATE;
+        return MJENV_E_PENDING;
     }
     for (&row, sum) in rows.iter().zip(sums(action, count, dtype)) {
         env.state[row as usize] += sum;
@@ -358,7 +358,7 @@ unsafe extern "C" fn mjenv_recv(
 ) -> mjenv_status {
     let env = env_of(env);
     if env.sent.is_empty() {
-        return MJENV_E_STATE;
+        return MJENV_E_NOT_PENDING;
     }
     *count = least;
     for (i, (row, thread)) in env.sent.drain(..least).enumerate() {

@@ -98,7 +98,7 @@ fn rows_under_way() {
         }
         env.send_rows(&rows, &vec![0.5f64; 2 * rows.len()]).unwrap();
     }
-    assert_eq!(env.send_rows(&[0], &[0.0f32; 2]).unwrap_err().kind(), ErrorKind::State);
+    assert_eq!(env.send_rows(&[0], &[0.0f32; 2]).unwrap_err().kind(), ErrorKind::Pending);
 }
 
 #[test]

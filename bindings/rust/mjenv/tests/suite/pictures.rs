@@ -105,5 +105,5 @@ fn what_cannot_be_drawn_is_refused() {
     let mut renderer = Renderer::new(&env, &small(&env)).unwrap();
     assert_eq!(renderer.render(1).unwrap_err().kind(), ErrorKind::Value);
     drop(env);
-    assert_eq!(renderer.render(0).unwrap_err().kind(), ErrorKind::State);
+    assert_eq!(renderer.render(0).unwrap_err().kind(), ErrorKind::Argument);
 }

@@ -121,13 +121,16 @@ fn rows() {
 
 #[test]
 fn models() {
-    let refuses = |id: &str, option: &str, value: &str, culprits: &[&str]| {
+    let refuses_as = |kind: ErrorKind, id: &str, option: &str, value: &str, culprits: &[&str]| {
         let mut options = Options::new(id).unwrap();
         options.set(option, value).unwrap();
-        assert_refused(Env::new(&options, 1), ErrorKind::Model, culprits);
+        assert_refused(Env::new(&options, 1), kind, culprits);
     };
-    refuses("Ant-v5", "xml_file", "/no/such/model.xml", &["/no/such/model.xml"]);
-    refuses("Ant-v5", "xml_file", "antt.xml", &["antt.xml", "ant.xml", "reacher.xml"]);
+    let refuses = |id: &str, option: &str, value: &str, culprits: &[&str]| {
+        refuses_as(ErrorKind::Model, id, option, value, culprits);
+    };
+    refuses_as(ErrorKind::File, "Ant-v5", "xml_file", "/no/such/model.xml", &["/no/such/model.xml"]);
+    refuses_as(ErrorKind::File, "Ant-v5", "xml_file", "antt.xml", &["antt.xml", "ant.xml", "reacher.xml"]);
     refuses("Ant-v5", "xml_string", "<mujoco><worldbody>", &["xml_string"]);
     refuses("Ant-v5", "main_body", "nobody", &["nobody", "torso"]);
     refuses("Reacher-v5", "xml_file", "ant.xml", &["Reacher-v5", "ant.xml", "4 positions", "15 positions"]);
@@ -144,16 +147,16 @@ fn steps_out_of_time() {
     let mut options = Options::new("InvertedPendulum-v5").unwrap();
     let mut env = Env::new(options.set("max_episode_steps", 2).unwrap(), 2).unwrap();
     let mut batch = env.batch();
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::State, &["row 0", "reset"]);
+    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::NotReset, &["row 0", "reset"]);
     env.reset_where(&[true, false], &mut batch).unwrap();
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::State, &["row 1", "reset"]);
+    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::NotReset, &["row 1", "reset"]);
     env.reset(&mut batch).unwrap();
     for _ in 0..2 {
         env.step(&[0.0f32; 2], &mut batch).unwrap();
     }
     assert_eq!(batch.truncated(), [true, true]);
     let before = bits(&batch);
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::State, &["row 0", "ended", "strict"]);
+    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::EpisodeEnded, &["row 0", "ended", "strict"]);
     assert_eq!(bits(&batch), before);
     env.reset(&mut batch).unwrap();
     env.step(&[0.0f32; 2], &mut batch).unwrap();
@@ -216,7 +219,7 @@ fn outputs_without_room_for_arrays_or_reset_infos() {
     assert_refused(env.rollout(&[0.0f32; 6], 1, &mut plain), ErrorKind::Size, &needs);
     env.step(&[0.0f32; 6], &mut batch).unwrap();
     assert_refused(batch.array("qpos").map(<[f64]>::to_vec), ErrorKind::Name, &["qpos", "xpos"]);
-    assert_refused(batch.final_info("x_velocity").map(<[f64]>::to_vec), ErrorKind::State, &["autoreset_mode"]);
+    assert_refused(batch.final_info("x_velocity").map(<[f64]>::to_vec), ErrorKind::Name, &["autoreset_mode"]);
 
     // These two differ only in their reset infos.
     let old = Env::new(&Options::new("HalfCheetah-v4").unwrap(), 1).unwrap();
@@ -249,7 +252,7 @@ fn streams_and_simulations() {
     pair.refuses(ErrorKind::Size, &["1", "2"], |env, _| env.simulate(0, &[0.0], 1));
     pair.refuses(ErrorKind::Value, &["frames", "0"], |env, _| env.simulate(0, &[0.0; 2], 0));
     let fresh = Env::new(&Options::new("Swimmer-v4").unwrap(), 1).unwrap();
-    assert_refused(fresh.stream(0), ErrorKind::State, &["row 0", "seeded"]);
+    assert_refused(fresh.stream(0), ErrorKind::NotReset, &["row 0", "seeded"]);
 }
 
 #[test]

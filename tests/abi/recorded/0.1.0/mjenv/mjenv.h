@@ -1,22 +1,50 @@
 /* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
  *
- * Rows       An environment holds one or many independent rows. A row is one episode: 200 bytes to 2 KB of state.
- *            The threads that step rows own the MuJoCo work space, so rows are cheap, and their bits do not depend on
- *            the number of threads (the option "num_threads").
- * Numbers    For a seed and a list of actions every output equals Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
- * Errors     A function that can fail returns MJENV_OK or a negative mjenv_status and leaves its outputs untouched.
- *            mjenv_last_error() gives the reason, for the calling thread. The handle stays usable.
- *            Any function may give MJENV_E_MEMORY, and MJENV_E_ARGUMENT for a handle that was destroyed; those that
- *            read or change rows MJENV_E_STATE while rows are under way (mjenv_send); those that need the environment's
- *            threads do so in a forked child, which lacks them.
- * Ownership  *_create hands the caller a handle to pass to the matching *_destroy, which accepts NULL and cannot fail.
- *            A const char * or const double * result is borrowed from the handle it came from.
- *            *_destroy waits for a call that is inside on another thread; later ones are refused.
- *            The library keeps no pointer that a caller passed in: when a call returns, its arrays may be freed.
- * Threads    Distinct handles are independent. Two threads in one environment at once: the later gets MJENV_E_BUSY. So
- *            does a thread that sets options that another is in.
- * Arrays     Row-major, dense, owned by the caller. Sizes count elements unless the name says bytes.
- * ABI        Structs start with struct_size, which the caller sets to sizeof; they only ever grow at their end. */
+ * An environment (mjenv_env) holds one or many independent rows. A row is one episode of the robot's task: its
+ * simulation state (200 bytes to 2 KB), its random stream and its step count. The threads that step rows own the
+ * large MuJoCo work space, so rows are cheap. Results do not depend on the number of threads (option "num_threads").
+ *
+ *     mjenv_options *options;
+ *     mjenv_env *env;
+ *     mjenv_options_create("Ant-v5", &options);
+ *     mjenv_create(options, 16, &env);           // 16 rows
+ *     mjenv_seed(env, seeds, NULL);
+ *     mjenv_reset(env, NULL, &batch);            // mjenv_batch names your arrays
+ *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &batch);
+ *     mjenv_destroy(env);
+ *     mjenv_options_destroy(options);
+ *
+ * Numbers
+ *   For a given seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2, bit for bit. Calls
+ *   compute in the default floating-point environment and leave the caller's as it was.
+ * Arrays
+ *   The caller owns all arrays that it passes. They are dense and row-major. Shapes are written [rows][count]. Sizes
+ *   count elements, unless the parameter's name says bytes. The library keeps no pointer to them after a call.
+ * Masks
+ *   A mask is uint8_t[rows]. A function with a mask acts on the rows whose element is not 0, and neither changes the
+ *   other rows nor writes their outputs. A NULL mask means all rows.
+ * Errors
+ *   A function that can fail returns MJENV_OK or a negative mjenv_status. The handle stays usable. mjenv_last_error
+ *   and mjenv_error_of give the reason as text. The comments below list errors without their prefix MJENV_E_, and
+ *   leave out those that any function may return:
+ *     ARGUMENT  a required pointer is NULL, or a handle was destroyed
+ *     BUSY      another thread is inside the same handle
+ *     MEMORY    there is not enough memory
+ *     INTERNAL  the library has a bug
+ *   Functions that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv.
+ *   Functions that need the environment's threads return FORKED in a forked child, which does not have them.
+ * Ownership
+ *   *_create gives the caller a handle, which the caller passes to *_destroy. *_destroy accepts NULL and cannot fail.
+ *   It waits until calls that other threads made with the handle have returned; later calls return ARGUMENT. A
+ *   `const char *` or `const double *` result belongs to the handle it came from and lives as long as that handle,
+ *   unless its comment says otherwise. "Static" texts live as long as the library is loaded.
+ * Threads
+ *   Different handles can be used by different threads at the same time. If two threads call functions of one
+ *   environment at the same time, the second call returns BUSY. Setting options while another thread uses them also
+ *   returns BUSY. Functions that take a const mjenv_env * read only what never changes, and never return BUSY.
+ * Compatibility
+ *   The caller sets a struct's struct_size to its sizeof. Structs only ever grow at their end, so that programs run
+ *   with later versions of the library. Clients must expect enumerators that they do not know. */
 #ifndef MJENV_MJENV_H
 #define MJENV_MJENV_H
 
@@ -29,117 +57,130 @@
 extern "C" {
 #endif
 
-/* Changes when a compiled client would have to be rebuilt. */
+/* Changes when compiled clients have to be rebuilt. */
 #define MJENV_ABI_VERSION 1
 
-/* Names all rows at once in mjenv_snapshot and mjenv_restore. */
+/* As a row's number, means all rows (mjenv_snapshot, mjenv_restore). */
 #define MJENV_ALL_ROWS (-1)
 
+/* As a camera's number in mjenv_render_settings. */
+#define MJENV_CAMERA_FREE (-1)    /* the camera that lookat, distance, azimuth and elevation describe */
+#define MJENV_CAMERA_DEFAULT (-2) /* the model's camera "track" if it has one, else the free camera */
+
+/* Handles */
 typedef struct mjenv_options mjenv_options;   /* the constructor options of one environment id */
 typedef struct mjenv_env mjenv_env;           /* an environment of one or many rows */
 typedef struct mjenv_renderer mjenv_renderer; /* draws pictures of an environment's rows */
 typedef struct mjenv_window mjenv_window;     /* shows an environment's rows on a display */
 
+/* What a function returns. */
 typedef int32_t mjenv_status;
 enum mjenv_status_value {
   MJENV_OK = 0,
-  MJENV_E_ARGUMENT = -1,  /* a null pointer, an unknown enum value, a struct_size that is too small */
-  MJENV_E_NAME = -2,      /* no such id, option, array or object; the message lists the valid ones */
-  MJENV_E_TYPE = -3,      /* the option holds another kind of value */
-  MJENV_E_VALUE = -4,     /* a value outside its bounds, or a NaN where a number is needed */
-  MJENV_E_SIZE = -5,      /* an array of another length than needed */
-  MJENV_E_STATE = -6,     /* not now: before the first reset, after the end of the episode, while rows are under way */
-  MJENV_E_BUSY = -7,      /* another thread is inside this environment */
-  MJENV_E_MODEL = -8,     /* a model file that is missing, malformed or lacks what the task needs */
-  MJENV_E_PHYSICS = -9,   /* MuJoCo reported an error, or a row diverged */
-  MJENV_E_SNAPSHOT = -10, /* an image that is damaged or belongs to another environment */
-  MJENV_E_MEMORY = -11,   /* out of memory */
-  MJENV_E_INTERNAL = -12, /* a defect of this library; please report it */
-  MJENV_E_RENDER = -13,   /* no OpenGL, or it failed; the message names what to install */
-  MJENV_E_TASK = -14      /* a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h) */
+  MJENV_E_ARGUMENT = -1,      /* a required pointer is NULL, a handle is dead, an enum's value or a size is unknown */
+  MJENV_E_NAME = -2,          /* no such id, option, array or object; the text lists the valid names */
+  MJENV_E_TYPE = -3,          /* the option holds another kind of value */
+  MJENV_E_VALUE = -4,         /* a value is out of its bounds, or not a finite number where one is needed */
+  MJENV_E_SIZE = -5,          /* an array has another length than needed */
+  MJENV_E_NOT_RESET = -6,     /* the row was never reset (or never seeded, where its random stream is asked for) */
+  MJENV_E_EPISODE_ENDED = -7, /* the row's episode has ended; reset the row first */
+  MJENV_E_PENDING = -8,       /* rows are under way; receive them with mjenv_recv first */
+  MJENV_E_NOT_PENDING = -9,   /* mjenv_recv, and no rows are under way */
+  MJENV_E_BUSY = -10,         /* another thread is inside the handle */
+  MJENV_E_FORKED = -11,       /* this process was forked, and the environment's threads stayed in its parent */
+  MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read */
+  MJENV_E_MODEL = -13,        /* the model is malformed, is refused, or lacks what the call needs */
+  MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error, or a row's state diverged */
+  MJENV_E_SNAPSHOT = -15,     /* the image is damaged or belongs to another environment */
+  MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
+  MJENV_E_MEMORY = -17,       /* there is not enough memory */
+  MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
+  MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h) */
 };
 
+/* The type of the elements of an array that the caller passes as void *. */
 typedef int32_t mjenv_dtype;
 enum mjenv_dtype_value { MJENV_DTYPE_FLOAT64 = 0, MJENV_DTYPE_FLOAT32 = 1 };
 
-/* What a list of fields describes. */
+/* What a list of fields describes (mjenv_field_at). */
 typedef int32_t mjenv_role;
 enum mjenv_role_value {
-  MJENV_ROLE_OBSERVATION = 1, /* the terms of an observation, in order */
+  MJENV_ROLE_OBSERVATION = 1, /* the parts of an observation, in order */
   MJENV_ROLE_ACTION = 2,      /* the actuators */
   MJENV_ROLE_INFO = 3,        /* the info of a step */
   MJENV_ROLE_RESET_INFO = 4,  /* the info of a reset */
-  MJENV_ROLE_REWARD = 5,      /* the reward: one field */
+  MJENV_ROLE_REWARD = 5,      /* the reward, as one field */
   MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
-  MJENV_ROLE_DATA = 7,        /* arrays of a row's mjData, for mjenv_read */
-  MJENV_ROLE_MODEL = 8,       /* sizes, options and arrays of the mjModel, for mjenv_read */
-  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch */
+  MJENV_ROLE_DATA = 7,        /* the arrays of a row's mjData that mjenv_read can read */
+  MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
+  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" adds to each mjenv_batch */
 };
 
+/* What an option holds. */
 typedef int32_t mjenv_kind;
 enum mjenv_kind_value {
-  MJENV_KIND_FLAG = 1,         /* integer 0 or 1 */
-  MJENV_KIND_INTEGER = 2,      /* integer */
+  MJENV_KIND_FLAG = 1,         /* an integer, 0 or 1 */
+  MJENV_KIND_INTEGER = 2,      /* an integer */
   MJENV_KIND_REALS = 3,        /* one or more doubles */
   MJENV_KIND_STRING = 4,       /* UTF-8 text */
-  MJENV_KIND_STRING_OR_INT = 5 /* a name or an index: text or integer */
+  MJENV_KIND_STRING_OR_INT = 5 /* a name as text, or an index as integer */
 };
 
-/* The type that Gymnasium gives a value. All values are passed as doubles; each fits exactly. */
+/* The type that Gymnasium gives a value. The library passes all values as doubles, which hold each of them exactly. */
 typedef int32_t mjenv_type;
 enum mjenv_type_value {
   MJENV_TYPE_FLOAT64 = 1,      /* np.float64 */
   MJENV_TYPE_ACTION = 2,       /* np.float32 when the action is float32, else np.float64 */
-  MJENV_TYPE_NATIVE_FLOAT = 3, /* float */
-  MJENV_TYPE_NATIVE_INT = 4,   /* int */
+  MJENV_TYPE_NATIVE_FLOAT = 3, /* the language's own number: Python's float */
+  MJENV_TYPE_NATIVE_INT = 4,   /* the language's own integer: Python's int */
   MJENV_TYPE_INT64 = 5,        /* np.int64 */
   MJENV_TYPE_FLOAT32 = 6,      /* np.float32: some mjModel arrays */
-  MJENV_TYPE_INT32 = 7,        /* np.int32: mjModel and mjData arrays */
+  MJENV_TYPE_INT32 = 7,        /* np.int32: some mjModel and mjData arrays */
   MJENV_TYPE_UINT8 = 8         /* np.uint8: flags and pixels in mjModel */
 };
 
-/* One constructor option: its name is Gymnasium's, its bounds are closed. */
+/* Describes one constructor option. mjenv_options_at fills it. */
 typedef struct mjenv_option {
   uint32_t struct_size;
   mjenv_kind kind;
-  const char *name;
+  const char *name; /* Gymnasium's name */
   const char *doc;
-  double low, high;    /* of each number; infinite when unbounded; no meaning for text */
-  int64_t count;       /* numbers held: 2 for a range */
-  const char *choices; /* the valid texts separated by blanks, or NULL when any text may be tried */
+  double low, high;    /* closed bounds of each number; infinite if there are none; meaningless for text */
+  int64_t count;       /* how many numbers the option holds: 2 for a range */
+  const char *choices; /* the valid texts, separated by blanks; NULL if every text may be tried */
 } mjenv_option;
 
-/* One named term of an observation, an action or an info; one readable array. */
+/* Describes one named part of an observation, an action or an info, or one readable array. mjenv_field_at fills it. */
 typedef struct mjenv_field {
   uint32_t struct_size;
-  int32_t ndim; /* 0 for a scalar */
+  int32_t ndim; /* how many dimensions; 0 for a scalar */
   const char *name;
-  const char *doc;  /* with the unit where there is one; "" when the name says it all */
-  int64_t shape[4]; /* the first ndim are used */
-  int64_t offset;   /* of the first element within one row's record */
-  int64_t count;    /* elements: the product of the shape */
+  const char *doc;  /* the meaning, with its unit; "" where the name says it all */
+  int64_t shape[4]; /* the first ndim elements are used */
+  int64_t offset;   /* of the first element within the record of one row */
+  int64_t count;    /* elements: the product of the shape, 1 for a scalar */
   mjenv_type type;
   int32_t reserved; /* 0 */
 } mjenv_field;
 
-/* A Box space. The bounds are borrowed from the environment: low[count], high[count]. */
+/* Describes a Box space of one row. mjenv_space_of fills it. */
 typedef struct mjenv_space {
   uint32_t struct_size;
-  mjenv_dtype dtype; /* as Gymnasium declares it: float64 observations, float32 actions */
-  int64_t count;
-  const double *low;
-  const double *high;
+  mjenv_dtype dtype;  /* as Gymnasium declares it: float64 for observations, float32 for actions */
+  int64_t count;      /* elements */
+  const double *low;  /* [count], owned by the environment */
+  const double *high; /* [count], owned by the environment */
 } mjenv_space;
 
-/* What an id promises before anything is built; its texts are static. */
+/* Describes an id, before anything is built. mjenv_spec_of fills it; the texts are static. */
 typedef struct mjenv_spec {
   uint32_t struct_size;
   int32_t version; /* 4 or 5 */
   const char *id;
-  const char *robot;         /* the id without its version */
-  int64_t max_episode_steps; /* the default */
+  const char *robot;         /* the id without its version: "Ant" */
+  int64_t max_episode_steps; /* the default of the option */
   double reward_threshold;   /* NaN where Gymnasium has none */
-  /* Gymnasium's default_camera_config; NaN where it leaves a value to MuJoCo */
+  /* Gymnasium's default_camera_config; NaN where Gymnasium leaves the value to MuJoCo. */
   double camera_distance;    /* m */
   double camera_elevation;   /* degrees */
   double camera_lookat[3];   /* m */
@@ -147,44 +188,52 @@ typedef struct mjenv_spec {
   const char *model_xml;     /* the MJCF text of the model; NULL where a registered task has it in a file */
 } mjenv_spec;
 
-/* Where reset, step, recv, rollout and observe write. One batch serves all of them. A null array is skipped. The counts
- * guard the sizes of the arrays that are given. Info arrays hold one block for each field: field f starts at element
- * f.offset * rows and is [rows][f.count]. */
+/* Names the caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe.
+ * One batch can serve all of them. Arrays that are NULL are not written. Row r writes element r of each array; field
+ * f of an info is at offset f.offset * rows, as [rows][f.count]. mjenv_rollout writes rows * steps elements instead.
+ * If a row fails (status), its other outputs mean nothing. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
-  mjenv_dtype obs_dtype;    /* of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest */
-  int64_t rows;             /* mjenv_rows(env); in a rollout mjenv_rows(env) * steps */
-  int64_t obs_count;        /* elements of one row of obs: the observation space's count */
-  int64_t info_count;       /* elements of one row of info: the sum of the counts of MJENV_ROLE_INFO's fields */
-  int64_t reset_info_count; /* elements of one row of reset_info: the same for MJENV_ROLE_RESET_INFO */
-  int64_t arrays_count;     /* elements of one row of arrays: the same for MJENV_ROLE_ARRAYS */
-  void *obs;                /* [rows][obs_count] */
-  double *reward;           /* [rows]; 0 for a row that was reset */
-  uint8_t *terminated;      /* [rows] 0 or 1; 0 for a row that was reset */
-  uint8_t *truncated;       /* [rows] 0 or 1; 0 for a row that was reset */
-  int32_t *status;    /* [rows] MJENV_OK, or MJENV_E_PHYSICS where MuJoCo found the state diverged and restarted it,
-                         or where the row failed */
-  double *info;       /* MJENV_ROLE_INFO's fields; 0 for a row that was reset */
-  uint8_t *was_reset; /* [rows] 1 where this call began an episode, so that reset_info holds, else 0 */
-  double *reset_info; /* MJENV_ROLE_RESET_INFO's fields; written for the rows that were reset */
-  /* autoreset_mode "same_step", for rows that ended and were reset in the same step: */
-  void *final_obs;    /* [rows][obs_count] the last observation of the episode that ended */
-  double *final_info; /* MJENV_ROLE_INFO's fields of that last step */
+  mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  int64_t rows;          /* mjenv_rows; for mjenv_rollout, mjenv_rows * steps */
+  /* Elements that one row has in the arrays. A count is only checked if its array is given. */
+  int64_t obs_count;        /* the observation space's count */
+  int64_t info_count;       /* the sum of the counts of MJENV_ROLE_INFO's fields */
+  int64_t reset_info_count; /* the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
+  int64_t arrays_count;     /* the sum of the counts of MJENV_ROLE_ARRAYS's fields */
+  /* Of the step. A reset writes 0 to reward, terminated, truncated and info. */
+  void *obs;           /* [rows][obs_count] the observation; after a reset, the first one of the new episode */
+  double *reward;      /* [rows] */
+  uint8_t *terminated; /* [rows] 0 or 1 */
+  uint8_t *truncated;  /* [rows] 0 or 1 */
+  int32_t *status;     /* [rows] MJENV_OK; MJENV_E_PHYSICS if the row failed, or if its state diverged and MuJoCo
+                          restarted it */
+  double *info;        /* MJENV_ROLE_INFO's fields */
+  /* Of a reset, by mjenv_reset or by the option "autoreset_mode". */
+  uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
+  double *reset_info; /* MJENV_ROLE_RESET_INFO's fields; written only for rows that were reset */
+  /* Of the episode that ended in this step; written only if "autoreset_mode" is same_step and the row was reset. */
+  void *final_obs;    /* [rows][obs_count] its last observation */
+  double *final_info; /* MJENV_ROLE_INFO's fields: the info of its last step; info is 0 then */
   double *arrays;     /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
 
 /* What provides OpenGL. */
 typedef int32_t mjenv_gl;
 enum mjenv_gl_value {
-  MJENV_GL_AUTO = 0, /* the one that the environment variable MUJOCO_GL names (egl, osmesa or glfw); unset: the first
-                        of egl, glfw and osmesa that works */
-  MJENV_GL_EGL = 1,  /* without a display; Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device */
-  MJENV_GL_OSMESA =
-      2,            /* without a display or a graphics driver; Debian: libosmesa6. Excludes the others in a process */
-  MJENV_GL_GLFW = 3 /* an invisible window on a display; Debian: libglfw3. Created on the main thread only */
+  /* The one that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is unset, the first of egl, glfw
+     and osmesa that works. */
+  MJENV_GL_AUTO = 0,
+  /* Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device. */
+  MJENV_GL_EGL = 1,
+  /* Draws without a display and without a graphics driver. Debian: libosmesa6. A process that uses it cannot use the
+     others. */
+  MJENV_GL_OSMESA = 2,
+  /* Draws into an invisible window on a display. Debian: libglfw3. Only the main thread can create it. */
+  MJENV_GL_GLFW = 3
 };
 
-/* What to make visible beside the geoms: MuJoCo's mjtVisFlag. */
+/* What to make visible beside the geoms: MuJoCo's mjtVisFlag. An index of mjenv_render_settings.visual. */
 typedef int32_t mjenv_visual;
 enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
@@ -212,293 +261,325 @@ enum mjenv_visual_value {
   MJENV_VISUAL_SKIN = 22
 };
 
-#define MJENV_CAMERA_FREE (-1)
-#define MJENV_CAMERA_DEFAULT (-2)
-
 /* How a renderer draws: Gymnasium's arguments of the same names. mjenv_render_defaults fills it. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
   mjenv_gl gl;
-  int32_t width;           /* pixels, 480 */
-  int32_t height;          /* pixels, 480 */
-  int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE, or MJENV_CAMERA_DEFAULT: the one
-                              called "track" if the model has it, else the free one */
-  int32_t max_geom;        /* geoms drawn at most, 1000 */
-  int32_t samples;         /* a pixel, at most 64: the model's offsamples (4); 0: no multisampling */
-  int32_t shadows;         /* 0 or 1; with samples 0 and shadows 0 drawing is fastest */
+  int32_t width;           /* pixels; default 480 */
+  int32_t height;          /* pixels; default 480 */
+  int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE or MJENV_CAMERA_DEFAULT (default) */
+  int32_t max_geom;        /* the most geoms that are drawn; default 1000 */
+  int32_t samples;         /* multisampling: samples per pixel, 0 to 64; default: the model's offsamples (4) */
+  int32_t shadows;         /* 0 or 1; drawing is fastest with samples 0 and shadows 0 */
   int32_t reflections;     /* 0 or 1 */
   int32_t reserved;        /* 0 */
-  const char *camera_name; /* a camera of the model, instead of its index; NULL: none */
+  const char *camera_name; /* a camera of the model, instead of its index; NULL: use the index */
   /* The free camera: Gymnasium's default_camera_config. It does not move. */
   double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn */
   double distance;    /* m; NaN: the model's extent */
   double azimuth;     /* degrees; NaN: 90 */
   double elevation;   /* degrees; NaN: -45 */
-  uint8_t visual[32]; /* visual_options: 0 or 1 for each mjenv_visual, the others unused */
+  uint8_t visual[32]; /* Gymnasium's visual_options: 0 or 1 for each mjenv_visual; the rest is unused */
 } mjenv_render_settings;
 
 /* ---- Library ---- */
 
-/* MJENV_ABI_VERSION of the library that was loaded. */
+/* Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library by itself compares it with its
+ * own. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
-/* "major.minor.patch (MuJoCo x.y.z)"; static. */
+/* Returns "major.minor.patch (MuJoCo x.y.z)"; static. */
 MJENV_API const char *mjenv_version(void);
 
-/* The version as one number: 1000000 * major + 1000 * minor + patch. */
+/* Returns the version as a number that grows: 1000000 * major + 1000 * minor + patch. */
 MJENV_API uint32_t mjenv_version_number(void);
 
-/* The enumerator's name, "MJENV_E_VALUE" for instance; static; "unknown status" for any other number. */
+/* Returns the name of a status, such as "MJENV_E_VALUE"; "unknown status" for other numbers; static. */
 MJENV_API const char *mjenv_status_name(mjenv_status status);
 
-/* Why the last failing call on this thread failed; "" if none has. Valid until the next failing call on this thread. */
+/* Returns the reason of the last call on this thread that failed; "" if none did. The next failing call on this thread
+ * overwrites the text. Programs whose calls move between threads use mjenv_error_of instead. */
 MJENV_API const char *mjenv_last_error(void);
+
+/* Copies the reason of the last call with a handle that failed, on whichever thread that was.
+ *   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window. A *_create that fails leaves its reason
+ *             with the handle that it was given: mjenv_create with options, mjenv_renderer_create and
+ *             mjenv_window_create with env.
+ *   text      [capacity] receives as much of the text as fits, always ended by a NUL; may be NULL if capacity is 0
+ *   size      receives the bytes that the whole text needs, the NUL included; 1 if no call has failed
+ * BUSY, and ARGUMENT for a dead handle, leave no reason with the handle. */
+MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t capacity, size_t *size);
 
 /* ---- Ids ---- */
 
-/* How many environment ids there are. */
+/* Returns the number of environment ids. */
 MJENV_API int64_t mjenv_id_count(void);
 
-/* The id at 0 <= index < mjenv_id_count(), sorted; static; NULL outside. */
+/* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. */
 MJENV_API const char *mjenv_id_at(int64_t index);
 
-/* Fills spec for an id. Errors: ARGUMENT, NAME. */
+/* Describes an id. Errors: NAME. */
 MJENV_API mjenv_status mjenv_spec_of(const char *id, mjenv_spec *spec);
 
 /* ---- Options ---- */
 
-/* The options of an id at their defaults. The caller destroys them; mjenv_create copies them.
- * Errors: ARGUMENT, NAME, MEMORY. */
+/* Creates the options of an id, set to their defaults. mjenv_create copies them, so they can be changed, used again or
+ * destroyed after it. Errors: NAME. */
 MJENV_API mjenv_status mjenv_options_create(const char *id, mjenv_options **options);
 
+/* Copies options, also those of mjenv_options_of, so that the copy can be changed. */
+MJENV_API mjenv_status mjenv_options_copy(const mjenv_options *options, mjenv_options **copy);
+
+/* Destroys options. Does nothing for those of mjenv_options_of, which the environment destroys. */
 MJENV_API void mjenv_options_destroy(mjenv_options *options);
 
-/* How many options the id has; 0 for NULL. */
+/* Returns the number of options that the id has; 0 for NULL. */
 MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 
-/* Describes the option at an index; strings are borrowed from the options. Errors: ARGUMENT, VALUE (index). */
+/* Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
-/* Sets a flag or an integer. An integer given to a single real is stored as that real; an info or a reward that
- * Gymnasium would then return as an int is described so. Errors: ARGUMENT, NAME, TYPE, VALUE. */
+/* Sets a FLAG, an INTEGER, the index in a STRING_OR_INT, or a single real. A real that was set by an integer makes the
+ * infos and rewards that are computed from it integers, as in Gymnasium (MJENV_TYPE_NATIVE_INT).
+ * Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
-/* Sets all numbers of an option. Errors: ARGUMENT, NAME, TYPE, VALUE, SIZE. */
+/* Sets all numbers of a REALS option: values[count]. Errors: NAME, TYPE, VALUE, SIZE. */
 MJENV_API mjenv_status mjenv_options_set_reals(mjenv_options *options, const char *name, const double *values,
                                                size_t count);
 
-/* Sets a text. Errors: ARGUMENT, NAME, TYPE, VALUE. */
+/* Sets a STRING, or the name in a STRING_OR_INT. The text is copied. Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_string(mjenv_options *options, const char *name, const char *value);
 
-/* Reads a flag, an integer, or the index in a STRING_OR_INT. Errors: ARGUMENT, NAME, TYPE. */
+/* Reads a FLAG, an INTEGER, or the index in a STRING_OR_INT. Errors: NAME, TYPE. */
 MJENV_API mjenv_status mjenv_options_get_integer(const mjenv_options *options, const char *name, int64_t *value);
 
-/* Reads the numbers of an option. count receives how many there are; values may be NULL when capacity is 0, to ask
- * for the count alone. Errors: ARGUMENT, NAME, TYPE, SIZE (0 < capacity < count). */
+/* Reads the numbers of a REALS option into values[capacity]. count receives how many there are. To ask for the count
+ * alone, pass capacity 0 and values NULL. Errors: NAME, TYPE, SIZE (0 < capacity < count). */
 MJENV_API mjenv_status mjenv_options_get_reals(const mjenv_options *options, const char *name, double *values,
                                                size_t capacity, size_t *count);
 
-/* Reads a text; borrowed until the option is set again. Errors: ARGUMENT, NAME, TYPE. */
+/* Reads a STRING, or the name in a STRING_OR_INT. The text belongs to the options and lives until the option is set
+ * again. Errors: NAME, TYPE. */
 MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, const char *name, const char **value);
 
 /* ---- Environment ---- */
 
-/* Builds an environment of rows >= 1 rows. Errors: ARGUMENT, NAME (in the option "arrays"), VALUE, MODEL, MEMORY, BUSY
- * (another thread sets the options). */
+/* Builds an environment: reads the model, allocates rows >= 1 rows and starts the threads.
+ * Errors: NAME (in the option "arrays"), VALUE, FILE, MODEL. */
 MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
 
+/* Destroys an environment and its threads. Rows that are under way are dropped. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* The number of rows; 0 for NULL. */
+/* Returns the number of rows; 0 for NULL. */
 MJENV_API int64_t mjenv_rows(const mjenv_env *env);
 
-/* How many mj_steps make a step; 0 for NULL. */
+/* Returns how many times a step calls mj_step; 0 for NULL. */
 MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
 
-/* The options the environment was built with, borrowed from it; NULL for NULL. */
+/* Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be
+ * changed. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 
-/* The space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, of one row. Errors: ARGUMENT. */
+/* Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. */
 MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
 
-/* How many fields a role has; 0 for NULL or an unknown role. */
+/* Returns the number of fields of a role; 0 for NULL and for unknown roles. */
 MJENV_API int64_t mjenv_field_count(const mjenv_env *env, mjenv_role role);
 
-/* Describes a field; strings are borrowed from the environment. Errors: ARGUMENT, VALUE (index). */
+/* Describes the field at 0 <= index < mjenv_field_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int64_t index, mjenv_field *field);
 
-/* Gives rows new random streams, each from its own seed: seeds[rows], read where mask[rows] is not 0 (a null mask: all
- * rows). A stream is NumPy's default_rng(seed). A row that is never seeded takes entropy from the system.
- * Errors: ARGUMENT, BUSY. */
+/* ---- Random streams ---- */
+
+/* Gives rows new random streams, each NumPy's default_rng of its own seed. A row that is never seeded takes entropy
+ * from the system at its first reset.
+ *   seeds     [rows]; read where the mask is not 0 */
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint64_t *seeds, const uint8_t *mask);
 
-/* Seeds one row from an integer of any size: its 32-bit digits, least significant first, count >= 1.
- * Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
+/* Seeds one row from an integer of any size.
+ *   digits    [count] its 32-bit digits, the least significant first; count >= 1
+ * Errors: VALUE (row), SIZE. */
 MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint32_t *digits, size_t count);
 
-/* Begins a new episode in the rows that the mask names; each row goes on with its own random stream.
- * mask   [rows] 0 leaves the row alone; NULL: all rows
- * out    receives the outputs of those rows; NULL: none
- * Errors: ARGUMENT, SIZE, PHYSICS, BUSY. */
+/* Reads a row's random stream as NumPy's PCG64 has it.
+ *   words     [count], count = 4: state low and high, increment low and high. count = 6: also has_uint32 and uinteger,
+ *             which differ from 0 only after a registered task has drawn 32-bit integers
+ * Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset). */
+MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
+
+/* Replaces a row's random stream by words[count] of mjenv_get_stream. Errors: VALUE (row, an even increment), SIZE. */
+MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
+
+/* Seeds the stream of mjenv_sample_actions, as action_space.seed() does. */
+MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
+
+/* Draws one action for each row, as action_space.sample() does, row by row from one stream.
+ *   action    [rows][actuators]; count = rows * actuators
+ * Errors: SIZE, MODEL (an actuator has no bounds). */
+MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_t count);
+
+/* ---- Episodes ---- */
+
+/* Begins new episodes. Each row goes on with its random stream.
+ *   out       receives the outputs; may be NULL
+ * Errors: SIZE, PHYSICS, FORKED. */
 MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
 
-/* Steps the rows that the mask names.
- * mask    [rows] 0 leaves the row, its element of action and its outputs alone; NULL: all rows
- * action  [rows][action count], count elements in all; their dtype takes part in the arithmetic as it does in NumPy
- * out     receives the outputs of those rows; NULL: none
- * Without the option "strict", non-finite actions and finished rows are stepped as Gymnasium steps them. With the
- * option "autoreset_mode", finished rows are reset as Gymnasium's vector environments do: in their next step, whose
- * action is ignored (next_step), or at once (same_step). When MuJoCo fails in a row, that row keeps its state and the
- * others are stepped. Errors: ARGUMENT, SIZE, STATE, VALUE (a non-finite action), PHYSICS, BUSY. */
+/* Steps rows.
+ *   action    [rows][actuators], elements of dtype; count = rows * actuators. Rows outside the mask have their place,
+ *             too, but it is not read. The dtype matters: arithmetic with the action is float32 or float64, as in
+ *             NumPy.
+ *   out       receives the outputs; may be NULL
+ * If the option "strict" is 0, non-finite actions and finished rows are stepped as Gymnasium steps them. With the
+ * option "autoreset_mode" finished rows are reset as Gymnasium's vector environments do: in their next step, whose
+ * action is ignored (next_step), or at the end of the same step (same_step). If MuJoCo fails in a row, that row keeps
+ * its state, and the other rows are stepped.
+ * Errors: SIZE, VALUE (non-finite action), NOT_RESET, EPISODE_ENDED, PHYSICS, FORKED. */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,
                                   mjenv_dtype dtype, const mjenv_batch *out);
 
-/* Begins a step of some rows and returns without waiting for it.
- * rows    [row_count] the rows to step, each at most once; NULL: all rows
- * action  [row_count][action count], count elements in all; copied
- * The library keeps the outputs until mjenv_recv reports the row; the first call allocates room for the outputs of all
- * rows. While rows are under way, only mjenv_send of other rows, mjenv_recv and mjenv_destroy are allowed.
- * Errors: as mjenv_step; STATE for a row that is under way already. */
+/* Starts a step of some rows and returns without waiting for it. Until all rows are received, only mjenv_send of other
+ * rows, mjenv_recv and mjenv_destroy may be called. With num_threads 1, mjenv_recv does the work.
+ *   rows      [row_count] the rows to step; NULL: all rows, and row_count is ignored
+ *   action    [row_count][actuators], elements of dtype; count = row_count * actuators; copied
+ * Errors: as mjenv_step; PENDING (a row is under way already), VALUE (no such row). */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t row_count, const void *action,
                                   size_t count, mjenv_dtype dtype);
 
-/* Waits for rows that were sent, and reports all that are done. Each row is reported once.
- * least    return when at least so many rows are done; 0: do not wait. An environment with one thread steps one row in
- *          this call even so, as no other thread would
- * timeout  seconds after which the call returns with the rows that are done, even if they are less; negative: never
- * rows     [capacity] receives the numbers of the rows
- * count    receives how many there are
- * out      receives the outputs of those rows, each at the row's own place; NULL: none
- * Errors: ARGUMENT, SIZE (capacity < least, or least > rows under way), STATE (no rows are under way), VALUE (timeout
- * is NaN), PHYSICS (as in mjenv_step; the rows are reported), BUSY. */
+/* Waits for rows that were sent, and reports those that are done. Each is reported once.
+ *   least     waits until this many rows are done; 0: does not wait
+ *   timeout   the most seconds to wait; a negative number: no limit. When the time has passed, the call succeeds with
+ *             the rows that are done, which may be fewer than `least`
+ *   rows      [capacity] receives the numbers of the rows; capacity >= least, and >= 1
+ *   count     receives how many rows are reported
+ *   out       receives the outputs of the reported rows at their own places, and is laid out as for mjenv_step; may be
+ *             NULL
+ * With num_threads 1, a call with least 0 or a timeout of 0 steps one row, so that polling makes progress.
+ * Errors: SIZE (capacity, or least > rows under way), VALUE (timeout is NaN), NOT_PENDING, PHYSICS (as mjenv_step; the
+ * rows are reported), FORKED. */
 MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, int64_t *rows, size_t capacity,
                                   size_t *count, const mjenv_batch *out);
 
-/* Plays action[rows][steps][action count] open-loop from the rows' present states and leaves the rows at their ends.
- * out is laid out for rows * steps: out->rows is that product, element row * steps + t belongs to step t of the row.
- * A row that ends stays there: what follows in its flags repeats, its rewards and info are 0. No row is reset.
- * Errors: as mjenv_step. */
+/* Plays given actions from the rows' present states, and leaves the rows at the end. Rows are never reset. If a row's
+ * episode ends, the row stays there: its flags repeat, and its rewards and infos are 0.
+ *   action    [rows][steps][actuators], elements of dtype; count = rows * steps * actuators
+ *   steps     >= 1
+ *   out       is laid out for rows * steps rows: step t of row r is element r * steps + t. May be NULL
+ * Errors: as mjenv_step; VALUE (steps). */
 MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
                                      const mjenv_batch *out);
 
-/* A row's random stream as NumPy's PCG64 has it: state low and high, increment low and high, and with count = 6 also
- * has_uint32 and uinteger, which only integers that a registered task draws set; else count = 4. Errors: ARGUMENT,
- * VALUE (row), SIZE, STATE (never seeded), BUSY. */
-MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
-
-/* Replaces a row's random stream; the increment is odd; count as in mjenv_get_stream. Errors: ARGUMENT, VALUE (row, an
- * even increment), SIZE, BUSY.
- */
-MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
-
-/* Seeds the stream of mjenv_sample_actions. Errors: ARGUMENT, BUSY. */
-MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
-
-/* Draws one action a row, as Gymnasium's action_space.sample() does after action_space.seed(): float32, row by row
- * from one stream, into action[count], count = rows * action count. Errors: ARGUMENT, SIZE, STATE (an unbounded
- * actuator), BUSY. */
-MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_t count);
+/* Writes obs and arrays of all rows as they are, without a step: after mjenv_restore or mjenv_copy_row, for instance.
+ * Errors: SIZE, PHYSICS, FORKED. */
+MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* ---- State of one row ---- */
 
-/* Reads an array of the row's mjData or of the mjModel, by its MuJoCo name ("xpos", "body_mass", "nq", "opt.timestep"),
- * as Gymnasium's env.unwrapped.data holds it after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may
- * hold anything. count receives the length; values may be NULL when capacity is 0, to ask for the length alone.
- * Errors: ARGUMENT, NAME, VALUE (row), SIZE, PHYSICS, BUSY. */
+/* Reads an array of a row's mjData or of the mjModel into values[capacity], as doubles. mjData is as Gymnasium's
+ * env.unwrapped.data after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may hold anything.
+ *   array     its MuJoCo name: "xpos", "body_mass", "nq", "opt.timestep"
+ *   count     receives the length. To ask for the length alone, pass capacity 0 and values NULL
+ * Errors: NAME, VALUE (row), SIZE (0 < capacity < count), PHYSICS. */
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
                                   size_t *count);
 
-/* How many objects of a type the model has: type is "body", "joint", "geom", "site", "camera", "actuator", "tendon",
- * "sensor" or "light". Errors: ARGUMENT, NAME. */
+/* Counts the model's objects of a type: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
+ * "light". Errors: NAME (type). */
 MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
 
-/* The index of a named object. Errors: ARGUMENT, NAME. */
+/* Finds the index of the object of that type and name. Errors: NAME. */
 MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type, const char *name, int64_t *index);
 
-/* The name of an object, "" if it has none; borrowed. Errors: ARGUMENT, NAME (type), VALUE (index). */
+/* Finds the name of an object; "" if it has none. Errors: NAME (type), VALUE (index). */
 MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type, int64_t index, const char **name);
 
-/* Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The step
- * count goes on; a row that was never reset, or had ended, may be stepped again.
- * Errors: ARGUMENT, VALUE (row, a non-finite number), SIZE, PHYSICS, BUSY. */
+/* Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The row's
+ * step count stays. A row that was never reset, or whose episode has ended, can be stepped after it.
+ * Errors: VALUE (row, a number that is not finite), SIZE, PHYSICS. */
 MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, size_t nq, const double *qvel,
                                        size_t nv);
 
-/* frames times mj_step of a row under ctrl[count], count = the number of actuators, as Gymnasium's do_simulation does:
- * no step is counted and the task sees only the new state.
- * Errors: ARGUMENT, VALUE (row, frames < 1), SIZE, PHYSICS, BUSY. */
+/* Calls mj_step `frames` times for a row with the controls ctrl[count], as Gymnasium's do_simulation does; count is
+ * the number of actuators. The row's step count stays, and the task computes nothing.
+ * Errors: VALUE (row, frames < 1), SIZE, PHYSICS. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
 
-/* Writes the observations of all rows as they are, without stepping: out's obs and arrays alone. Errors: ARGUMENT,
- * SIZE, PHYSICS, BUSY. */
-MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
-
-/* Makes the rows where to_mask[rows] is not 0 equal to the row from: simulation, random stream, counters.
- * Errors: ARGUMENT, VALUE (row), BUSY. */
+/* Copies a row over others: simulation state, random stream and step count.
+ *   to_mask   [rows] the rows to overwrite, where it is not 0; not NULL
+ * Errors: VALUE (row). */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
 
-/* Copies a row, or all, into an image: simulation, random stream, counters. size_bytes receives its size; image may be
- * NULL when capacity_bytes is 0, to ask for the size alone. Errors: ARGUMENT, VALUE (row), SIZE, BUSY. */
+/* Writes a row, or MJENV_ALL_ROWS, as an image: simulation state, random stream and step count.
+ *   image       [capacity_bytes] receives the image
+ *   size_bytes  receives its size. To ask for the size alone, pass capacity_bytes 0 and image NULL
+ * Errors: VALUE (row), SIZE (0 < capacity_bytes < size_bytes). */
 MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, size_t capacity_bytes,
                                       size_t *size_bytes);
 
-/* Continues a row, or all, from an image, bit for bit, also in another process and with another number of threads. The
- * environment must have the id, the model and the options ("num_threads", "cpu_affinity", "arrays" aside) of the one
- * the image was taken from, and as many rows if the image is of all. Errors: ARGUMENT, VALUE (row), SNAPSHOT, BUSY. */
+/* Sets a row, or MJENV_ALL_ROWS, to the state of an image[size_bytes]. The row continues bit for bit, also in another
+ * process and with another number of threads. The environment must have the id, the model and the options of the one
+ * that wrote the image; "num_threads", "cpu_affinity" and "arrays" may differ. An image of all rows needs as many
+ * rows.
+ * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 /* ---- Pictures ----
- * A picture shows a row as Gymnasium's render() shows it after the last reset, step or set_state: pixel for pixel, with
- * the same OpenGL on the same machine. Drawing changes nothing in the simulation. OpenGL is loaded when the first
- * renderer is made. */
+ * A picture shows a row as Gymnasium's render() shows it after the last reset, step or set_state: pixel for pixel,
+ * with the same OpenGL on the same machine. Drawing does not change the simulation. The library loads OpenGL when the
+ * first renderer is created. */
 
-/* Fills settings with Gymnasium's defaults for the environment. Errors: ARGUMENT. */
+/* Fills settings with Gymnasium's defaults for the environment. */
 MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_settings *settings);
 
-/* Builds a renderer with an OpenGL context of its own; null settings: the defaults. The caller destroys it, before or
- * after the environment. Renderers of one environment draw at the same time on different threads; a renderer draws on
- * any thread, on one at a time. What the calling thread has current in OpenGL stays so. A process that was forked after
- * OpenGL was used cannot use it. What MuJoCo makes of the model for OpenGL must fit into free memory (MEMORY) and,
- * unless the option "trust_xml" is 1, have at most 2^25 vertices (RENDER). Errors: ARGUMENT, NAME (camera_name), VALUE,
- * RENDER, MEMORY. */
+/* Creates a renderer, which has an OpenGL context of its own. Renderers of one environment can draw at the same time
+ * on different threads. A renderer can be used on any thread, by one thread at a time. Calls leave the calling
+ * thread's current OpenGL context as it was. The renderer may be destroyed before or after the environment.
+ *   settings  NULL: the defaults
+ * A process that is forked after it used OpenGL cannot use it (RENDER). What MuJoCo makes of the model for OpenGL
+ * must fit into free memory (MEMORY). Unless the option "trust_xml" is 1, it must have at most 2^25 vertices (RENDER).
+ * Errors: NAME (camera_name), VALUE, RENDER. */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 
 MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
 
-/* The OpenGL in use: "egl, VENDOR, RENDERER, VERSION"; borrowed; NULL for NULL. */
+/* Returns the OpenGL that the renderer uses, as "egl, VENDOR, RENDERER, VERSION"; NULL for NULL. */
 MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 
-/* Draws a row: colours into rgb[height][width][3], and the depth buffer, 0 (near) to 1 (far), into
- * depth[height][width], the top row first. Either may be NULL; the counts say how many elements there is room for. A
- * depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, near and far being the model's
- * vis.map.znear and vis.map.zfar times stat.extent. A picture of a model that is not trusted may take 2^30 vertices
- * and pixels of shadow maps, each light that casts shadows drawing all twice (RENDER). Errors: ARGUMENT, VALUE (row),
- * SIZE, STATE (never reset, under way, or the environment is gone), RENDER, MEMORY, PHYSICS, BUSY (another thread is
- * inside the renderer or steps the environment). */
+/* Draws a row. The top line of the picture comes first.
+ *   rgb       [height][width][3] receives the colours; rgb_count elements have room; may be NULL
+ *   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count elements have room;
+ *             may be NULL. A depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, where
+ *             near and far are the model's vis.map.znear and vis.map.zfar times stat.extent
+ * Unless the option "trust_xml" is 1, a picture may take at most 2^30 vertices and pixels of shadow maps; each light
+ * that casts shadows draws everything twice.
+ * Errors: ARGUMENT (the environment was destroyed), VALUE (row), SIZE, NOT_RESET, RENDER, PHYSICS; BUSY also while
+ * another thread is inside the environment. */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
 
 /* ---- Window ----
- * What Gymnasium's render mode "human" shows: a window drawn in every reset and step, by calls of mjenv_window_draw. It
- * is for the main thread, and for a display with OpenGL (Debian: libglfw3). The mouse turns (left button), moves
- * (right) and zooms (wheel) the camera; the keys stand in the window: Tab, Space, right arrow, S, F, D, C, R, E, H, T
- * (which saves a PNG in the temporary folder), 0 to 4, and Escape, which closes it. */
+ * A window shows what Gymnasium's render mode "human" shows. The program calls mjenv_window_draw after every reset and
+ * step. Windows work on the main thread only and need a display with OpenGL (Debian: libglfw3). The mouse turns (left
+ * button), moves (right button) and zooms (wheel) the camera. The window lists its keys: Tab, Space, right arrow, S,
+ * F, D, C, R, E, H, T (saves a PNG in the temporary folder), 0 to 4, and Escape, which closes it. */
 
-/* Opens a window. Of the settings camera, camera_name, gl and samples mean nothing here: the camera is free, its NaNs
- * are lookat 0 and distance 2. Null settings: the defaults. The caller destroys it, before or after the environment.
- * Errors: ARGUMENT, VALUE, RENDER, MEMORY. */
+/* Opens a window. It may be destroyed before or after the environment.
+ *   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free; NaN means 0 in
+ *             lookat and 2 in distance
+ * Errors: VALUE, RENDER. */
 MJENV_API mjenv_status mjenv_window_create(mjenv_env *env, const mjenv_render_settings *settings,
                                            mjenv_window **window);
 
 MJENV_API void mjenv_window_destroy(mjenv_window *window);
 
-/* 1 until the user closes the window; 0 for NULL. */
+/* Returns 1 until the user closes the window; 0 for NULL. */
 MJENV_API int32_t mjenv_window_is_open(const mjenv_window *window);
 
-/* Draws a row and does what the user asks for with keys and mouse. Returns when the user does not pause: at once, or
- * after a key. Draws nothing once the window is closed. Errors: ARGUMENT, VALUE (row), STATE (as mjenv_render), RENDER,
- * MEMORY, PHYSICS, BUSY. */
+/* Draws a row, and handles the user's keys and mouse. While the user pauses, it does not return. Draws nothing once
+ * the window is closed. Errors: as mjenv_render. */
 MJENV_API mjenv_status mjenv_window_draw(mjenv_window *window, int64_t row);
 
 #ifdef __cplusplus

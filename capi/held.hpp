@@ -1,0 +1,92 @@
+// The four kinds of handles and what they hold.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+
+#include "env/env.hpp"
+#include "handles.hpp"
+#include "mjenv/mjenv.h"
+#include "render/renderer.hpp"
+#include "render/window.hpp"
+#include "task/options.hpp"
+
+namespace mjenv::core {
+
+struct HeldEnv;
+struct HeldRenderer;
+struct HeldWindow;
+
+}  // namespace mjenv::core
+
+struct mjenv_options : mjenv::core::Slot<mjenv::core::Options> {
+  static constexpr const char* kName = "options";
+  static constexpr const char* kThing = "options handle";
+  static constexpr bool kReadersSeeChanges = true;
+
+  std::atomic<bool> borrowed{false};  // an environment owns them: they do not change, and it destroys them
+};
+
+struct mjenv_env : mjenv::core::Slot<mjenv::core::HeldEnv> {
+  static constexpr const char* kName = "env";
+  static constexpr const char* kThing = "environment";
+  static constexpr bool kReadersSeeChanges = false;
+};
+
+struct mjenv_renderer : mjenv::core::Slot<mjenv::core::HeldRenderer> {
+  static constexpr const char* kName = "renderer";
+  static constexpr const char* kThing = "renderer";
+  static constexpr bool kReadersSeeChanges = false;
+};
+
+struct mjenv_window : mjenv::core::Slot<mjenv::core::HeldWindow> {
+  static constexpr const char* kName = "window";
+  static constexpr const char* kThing = "window";
+  static constexpr bool kReadersSeeChanges = false;
+};
+
+namespace mjenv::core {
+
+// Leads renderers and windows to their environment, which may be destroyed before them.
+struct Link {
+  std::mutex mutex;          // one of them at a time reads a row
+  mjenv_env* env = nullptr;  // null once the environment is destroyed
+};
+
+struct HeldEnv {
+  Env env;
+  std::shared_ptr<Link> link = std::make_shared<Link>();
+  mjenv_options* options;  // those that the environment was built with
+
+  HeldEnv(const Options& chosen, std::int64_t rows)
+      : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {
+    options->borrowed = true;
+  }
+  ~HeldEnv() {
+    handles<mjenv_options>.destroy(options);
+    const std::lock_guard lock(link->mutex);
+    link->env = nullptr;
+  }
+  HeldEnv(const HeldEnv&) = delete;
+  HeldEnv& operator=(const HeldEnv&) = delete;
+};
+
+struct HeldRenderer {
+  Renderer renderer;
+  std::shared_ptr<Link> link;
+
+  HeldRenderer(const HeldEnv& env, const mjenv_render_settings& settings)
+      : renderer(env.env.shared_model(), settings), link(env.link) {}
+};
+
+struct HeldWindow {
+  Window window;
+  std::shared_ptr<Link> link;
+
+  HeldWindow(const HeldEnv& env, const mjenv_render_settings& settings)
+      : window(env.env.shared_model(), settings), link(env.link) {}
+};
+
+}  // namespace mjenv::core

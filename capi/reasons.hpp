@@ -1,0 +1,41 @@
+// Why calls failed: the last reason of each thread and of each handle.
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstddef>
+
+namespace mjenv::core {
+
+// To be called before all else on a thread. False: there is no memory for what the library keeps for each thread.
+bool prepare_thread() noexcept;
+
+// The reason why the last failing call on this thread failed; "" if none did.
+const char* last_reason() noexcept;
+void keep_last_reason(const char* reason) noexcept;
+
+// The reason why the last failing call with a handle failed, which any thread may read and replace at any time.
+class Reason {
+ public:
+  constexpr Reason() = default;
+  Reason(const Reason&) = delete;
+  Reason& operator=(const Reason&) = delete;
+
+  void keep(const char* reason) noexcept;
+  void clear() noexcept;
+  // Copies as much as there is room for, and a NUL; returns the bytes that all of it needs.
+  std::size_t copy(char* to, std::size_t capacity) noexcept;
+
+ private:
+  // The process that reads or replaces text_ now, or 0. A child that was forked meanwhile takes over from its parent,
+  // because the thread that would let go of it is not in the child.
+  std::atomic<pid_t> holder_{0};
+  char* text_ = nullptr;
+
+  void lock() noexcept;
+  void unlock() noexcept { holder_.store(0, std::memory_order_release); }
+  void replace(char* text) noexcept;
+};
+
+}  // namespace mjenv::core

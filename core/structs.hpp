@@ -1,0 +1,70 @@
+// The structs that callers and the library share. A caller may have been compiled with an older header, whose structs
+// are shorter, or with a newer one, whose structs are longer. The struct's own field struct_size tells.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "error.hpp"
+#include "mjenv/mjenv.h"
+#include "mjenv/task.h"
+
+namespace mjenv::core {
+
+// The size that a struct had in the first release, which every caller knows. These never change.
+template <typename T>
+inline constexpr std::size_t kOldestSize = 0;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_option> = 56;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_field> = 80;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_space> = 32;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_spec> = 96;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_batch> = 136;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_render_settings> = 128;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_task_option> = 80;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_task_field> = 64;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_task_camera> = 56;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_task> = 168;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_plugin> = 24;
+
+// How many bytes of a struct the caller and the library both know.
+template <typename T>
+std::size_t shared_size(const T* theirs, const char* name) {
+  constexpr std::size_t kWord = sizeof(void*);  // fields added later fill whole words: half a pointer points anywhere
+  static_assert(kOldestSize<T> > 0 && kOldestSize<T> % kWord == 0 && sizeof(T) % kWord == 0);
+  if (!theirs) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
+  if (theirs->struct_size < kOldestSize<T>)
+    fail(MJENV_E_ARGUMENT, std::string(name) + "->struct_size is " + std::to_string(theirs->struct_size) +
+                               ", less than " + std::to_string(kOldestSize<T>) + "; set it to sizeof");
+  return std::min<std::size_t>(theirs->struct_size / kWord * kWord, sizeof(T));
+}
+
+// Copies what both sides know to the caller's struct, which keeps its struct_size.
+template <typename T>
+void write_struct(T* theirs, const char* name, T ours) {
+  const std::size_t size = shared_size(theirs, name);
+  ours.struct_size = theirs->struct_size;
+  std::memcpy(theirs, &ours, size);
+}
+
+// The caller's struct, with the defaults in the fields that the caller does not know.
+template <typename T>
+T read_struct(const T* theirs, const char* name, T defaults = {}) {
+  std::memcpy(&defaults, theirs, shared_size(theirs, name));
+  return defaults;
+}
+
+}  // namespace mjenv::core

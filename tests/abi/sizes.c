@@ -1,0 +1,83 @@
+// Structs of callers that were compiled with the first header, and with one of the future.
+#include "support.h"
+
+enum { SOIL = 0x5a, BEHIND = 256 };
+
+// A call that reads or writes one struct.
+struct call {
+  const char* name;
+  uint32_t oldest;  // the struct's size in the first release, which must work for ever
+  uint32_t now;
+  mjenv_status (*call)(mjenv_env* env, void* given);
+};
+
+static mjenv_status spec_of(mjenv_env* env, void* given) {
+  (void)env;
+  return mjenv_spec_of("Hopper-v5", given);
+}
+
+static mjenv_status option_of(mjenv_env* env, void* given) { return mjenv_options_at(mjenv_options_of(env), 0, given); }
+
+static mjenv_status field_of(mjenv_env* env, void* given) {
+  return mjenv_field_at(env, MJENV_ROLE_OBSERVATION, 0, given);
+}
+
+static mjenv_status space_of(mjenv_env* env, void* given) { return mjenv_space_of(env, MJENV_ROLE_ACTION, given); }
+
+static mjenv_status settings_of(mjenv_env* env, void* given) { return mjenv_render_defaults(env, given); }
+
+// Reads the struct: behind its end there may be anything.
+static mjenv_status reset_with(mjenv_env* env, void* given) {
+  double reward;
+  const mjenv_batch batch = {.struct_size = ((mjenv_batch*)given)->struct_size, .rows = 1, .reward = &reward};
+  memcpy(given, &batch, batch.struct_size < sizeof batch ? batch.struct_size : sizeof batch);
+  return mjenv_reset(env, NULL, given);
+}
+
+static const struct call calls[] = {
+    {"spec", 96, sizeof(mjenv_spec), spec_of},     {"option", 56, sizeof(mjenv_option), option_of},
+    {"field", 80, sizeof(mjenv_field), field_of},  {"space", 32, sizeof(mjenv_space), space_of},
+    {"out", 136, sizeof(mjenv_batch), reset_with}, {"settings", 128, sizeof(mjenv_render_settings), settings_of},
+};
+
+// The struct, with guards behind the bytes that the caller knows.
+static unsigned char memory[1024];
+
+static mjenv_status made(const struct call* call, mjenv_env* env, uint32_t size) {
+  memset(memory, SOIL, sizeof memory);
+  memcpy(memory, &size, sizeof size);
+  return call->call(env, memory);
+}
+
+static void assert_clean_from(size_t first) {
+  for (size_t i = first; i < sizeof memory; ++i) assert_int_equal(memory[i], SOIL);
+}
+
+static void test_sizes(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Hopper-v5", 1);
+  for (size_t i = 0; i < COUNT(calls); ++i) {
+    const struct call* call = &calls[i];
+    const uint32_t too_small[] = {0, 4, call->oldest - 8, call->oldest - 1};
+    for (size_t k = 0; k < COUNT(too_small); ++k) {
+      assert_refused(MJENV_E_ARGUMENT, made(call, env, too_small[k]), call->name, "->struct_size", "sizeof");
+      if (call->call != reset_with) assert_clean_from(sizeof(uint32_t));
+    }
+    // Exactly the first release's, one that ends inside of a field, today's, and one with fields of the future.
+    const uint32_t sizes[] = {call->oldest, call->oldest + 4, call->now, call->now + BEHIND};
+    for (size_t k = 0; k < COUNT(sizes); ++k) {
+      assert_ok(made(call, env, sizes[k]));
+      uint32_t kept;
+      memcpy(&kept, memory, sizeof kept);
+      assert_int_equal(kept, sizes[k]);
+      const uint32_t known = sizes[k] < call->now ? sizes[k] / 8 * 8 : call->now;
+      assert_clean_from(known);
+    }
+  }
+  mjenv_destroy(env);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sizes)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
