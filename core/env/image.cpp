@@ -28,7 +28,7 @@ struct RowHeader {
 static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56, "an image has no padding");
 static_assert(sizeof(ImageHeader) == 40, "an image has no padding");
 
-// Far more steps than an episode can have. Larger counts are damage, and could overflow.
+// More steps than any episode has. A larger count means that the image is damaged, and could overflow.
 constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
 
 std::size_t row_bytes(const Rows& rows) { return sizeof(RowHeader) + rows.record_bytes(); }
@@ -43,7 +43,7 @@ struct Range {
 };
 
 bool is_valid(const RowHeader& header) {
-  // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might not
+  // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might never
   // end.
   const bool even = header.seeded != 0 && header.rng.words()[2] % 2 == 0;
   return header.origin <= static_cast<std::uint8_t>(Origin::set) && header.steps >= 0 && header.steps <= kMaxSteps &&

@@ -17,8 +17,7 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  if (task_.carry)
-    task_.carry(work_.sim(), work_.carried());  // first, because it may fail: then the row stays as it is
+  if (task_.carry) task_.carry(work_.sim(), work_.carried());  // before the row changes, because it may fail
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   if (origin == Origin::set)
@@ -83,7 +82,7 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
               carried(),
               work_.sim()};
   task_.reset(drawn, rng);
-  // The row gets the stream before mj_forward, so that a reset after a failed one draws another initial state.
+  // Before mj_forward, which may fail: the next reset must draw another initial state.
   rows.head(row).rng = rng;
   rows.head(row).seeded = true;
   work_.load(start);

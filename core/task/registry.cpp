@@ -24,8 +24,8 @@ constexpr Id built_in[] = {
 #undef ROBOT
 };
 
-// All ids. A registration replaces the list by a longer one; lists are never changed or freed. So readers need no lock,
-// not even in a forked child or while the process exits.
+// All ids. A registration replaces the list with a longer one; lists are never changed or freed. So readers need no
+// lock, not even in a forked child or while the process exits.
 struct List {
   const Id* const* ids;  // sorted
   std::size_t count;

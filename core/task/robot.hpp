@@ -114,8 +114,8 @@ struct Row {
   Rng& rng;
 };
 
-// The value of an option, and whether the caller set it to an integer. In Python, the product of a bool and such an
-// option is an int: numpy_typed and python_typed give a product that type.
+// The value of an option, and whether the caller set it to an integer. In Python, the product of such an option and a
+// bool is an integer: an np.int64 if the bool is NumPy's (numpy_typed), an int if it is Python's (python_typed).
 struct Real {
   double value;
   bool integer;

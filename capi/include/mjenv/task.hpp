@@ -58,8 +58,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action. Only a step has one; elsewhere its values are NaN. dtype is the dtype that the caller passed, and
- * values holds it exactly. */
+/* A row's action. Only a step has one; elsewhere its values are NaN. dtype is the dtype that the caller passed. values
+ * holds a float32 exactly. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -371,8 +371,8 @@ class Info {
   }
 };
 
-/* The value of a real option, and whether the caller set it to an integer. In Python, the product of a bool and such an
- * option is an int: numpy_typed and python_typed give a product that type. */
+/* The value of a real option, and whether the caller set it to an integer. In Python, the product of such an option and
+ * a bool is an integer: an np.int64 if the bool is NumPy's (numpy_typed), an int if it is Python's (python_typed). */
 struct Real {
   double value;
   bool integer;
