@@ -1,5 +1,5 @@
-// The structs that callers and the library share. A caller may have been compiled with an older header, whose structs
-// are shorter, or with a newer one, whose structs are longer. The struct's own field struct_size tells.
+// Reads and writes callers' structs. A caller may have been compiled with an older header, whose structs are shorter,
+// or with a newer one, whose structs are longer. The field struct_size says how long the caller's struct is.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace mjenv::core {
 
-// The size that a struct had in the first release, which every caller knows. These never change.
+// The size of a struct in the first release. Every caller's struct is at least as long. These sizes never change.
 template <typename T>
 inline constexpr std::size_t kOldestSize = 0;
 template <>
@@ -40,10 +40,10 @@ inline constexpr std::size_t kOldestSize<mjenv_task> = 168;
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_plugin> = 24;
 
-// How many bytes of a struct the caller and the library both know.
+// How many bytes of a struct both the caller and the library know.
 template <typename T>
 std::size_t shared_size(const T* theirs, const char* name) {
-  constexpr std::size_t kWord = sizeof(void*);  // fields added later fill whole words: half a pointer points anywhere
+  constexpr std::size_t kWord = sizeof(void*);  // whole words only: half of a pointer is not a valid pointer
   static_assert(kOldestSize<T> > 0 && kOldestSize<T> % kWord == 0 && sizeof(T) % kWord == 0);
   if (!theirs) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
   if (theirs->struct_size < kOldestSize<T>)
@@ -52,7 +52,7 @@ std::size_t shared_size(const T* theirs, const char* name) {
   return std::min<std::size_t>(theirs->struct_size / kWord * kWord, sizeof(T));
 }
 
-// Copies what both sides know to the caller's struct, which keeps its struct_size.
+// Copies the fields that both sides know to the caller's struct, which keeps its struct_size.
 template <typename T>
 void write_struct(T* theirs, const char* name, T ours) {
   const std::size_t size = shared_size(theirs, name);
@@ -60,7 +60,7 @@ void write_struct(T* theirs, const char* name, T ours) {
   std::memcpy(theirs, &ours, size);
 }
 
-// The caller's struct, with the defaults in the fields that the caller does not know.
+// Returns the caller's struct. Fields that the caller does not know have their defaults.
 template <typename T>
 T read_struct(const T* theirs, const char* name, T defaults = {}) {
   std::memcpy(&defaults, theirs, shared_size(theirs, name));

@@ -51,7 +51,7 @@ void Pipeline::check(const std::int64_t* rows, std::size_t row_count, const Acti
     for (std::size_t i = 0; i < row_count; ++i) {
       const std::int64_t row = row_at(rows, i);
       rows_.check(row);
-      if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is under way already"));
+      if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is already under way, or listed twice"));
       episodes_.check_steppable(row, episodes_.autoresets());
       episodes_.check_finite(row, actions.part(static_cast<Eigen::Index>(i) * nu_, nu_));
       under_way_[row] = 1;  // finds a row that is listed twice

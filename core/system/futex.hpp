@@ -1,5 +1,5 @@
-// Sleeping until another thread of this process changes a word. A word needs no set-up, and a forked child may use one
-// that a thread of its parent waited on.
+// Lets a thread sleep until another thread of this process changes a word. Unlike a condition variable, a word needs no
+// initialization, and a forked child can use it even if threads of its parent were sleeping on it.
 #pragma once
 
 #include <linux/futex.h>
@@ -12,7 +12,7 @@
 
 namespace mjenv::core {
 
-// Sleeps while the word holds the value. May return for no reason.
+// Sleeps while the word has this value. May also return spuriously.
 inline void sleep_while(std::atomic<std::uint32_t>& word, std::uint32_t value) {
   static_assert(sizeof word == sizeof value);
   syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, value, nullptr, nullptr, 0);

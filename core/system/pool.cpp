@@ -83,7 +83,10 @@ void Pool::end() {
 bool Pool::here() const { return threads_.empty() || getpid() == owner_; }
 
 void Pool::check_here() const {
-  if (!here()) fail(MJENV_E_FORKED, "this environment's threads were left behind by a fork: create it in the child");
+  if (!here())
+    fail(MJENV_E_FORKED,
+         "this process was forked, and the environment's threads stayed in its parent: create the environment in the "
+         "child");
 }
 
 void Pool::start(std::function<void(int)> job) {

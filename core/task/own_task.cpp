@@ -21,13 +21,13 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::size_t kMaxId = 100, kMaxName = 200;
-constexpr std::int64_t kMaxCount = 1 << 20;                        // of what is described one by one
-constexpr std::int64_t kMaxNumbers = 1 << 24;                      // of an observation or an info
+constexpr std::int64_t kMaxCount = 1 << 20;                        // of options, of fields, and of an option's numbers
+constexpr std::int64_t kMaxNumbers = 1 << 24;                      // in an observation or an info
 constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
 
-// Calls visit(element) for an array of such structs.
+// Calls visit(element) for each struct of an array whose elements all have the struct_size of the first.
 template <typename T, typename Visit>
-void each(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
+void for_each_struct(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
   if (count < 0 || count > kMaxCount) fail(MJENV_E_VALUE, what + "_count is " + std::to_string(count));
   if (count > 0 && !array) fail(MJENV_E_ARGUMENT, what + "s is NULL");
   const auto* at = reinterpret_cast<const unsigned char*>(array);
@@ -41,14 +41,15 @@ bool is_digit(char c) { return '0' <= c && c <= '9'; }
 
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
 
-// "a field", "an option": its name, which messages and schemas show.
-std::string named(const char* name, const std::string& what) {
+// Returns the name of `what` ("a field", "an option"). Throws if it has none, or if it is too long or has blanks or
+// quotes.
+std::string checked_name(const char* name, const std::string& what) {
   if (!name || !*name) fail(MJENV_E_ARGUMENT, what + " has no name");
   std::string text = name;
   if (text.size() > kMaxName)
     fail(MJENV_E_VALUE, "the name of " + what + " has more than " + std::to_string(kMaxName) + " bytes");
   if (std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '"'; }))
-    fail(MJENV_E_VALUE, what + " is called " + quoted(text) + ": a name has no blanks and no quotes");
+    fail(MJENV_E_VALUE, what + " is called " + quoted(text) + ", but a name must have no blanks and no quotes");
   return text;
 }
 
@@ -244,7 +245,7 @@ OwnRandom::OwnRandom(Rng& stream) : mjenv_random{sizeof(mjenv_random), 0, &task_
 
 OwnField own_field(const mjenv_task_field& given) {
   const auto from = read_struct(&given, "field");
-  OwnField field{from.role, named(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
+  OwnField field{from.role, checked_name(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
   const std::string what = "field " + quoted(field.name);
   if (!role_name(field.role))
     fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task cannot describe");
@@ -292,14 +293,14 @@ OwnTask::OwnTask(const mjenv_task& given, const void* plugin)
   take_id(given.id);
   try {
     take_model(given);
-    const auto within = [](const char* what, std::int64_t value, std::int64_t low, std::int64_t high) {
+    const auto check_range = [](const char* what, std::int64_t value, std::int64_t low, std::int64_t high) {
       if (value < low || value > high)
         fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(value) + ", not " + std::to_string(low) +
                                 " to " + std::to_string(high));
     };
-    within("frame_skip", frame_skip_, 1, kMaxFrameSkip);
-    within("time_limit", time_limit_, 0, kMaxInteger);
-    within("carry_count", carry_count_, 0, kMaxCarried);
+    check_range("frame_skip", frame_skip_, 1, kMaxFrameSkip);
+    check_range("time_limit", time_limit_, 0, kMaxInteger);
+    check_range("carry_count", carry_count_, 0, kMaxCarried);
     if (given.camera) {
       const auto camera = read_struct(given.camera, "camera");
       camera_ = {camera.trackbodyid,
@@ -351,8 +352,8 @@ void OwnTask::take_model(const mjenv_task& given) {
 }
 
 void OwnTask::take_options(const mjenv_task& given) {
-  each(given.options, given.option_count, "option", [&](const mjenv_task_option& from) {
-    const std::string name = named(from.name, "an option"), what = "option " + quoted(name);
+  for_each_struct(given.options, given.option_count, "option", [&](const mjenv_task_option& from) {
+    const std::string name = checked_name(from.name, "an option"), what = "option " + quoted(name);
     const bool unbounded = from.low == 0 && from.high == 0;
     Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, unbounded ? -kInfinity : from.low,
                   unbounded ? kInfinity : from.high);
@@ -414,7 +415,7 @@ void OwnTask::take_options(const mjenv_task& given) {
 }
 
 void OwnTask::take_fields(const mjenv_task& given) {
-  each(given.fields, given.field_count, "field", [&](const mjenv_task_field& from) {
+  for_each_struct(given.fields, given.field_count, "field", [&](const mjenv_task_field& from) {
     const std::size_t before = fields_.size();
     OwnField field = own_field(from);
     const std::string name = field.name, role = role_name(field.role);

@@ -42,7 +42,7 @@ Handle open(const std::string& path) {
   return handle;
 }
 
-mjenv_plugin enter(void* handle) {
+mjenv_plugin call_entry(void* handle) {
   mjenv_tasks_function* entry = nullptr;
   *reinterpret_cast<void**>(&entry) = dlsym(handle, kEntry);
   if (!entry)
@@ -58,12 +58,12 @@ mjenv_plugin enter(void* handle) {
     refuse("it threw an exception");
   }
   const std::string why = task_message();
-  if (!plugin) refuse(why.empty() ? "it gave no tasks and said nothing" : why);
+  if (!plugin) refuse(why.empty() ? "it returned no tasks and gave no reason" : why);
   const mjenv_plugin held = read_struct(plugin, "plugin");
   if (held.abi_version != MJENV_ABI_VERSION)
     refuse("it was built for version " + std::to_string(held.abi_version) + " of mjenv's ABI; this library has " +
            std::to_string(MJENV_ABI_VERSION) + ": build it again with this library's headers");
-  if (held.task_count < 1 || !held.tasks) refuse("it holds no task");
+  if (held.task_count < 1 || !held.tasks) refuse("it contains no task");
   return held;
 }
 
@@ -100,7 +100,7 @@ void read_environment() {
 void load_tasks(const std::string& path) {
   try {
     Handle handle = open(path);
-    const mjenv_plugin plugin = enter(handle.get());
+    const mjenv_plugin plugin = call_entry(handle.get());
     std::vector<std::unique_ptr<OwnTask>> tasks;
     for (std::int64_t i = 0; i < plugin.task_count; ++i) {
       if (!plugin.tasks[i]) refuse("tasks[" + std::to_string(i) + "] is NULL");

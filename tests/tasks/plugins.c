@@ -22,7 +22,7 @@ static void test_refused(void** state) {
   assert_refused(MJENV_E_TASK, mjenv_load_tasks(PLUGINS "/libother_abi.so"), "999", "ABI");
   assert_refused(MJENV_E_TASK, mjenv_load_tasks(PLUGINS "/libno_tasks.so"), "no task");
   assert_refused(MJENV_E_TASK, mjenv_load_tasks(PLUGINS "/librefuses.so"), "it lacks the licence");
-  assert_refused(MJENV_E_TASK, mjenv_load_tasks(PLUGINS "/libsays_nothing.so"), "said nothing");
+  assert_refused(MJENV_E_TASK, mjenv_load_tasks(PLUGINS "/libsays_nothing.so"), "gave no reason");
   assert_refused(MJENV_E_VALUE, mjenv_load_tasks(PLUGINS "/libtwice.so"), "libtwice.so", "Bad-v0", "already");
   assert_int_equal(mjenv_id_count(), before);
   assert_false(is_listed("Good-v0"));
