@@ -132,8 +132,17 @@ std::size_t Array::count() const {
 }
 
 void Array::read(double* values) const {
+  const auto convert = [](const auto* from, std::size_t n, double* to) {
+    for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<double>(from[i]);
+  };
   const auto copy = [&](const auto* from) {
-    for (std::size_t i = 0; i < count(); ++i) values[i] = static_cast<double>(from[i]);
+    if (stride == 0) return convert(from, count(), values);
+    const auto rows = static_cast<std::size_t>(*held);
+    const std::size_t columns = rows == 0 ? 0 : count() / static_cast<std::size_t>(shape[0]);
+    const auto* row = reinterpret_cast<const char*>(from);
+    for (std::size_t i = 0; i < rows; ++i, row += stride)
+      convert(reinterpret_cast<decltype(from)>(row), columns, values + i * columns);
+    std::fill(values + rows * columns, values + count(), 0.0);
   };
   switch (type) {
     case MJENV_TYPE_FLOAT32: return copy(static_cast<const float*>(data));

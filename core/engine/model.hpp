@@ -25,6 +25,10 @@ struct Array {
   mjenv_type type;
   std::vector<std::int64_t> shape;
   const void* data;
+  // For a member of an array of structs: the bytes from one struct to the next, and how many structs hold something,
+  // while the others read as 0. An array without a stride lies in one piece.
+  std::size_t stride = 0;
+  const int* held = nullptr;
 
   std::size_t count() const;
   void read(double* values) const;

@@ -111,6 +111,8 @@ const Array& Work::share(const std::string& name) {
   const Array* found = in(data_arrays_);
   if (!found) found = in(model_->arrays());
   if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
+  if (found->stride)
+    fail(MJENV_E_NAME, quoted(name) + " does not lie in one piece: ask for \"contacts\" with mjenv_build_need");
   needs_.arrays.push_back(name);
   shared_.push_back(found->data);
   if (on_demand(name))
@@ -140,6 +142,27 @@ std::vector<Array> Work::arrays() const {
 #define X(type, name, rows, columns) add(#name, d->name, m->rows, columns, std::string(#columns) == "1");
   MJDATA_POINTERS
 #undef X
+  // Without mu and H, which MuJoCo computes only for elliptic cones: else they hold what was there before.
+  const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
+    using T = std::decay_t<decltype(*data)>;
+    const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
+    std::vector<std::int64_t> shape{m->nconmax};
+    if (columns > 1) shape.push_back(columns);
+    list.push_back({name, type, std::move(shape), data, sizeof(mjContact), &d->ncon});
+  };
+  const mjContact* contact = d->contact;
+  add_of_contacts("contact.dist", &contact->dist, 1);
+  add_of_contacts("contact.pos", contact->pos, 3);
+  add_of_contacts("contact.frame", contact->frame, 9);
+  add_of_contacts("contact.includemargin", &contact->includemargin, 1);
+  add_of_contacts("contact.friction", contact->friction, 5);
+  add_of_contacts("contact.solref", contact->solref, mjNREF);
+  add_of_contacts("contact.solimp", contact->solimp, mjNIMP);
+  add_of_contacts("contact.dim", &contact->dim, 1);
+  add_of_contacts("contact.geom1", &contact->geom1, 1);
+  add_of_contacts("contact.geom2", &contact->geom2, 1);
+  add_of_contacts("contact.exclude", &contact->exclude, 1);
+  add_of_contacts("contact.efc_address", &contact->efc_address, 1);
   return list;
 }
 

@@ -250,6 +250,32 @@ def test_objects(id: str) -> None:
         check_same("get_body_com", ours.get_body_com("torso"), base.get_body_com("torso").copy())
 
 
+@pytest.mark.parametrize("id", ["Ant-v5", "Hopper-v5", "Humanoid-v5", "Pusher-v5"])
+def test_contacts(id: str) -> None:
+    """MuJoCo lists as many contacts as there is room for; behind the first ncon is what was there before."""
+    ours, theirs = both(id)
+    ours.reset(seed=1), theirs.reset(seed=1)
+    compared = 0
+    for _ in range(60):
+        action = ours.action_space.sample()
+        terminated = ours.step(action)[2]
+        theirs.step(action)
+        mine, other = ours.data.contact, theirs.unwrapped.data.contact
+        assert len(mine) == theirs.unwrapped.data.ncon
+        for name in dir(other):
+            if name.startswith("_") or name in ("mu", "H"):
+                continue
+            expected = getattr(other, name)[: len(mine)]
+            check_same(f"contact.{name}", getattr(mine, name), expected)
+            # The arrays of MuJoCo's own single contacts are wrong.
+            for contact, of_it in zip(mine, expected, strict=True):
+                check_same(f"{contact}.{name}", getattr(contact, name), of_it if of_it.shape else of_it.item())
+                compared += 1
+        if terminated:
+            ours.reset(seed=1), theirs.reset(seed=1)
+    assert compared > 100
+
+
 @pytest.mark.parametrize("seed", [0, 2**32, 2**64 - 1, 2**128 + 5, 2**300, True])
 def test_seeds(seed: int) -> None:
     for id in ("Ant-v5", "Pusher-v4", "Hopper-v5"):

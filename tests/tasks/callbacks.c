@@ -17,7 +17,8 @@ static const char model[] =
 
 // How the task misbehaves is an option.
 static const char modes[] =
-    "none build_fails build_is_silent build_name build_option build_kind build_array build_need build_length "
+    "none build_fails build_is_silent build_name build_option build_kind build_array build_contact build_need "
+    "build_length "
     "build_late reset_fails reset_nan reset_draw step_fails step_silent step_nan step_draw step_busy info_fails "
     "carry_fails observe_fails observe_nan";
 
@@ -97,6 +98,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   if (strcmp(mode, "build_option") == 0) assert_true(mjenv_build_real(builder, "nothing") == 0);
   if (strcmp(mode, "build_kind") == 0) assert_true(mjenv_build_real(builder, "mode") == 0);
   if (strcmp(mode, "build_array") == 0) mjenv_build_array(builder, "qpoz", NULL);
+  if (strcmp(mode, "build_contact") == 0) mjenv_build_array(builder, "contact.dist", NULL);
   if (strcmp(mode, "build_need") == 0) mjenv_build_need(builder, "xpos");
   if (strcmp(mode, "build_length") != 0)
     mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "action", builder->sim->nu);
@@ -276,6 +278,7 @@ static void test_build(void** state) {
   refused_build("build_option", MJENV_E_NAME, "\"nothing\"", "mode, extras, main");
   refused_build("build_kind", MJENV_E_TYPE, "\"mode\"", "real numbers");
   refused_build("build_array", MJENV_E_NAME, "\"qpoz\"", "mjData");
+  refused_build("build_contact", MJENV_E_NAME, "\"contact.dist\"", "mjenv_build_need");
   refused_build("build_need", MJENV_E_NAME, "\"xpos\"", "contacts");
   refused_build("build_length", MJENV_E_TASK, "\"action\"", "length");
   refused_build("build_late", MJENV_E_ARGUMENT, "name", "");

@@ -49,6 +49,37 @@ def test_objects_by_name_and_number(env: mjenv.MujocoEnv) -> None:
     assert repr(torso) == "<body 1 'torso'>"
 
 
+def test_contacts() -> None:
+    """A dropped ant stands on the floor; tests/live/test_live.py compares with MuJoCo."""
+    envs = mjenv.make_vec("Ant-v5", 1, arrays="contact.dist contact.geom1")
+    envs.reset(seed=3)
+    data = envs.envs[0].data
+    assert (len(data.contact), data.contact.pos.shape) == (0, (0, 3))
+    while data.ncon < 2:
+        envs.step(np.zeros((1, 8)))
+    contact = data.contact
+    assert len(contact) == data.ncon
+    assert (contact.dist.shape, contact.frame.shape, contact.geom1.dtype) == ((data.ncon,), (data.ncon, 9), np.int32)
+    assert [one.geom1 for one in contact] == contact.geom1.tolist() == [0] * data.ncon  # the floor
+    assert [one.geom2 for one in contact] == contact.geom2.tolist()
+    assert contact[-1].pos.tolist() == contact.pos[data.ncon - 1].tolist()
+    assert (type(contact[0].dist), type(contact[0].geom1)) == (float, int)
+    assert contact[0].frame[:3].tolist() == [0, 0, 1]
+    assert repr(contact[0]) == f"<contact 0 of geoms 0 and {contact[0].geom2}>"
+    assert {"dist", "geom1", "frame"} <= set(dir(contact)) & set(dir(contact[0]))
+    assert not contact.dist.flags.writeable
+    exported = envs.arrays["contact.dist"][0]
+    assert exported[: data.ncon].tobytes() == contact.dist.tobytes()
+    assert not exported[data.ncon :].any()
+    for index in (data.ncon, -data.ncon - 1):
+        with pytest.raises(IndexError, match=f"there are {data.ncon} contacts"):
+            contact[index]
+    with pytest.raises(AttributeError, match="nothing"):
+        contact[0].nothing  # noqa: B018
+    with pytest.raises(AttributeError, match="read-only"):
+        contact[0].dist = 0.0
+
+
 def test_arrays_are_read_only_copies(env: mjenv.MujocoEnv) -> None:
     before = env.data.qpos
     kept = before.copy()

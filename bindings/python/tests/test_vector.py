@@ -367,6 +367,45 @@ def test_single_rows() -> None:
     assert obs.tobytes() == np.stack([one.step(np.zeros(17))[0] for one in ones]).tobytes()
 
 
+@pytest.mark.parametrize("mask", [None, np.array([True, False, True])], ids=["all", "some"])
+def test_set_state_of_many_rows(mask: Any) -> None:
+    """The same as set_state of each row."""
+    envs, single = (mjenv.make_vec("Hopper-v5", 3) for _ in range(2))
+    for each in (envs, single):
+        each.reset(seed=1)
+        each.step(np.ones((3, 3)))
+    rng = np.random.default_rng(0)
+    qpos, qvel = rng.normal(size=(3, 6)), rng.normal(size=(3, 6)).astype(np.float32)
+    envs.set_state(qpos, qvel, mask)
+    for row in range(3):
+        if mask is None or mask[row]:
+            single.envs[row].set_state(qpos[row], qvel[row])
+    check_equal(envs.observe(), single.observe())
+    check_equal(envs.step(np.ones((3, 3))), single.step(np.ones((3, 3))))
+
+
+@pytest.mark.parametrize(
+    ("qpos", "qvel", "mask", "match"),
+    [
+        (np.zeros((3, 6)), np.zeros((3, 5)), None, r"qvel has the shape \(3, 5\), not \(3, 6\)"),
+        (np.zeros(6), np.zeros((3, 6)), None, r"qpos has the shape \(6,\)"),
+        (np.zeros((2, 6)), np.zeros((2, 6)), np.array([True, False, True]), r"qpos has the shape \(2, 6\)"),
+        (np.zeros((3, 6)), np.diag([0, 0, np.nan, 0, 0, 0])[:3], None, r"row 2: qvel\[2\] is nan, not finite"),
+        (np.diag([0, np.inf, 0, 0, 0, 0])[:3], np.zeros((3, 6)), np.array([False, True, True]), r"row 1: qpos\[1\]"),
+        (np.zeros((3, 6)), np.zeros((3, 6)), np.array([1, 0, 1]), "mask"),
+    ],
+)
+def test_set_state_of_many_rows_refuses(qpos: Any, qvel: Any, mask: Any, match: str) -> None:
+    envs = mjenv.make_vec("Hopper-v5", 3)
+    before, _ = envs.reset(seed=1)
+    with pytest.raises((ValueError, TypeError), match=match):
+        envs.set_state(qpos, qvel, mask)
+    check_equal(envs.observe(), before)
+    envs.send(np.zeros((3, 3)))
+    with refused(gymnasium.error.AlreadyPendingCallError, Status.E_PENDING, "under way"):
+        envs.set_state(np.zeros((3, 6)), np.zeros((3, 6)))
+
+
 def test_exported_arrays() -> None:
     envs = mjenv.make_vec("Humanoid-v5", 3, num_threads=2, arrays="xpos cfrc_ext ten_length qpos")
     assert list(envs.arrays) == ["xpos", "cfrc_ext", "ten_length", "qpos"]
@@ -504,7 +543,7 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
 
     envs.send(np.zeros((2, 2)), [0, 2])
     for least in (3, 2**64, 2**64 + 1):
-        with refused(ValueError, Status.E_SIZE, "2 under way"):
+        with refused(ValueError, Status.E_SIZE, r"only 2 row\(s\) are under way"):
             envs.recv(least)
     for use in (
         lambda: envs.send(np.zeros((1, 2)), [2]),

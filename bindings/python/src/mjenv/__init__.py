@@ -4,6 +4,8 @@ make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.
 and model_xml(id) tell what there is. Importing registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
 """
 
+from typing import TYPE_CHECKING
+
 from mjenv import _requirements as _requirements  # first, because the other modules need what it checks
 from mjenv._abi import Kind, Status
 from mjenv._arguments import AutoresetMode
@@ -31,8 +33,14 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
-from mjenv.registration import ids, make, model_xml, options, register, spec, version
-from mjenv.vector import VectorEnv, make_vec
+from mjenv.registration import ids, model_xml, options, register, spec, version
+from mjenv.vector import VectorEnv
+
+if TYPE_CHECKING:
+    from mjenv._overloads import make, make_vec  # the same functions, with the keywords of each id
+else:
+    from mjenv.registration import make
+    from mjenv.vector import make_vec
 
 __all__ = [
     "AlreadyPendingCallError",

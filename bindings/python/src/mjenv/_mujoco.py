@@ -5,8 +5,9 @@ from __future__ import annotations
 import operator
 from typing import Any, NoReturn
 
-from mjenv._abi import Role
+from mjenv._abi import Role, Status
 from mjenv._handle import Rows
+from mjenv.errors import UnknownNameError
 
 # Which part of an array belongs to one object: its row, or the range that starts at its address.
 _ROW, _QPOS, _DOF, _SENSOR = "row", "qpos", "dof", "sensor"
@@ -86,6 +87,50 @@ class Arrays(_ReadOnly):
 
     def _all(self) -> list[str]:
         return [field.name for field in self._rows.fields(self._role)]
+
+
+class Contacts(Arrays):
+    """data.contact: what all contacts have, contact.dist[ncon] for example, and each contact by its number."""
+
+    __slots__ = ()
+
+    def __init__(self, rows: Rows, row: int) -> None:
+        super().__init__(rows, row, Role.DATA, "contact.")
+
+    def __getattr__(self, name: str) -> Any:
+        return super().__getattr__(name)[: len(self)]
+
+    def __len__(self) -> int:
+        ncon = self._rows.array(Role.DATA, "ncon")
+        assert ncon is not None
+        return int(self._rows.read(self._row, ncon))
+
+    def __getitem__(self, index: int) -> Contact:
+        count = len(self)
+        number = operator.index(index)
+        if not -count <= number < count:
+            raise UnknownNameError(f"contact {number} does not exist; there are {count} contacts", Status.E_NAME)
+        return Contact(self, number % count)
+
+
+class Contact(_ReadOnly):
+    """One contact: geom1, geom2, dist, pos, frame and so on."""
+
+    __slots__ = ("_contacts", "_index")
+
+    def __init__(self, contacts: Contacts, index: int) -> None:
+        for slot, value in (("_contacts", contacts), ("_index", index)):
+            object.__setattr__(self, slot, value)
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._contacts, name)[self._index]
+        return value if value.shape else value.item()
+
+    def __dir__(self) -> list[str]:
+        return dir(self._contacts)
+
+    def __repr__(self) -> str:
+        return f"<contact {self._index} of geoms {self.geom1} and {self.geom2}>"
 
 
 class View(_ReadOnly):
@@ -181,6 +226,11 @@ class Data(_Named):
 
     def __init__(self, rows: Rows, row: int = 0) -> None:
         super().__init__(rows, row, Role.DATA)
+
+    @property
+    def contact(self) -> Contacts:
+        """The contacts that the last mj_step or mj_forward found."""
+        return Contacts(self._rows, self._row)
 
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
         return _DATA[kind].get(name)

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjenv._abi import Status
+from mjenv._abi import Role, Status
 from mjenv._arguments import check_seed
-from mjenv._handle import FLOATS, Rows, pointer_to
+from mjenv._handle import FLOATS, Float64Array, Rows, pointer_to
 from mjenv._library import LIBRARY
 from mjenv._outputs import BoolArray, Outputs
 from mjenv._pictures import Pictures
@@ -101,6 +101,22 @@ class Pool:
         if array.shape != shape:
             raise wrong_shape(array, shape, self.rows)
         return np.ascontiguousarray(array)
+
+    def of_rows(self, name: str, values: ArrayLike, chosen: NDArray[np.intp]) -> Float64Array:
+        """The chosen rows of values (count, n), which an array of mjData is set to. They must be finite."""
+        field = self.rows.array(Role.DATA, name)
+        assert field is not None
+        array = np.asarray(values, np.float64)
+        if array.shape != (self.count, *field.shape):
+            shape = (self.count, *field.shape)
+            raise InvalidValueError(f"{name} has the shape {array.shape}, not {shape}", Status.E_SIZE)
+        found = array[chosen]
+        if not np.isfinite(found).all():
+            place, index = np.argwhere(~np.isfinite(found))[0]
+            raise InvalidValueError(
+                f"row {chosen[place]}: {name}[{index}] is {found[place, index]}, not finite", Status.E_VALUE
+            )
+        return found
 
     def row(self, row: int) -> int:
         """A row's number, checked."""

@@ -284,6 +284,19 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             pool.stale = False
             return self._observations()
 
+    def set_state(self, qpos: ArrayLike, qvel: ArrayLike, mask: BoolArray | None = None) -> None:
+        """Sets qpos (num_envs, nq) and qvel (num_envs, nv) of the rows where mask is True, of all rows without a mask.
+
+        The same as set_state of each row. Wrong arguments change no row.
+        """
+        pool = self._pool
+        chosen = np.arange(self.num_envs) if mask is None else np.flatnonzero(bool_mask(mask, self.num_envs, "mask"))
+        states = [pool.of_rows("qpos", qpos, chosen), pool.of_rows("qvel", qvel, chosen)]
+        pool.check_settled()
+        pool.stale = True
+        for row, *state in zip(chosen.tolist(), *states, strict=True):
+            pool.rows.set_state(row, *state)
+
     def copy_row(self, source: int, mask: BoolArray) -> None:
         """Makes the rows where mask is True equal to the row `source`: state, random stream, step count."""
         row, chosen = self._pool.row(source), bool_mask(mask, self.num_envs, "mask")
