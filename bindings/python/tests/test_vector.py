@@ -562,7 +562,7 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
     ):
         with refused(gymnasium.error.AlreadyPendingCallError, Status.E_PENDING, "under way"):
             use()
-    with refused(ValueError, Status.E_SIZE, "3 row"):
+    with refused(ValueError, Status.E_SIZE, "least is 3"):
         envs.recv(3)
     with refused(ValueError, Status.E_VALUE, "least"):
         envs.recv(-1)
