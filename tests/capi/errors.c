@@ -543,6 +543,72 @@ static void test_last_error(void** state) {
   assert_string_equal(mjenv_last_error(), message);
 }
 
+// The reason that a handle keeps, copied as far as it fits.
+static void assert_reason(const void* handle, const char* word) {
+  char text[8192];
+  size_t size = 0, again = 0;
+  assert_ok(mjenv_error_of(handle, NULL, 0, &size));
+  assert_in_range(size, strlen(word) + 1, sizeof text);
+  assert_ok(mjenv_error_of(handle, text, sizeof text, &again));
+  assert_int_equal(again, size);
+  assert_int_equal(strlen(text), size - 1);
+  if (!strstr(text, word)) fail_msg("\"%s\" is not in \"%s\"", word, text);
+  // Less room: a shorter text with its NUL, and nothing behind it.
+  char part[8];
+  memset(part, '#', sizeof part);
+  assert_ok(mjenv_error_of(handle, part, 5, &again));
+  assert_int_equal(again, size);
+  assert_memory_equal(part, text, size - 1 < 4 ? size - 1 : 4);
+  assert_int_equal(part[size - 1 < 4 ? size - 1 : 4], '\0');
+  assert_int_equal(part[5], '#');
+}
+
+static void* fail_on_this_thread(void* env) {
+  double value;
+  size_t count;
+  assert_int_equal(mjenv_read(env, 0, "no_such_array", &value, 1, &count), MJENV_E_NAME);
+  return NULL;
+}
+
+static void test_errors_of_handles(void** state) {
+  (void)state;
+  mjenv_options* options = options_of_id("Hopper-v5");
+  mjenv_env *env = NULL, *none = NULL, *other = env_of_id("Ant-v5", 1);
+  assert_ok(mjenv_create(options, 1, &env));
+  size_t size = 0;
+  assert_ok(mjenv_error_of(env, NULL, 0, &size));
+  assert_int_equal(size, 1);
+
+  // Another thread's failure is known by the handle, and not by this thread.
+  assert_int_equal(mjenv_spec_of("no such id", &(mjenv_spec){.struct_size = sizeof(mjenv_spec)}), MJENV_E_NAME);
+  char here[1024];
+  snprintf(here, sizeof here, "%s", mjenv_last_error());
+  pthread_t thread;
+  assert_int_equal(pthread_create(&thread, NULL, fail_on_this_thread, env), 0);
+  pthread_join(thread, NULL);
+  assert_reason(env, "no_such_array");
+  assert_string_equal(mjenv_last_error(), here);
+
+  // What fails to be created leaves its reason with what it was to be made from. A success changes no reason.
+  assert_int_equal(mjenv_create(options, -3, &none), MJENV_E_VALUE);
+  assert_reason(options, "-3");
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_reason(env, "no_such_array");
+  assert_int_equal(mjenv_step(env, NULL, NULL, 3, MJENV_DTYPE_FLOAT32, NULL), MJENV_E_ARGUMENT);
+  assert_reason(env, "action");
+  assert_ok(mjenv_error_of(other, NULL, 0, &size));
+  assert_int_equal(size, 1);
+
+  assert_refused(MJENV_E_ARGUMENT, mjenv_error_of(env, NULL, 8, &size), "NULL");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_error_of(env, NULL, 0, NULL), "NULL");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_error_of(NULL, NULL, 0, &size), "");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_error_of(&size, NULL, 0, &size), "");
+  mjenv_destroy(env);
+  assert_refused(MJENV_E_ARGUMENT, mjenv_error_of(env, NULL, 0, &size), "");
+  mjenv_destroy(other);
+  mjenv_options_destroy(options);
+}
+
 static void test_long_names(void** state) {
   (void)state;
   char* name = allocate(1 << 20);
@@ -623,6 +689,7 @@ int main(void) {
       cmocka_unit_test(test_step_after_truncation),
       cmocka_unit_test(test_no_limit),
       cmocka_unit_test(test_last_error),
+      cmocka_unit_test(test_errors_of_handles),
       cmocka_unit_test(test_long_names),
       cmocka_unit_test(test_status_names),
       cmocka_unit_test(test_versions),

@@ -1,6 +1,8 @@
 // Handles that are no longer, or never were: each function refuses them, and nothing crashes.
+#define _GNU_SOURCE  // syscall
 #include <pthread.h>
 #include <sched.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -271,6 +273,73 @@ static void* destroy(void* env) {
   return NULL;
 }
 
+// A thread that destroys an environment, and which thread of the system it is.
+struct destroyer {
+  mjenv_env* env;
+  pid_t thread;
+};
+
+static void* destroy_by_name(void* argument) {
+  struct destroyer* destroyer = argument;
+  __atomic_store_n(&destroyer->thread, (pid_t)syscall(SYS_gettid), __ATOMIC_RELEASE);
+  mjenv_destroy(destroyer->env);
+  return NULL;
+}
+
+// Whether the system says that a thread of this process sleeps.
+static bool sleeps(pid_t thread) {
+  char path[64], text[512] = "";
+  snprintf(path, sizeof path, "/proc/self/task/%d/stat", (int)thread);
+  FILE* file = fopen(path, "r");
+  if (!file) return false;
+  const bool read = fgets(text, sizeof text, file) != NULL;
+  fclose(file);
+  const char* name_end = strrchr(text, ')');
+  return read && name_end && name_end[1] == ' ' && name_end[2] == 'S';
+}
+
+static void* roll_out(void* argument) {
+  struct user* user = argument;
+  enum { STEPS = 3000 };
+  double* actions = calloc((size_t)STEPS * 17, sizeof *actions);
+  __atomic_store_n(&user->started, 1, __ATOMIC_RELEASE);
+  note(user, mjenv_rollout(user->env, actions, (size_t)STEPS * 17, MJENV_DTYPE_FLOAT64, STEPS, NULL));
+  __atomic_store_n(&user->started, 2, __ATOMIC_RELEASE);
+  free(actions);
+  return NULL;
+}
+
+// While a long call is inside, destroy sleeps until it has returned: it does not spin.
+static void test_destroy_sleeps(void** state) {
+  (void)state;
+  for (bool slept = false; !slept;) {  // again if the thread that destroys began after the rollout had ended
+    struct user user = {.env = env_of_id("Humanoid-v5", 1)};
+    assert_ok(mjenv_reset(user.env, NULL, NULL));
+    struct destroyer destroyer = {.env = user.env};
+    pthread_t rolling, destroying;
+    assert_int_equal(pthread_create(&rolling, NULL, roll_out, &user), 0);
+    while (__atomic_load_n(&user.started, __ATOMIC_ACQUIRE) == 0) sched_yield();
+    size_t count;
+    double time = 0;
+    while (mjenv_read(user.env, 0, "time", &time, 1, &count) == MJENV_OK &&
+           __atomic_load_n(&user.started, __ATOMIC_ACQUIRE) == 1)  // until the rollout is inside
+      sched_yield();
+    assert_int_equal(pthread_create(&destroying, NULL, destroy_by_name, &destroyer), 0);
+    while (__atomic_load_n(&destroyer.thread, __ATOMIC_ACQUIRE) == 0) sched_yield();
+    while (mjenv_rows(user.env) != 0) sched_yield();  // until the handle is dead
+    bool was_inside = false;
+    while (!slept && __atomic_load_n(&user.started, __ATOMIC_ACQUIRE) == 1) {
+      was_inside = true;
+      slept = sleeps(destroyer.thread);
+      sched_yield();
+    }
+    pthread_join(rolling, NULL);
+    pthread_join(destroying, NULL);
+    assert_int_equal(user.other, MJENV_OK);
+    assert_true(slept || !was_inside);
+  }
+}
+
 static void test_destroyed_by_several(void** state) {
   (void)state;
   enum { TIMES = 60, THREADS = 4 };
@@ -380,6 +449,7 @@ int main(void) {
       cmocka_unit_test(test_borrowed_options),
       cmocka_unit_test(test_destroyed_in_use),
       cmocka_unit_test(test_destroyed_by_several),
+      cmocka_unit_test(test_destroy_sleeps),
       cmocka_unit_test(test_options_of_two_threads),
       cmocka_unit_test(test_options_destroyed_in_use),
       cmocka_unit_test(test_forked_in_use),
