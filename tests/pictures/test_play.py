@@ -114,7 +114,7 @@ def test_camera_and_fast() -> None:
         (["--video", "a.png", "--camera", "7"], "camera"),
         (["--video", "a.png", "--camera", "nosuch"], "nosuch"),
         (["--video", "a.png", "--actions", "none.npy"], "none.npy"),
-        (["--video", "a.png", "--actions", "wide.npy"], "3 numbers a row"),
+        (["--video", "a.png", "--actions", "wide.npy"], "which is 3 numbers"),
         (["--video", "a.png", "--actions", "text.npy"], "text.npy"),
         (["--video", "a.png", "--policy", "none.zip"], "none.zip"),
         (["--video", "none/a.mp4"], "none"),

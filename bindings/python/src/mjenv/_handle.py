@@ -157,11 +157,7 @@ class Options:
         schema = self.schema()
         for name, value in values.items():
             if name not in schema:
-                similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__], 1)
-                hint = f". Did you mean {similar[0]!r}?" if similar else ""
-                raise OptionError(
-                    f"{self.id} has no option {name!r}; it has {', '.join(schema)}{hint}", status=Status.E_NAME
-                )
+                raise unknown_option(self.id, name, schema)
             self._set(schema[name], value)
 
     def _get(self, name: bytes, kind: Kind) -> Any:
@@ -222,6 +218,13 @@ class Options:
         reals = "a float" if np.ndim(option.default) == 0 else f"{len(option.default)} floats"
         kind = kinds.get(option.kind, reals)
         return OptionError(f"option {option.name!r} of {self.id} is {kind}, not {value!r}", Status.E_TYPE)
+
+
+def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> OptionError:
+    """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
+    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__], 1)
+    hint = f". Did you mean {similar[0]!r}?" if similar else ""
+    return OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
 
 
 def _is_integer(value: Any) -> bool:
@@ -335,6 +338,12 @@ class Rows:
         if role not in self._arrays:
             self._arrays[role] = {field.name: field for field in self.fields(role)}
         return self._arrays[role].get(name)
+
+    def value(self, role: Role, name: str, row: int = 0) -> NDArray[Any]:
+        """A read-only copy of an array of mjData (Role.DATA) or mjModel (Role.MODEL) that every model has."""
+        field = self.array(role, name)
+        assert field is not None
+        return self.read(row, field)
 
     def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
         """The lower and the upper bounds of the space of observations or actions."""

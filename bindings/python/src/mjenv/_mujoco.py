@@ -36,7 +36,7 @@ _DATA: dict[str, dict[str, tuple[str, str]]] = {
     "sensor": {"data": ("sensordata", _SENSOR)},
 }
 
-# Arrays of mjModel are named by these prefixes, the earlier one first.
+# The prefixes of mjModel's arrays by kind of object. If several of them have an array of a name, the first one counts.
 _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
     "body": (("body_", _ROW),),
     "joint": (("dof_", _DOF), ("jnt_", _ROW)),
@@ -57,10 +57,12 @@ class _ReadOnly:
     __slots__ = ()
 
     def __setattr__(self, name: str, value: Any) -> NoReturn:
-        raise AttributeError(f"{name!r} is read-only; set_state changes the state, xml_file or xml_string the model")
+        raise AttributeError(
+            f"{name!r} is read-only: set_state changes the state, and the options xml_file and xml_string the model"
+        )
 
     def _missing(self, name: str) -> AttributeError:
-        return AttributeError(f"{type(self).__name__} has no {name!r}; dir() lists what there is")
+        return AttributeError(f"{type(self).__name__} has no {name!r}; dir() lists what it has")
 
 
 class Arrays(_ReadOnly):
@@ -101,9 +103,7 @@ class Contacts(Arrays):
         return super().__getattr__(name)[: len(self)]
 
     def __len__(self) -> int:
-        ncon = self._rows.array(Role.DATA, "ncon")
-        assert ncon is not None
-        return int(self._rows.read(self._row, ncon))
+        return int(self._rows.value(Role.DATA, "ncon", self._row))
 
     def __getitem__(self, index: int) -> Contact:
         count = len(self)
@@ -168,10 +168,7 @@ class View(_ReadOnly):
 
     def _range(self, part: str, end: int) -> tuple[int, int]:
         address = {_QPOS: "jnt_qposadr", _DOF: "jnt_dofadr", _SENSOR: "sensor_adr"}[part]
-        rows = self._arrays._rows
-        field = rows.array(Role.MODEL, address)
-        assert field is not None
-        starts = rows.read(self._arrays._row, field)
+        starts = self._arrays._rows.value(Role.MODEL, address)
         return int(starts[self.id]), int(starts[self.id + 1]) if self.id + 1 < len(starts) else end
 
 

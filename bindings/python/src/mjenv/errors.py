@@ -1,6 +1,6 @@
-"""The exceptions: each is a mjenv.Error and the exception that a Python or Gymnasium user expects.
+"""The exceptions. Each is a mjenv.Error, and also the exception that a user of Python or Gymnasium expects.
 
-Error.status is the library's status code; str(error) names the culprit and the valid choices.
+Error.status is the library's status code. The message says what is wrong and what is valid.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from mjenv._library import LIBRARY
 
 
 class Error(gymnasium.error.Error):
-    """Any failure that the library reports."""
+    """Base class of all exceptions of mjenv."""
 
     def __init__(self, message: str, status: int = Status.E_ARGUMENT) -> None:
         Exception.__init__(self, message)  # some of Gymnasium's classes ask for more
@@ -31,11 +31,11 @@ class UnknownIdError(Error, gymnasium.error.UnregisteredEnv):
 
 
 class OptionError(Error, TypeError):
-    """An option that the id does not have, or a value of another type than it takes."""
+    """The id has no such option, or the option takes a value of another type."""
 
 
 class InvalidValueError(Error, ValueError):
-    """A value out of range, an action of another shape or with a number that is not finite."""
+    """A value is out of range, or an action has another shape or holds a number that is not finite."""
 
 
 class UnknownNameError(Error, KeyError, IndexError):
@@ -99,7 +99,7 @@ class TaskError(Error, RuntimeError):
 
 
 class RenderSettingError(Error, AttributeError):
-    """A render_mode or a key of default_camera_config that there is not, found by render()."""
+    """render() was called without a render_mode, or default_camera_config has an unknown key."""
 
 
 class ClosedError(Error, gymnasium.error.ClosedEnvironmentError):

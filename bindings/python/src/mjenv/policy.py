@@ -1,8 +1,7 @@
 """Policies as text, for evaluation without a learning library, here and in C++ (examples/cpp/deploy.cpp).
 
-A policy is evaluated in float64, one operation after the other in a stated order, so that every language gives the
-same bits: multiplications and additions are rounded one by one, and tanh is that of the C library. docs/training.md
-describes the format.
+A policy is evaluated in float64. The order of the operations is fixed, each multiplication and addition is rounded, and
+tanh is that of the C library, so that every language gives the same bits. docs/training.md describes the format.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ ACTIVATIONS: dict[str, Callable[[float], float]] = {"tanh": math.tanh, "identity
 
 @dataclass(frozen=True)
 class Layer:
-    """Outputs are activation(bias + weights x inputs), added from the left."""
+    """Computes activation(bias + weights x inputs). Each sum adds its terms from left to right."""
 
     activation: str
     weights: list[list[float]]  # [outputs][inputs]
@@ -44,7 +43,8 @@ class Layer:
 
 @dataclass(frozen=True)
 class Policy:
-    """Observations to actions: (observation - mean) / scale, clipped, then the layers, then clipped to the bounds."""
+    """Turns an observation into an action: (observation - mean) / scale is clipped, goes through the layers, and is
+    clipped to the bounds of the action."""
 
     id: str
     mean: list[float]
@@ -81,7 +81,7 @@ class Policy:
 
     @classmethod
     def load(cls, path: Path) -> Policy:
-        """Reads a policy. Raises InvalidValueError for a text that is none."""
+        """Reads a policy. Raises InvalidValueError if the file holds none."""
         try:
             policy = cls._parse(path.read_text().splitlines())
         except (KeyError, IndexError, TypeError, UnicodeDecodeError, ValueError) as error:
@@ -120,12 +120,12 @@ class Policy:
 
 
 def _write(file: TextIO, name: str, numbers: Sequence[float]) -> None:
-    """The shortest decimals that read back as the same float64."""
+    """Writes a name, and numbers as the shortest decimals that read back as the same float64."""
     print(name, *map(repr, numbers), file=file)
 
 
 def layers_of(*modules: Any) -> list[Layer]:
-    """PyTorch's Linear modules with tanh between them."""
+    """The layers for PyTorch's Linear modules with tanh between them."""
     last = len(modules) - 1
     return [
         Layer("identity" if index == last else "tanh", module.weight.tolist(), module.bias.tolist())

@@ -29,14 +29,14 @@ import mjenv
 from mjenv import Kind, Option
 from mjenv._abi import Role
 
-# How the actions of a run are drawn: their greatest multiple of the bounds.
+# The ways to draw actions, each with the greatest multiple of the bounds that it reaches.
 SCALES = {"inside": 1.0, "three times out of bounds": 3.0, "wild": 1e6}
 _WILD = (math.nan, math.inf, -math.inf)
 OUTPUTS = ("obs", "reward", "terminated", "truncated", "info")
 
 
 class DifferenceError(AssertionError):
-    """Where the two differ: in which output, and how."""
+    """Says in which output mjenv and Gymnasium differ, and how."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ def _exact(value: Any) -> str:
 
 
 def describe(run: Run) -> str:
-    """The run in the words with which it can be repeated."""
+    """The run as text, with everything that is needed to repeat it."""
     return f"{run.id} {dict(run.options)!r} seed {run.seed}, {run.dtype} actions {run.actions}"
 
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Without Gymnasium's deprecation warnings and MuJoCo's own, on the terminal and in MUJOCO_LOG.TXT."""
+    """Hides Gymnasium's deprecation warnings, and MuJoCo's warnings on the terminal and in MUJOCO_LOG.TXT."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda message: None)
     try:
@@ -113,7 +113,7 @@ def quiet() -> Iterator[None]:
 
 
 def common_options(id: str) -> dict[str, Option]:
-    """The options that both take, but for xml_file, whose values cannot be drawn."""
+    """The options that both take, except xml_file, whose values cannot be drawn at random."""
     entry_point = gymnasium.spec(id).entry_point
     assert isinstance(entry_point, str)
     theirs = inspect.signature(load_env_creator(entry_point)).parameters
@@ -161,7 +161,7 @@ def _range(default: tuple[float, float], rng: np.random.Generator) -> tuple[floa
 
 
 def compare_descriptions(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any]) -> None:
-    """Spaces, spec, metadata and what stays the same all along."""
+    """Compares the spaces, the spec, the metadata, and the attributes that never change."""
     for name in ("action_space", "observation_space"):
         mine, other = getattr(ours, name), getattr(theirs, name)
         check_same(name, str(mine), str(other))
@@ -173,7 +173,7 @@ def compare_descriptions(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any])
     mine, other = asdict(ours.spec), asdict(theirs.spec)
     mine["kwargs"].pop("strict", None)
     for fields in (mine, other):
-        for name in ("entry_point", "vector_entry_point"):  # the package's own
+        for name in ("entry_point", "vector_entry_point"):  # each package has its own
             fields.pop(name)
     check_same("spec", mine, other)
     base: Any = theirs.unwrapped
@@ -188,9 +188,9 @@ def compare_descriptions(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any])
 
 
 def compare_data(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any]) -> int:
-    """The arrays of mjData that both offer in the same shape; says how many.
+    """Compares the arrays of mjData that both have in the same shape, and returns their number.
 
-    Arrays of constraints are left out: MuJoCo leaves what is behind their present length undefined.
+    Arrays of constraints are left out, because MuJoCo leaves their elements past the present constraints undefined.
     """
     data = theirs.unwrapped.data  # type: ignore[attr-defined]
     count = 0
@@ -204,7 +204,7 @@ def compare_data(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any]) -> int:
 
 def play(run: Run) -> int:
     """Plays a run on both and returns the number of episodes. Raises DifferenceError."""
-    # Non-finite actions and steps past the end are Gymnasium's own ways.
+    # Not strict, because Gymnasium takes actions that are not finite, and steps past the end.
     ours = mjenv.make(run.id, disable_env_checker=True, strict=False, **run.options)
     theirs = gymnasium.make(run.id, disable_env_checker=True, **run.options)
     rng = np.random.default_rng([zlib.crc32(run.id.encode()), run.seed % 2**32])
@@ -247,7 +247,7 @@ def _action(run: Run, space: Any, rng: np.random.Generator) -> NDArray[Any]:
 
 
 def draw_runs(id: str, option_sets: int, seeds: int, steps: int, draw: int = 0) -> Iterator[Run]:
-    """Runs of an id: the default options first, then drawn sets; `draw` seeds the drawing."""
+    """Runs of an id, first with the default options and then with random ones. draw: the seed of the drawing."""
     rng = np.random.default_rng([draw, zlib.crc32(id.encode())])
     with mjenv.make(id) as env:
         bodies = [env.model.body(i).name for i in range(env.model.nbody)]
@@ -261,6 +261,6 @@ def draw_runs(id: str, option_sets: int, seeds: int, steps: int, draw: int = 0) 
 
 
 def versions() -> str:
-    """What is compared with what."""
+    """The versions of what is compared."""
     theirs = f"gymnasium {gymnasium.__version__}, mujoco {mujoco.__version__}, numpy {np.__version__}"
     return f"mjenv {mjenv.version()} with {theirs}"

@@ -1,7 +1,7 @@
 """The command line: python -m mjenv, or mjenv where the package is installed.
 
-Each command is a module with add(commands), which declares its arguments, and a run(arguments) that returns the exit
-status: 0 for success, 1 where a comparison found a difference, 2 for a request that cannot be met.
+Each module has add(commands), which declares a command and its arguments, and a function that runs it and returns the
+exit status: 0 for success, 1 if a comparison found a difference, 2 if the request cannot be met.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import mjenv
 from mjenv._cli import bench, catalogue, completion, play, snapshots, verify
 
 EPILOG = """\
-Tables and bars are coloured where the package rich is installed (pip install "mjenv[cli]"). With --json a command
-prints one JSON document instead, in which numbers that are not finite are the strings "inf", "-inf" and "nan".
+Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints
+one JSON document instead, which writes numbers that are not finite as the strings "inf", "-inf" and "nan".
 Exit status: 0 success, 1 a comparison found a difference, 2 the request cannot be met."""
 
 
@@ -43,7 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(given.run(given))
     except (mjenv.Error, OSError) as error:
         if isinstance(error, BrokenPipeError):
-            # The reader of a pipe has left, `| head` for instance; Python's own flush at exit must not fail either.
+            # The program at the other end of the pipe has ended, as `head` does. Python flushes stdout once more at
+            # exit, which must not fail either.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return 0
         print(f"mjenv: {error}", file=sys.stderr)

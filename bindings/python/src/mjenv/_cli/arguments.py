@@ -10,8 +10,9 @@ from typing import Any
 
 import mjenv
 from mjenv import Kind
+from mjenv._handle import unknown_option
 
-Commands = Any  # what add_subparsers returns, which argparse does not name
+Commands = Any  # what add_subparsers returns; argparse has no public name for its type
 
 
 def known_id(text: str) -> str:
@@ -51,7 +52,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="a constructor option, as mjenv info lists them; numbers of a range separated by commas; repeatable",
+        help="set a constructor option, one of those that mjenv info lists; commas separate the numbers of a range; "
+        "can be repeated",
     )
 
 
@@ -64,7 +66,7 @@ def options_of(id: str, assignments: Sequence[str]) -> dict[str, Any]:
         if not equals:
             raise mjenv.OptionError(f"{assignment!r} is not NAME=VALUE")
         if name not in schema:
-            raise mjenv.OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}")
+            raise unknown_option(id, name, schema)
         found[name] = _value(schema[name], text)
     return found
 
@@ -87,7 +89,7 @@ def _value(option: mjenv.Option, text: str) -> Any:
 
 
 def _number(text: str) -> int | float:
-    """An int stays one, as Gymnasium's infos show the difference."""
+    """Keeps ints as ints, because Gymnasium's infos show whether a weight was an int."""
     try:
         return int(text)
     except ValueError:
@@ -99,7 +101,7 @@ def print_json(value: Any) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """The value without floats that JSON lacks."""
+    """The value with strings in place of the floats that JSON cannot express."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, dict):

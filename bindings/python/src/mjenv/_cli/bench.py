@@ -1,4 +1,4 @@
-"""mjenv bench: steps per second here and in the installed Gymnasium, in one interleaved run."""
+"""mjenv bench: measures the steps per second of mjenv and of the installed Gymnasium in one interleaved run."""
 
 from __future__ import annotations
 
@@ -20,17 +20,18 @@ from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json, seconds
 
 DEFAULT_IDS = ("Ant-v5", "HalfCheetah-v5", "Hopper-v5", "Humanoid-v5", "Reacher-v5")
-DRAWN = 64  # actions that are drawn once and played again and again
+DRAWN = 64  # number of different actions; each contender repeats them
 
 
 def add(commands: Commands) -> None:
     command = commands.add_parser(
         "bench",
         help="measure steps per second, beside Gymnasium if it is installed",
-        description="Plays random actions in turns: in each round every contender gets a slice of time, in an order "
-        "that moves on from round to round, so that what else the machine does meets all alike. Prints the median "
-        "of the rounds, and the median of the ratios within a round. Episodes that end are begun anew, which counts. "
-        "Gymnasium takes part if its MuJoCo environments can be built, without its checking wrapper.",
+        description="Measures how many random steps per second each contender takes. In each round all contenders run "
+        "in turn for a slice of time, and the order changes from round to round, so that other work on the machine "
+        "affects all of them alike. Prints the median of the rounds, and the median of the ratios within a round. The "
+        "time of resets counts. Gymnasium takes part, without its checking wrapper, if its MuJoCo environments can be "
+        "built.",
     )
     command.add_argument("id", nargs="*", type=known_id, help=f"ids to measure (default: {' '.join(DEFAULT_IDS)})")
     command.add_argument("--rows", type=positive, default=16, help="environments in a vector (default: 16)")
@@ -45,7 +46,7 @@ def add(commands: Commands) -> None:
 
 
 class Contender:
-    """One way to step an environment: calls of `play(steps)` take about the asked time once calibrated."""
+    """One way to step an environment. Each measurement takes about slice_seconds."""
 
     def __init__(self, name: str, envs: Any, rows: int, slice_seconds: float) -> None:
         self.name, self._envs, self._rows = name, envs, rows
@@ -60,7 +61,7 @@ class Contender:
         self._calls = max(1, round(calls * slice_seconds / taken))
 
     def rate(self) -> float:
-        """Steps of single environments in a second."""
+        """Steps per second; a step of a vector counts once for each row."""
         return self._calls * max(1, self._rows) / self._time(self._calls)
 
     def close(self) -> None:
@@ -100,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def versions() -> str:
-    """What is measured."""
+    """The versions of what is measured."""
     found = [f"mjenv {mjenv.version()}", f"gymnasium {gymnasium.__version__}", f"numpy {np.__version__}"]
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         found.append(f"mujoco {importlib.metadata.version('mujoco')}")
@@ -108,7 +109,7 @@ def versions() -> str:
 
 
 def measure(id: str, arguments: argparse.Namespace, advance: Callable[[], None]) -> dict[str, Any]:
-    """Steps per second of each contender, and how many times the first one's."""
+    """The steps per second of each contender, and their ratio to the first contender's."""
     contenders, refusal = _contenders(id, arguments)
     rates: list[list[float]] = [[] for _ in contenders]
     for turn in range(arguments.rounds):
@@ -135,7 +136,7 @@ def measure(id: str, arguments: argparse.Namespace, advance: Callable[[], None])
 
 
 def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender], str | None]:
-    """Gymnasium's first, if there are any; else why there are none."""
+    """The contenders, Gymnasium's first; and if Gymnasium does not take part, the reason."""
     rows, slice_seconds = arguments.rows, arguments.seconds
     found: list[Contender] = []
     refusal = "left out" if arguments.alone else None

@@ -1,4 +1,4 @@
-"""mjenv list, mjenv info, mjenv model: what there is."""
+"""mjenv list, mjenv info, mjenv model: describe the environments."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def _short(value: Any) -> str:
 
 
 def describe(id: str, options: dict[str, Any]) -> dict[str, Any]:
-    """All that info prints."""
+    """Everything that mjenv info prints."""
     spec = mjenv.spec(id)
     env = mjenv.make(id, **options)
     rows, model = env._rows, env.model
@@ -257,7 +257,7 @@ def _range(option: dict[str, Any]) -> str:
     low, high = option["low"], option["high"]
     if kind == Kind.STRING_OR_INT:
         return what
-    # The library's greatest bounds stand for any number.
+    # An option without a bound has the greatest number of its type as its bound.
     low_text = f" >= {_short(low)}" if math.isfinite(low) else ""
     high_text = f" <= {_short(high)}" if abs(high) < 1e15 and math.isfinite(high) else ""
     return what + low_text + ("," if low_text and high_text else "") + high_text

@@ -15,7 +15,7 @@ Prints a completion script. To use it in this shell:
   zsh    autoload -Uz compinit bashcompinit; compinit; bashcompinit; source <(mjenv completion zsh)
   fish   mjenv completion fish | source"""
 
-# For bash, and for zsh by bashcompinit: `typed` is the longest path of commands that the words begin with.
+# For bash, and for zsh with bashcompinit. `typed` becomes the commands before the cursor, " snapshot show" for example.
 BASH = """\
 _mjenv() {{
   local typed= word choices current=${{COMP_WORDS[COMP_CWORD]}} count=$((COMP_CWORD-1))
@@ -63,7 +63,7 @@ def _joined(path: tuple[str, ...]) -> str:
 def _commands(
     parser: argparse.ArgumentParser, path: tuple[str, ...]
 ) -> Iterator[tuple[tuple[str, ...], argparse.ArgumentParser]]:
-    """Every command with the words that lead to it."""
+    """The parser of each command, with the words that select the command."""
     yield path, parser
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -72,7 +72,7 @@ def _commands(
 
 
 def _words(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """What may follow: options, choices, ids."""
+    """The words that can follow a command: its options, choices and ids."""
     for action in parser._actions:
         yield from action.option_strings
         if action.choices:

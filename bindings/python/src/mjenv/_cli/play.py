@@ -1,4 +1,4 @@
-"""mjenv play: an episode as a video, or as a sheet of its pictures; mjenv gallery: all robots on one sheet."""
+"""mjenv play: writes an episode as a video or as a sheet of pictures. mjenv gallery: draws all robots on one sheet."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ from mjenv._cli.policies import NORMALIZER, Action, policy_of
 
 Colours = NDArray[np.uint8]
 
-GIF_RATE = 30  # pictures a second at most: viewers show faster ones slowly
+GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 SHEET = 12  # pictures of an episode on a sheet
 GAP = 6  # pixels between the pictures of a sheet
 GALLERY_STEPS = 15
-# Nearer than Gymnasium's cameras, and before the pendulums have fallen.
+# Steps and cameras of the gallery, where GALLERY_STEPS and the id's own camera do not suit: some robots look small from
+# Gymnasium's cameras, and the pendulums soon fall.
 VIEWS = {
     "InvertedDoublePendulum-v5": (4, {"distance": 2.6, "lookat": (0.0, 0.0, 0.5), "elevation": -15.0}),
     "InvertedPendulum-v5": (4, {"distance": 1.8, "lookat": (0.0, 0.0, 0.2), "elevation": -20.0}),
@@ -36,9 +37,9 @@ def add(commands: Commands) -> None:
     command = commands.add_parser(
         "play",
         help="play an episode into a video or a sheet of pictures",
-        description='Plays an episode and writes what it looks like. Needs pip install "mjenv[video]". Actions are '
-        "random ones, drawn from --seed, unless --actions or --policy gives others; random and recorded ones are "
-        "float32, as Gymnasium's action spaces.",
+        description="Plays an episode and writes it as a video or as a sheet of pictures. Needs pip install "
+        '"mjenv[video]". The actions are random, drawn from --seed, unless --actions or --policy gives them. Random '
+        "actions are float32, as those of Gymnasium's action spaces. Recorded actions keep the dtype of their file.",
     )
     command.add_argument("id", type=known_id)
     command.add_argument("--seed", type=not_negative, default=0, help="of the reset and of random actions (default: 0)")
@@ -47,11 +48,11 @@ def add(commands: Commands) -> None:
         type=output_file,
         required=True,
         metavar="FILE",
-        help="NAME.mp4, NAME.gif, or NAME.png for a sheet of 12 pictures of the episode",
+        help="the file to write: NAME.mp4, NAME.gif, or NAME.png for a sheet of 12 pictures of the episode",
     )
-    command.add_argument("--steps", type=positive, help="steps at most (default: to the end of the episode)")
+    command.add_argument("--steps", type=positive, help="greatest number of steps (default: to the end of the episode)")
     source = command.add_mutually_exclusive_group()
-    source.add_argument("--actions", type=Path, metavar="FILE.npy", help="actions, one a row")
+    source.add_argument("--actions", type=Path, metavar="FILE.npy", help="recorded actions, one in each row")
     source.add_argument(
         "--policy",
         type=Path,
@@ -67,10 +68,12 @@ def add(commands: Commands) -> None:
     )
     command.add_argument("--width", type=positive, default=480, help="pixels (default: 480)")
     command.add_argument("--height", type=positive, default=480, help="pixels (default: 480)")
-    command.add_argument("--camera", metavar="NAME|NUMBER", help="of the model; -1 is the free one")
+    command.add_argument("--camera", metavar="NAME|NUMBER", help="a camera of the model; -1 is the free camera")
     command.add_argument("--fast", action="store_true", help="draw without multisampling and shadows")
     command.add_argument(
-        "--fps", type=positive, help="pictures a second; fewer than the simulation has, the default, are slow motion"
+        "--fps",
+        type=positive,
+        help="pictures per second (default: the simulation's steps per second); fewer make slow motion",
     )
     add_options(command)
     command.set_defaults(run=run)
@@ -89,7 +92,7 @@ def add(commands: Commands) -> None:
 def output_file(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() not in (".mp4", ".gif", ".png"):
-        raise argparse.ArgumentTypeError(f"{text!r} ends neither with .mp4, .gif nor .png")
+        raise argparse.ArgumentTypeError(f"{text!r} must end in .mp4, .gif or .png")
     return path
 
 
@@ -123,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
 def play(
     env: mjenv.MujocoEnv, act: Action, steps: int, seed: int, writer: Mp4 | Gif | Sheet, advance: Callable[[], None]
 ) -> tuple[int, float]:
-    """Plays an episode; the number of its steps and its return."""
+    """Plays an episode and returns the number of its steps and its return."""
     env.action_space.seed(seed)
     obs, _ = env.reset(seed=seed)
     writer.add(env)
@@ -139,7 +142,7 @@ def play(
 
 
 def actions_of(env: mjenv.MujocoEnv, arguments: argparse.Namespace) -> tuple[Action, int]:
-    """What acts, and how many steps there are at most."""
+    """The function that chooses the actions, and the greatest number of steps."""
     assert env.spec is not None
     limit = arguments.steps or env.spec.max_episode_steps or 1000
     if arguments.actions:
@@ -157,7 +160,7 @@ def recorded(path: Path, env: mjenv.MujocoEnv, limit: int) -> tuple[Action, int]
     assert env.action_space.shape
     shape = env.action_space.shape
     if not isinstance(found, np.ndarray) or found.ndim != 2 or found.shape[1:] != shape or not len(found):
-        raise mjenv.InvalidValueError(f"{path} does not hold actions, one of {shape[0]} numbers a row")
+        raise mjenv.InvalidValueError(f"{path} must hold an action in each row, which is {shape[0]} numbers")
     following: Iterator[Any] = iter(found)
     return lambda obs: next(following), min(limit, len(found))
 
@@ -169,7 +172,7 @@ def camera_of(text: str | None) -> dict[str, Any]:
 
 
 def needed(*modules: str) -> None:
-    """Raises unless the packages of the extra are there."""
+    """Raises OptionError if one of these packages is missing."""
     for module in modules:
         try:
             importlib.import_module(module)
@@ -186,7 +189,7 @@ class Mp4:
     def __init__(self, path: Path, rate: int) -> None:
         import imageio.v2  # type: ignore[import-not-found, unused-ignore]
 
-        # 2: the chosen coding of colours takes even sizes alone.
+        # The encoding of colours needs even sizes, to which imageio rescales the pictures.
         self._writer: Any = imageio.v2.get_writer(path, format="FFMPEG", fps=rate, macro_block_size=2)
 
     def add(self, env: mjenv.MujocoEnv) -> None:
@@ -197,7 +200,7 @@ class Mp4:
 
 
 class Gif:
-    """An animation at the speed of the simulation, of as many pictures a second as viewers keep up with."""
+    """An animation at the speed of the simulation, with at most GIF_RATE pictures per second."""
 
     def __init__(self, path: Path, rate: int) -> None:
         import imageio.v2
@@ -215,7 +218,7 @@ class Gif:
 
 
 class Sheet:
-    """Pictures at equal distances in an episode whose length is not known before."""
+    """A sheet of pictures, evenly spread over an episode whose length is not known in advance."""
 
     def __init__(self, path: Path, rate: int) -> None:
         self._path, self._every, self._count = path, 1, 0
@@ -234,7 +237,7 @@ class Sheet:
 
 
 def save_sheet(path: Path, pictures: list[Colours], labels: list[str] | None = None) -> None:
-    """Writes pictures of one size side by side, four a row."""
+    """Writes pictures of one size side by side, four in a row."""
     from PIL import Image, ImageDraw  # type: ignore[import-not-found, unused-ignore]
 
     height, width, _ = pictures[0].shape
@@ -285,7 +288,7 @@ def portrait(id: str, seed: int, size: int) -> Any:
 
 
 def in_grey(depth: NDArray[np.float32]) -> Colours:
-    """A depth buffer, near parts bright."""
+    """A picture of a depth buffer, in which near is bright."""
     distance = 1 / (1 - np.minimum(depth, 1 - 1e-4).astype(np.float64))  # grows with the metres
     near, far = np.log(distance.min()), np.log(np.quantile(distance, 0.9))
     bright = np.clip((far - np.log(distance)) / (far - near), 0, 1)

@@ -1,4 +1,4 @@
-"""mjenv snapshot: what images of rows hold, and where two differ."""
+"""mjenv snapshot: shows what a snapshot holds, and where two snapshots differ."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mjenv._cli.arguments import Commands, add_json, add_options, known_id, opti
 from mjenv._handle import Rows
 from mjenv.errors import SnapshotError
 
-# The image of version 2: the stamp, then for each row its head and its record of doubles.
+# A snapshot begins with the stamp. Then each row has a head and a record of doubles.
 STAMP = struct.Struct("<8sIIQQQ")  # magic, version, rounding of norms, identity, rows, checksum
 # PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
 HEAD = struct.Struct("<4Q2Iq8B")
@@ -39,8 +39,8 @@ class Image:
 def add(commands: Commands) -> None:
     command = commands.add_parser(
         "snapshot",
-        help="look into snapshots, or compare two",
-        description="A snapshot is a file that holds what env.snapshot() (Python) or mjenv_snapshot (C) gave.",
+        help="show a snapshot, or compare two",
+        description="A snapshot is a file with the bytes that env.snapshot() (Python) or mjenv_snapshot (C) returned.",
     )
     actions = command.add_subparsers(dest="action", required=True, metavar="ACTION")
     show = actions.add_parser("show", help="print what a snapshot holds", description="Prints what a snapshot holds.")
@@ -49,16 +49,16 @@ def add(commands: Commands) -> None:
     diff = actions.add_parser(
         "diff",
         help="compare two snapshots field by field",
-        description="Compares two snapshots of one environment field by field and bit for bit; exit status 1 when they "
-        'differ. Fields that begin with "before." are the state before the last step or reset, from which derived '
-        "arrays follow.",
+        description="Compares two snapshots of one environment field by field and bit for bit; exit status 1 if they "
+        'differ. Fields that begin with "before." are the state before the last step or reset, from which the other '
+        "arrays are computed.",
     )
     diff.add_argument("file", type=Path, help="a snapshot")
-    diff.add_argument("other", type=Path, help="another")
+    diff.add_argument("other", type=Path, help="another snapshot")
     diff.set_defaults(run=run_diff)
     for action in (show, diff):
         action.add_argument(
-            "--id", type=known_id, help="the id it is of; else it is sought among all ids with default options"
+            "--id", type=known_id, help="the id of its environment (default: tries all ids with their default options)"
         )
         add_options(action)
         add_json(action)
@@ -84,7 +84,7 @@ def read(path: Path, id: str | None, assignments: list[str]) -> Image:
 
 
 def _owner(path: Path, data: bytes, count: int, id: str | None, assignments: list[str]) -> Rows:
-    """Rows that the image was restored to."""
+    """Rows of the id and the options that the image fits, restored from it."""
     last: SnapshotError | None = None
     for candidate in mjenv.ids() if id is None else (id,):
         given = options_of(candidate, assignments) if id is not None else {}
@@ -103,21 +103,16 @@ def _owner(path: Path, data: bytes, count: int, id: str | None, assignments: lis
     if id is not None:
         raise SnapshotError(f"{path}: {last}")
     raise SnapshotError(
-        f"{path} is damaged, or of no id with default options: name its id and options with --id and --option"
+        f"{path} is damaged, or its environment has other than default options: name its id and options with --id and "
+        "--option"
     )
 
 
 def _parts(rows: Rows) -> list[tuple[str, int]]:
-    """The names and lengths of what a record of doubles holds."""
-    nq, nv, na, nu = (int(_size(rows, name)) for name in ("nq", "nv", "na", "nu"))
+    """The names and lengths of the parts of a record of doubles."""
+    nq, nv, na, nu = (int(rows.value(Role.MODEL, name)) for name in ("nq", "nv", "na", "nu"))
     lengths = {"time": 1, "qpos": nq, "qvel": nv, "act": na, "qacc_warmstart": nv, "ctrl": nu}
     return [*lengths.items(), *((f"before.{name}", length) for name, length in lengths.items())]
-
-
-def _size(rows: Rows, name: str) -> Any:
-    field = rows.array(Role.MODEL, name)
-    assert field is not None
-    return rows.read(0, field)
 
 
 def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> Row:
@@ -164,7 +159,7 @@ def run_diff(arguments: argparse.Namespace) -> int:
     if first.id != second.id or len(first.rows) != len(second.rows):
         raise SnapshotError(
             f"{arguments.file} is of {len(first.rows)} row(s) of {first.id}, {arguments.other} of "
-            f"{len(second.rows)} of {second.id}: they have no fields in common"
+            f"{len(second.rows)} of {second.id}: only snapshots of one id and number of rows can be compared"
         )
     differences = list(compare(first, second))
     if arguments.json:
@@ -179,7 +174,7 @@ def run_diff(arguments: argparse.Namespace) -> int:
 
 
 def compare(first: Image, second: Image) -> list[dict[str, Any]]:
-    """The fields that differ: the first element that does, how many do, and the greatest absolute difference."""
+    """The fields that differ, each with its first different element, their number, and the greatest difference."""
     return [
         {"row": index, "field": name, **difference}
         for index, (a, b) in enumerate(zip(first.rows, second.rows, strict=True))
@@ -209,7 +204,7 @@ def _difference(a: Any, b: Any) -> dict[str, Any] | None:
 
 
 def _jsonable(value: Any) -> Any:
-    """Arrays as lists; integers that many readers of JSON would round as texts."""
+    """Arrays become lists, and integers that many readers of JSON would round become strings."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     return str(value) if isinstance(value, int) and value >= 2**53 else value

@@ -1,4 +1,4 @@
-"""Tables, bars and progress: by rich on a terminal where it is installed, else in plain text."""
+"""Prints tables, bars and progress: with rich on a terminal if rich is installed, else as plain text."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def heading(text: str) -> None:
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]], right: str = "") -> None:
-    """Prints a table; `right` names the columns to be aligned at the right, separated by blanks."""
+    """Prints a table. right: the names of the columns that are aligned to the right, separated by blanks."""
     at_right = [column in right.split() for column in columns]
     console = _rich(sys.stdout)
     if console:
@@ -61,7 +61,7 @@ def _rich_table(console: Any, columns: Sequence[str], rows: Sequence[Sequence[st
 
 
 def bars(items: Sequence[tuple[str, float, str]]) -> None:
-    """Prints a horizontal bar for each (label, value, text behind the bar), on one scale from 0."""
+    """Prints a horizontal bar for each (label, value, text after the bar), all on one scale that begins at 0."""
     console = _rich(sys.stdout)
     label_width = max(len(label) for label, _, _ in items)
     text_width = max(len(text) for _, _, text in items)
@@ -89,7 +89,7 @@ def _encodes(text: str) -> bool:
 
 @contextlib.contextmanager
 def progress(total: int, text: str) -> Iterator[Callable[[], None]]:
-    """Shows on stderr how many of `total` parts are done; yields what is to be called after each. Silent in a pipe."""
+    """Shows on stderr how many of `total` parts are done, if it is a terminal. Yields what to call after each part."""
     if not sys.stderr.isatty():
         yield lambda: None
         return
