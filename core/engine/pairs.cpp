@@ -10,7 +10,7 @@ namespace mjenv::core {
 namespace {
 
 // Beyond this, MuJoCo's search beats going through a list.
-constexpr std::size_t kMostPairs = 512;
+constexpr std::size_t kMaxPairs = 512;
 
 bool is_surface(const mjModel& m, int geom) {
   return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
@@ -86,7 +86,7 @@ std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
         for (int g2 = m.body_geomadr[b2]; g2 < m.body_geomadr[b2] + m.body_geomnum[b2]; ++g2) {
           if (!can_touch(m, g1, g2)) continue;
           if (!trusted && b1 != 0) return std::nullopt;
-          if (pairs.dim.size() == kMostPairs) return std::nullopt;
+          if (pairs.dim.size() == kMaxPairs) return std::nullopt;
           append(pairs, m, g1, g2);
         }
   return pairs;

@@ -16,8 +16,8 @@ struct Pairs {
   std::vector<double> solref, solimp, margin, gap, friction;
 };
 
-// No value where the search may find anything else than such a list. MuJoCo prunes pairs of moving geoms in float32,
-// which could miss a touch of less than 1e-7 m; models for which that has been found without consequence are trusted.
+// Returns no value where MuJoCo's search may find other contacts than such a list gives. MuJoCo prunes pairs of moving
+// geoms in float32, which could miss a touch of less than 1e-7 m; `trusted` says that this is known to change nothing.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
 }  // namespace mjenv::core

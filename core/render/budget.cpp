@@ -12,11 +12,11 @@ namespace mjenv::core {
 namespace {
 
 // Of a stranger's model: vertices that OpenGL keeps, and those and pixels of shadow maps that a picture takes.
-constexpr double kMostVertices = 1 << 25, kMostDrawn = 1 << 30;
+constexpr double kMaxVertices = 1 << 25, kMaxDrawn = 1 << 30;
 // With Mesa's software renderer a height field takes the most, 54 bytes; planes take 13.
-constexpr double kBytesAVertex = 64;
+constexpr double kBytesPerVertex = 64;
 // Red, green, blue, alpha and smaller copies, and a copy while those are made.
-constexpr double kBytesAPixel = 8;
+constexpr double kBytesPerPixel = 8;
 
 // MuJoCo divides a plane into cells of its third size, an infinite one into as many as it can.
 double cells(const mjtNum* size, int axis) {
@@ -31,14 +31,14 @@ double texture_bytes(const mjModel& m) {
     const double width = m.tex_width[i];
     pixels += m.tex_type[i] == mjTEXTURE_2D ? width * m.tex_height[i] : 6 * width * width;
   }
-  return kBytesAPixel * pixels;
+  return kBytesPerPixel * pixels;
 }
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-void check_most(bool trusted, const std::string& what, double count, const std::string& unit, double most) {
-  if (!trusted && !(count <= most))
-    fail(MJENV_E_RENDER, what + " takes " + number(count) + " " + unit + "; the limit is " + number(most) +
+void check_limit(bool trusted, const std::string& what, double count, const std::string& unit, double limit) {
+  if (!trusted && !(count <= limit))
+    fail(MJENV_E_RENDER, what + " takes " + number(count) + " " + unit + "; the limit is " + number(limit) +
                              ", unless you trust the model and set the option \"trust_xml\"");
 }
 
@@ -63,8 +63,8 @@ Budget::Budget(const mjModel& m, bool trusted)
     fields_.push_back(6 * rows * columns + 8 * (rows + columns) + quads_);
   }
   for (int i = 0; i < m.nskin; ++i) skins_.push_back(3.0 * m.skin_facenum[i] + m.skin_vertnum[i]);
-  check_most(trusted, "drawing the model", of_model(), "vertices", kMostVertices);
-  bytes_ = kBytesAVertex * of_model() + texture_bytes(m) + 4 * shadow_;
+  check_limit(trusted, "drawing the model", of_model(), "vertices", kMaxVertices);
+  bytes_ = kBytesPerVertex * of_model() + texture_bytes(m) + 4 * shadow_;
   if (bytes_ > free_memory())
     fail(MJENV_E_MEMORY, "drawing the model needs " + number(std::ceil(bytes_ / 1e9)) + " GB, more than is free");
 }
@@ -101,8 +101,8 @@ void Budget::check(const mjvScene& scene) const {
   for (int i = 0; i < scene.nlight; ++i) shadows += scene.lights[i].castshadow != 0;
   if (shadow_ == 0 || !scene.flags[mjRND_SHADOW]) shadows = 0;
   // For each light that casts shadows MuJoCo draws all of it twice; so it does what is transparent or reflected.
-  check_most(trusted_, "a picture with " + number(shadows) + " lights that cast shadows",
-             2 * (vertices + shadows * (vertices + shadow_)), "vertices and pixels of shadow maps", kMostDrawn);
+  check_limit(trusted_, "a picture with " + number(shadows) + " lights that cast shadows",
+              2 * (vertices + shadows * (vertices + shadow_)), "vertices and pixels of shadow maps", kMaxDrawn);
 }
 
 }  // namespace mjenv::core

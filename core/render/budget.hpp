@@ -1,5 +1,5 @@
-// What drawing a model takes, asked before OpenGL is: drivers end the process when memory runs out, and a picture of a
-// stranger's model must not take hours.
+// Estimates what drawing a model takes, before OpenGL is called: drivers end the process when memory runs out, and a
+// picture of an untrusted model must not take hours.
 #pragma once
 
 #include <mujoco/mujoco.h>

@@ -6,16 +6,16 @@
 namespace mjenv::core {
 namespace {
 
-constexpr int kMostPixelsASide = 1 << 16, kMostGeoms = 1 << 20;
+constexpr int kMaxPixelsPerSide = 1 << 16, kMaxGeoms = 1 << 20;
 static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
 static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
 
 // The model as it is to be drawn.
 mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
-  check_range("width", settings.width, 1, kMostPixelsASide);
-  check_range("height", settings.height, 1, kMostPixelsASide);
-  check_range("max_geom", settings.max_geom, 0, kMostGeoms);
-  check_range("samples", settings.samples, 0, kMostSamples);
+  check_range("width", settings.width, 1, kMaxPixelsPerSide);
+  check_range("height", settings.height, 1, kMaxPixelsPerSide);
+  check_range("max_geom", settings.max_geom, 0, kMaxGeoms);
+  check_range("samples", settings.samples, 0, kMaxSamples);
   mjModel model = shared;
   model.vis.global.offwidth = settings.width;
   model.vis.global.offheight = settings.height;
@@ -32,7 +32,7 @@ void check_range(const char* name, std::int64_t value, std::int64_t low, std::in
                             std::to_string(high));
 }
 
-double or_default(double value, double otherwise) { return std::isnan(value) ? otherwise : value; }
+double or_default(double value, double fallback) { return std::isnan(value) ? fallback : value; }
 
 Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
     : Drawing(set(*shared.get(), settings), shared.trusted()) {

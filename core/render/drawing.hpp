@@ -14,7 +14,7 @@
 namespace mjenv::core {
 
 // More than any OpenGL has; MuJoCo takes as many as there are.
-constexpr int kMostSamples = 64;
+constexpr int kMaxSamples = 64;
 
 struct Drawing {
   mjModel model;  // shares the model's arrays
@@ -39,13 +39,13 @@ struct Drawing {
   void update(mjData* data);
 
  private:
-  // What others delegate to, so that the destructor frees what they leave when they fail.
+  // Delegated to, so that the destructor runs if the public constructor throws.
   Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted) {}
 };
 
 void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high);
 // The value, unless it is NaN.
-double or_default(double value, double otherwise);
+double or_default(double value, double fallback);
 
 // MuJoCo's errors while drawing are not the simulation's.
 template <typename F>

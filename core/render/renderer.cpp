@@ -52,7 +52,7 @@ mjenv_render_settings render_defaults(const Model& model, const Camera& camera) 
   settings.width = settings.height = 480;
   settings.camera = MJENV_CAMERA_DEFAULT;
   settings.max_geom = 1000;
-  settings.samples = std::clamp(model.get()->vis.quality.offsamples, 0, kMostSamples);
+  settings.samples = std::clamp(model.get()->vis.quality.offsamples, 0, kMaxSamples);
   settings.shadows = settings.reflections = 1;
   std::copy(camera.lookat.begin(), camera.lookat.end(), settings.lookat);
   settings.distance = camera.distance;
@@ -92,8 +92,8 @@ void Renderer::check_size() const {
     fail(MJENV_E_VALUE, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) +
                             " is more than the " + std::to_string(traits_.width) + " x " +
                             std::to_string(traits_.height) + " that this OpenGL draws (" + traits_.text + ")");
-  const double bytes_a_pixel = 8.0 * (2 + drawing_->model.vis.quality.offsamples) + 7;
-  const double needed = static_cast<double>(pixels()) * bytes_a_pixel + drawing_->budget.bytes();
+  const double bytes_per_pixel = 8.0 * (2 + drawing_->model.vis.quality.offsamples) + 7;
+  const double needed = static_cast<double>(pixels()) * bytes_per_pixel + drawing_->budget.bytes();
   if (needed > free_memory())
     fail(MJENV_E_MEMORY, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) + " needs " +
                              number(std::ceil(needed / 1e9)) + " GB, more than is free");

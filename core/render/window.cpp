@@ -49,7 +49,7 @@ Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& 
   int units = 0;
   glfw_.get_framebuffer_size(window, &width_, &height_);
   glfw_.get_window_size(window, &units, nullptr);
-  pixels_a_unit_ = units > 0 ? static_cast<double>(width_) / units : 1;
+  pixels_per_unit_ = units > 0 ? static_cast<double>(width_) / units : 1;
   glfw_.set_window_user_pointer(window, this);
   glfw_.set_key_callback(window, [](GLFWwindow* w, int key, int, int action, int) {
     if (action == kRelease) owner_of(w).press(key);
@@ -74,7 +74,7 @@ void Window::check_here() const {
 
 void Window::begin() {
   waits_ = paused_;
-  pictures_due_ += drawing_.model.opt.timestep / (seconds_a_picture_ * run_speed_);
+  pictures_due_ += drawing_.model.opt.timestep / (seconds_per_picture_ * run_speed_);
   if (every_frame_) pictures_due_ = 1;
   if (waits_) pictures_due_ = 0;
 }
@@ -98,7 +98,7 @@ void Window::draw() {
     glfw_.swap_buffers(context_->window());
     poll();
   }
-  seconds_a_picture_ = 0.9 * seconds_a_picture_ + 0.1 * (seconds() - start);
+  seconds_per_picture_ = 0.9 * seconds_per_picture_ + 0.1 * (seconds() - start);
   if (waits_) {
     waits_ = paused_ && !advance_;
     advance_ = false;
@@ -140,7 +140,7 @@ void Window::draw_overlay() {
   line("Cap[t]ure frame", saved_.empty() ? "" : "Saved as " + saved_);
   line("Toggle geomgroup visibility", "0-4");
   show(mjGRID_TOPLEFT);
-  line("FPS", formatted("%d", static_cast<int>(1 / seconds_a_picture_)));
+  line("FPS", formatted("%d", static_cast<int>(1 / seconds_per_picture_)));
   line("Solver iterations", formatted("%d", iterations_ + 1));
   line("Step", formatted("%ld", std::lround(time_ / drawing_.model.opt.timestep)));
   line("timestep", formatted("%.5f", drawing_.model.opt.timestep));
@@ -193,8 +193,8 @@ void Window::save_picture() {
 }
 
 void Window::place_mouse(double x, double y) {
-  mouse_x_ = static_cast<int>(pixels_a_unit_ * x);
-  mouse_y_ = static_cast<int>(pixels_a_unit_ * y);
+  mouse_x_ = static_cast<int>(pixels_per_unit_ * x);
+  mouse_y_ = static_cast<int>(pixels_per_unit_ * y);
 }
 
 void Window::move_mouse(double x, double y) {

@@ -40,8 +40,8 @@ class Window {
   std::atomic<bool> open_{true};  // asked for by other threads
   bool paused_ = false, advance_ = false, waits_ = false, to_save_ = false;
   bool every_frame_ = true, contacts_ = false, transparent_ = false, menu_ = true;
-  double pictures_due_ = 0, seconds_a_picture_ = 1 / 60.0, run_speed_ = 1;
-  double pixels_a_unit_ = 1;  // of the mouse's coordinates
+  double pictures_due_ = 0, seconds_per_picture_ = 1 / 60.0, run_speed_ = 1;
+  double pixels_per_unit_ = 1;  // of the mouse's coordinates
   int mouse_x_ = 0, mouse_y_ = 0;
   std::string saved_;  // the path of the last screenshot
 

@@ -96,6 +96,36 @@ void test_files(void**) {
   rmdir(folder);
 }
 
+// ---- What is refused ----
+
+std::string refusal_of(const std::string& xml) {
+  mjenv_env* env = nullptr;
+  assert_int_equal(create({"InvertedPendulum-v5", xml}, &env), MJENV_E_MODEL);
+  return mjenv_last_error();
+}
+
+// A hull of 150,000 vertices would take a minute.
+void test_large_hull(void**) {
+  const double start = seconds();
+  const std::string why = refusal_of(model_with(ball(150'000), ""));
+  assert_true(seconds() - start < 30);
+  assert_true(why.find("trust_xml") != std::string::npos);
+}
+
+// What newer versions of MuJoCo added; the versions are those of its change log.
+void test_newer_models(void**) {
+  const auto says = [](const std::string& bodies, const char* version) {
+    const std::string why = refusal_of(model_with("", bodies));
+    return why.find("MuJoCo 2.2.2") != std::string::npos && why.find(version) != std::string::npos;
+  };
+  assert_true(says("<body gravcomp='1'><geom size='1'/></body>", "MuJoCo 2.3.1"));
+  assert_true(says("<frame><geom size='1'/></frame>", "MuJoCo 3.1.0"));
+  assert_true(says("<replicate count='2'><geom size='1'/></replicate>", "MuJoCo 3.1.5"));
+  // What no version knows.
+  const std::string why = refusal_of(model_with("", "<body no_such='1'/>"));
+  assert_true(why.find("MuJoCo 2.2.2") != std::string::npos && why.find("first that knows") == std::string::npos);
+}
+
 // ---- Threads ----
 
 // While a stranger's model is compiled, built-in and cached models are created.
@@ -236,8 +266,9 @@ void test_small_stacks(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_shared_models), cmocka_unit_test(test_other_text), cmocka_unit_test(test_files),
-      cmocka_unit_test(test_waiting),       cmocka_unit_test(test_at_once),
+      cmocka_unit_test(test_shared_models), cmocka_unit_test(test_other_text),   cmocka_unit_test(test_files),
+      cmocka_unit_test(test_large_hull),    cmocka_unit_test(test_newer_models), cmocka_unit_test(test_waiting),
+      cmocka_unit_test(test_at_once),
 #ifndef NO_THREADS_AFTER_FORK
       cmocka_unit_test(test_forks),
 #endif
