@@ -40,7 +40,7 @@ void mjenv_support(const void* a, const void* b, const ccd_vec3_t* dir, const cc
 // are, and qhull looks at each vertex of the facets that a new one changes, which can be all. So both are counted, over
 // all meshes of a model: user_mesh.cc calls mjenv_vertexneighbors for qh_vertexneighbors, before it connects the
 // vertices, and libqhull_r.c mjenv_resetlists for qh_resetlists, after each new vertex.
-static _Thread_local double hull_work, hull_limit = 1e300;
+static _Thread_local double hull_work, hull_limit;
 
 void mjenv_limit_hulls(double limit) {
   hull_work = 0;

@@ -16,10 +16,11 @@ file(GLOB engine
   ${sources}/mujoco/src/user/*.cc
   ${sources}/mujoco/src/xml/*.cc
   ${sources}/qhull/src/libqhull_r/*.c)
-# guards.c replaces these.
-list(REMOVE_ITEM engine ${sources}/qhull/src/libqhull_r/usermem_r.c ${sources}/qhull/src/libqhull_r/userprintf_r.c)
+# guards.c and load.cc replace these.
+list(REMOVE_ITEM engine ${sources}/qhull/src/libqhull_r/usermem_r.c ${sources}/qhull/src/libqhull_r/userprintf_r.c
+                        ${sources}/mujoco/src/xml/xml_api.cc)
 list(APPEND engine
-  ${CMAKE_CURRENT_LIST_DIR}/guards.c
+  ${CMAKE_CURRENT_LIST_DIR}/guards.c ${CMAKE_CURRENT_LIST_DIR}/load.cc
   ${sources}/libccd/src/ccd.c ${sources}/libccd/src/mpr.c ${sources}/libccd/src/polytope.c ${sources}/libccd/src/support.c
   ${sources}/libccd/src/vec3.c
   ${sources}/lodepng/lodepng.cpp
@@ -32,7 +33,7 @@ target_include_directories(mjenv_engine SYSTEM PUBLIC ${sources}/mujoco/include 
 target_include_directories(mjenv_engine PRIVATE
   ${generated} ${sources}/mujoco/src ${sources}/libccd/src ${sources}/qhull/src
   ${sources}/qhull/src/libqhull_r ${sources}/tinyobjloader)
-# MJ_STATIC keeps MuJoCo's functions from being exported.
+# MJ_STATIC keeps MuJoCo's functions from being exported. The core calls load.cc instead of mj_loadXML.
 target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD_STATIC_DEFINE)
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
@@ -45,9 +46,10 @@ set_property(SOURCE ${sources}/mujoco/src/user/user_mesh.cc APPEND PROPERTY
              COMPILE_DEFINITIONS qh_vertexneighbors=mjenv_vertexneighbors)
 set_property(SOURCE ${sources}/qhull/src/libqhull_r/libqhull_r.c APPEND PROPERTY
              COMPILE_DEFINITIONS qh_resetlists=mjenv_resetlists)
-file(GLOB loader ${sources}/mujoco/src/user/*.cc ${sources}/mujoco/src/xml/*.cc)
+file(GLOB loader ${sources}/mujoco/src/user/*.cc ${sources}/mujoco/src/xml/*.cc ${CMAKE_CURRENT_LIST_DIR}/load.cc)
 set_property(SOURCE ${loader} APPEND PROPERTY COMPILE_OPTIONS -include ${CMAKE_CURRENT_LIST_DIR}/apart.hpp)
 set_property(SOURCE ${loader} APPEND PROPERTY OBJECT_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/apart.hpp)
+set_property(SOURCE ${CMAKE_CURRENT_LIST_DIR}/load.cc APPEND PROPERTY INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/core)
 set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
 # Errors leave MuJoCo's C code as exceptions. If that code had no tables for them, the compiler would drop the handlers of
 # its callers.

@@ -104,6 +104,20 @@ std::string refusal_of(const std::string& xml) {
   return mjenv_last_error();
 }
 
+// The reasons are MuJoCo's own texts, from its parser and its compiler.
+void test_reasons(void**) {
+  const auto refused_for = [](const std::string& bodies, const char* reason) {
+    return refusal_of(model_with("", bodies)).find(reason) != std::string::npos;
+  };
+  assert_true(refused_for("<body><geom size='wide'/></body>", "problem reading attribute 'size'"));
+  assert_true(
+      refused_for("<body><geom name='ball' size='-1'/></body>",
+                  "Error: sizes must be positive in object 'ball' (id = 1)\nObject name = ball, id = 1, line = 1"));
+  assert_true(
+      refused_for("<body name='empty'><joint/></body>",
+                  "Error: mass and inertia of moving bodies must be larger than mjMINVAL\nObject name = empty"));
+}
+
 // A hull of 150,000 vertices would take a minute.
 void test_large_hull(void**) {
   const double start = seconds();
@@ -132,7 +146,10 @@ void test_newer_models(void**) {
 void test_waiting(void**) {
   const std::string own = model_with("", "");
   mjenv_env* cached = made({"InvertedPendulum-v5", own});
+#ifndef MJENV_ENGINE_COMPILED_IN
+  // A shared library compiles one model at a time, so the built-in model must be cached as well.
   mjenv_env* hopper = made({"Hopper-v5"});
+#endif
   std::atomic<double> compiled{0};
   const std::string slow = model_with(ball(20'000), "");
   std::thread other([&] {
@@ -153,7 +170,9 @@ void test_waiting(void**) {
   }
   other.join();
   mjenv_destroy(cached);
+#ifndef MJENV_ENGINE_COMPILED_IN
   mjenv_destroy(hopper);
+#endif
   assert_true(created > 1 && longest < compiled / 2);
 }
 
@@ -266,9 +285,9 @@ void test_small_stacks(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_shared_models), cmocka_unit_test(test_other_text),   cmocka_unit_test(test_files),
-      cmocka_unit_test(test_large_hull),    cmocka_unit_test(test_newer_models), cmocka_unit_test(test_waiting),
-      cmocka_unit_test(test_at_once),
+      cmocka_unit_test(test_shared_models), cmocka_unit_test(test_other_text), cmocka_unit_test(test_files),
+      cmocka_unit_test(test_reasons),       cmocka_unit_test(test_large_hull), cmocka_unit_test(test_newer_models),
+      cmocka_unit_test(test_waiting),       cmocka_unit_test(test_at_once),
 #ifndef NO_THREADS_AFTER_FORK
       cmocka_unit_test(test_forks),
 #endif

@@ -56,14 +56,6 @@ inline constexpr Limit kPictureSide{16'384, 16'384};
 inline constexpr Limit kSamples{1'024, 1'024};
 inline constexpr Limit kSlices{128, 1'024};
 
-// MuJoCo 2.2.2 connects the vertices of a convex hull in a time that grows with their square. Compiled in, it counts
-// them as it makes the hull (cmake/engine/guards.c). Otherwise a mesh's vertices are counted before.
-#ifdef MJENV_ENGINE_COMPILED_IN
-inline constexpr bool kEngineLimitsHulls = true;
-#else
-inline constexpr bool kEngineLimitsHulls = false;
-#endif
-
 // The limits of one model.
 class Limits {
  public:

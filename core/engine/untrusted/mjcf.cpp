@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/load.hpp"
 #include "engine/untrusted/element.hpp"
 #include "engine/untrusted/files.hpp"
 #include "engine/untrusted/folder.hpp"
@@ -419,7 +420,7 @@ void Check::add_pixels(std::int64_t count, const XMLElement* element) {
 
 // Any of a mesh's vertices may be on its convex hull.
 void Check::add_hull(std::int64_t vertices, const XMLElement* element) {
-  if (!kEngineLimitsHulls)
+  if (!kLoadLimitsHulls)
     check_limit("squares of meshes' vertices", hull_work_ += vertices * vertices, kHullWork, element);
 }
 

@@ -1,0 +1,23 @@
+// MuJoCo's loader of models. Each kind of engine has its own: cmake/engine/load.cc for the engine that is compiled in,
+// load_shared.cpp for a shared library.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
+struct mjModel_;
+struct mjVFS_;
+// NOLINTEND(bugprone-reserved-identifier)
+
+namespace mjenv::core {
+
+// Whether load() limits the work on convex hulls. If not, the vertices of meshes are limited before the model is
+// loaded.
+extern const bool kLoadLimitsHulls;
+
+// Parses and compiles the model of this path, which may be one of the files in memory. Returns null with MuJoCo's
+// reason if MuJoCo refuses the model. The unit of hull_limit is described at kHullWork.
+mjModel_* load(const std::string& path, const mjVFS_& files, std::int64_t hull_limit, std::string& reason);
+
+}  // namespace mjenv::core
