@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// One MJCF file of assets/, compiled into the library.
+// An MJCF file of assets/, which is compiled into the library.
 struct Asset {
   const char* name;
   const char* text;
@@ -14,7 +14,7 @@ struct Asset {
 extern const Asset assets[];
 extern const std::size_t asset_count;
 
-// The text of the asset of that name, or null.
+// Returns the text of the asset with this name, or null.
 inline const char* asset_text(std::string_view name) {
   for (std::size_t i = 0; i < asset_count; ++i)
     if (name == assets[i].name) return assets[i].text;

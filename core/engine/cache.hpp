@@ -1,4 +1,4 @@
-// The models in use, by what they were made from: environments of one model share it.
+// The models in use. Environments with the same model share it.
 #pragma once
 
 #include <atomic>
@@ -10,22 +10,24 @@ namespace mjenv::core {
 
 class Model;
 
-// Whoever finds another thread inside goes without, because a fork may have left that thread behind: a model is then
-// made once more, or its entry is dropped with a later one's.
+// A call that finds another thread inside does nothing instead of waiting, because in a forked child that thread may
+// not exist. Then a model is compiled once more, or its entry is dropped by a later call.
 class Cache {
  public:
-  // Null if there is none.
+  // Returns the model that was added with this key, or null.
   std::shared_ptr<const Model> find(const std::string& key);
   void add(const std::string& key, const std::shared_ptr<const Model>& model);
-  // Drops the entries of models that nobody uses any more.
+  // Drops the entries of models that are no longer in use.
   void tidy();
 
  private:
   using Models = std::map<std::string, std::weak_ptr<const Model>>;
   std::atomic<bool> busy_{false};
-  Models* models_ =
-      nullptr;  // null while there are none, as environments may outlive this object when the process ends
+  // Null while there are no models, and not freed by a destructor, because environments may live longer than this
+  // object when the process ends.
+  Models* models_ = nullptr;
 
+  // Calls the body, unless another thread is inside.
   template <typename F>
   void alone(const F& body);
 };

@@ -6,7 +6,7 @@
 
 #include "error.hpp"
 
-// MuJoCo exports these for its own language bindings: handlers of one thread, which leave the process's alone.
+// MuJoCo exports these functions for its own language bindings. They set handlers for one thread only.
 // NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
 extern "C" {
 using mjenv_mju_handler = void (*)(const char*);
@@ -25,7 +25,7 @@ namespace {
   fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
 }
 
-// Lets mju_malloc return null to who frees what it has and then reports another error.
+// Lets mju_malloc return null to a caller that frees what it holds and then reports an error of its own.
 void throw_later(const char* message) {
   if (std::strcmp(message, "Could not allocate memory") != 0) throw_error(message);
 }
@@ -34,7 +34,7 @@ void ignore_warning(const char*) {}
 
 }  // namespace
 
-// MuJoCo's messages of failed allocations: "Could not allocate ...", "mj_...: could not allocate ...".
+// MuJoCo's messages about failed allocations are "Could not allocate ..." and "mj_...: could not allocate ...".
 bool lacks_memory(const char* message) { return std::strstr(message, "ould not allocate") != nullptr; }
 
 ErrorTrap::ErrorTrap(Memory memory)

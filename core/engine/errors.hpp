@@ -1,12 +1,12 @@
-// MuJoCo's errors and warnings.
+// Handles MuJoCo's errors and warnings.
 #pragma once
 
 namespace mjenv::core {
 
-// Turns MuJoCo's errors on this thread into exceptions, and silences its warnings, while it lives.
+// While it lives, MuJoCo's errors on this thread become exceptions, and its warnings are ignored.
 class ErrorTrap {
  public:
-  // Whether the part of MuJoCo that is called frees what it has when mju_malloc returns null, as mj_makeData does.
+  // Whether the called function of MuJoCo handles an mju_malloc that returns null, as mj_makeData does.
   enum class Memory { is_not_checked, is_checked };
   explicit ErrorTrap(Memory memory = Memory::is_not_checked);
   ~ErrorTrap();
@@ -18,7 +18,7 @@ class ErrorTrap {
   void (*previous_warning_)(const char*);
 };
 
-// Whether a message of MuJoCo's is about a failed allocation.
+// Whether this message of MuJoCo is about a failed allocation.
 bool lacks_memory(const char* message);
 
 }  // namespace mjenv::core

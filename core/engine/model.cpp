@@ -81,7 +81,7 @@ std::vector<Array> arrays_of(const mjModel* m) {
   return list;
 }
 
-// Only collisions and pictures look at the frames of geoms, cameras and lights.
+// Whether only collisions and pictures read the frames of geoms, cameras and lights.
 bool frames_unread(const mjModel& m) {
   if (m.nsensor > 0) return false;
   for (int i = 0; i < m.nwrap; ++i)
@@ -93,8 +93,8 @@ bool frames_unread(const mjModel& m) {
   return true;
 }
 
-// A view of the model for stepping: collisions are those of the pairs, and frames that nothing reads are not computed,
-// or copied from their body, which is cheapest. Work::complete computes them.
+// A view of the model for stepping. Collision detection uses the pairs. Frames that nothing reads are not computed, or
+// are copied from the body, which is the cheapest way; Work::complete computes them.
 std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
                                             std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);

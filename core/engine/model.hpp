@@ -1,5 +1,5 @@
-// A compiled model. All knowledge of MuJoCo's version, layout and error handling lives in this folder; of its drawing,
-// in render/.
+// A compiled model. The code that depends on MuJoCo's version, layout and error handling is in this folder; the code
+// that depends on its drawing is in render/.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct mjData_;
 
 namespace mjenv::core {
 
-// An array of mjModel or mjData, under MuJoCo's name for it.
+// An array of mjModel or mjData, with MuJoCo's name.
 struct Array {
   std::string name;
   mjenv_type type;
@@ -36,16 +36,16 @@ struct Array {
 
 class Model {
  public:
-  // From a built-in name ("ant.xml") or a path, by Gymnasium's rule: a text that starts with ".", "/" or "~" is a path.
-  // Unless it is trusted, a model reads no files from outside of its folder, and has bounds
-  // (engine/untrusted/mjcf.hpp).
+  // Loads a built-in model ("ant.xml") or a file. As in Gymnasium, a text that starts with ".", "/" or "~" is a path.
+  // An untrusted model can only read files in its folder, and its size is limited (engine/untrusted/mjcf.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
-  // From MJCF text. Both give the same object for the same text while somebody uses it, unless it refers to files.
+  // Loads a model from MJCF text. While a model is in use, both functions return the same object for the same text,
+  // unless the text refers to files.
   static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);
   ~Model();
 
   const mjModel_* get() const { return model_.get(); }
-  // The same model as it is stepped: equal bits in less time.
+  // A view of the same model that mj_step computes faster, with equal bits.
   const mjModel_* stepped() const { return stepped_.get(); }
   bool trusted() const { return origin_ != Origin::stranger; }
   const std::string& label() const { return label_; }
@@ -57,13 +57,13 @@ class Model {
   int nu() const { return nu_; }
   int nbody() const { return nbody_; }
   double timestep() const;
-  // What an mjData of it takes and touches.
+  // How much memory an mjData of the model takes.
   std::size_t work_bytes() const;
-  // The bounds of actuator i as a float32 action space holds them.
+  // The bounds of the actuators, rounded to float32 as in Gymnasium's action space.
   std::vector<double> action_low() const { return action_bound(0); }
   std::vector<double> action_high() const { return action_bound(1); }
 
-  // The index of a named object of a type ("body", "joint", ...); fails with the names there are.
+  // The index of the object of this type ("body", "joint", ...) and name. If there is none, the error lists the names.
   int index(const std::string& type, const std::string& name) const;
   // The name of an object, "" if it has none.
   const char* name(const std::string& type, std::int64_t index) const;
@@ -71,7 +71,7 @@ class Model {
   // The name of actuator i, or of the joint that it drives.
   std::string actuator_label(int i) const;
 
-  // Equal for models that simulate alike.
+  // A hash that is equal for models that simulate alike.
   std::uint64_t fingerprint() const;
 
  private:

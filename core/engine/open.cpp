@@ -1,4 +1,4 @@
-// From an MJCF file or text to a model.
+// Loads models from MJCF files and texts.
 #include <pwd.h>
 #include <unistd.h>
 
@@ -20,8 +20,8 @@
 namespace mjenv::core {
 namespace {
 
-// For a model of as many levels as may be, with a margin; the built-in ones need a tenth. docs/reliability.md has
-// figures.
+// Enough stack to load a model with the largest number of levels. Built-in models need a tenth. docs/reliability.md has
+// measurements.
 constexpr std::size_t kStack = 512 << 10;
 
 Cache cache;
@@ -38,7 +38,7 @@ std::string expanded(const std::string& path) {
 
 std::string folder_of(const std::string& path) { return path.substr(0, path.find_last_of("/\\") + 1); }
 
-// Calls the body with errors that say which model is meant.
+// Calls the body. Its errors are rethrown with the name of the model.
 template <typename F>
 auto about(const std::string& label, const F& body) {
   const std::string model = "model " + quoted(label) + ": ";
@@ -49,7 +49,7 @@ auto about(const std::string& label, const F& body) {
     fail(physics ? MJENV_E_MODEL : error.status(), model + error.what());
   } catch (const std::bad_alloc&) {
     fail(MJENV_E_MEMORY, model + "out of memory");
-  } catch (const std::exception& error) {  // which MuJoCo does not catch itself
+  } catch (const std::exception& error) {  // MuJoCo's C++ code may throw it
     fail(MJENV_E_MODEL, model + error.what());
   }
 }

@@ -9,14 +9,14 @@
 namespace mjenv::core {
 namespace {
 
-// Beyond this, MuJoCo's search beats going through a list.
+// With more pairs than this, MuJoCo's search is faster than a list.
 constexpr std::size_t kMaxPairs = 512;
 
 bool is_surface(const mjModel& m, int geom) {
   return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
 }
 
-// The model says nothing that makes the search differ from a list.
+// Whether a list can replace MuJoCo's search: the model has no setting that changes what the search finds.
 bool searchable(const mjModel& m) {
   if (m.npair > 0 || m.nexclude > 0 || m.opt.collision == mjCOL_PAIR || m.opt.enableflags & mjENBL_OVERRIDE)
     return false;
@@ -25,7 +25,7 @@ bool searchable(const mjModel& m) {
   return true;
 }
 
-// MuJoCo's filter of geom pairs.
+// Whether MuJoCo's filter lets these geoms collide.
 bool can_touch(const mjModel& m, int g1, int g2) {
   const auto types = std::minmax(m.geom_type[g1], m.geom_type[g2]);
   if (!mjCOLLISIONFUNC[types.first][types.second]) return false;
@@ -44,7 +44,7 @@ double mix_of(const mjModel& m, int g1, int g2) {
   return s1 < mjMINVAL ? 0.0 : 1.0;
 }
 
-// Appends a pair with the parameters that MuJoCo mixes for it at each contact.
+// Appends a pair with the parameters that MuJoCo would compute at each contact from those of the two geoms.
 void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
   if (m.geom_type[g1] > m.geom_type[g2]) std::swap(g1, g2);
   const bool equal = m.geom_priority[g1] == m.geom_priority[g2];
@@ -79,7 +79,7 @@ void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
 std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
   if (!searchable(m)) return std::nullopt;
   Pairs pairs;
-  // Geoms are numbered body by body, so this is the order of MuJoCo's sorted body pairs.
+  // MuJoCo sorts the pairs by bodies. This loop gives the same order, because geoms are numbered body by body.
   for (int b1 = 0; b1 < m.nbody; ++b1)
     for (int b2 = b1 + 1; b2 < m.nbody; ++b2)
       for (int g1 = m.body_geomadr[b1]; g1 < m.body_geomadr[b1] + m.body_geomnum[b1]; ++g1)

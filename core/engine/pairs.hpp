@@ -1,4 +1,4 @@
-// The geom pairs that can ever touch, so that collision detection can skip its search for them.
+// Lists the geom pairs that can ever touch, so that collision detection need not search for them.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,16 @@ struct mjModel_;
 
 namespace mjenv::core {
 
-// Explicit pairs for mjModel's pair_* arrays, in the order in which MuJoCo's search finds them and with the parameters
-// that it would mix, so that the contacts are the same bit for bit.
+// Explicit pairs for mjModel's pair_* arrays. Their order is that of MuJoCo's search, and their parameters are those
+// that MuJoCo would compute, so the contacts are the same bit for bit.
 struct Pairs {
   std::vector<int> dim, geom1, geom2;
   std::vector<double> solref, solimp, margin, gap, friction;
 };
 
-// Returns no value where MuJoCo's search may find other contacts than such a list gives. MuJoCo prunes pairs of moving
-// geoms in float32, which could miss a touch of less than 1e-7 m; `trusted` says that this is known to change nothing.
+// Returns no value if MuJoCo's search might find other contacts than a list gives. MuJoCo excludes pairs of moving
+// geoms by float32 computations, which could miss a contact of less than 1e-7 m. `trusted` says that this is known not
+// to happen in this model.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
 }  // namespace mjenv::core

@@ -14,7 +14,7 @@ struct Version {
   const char *number, *elements, *attributes;
 };
 
-// What versions after 2.2.2 added to MJCF, by the schemas of their readers; "*" is any element.
+// The elements and attributes that each version after 2.2.2 added to MJCF's schema. "*" stands for any element.
 constexpr Version kVersions[] = {
     {"2.3.0", "config extension instance plugin required",
      "compiler.assetdir composite.curve composite.flat composite.initial composite.size composite.vertex "
@@ -84,7 +84,7 @@ bool is_newer(const char* version, const char* than) {
   return a > b;
 }
 
-// What stands between quotes after a phrase.
+// Returns the text from the end of the phrase to the next quote.
 std::string quoted_after(const std::string& text, const std::string& phrase) {
   const std::size_t at = text.find(phrase);
   if (at == std::string::npos) return "";

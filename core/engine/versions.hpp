@@ -4,8 +4,8 @@
 
 namespace mjenv::core {
 
-// MuJoCo's reason for refusing a model; where it does not know an element or attribute, with its version and the first
-// version that does.
+// Takes MuJoCo's reason for refusing a model. If the reason is an unknown element or attribute, appends the version of
+// MuJoCo in use and the first version that knows it.
 std::string with_version(std::string reason);
 
 }  // namespace mjenv::core

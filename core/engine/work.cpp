@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array<mjtWarning, 3> divergence{mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 
-// What MuJoCo computes only on demand: see complete_forces and complete_frames.
+// The arrays that complete_forces and complete_frames compute.
 constexpr std::array<const char*, 3> force_arrays{"cacc", "cfrc_int", "cfrc_ext"};
 constexpr std::array<const char*, 6> frame_arrays{"geom_xpos", "geom_xmat",  "cam_xpos",
                                                   "cam_xmat",  "light_xpos", "light_xdir"};
@@ -55,14 +55,14 @@ Work::Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& need
   expose();
 }
 
-// Tells callbacks of C where everything is.
+// Writes the pointers and sizes that the callbacks of registered tasks use.
 void Work::expose() {
   const mjModel* m = model_->get();
   const mjData* d = data_.get();
   if (needs_.contacts) contacts_.resize(static_cast<std::size_t>(m->nconmax));
   mjenv_sim& c = sim_.c_;
   c.struct_size = sizeof c;
-  c.api = &task_api();
+  c.api = needs_.api;
   c.nq = m->nq, c.nv = m->nv, c.na = m->na, c.nu = m->nu;
   c.nbody = m->nbody, c.njnt = m->njnt, c.ngeom = m->ngeom, c.nsite = m->nsite;
   c.ntendon = m->ntendon, c.nsensordata = m->nsensordata;
@@ -182,7 +182,7 @@ void Work::begin() {
   std::fill_n(d->act, layout_.na, 0.0);
   std::fill_n(d->ctrl, layout_.nu, 0.0);
   for (mjtNum* array : {d->cacc, d->cfrc_int, d->cfrc_ext}) std::fill_n(array, 6 * m->nbody, 0.0);
-  std::fill_n(d->qH, m->nM, 0.0);  // only mj_Euler writes these two
+  std::fill_n(d->qH, m->nM, 0.0);  // mj_Euler alone writes these two arrays
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
   forces_lag_ = false;
@@ -190,7 +190,7 @@ void Work::begin() {
 
 void Work::load(const double* state) {
   mjData* d = data_.get();
-  d->pstack = 0;  // an error that was thrown out of MuJoCo leaves its stack as it was
+  d->pstack = 0;  // an error that is thrown out of MuJoCo does not reset its stack
   d->time = *state++;
   for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq},
                                      {d->qvel, layout_.nv},

@@ -1,4 +1,5 @@
-// The work space in which one row at a time is simulated: an mjData, and the copying of rows into and out of it.
+// The work space in which one row at a time is simulated: an mjData, into and out of which the states of rows are
+// copied.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,11 +8,12 @@
 #include <vector>
 
 #include "engine/model.hpp"
-#include "task/sim.hpp"
+#include "engine/sim.hpp"
 
 namespace mjenv::core {
 
-// What MuJoCo needs to go on: time, qpos, qvel, act, qacc_warmstart, ctrl, one after the other.
+// The state from which MuJoCo continues a simulation exactly: time, qpos, qvel, act, qacc_warmstart, ctrl, in this
+// order.
 class StateLayout {
  public:
   explicit StateLayout(const Model& model)
@@ -32,45 +34,45 @@ class Work {
   const Sim& sim() const { return sim_; }
   const StateLayout& layout() const { return layout_; }
   mjData_* data() { return data_.get(); }
-  // What the task carries from one state of the row to the next.
+  // Numbers that the task keeps from one step of the row to the next.
   double* carried() { return carried_.data(); }
   std::size_t carry_count() const { return carried_.size(); }
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
   double* action_buffer() { return action_.data(); }
   double* info_buffer() { return info_.data(); }
 
-  // From now on complete_needs computes this: "contacts", or an array that is computed on demand.
+  // Adds to what complete_needs computes: "contacts", or an array that is computed on demand.
   void need(const std::string& what);
-  // From now on the array of mjData or mjModel is the last one in mjenv_sim::arrays.
+  // Appends an array of mjData or mjModel to mjenv_sim::arrays.
   const Array& share(const std::string& name);
   const Needs& needs() const { return needs_; }
 
-  // The arrays of mjData, under MuJoCo's names.
+  // The arrays of mjData, with MuJoCo's names.
   std::vector<Array> arrays() const;
 
-  // As mj_resetData leaves it, derived arrays included.
+  // Calls mj_resetData, which also clears the derived arrays.
   void clear();
-  // The start of an episode: clear, without its cost.
+  // Starts an episode. Resets less than clear, which is faster and has the same effect on what follows.
   void begin();
   void load(const double* state);
   void save(double* state) const;
 
-  // mj_forward, as Gymnasium's set_state does.
+  // Calls mj_forward, as Gymnasium's set_state does.
   void forward();
-  // mj_step `frames` times under an action; before receives the state before the last of them.
+  // Calls mj_step `frames` times with an action. Writes the state before the last call to `before`.
   void step(const Action& action, std::int64_t frames, double* before);
-  // The last of them, from that state.
+  // Repeats the last call of mj_step, after that state was loaded.
   void repeat_step();
-  // Completes what is computed only on demand: cacc, cfrc_int and cfrc_ext, as MuJoCo itself does, and the frames of
-  // geoms, cameras and lights.
+  // Computes what is only computed on demand: the forces cacc, cfrc_int and cfrc_ext, with MuJoCo's own function, and
+  // the frames of geoms, cameras and lights.
   void complete();
   void complete_forces();
   void complete_frames();
-  // What the task needs of that, and the contacts.
+  // Computes those of them that the task needs, and the contacts if it needs them.
   void complete_needs();
   static bool on_demand(const std::string& array);
 
-  // MuJoCo found qpos, qvel or qacc bad during the last step or forward, and restarted the simulation.
+  // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward, and reset the simulation.
   bool diverged() const;
 
  private:
@@ -80,13 +82,13 @@ class Work {
   std::shared_ptr<const Model> model_;
   StateLayout layout_;
   std::unique_ptr<mjData_, Delete> data_;
-  bool forces_lag_ = false;    // cfrc_ext and its like are older than the last mj_step
-  bool frames_lag_ = false;    // geom_xpos and its like are older than the last mj_step or mj_forward
-  bool contacts_lag_ = false;  // contacts_ are older than those of mjData
+  bool forces_lag_ = false;    // cacc, cfrc_int and cfrc_ext are older than the last mj_step
+  bool frames_lag_ = false;    // the frames are older than the last mj_step or mj_forward
+  bool contacts_lag_ = false;  // contacts_ is older than the contacts of mjData
   Needs needs_;
   std::vector<double> carried_, action_, info_;
   std::vector<mjenv_contact> contacts_;
-  std::vector<Array> data_arrays_;  // once a task shares one
+  std::vector<Array> data_arrays_;  // filled when a task first shares an array
   std::vector<const void*> shared_;
   Sim sim_;
 

@@ -11,18 +11,21 @@
 namespace mjenv::core {
 namespace {
 
-// Of a stranger's model: vertices that OpenGL keeps, and those and pixels of shadow maps that a picture takes.
-constexpr double kMaxVertices = 1 << 25, kMaxDrawn = 1 << 30;
-// With Mesa's software renderer a height field takes the most, 54 bytes; planes take 13.
+// Limits of untrusted models.
+constexpr double kMaxVertices = 1 << 25;  // that OpenGL keeps
+constexpr double kMaxDrawn = 1 << 30;     // vertices and pixels of shadow maps that one picture processes
+// Mesa's software renderer needs 13 bytes for a vertex of a plane and 54 for one of a height field, which is the most.
 constexpr double kBytesPerVertex = 64;
-// Red, green, blue, alpha and smaller copies, and a copy while those are made.
+// A texture has four bytes for each pixel, smaller copies (mipmaps), and one more copy while those are made.
 constexpr double kBytesPerPixel = 8;
 
-// MuJoCo divides a plane into cells of its third size, an infinite one into as many as it can.
+// MuJoCo divides a plane into cells whose width is the plane's third size. An infinite plane has the largest number of
+// cells.
 double cells(const mjtNum* size, int axis) {
   const double half = size[axis];
   const double cell = std::max({size[2], half / (mjMAXPLANEGRID - 2), mjMINVAL});
-  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2) : mjMAXPLANEGRID;  // inf / inf, too
+  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2)
+                  : mjMAXPLANEGRID;  // also for inf / inf
 }
 
 double texture_bytes(const mjModel& m) {
@@ -69,7 +72,7 @@ Budget::Budget(const mjModel& m, bool trusted)
     fail(MJENV_E_MEMORY, "drawing the model needs " + number(std::ceil(bytes_ / 1e9)) + " GB, more than is free");
 }
 
-// The primitives together are less than seven spheres and seven sides.
+// All primitive shapes together have fewer vertices than seven spheres and seven sides.
 double Budget::of_model() const {
   return sum(planes_) + sum(meshes_) + sum(fields_) + sum(skins_) + 7 * (round_ + quads_);
 }
@@ -100,7 +103,8 @@ void Budget::check(const mjvScene& scene) const {
   for (int i = 0; i < scene.ngeom; ++i) vertices += of(scene.geoms[i]);
   for (int i = 0; i < scene.nlight; ++i) shadows += scene.lights[i].castshadow != 0;
   if (shadow_ == 0 || !scene.flags[mjRND_SHADOW]) shadows = 0;
-  // For each light that casts shadows MuJoCo draws all of it twice; so it does what is transparent or reflected.
+  // MuJoCo draws the scene twice for each light that casts shadows. It also draws transparent and reflected geoms
+  // twice.
   check_limit(trusted_, "a picture with " + number(shadows) + " lights that cast shadows",
               2 * (vertices + shadows * (vertices + shadow_)), "vertices and pixels of shadow maps", kMaxDrawn);
 }

@@ -10,20 +10,21 @@ namespace mjenv::core {
 
 class Budget {
  public:
-  // Fails with MJENV_E_RENDER for more vertices than a stranger's model may have, with MJENV_E_MEMORY for more bytes
-  // than are free.
+  // Fails with MJENV_E_RENDER if an untrusted model has too many vertices, and with MJENV_E_MEMORY if the model needs
+  // more memory than is free.
   Budget(const mjModel& model, bool trusted);
 
-  // Of OpenGL, apart from the picture itself.
+  // The memory that OpenGL needs for the model, without the picture itself.
   double bytes() const { return bytes_; }
-  // Fails with MJENV_E_RENDER when a picture would take too long.
+  // Fails with MJENV_E_RENDER if drawing the scene of an untrusted model would take too long.
   void check(const mjvScene& scene) const;
 
  private:
   bool trusted_;
-  double shadow_, bytes_;  // pixels of a light's shadow map
-  double round_, quads_;   // vertices of a sphere, and of a side of a box
-  std::vector<double> planes_, meshes_, fields_, skins_;
+  double shadow_;  // pixels of a light's shadow map
+  double bytes_;
+  double round_, quads_;                                  // vertices of a sphere, and of a side of a box
+  std::vector<double> planes_, meshes_, fields_, skins_;  // vertices of each
 
   double of_model() const;
   double of(const mjvGeom& geom) const;

@@ -10,7 +10,7 @@ constexpr int kMaxPixelsPerSide = 1 << 16, kMaxGeoms = 1 << 20;
 static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
 static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
 
-// The model as it is to be drawn.
+// A copy of the model with the settings applied to its visual options.
 mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
   check_range("width", settings.width, 1, kMaxPixelsPerSide);
   check_range("height", settings.height, 1, kMaxPixelsPerSide);
@@ -44,7 +44,7 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
   mjv_defaultPerturb(&perturbation);
   mjr_defaultContext(&context);
   mjv_defaultScene(&scene);
-  // MuJoCo sorts the geoms of a scene without room for any by a null pointer.
+  // MuJoCo would sort through a null pointer if the scene had no room for any geom.
   drawing([&] { mjv_makeScene(&model, &scene, std::max(settings.max_geom, 1)); });
   scene.maxgeom = settings.max_geom;
   scene.flags[mjRND_SHADOW] = settings.shadows != 0;
@@ -53,7 +53,8 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
 
 Drawing::~Drawing() {
   mjv_freeScene(&scene);
-  // What a context that was not finished, or is lost, has outside OpenGL; null after mjr_freeContext.
+  // If the context was never finished or is lost, mjr_freeContext was not called, and these arrays, which are outside
+  // OpenGL, are still allocated. After mjr_freeContext they are null.
   for (unsigned* names : {context.skinvertVBO, context.skinnormalVBO, context.skintexcoordVBO, context.skinfaceVBO})
     mju_free(names);
 }
@@ -70,7 +71,7 @@ void Drawing::free_in(gl::Context& owner) noexcept {
   try {
     const gl::Current current(owner);
     mjr_freeContext(&context);
-  } catch (...) {  // lost, with all that it held
+  } catch (...) {  // the OpenGL context is lost, with everything in it
   }
 }
 

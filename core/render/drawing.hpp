@@ -1,4 +1,4 @@
-// What a renderer and a window have in common: MuJoCo's structures for drawing one model.
+// MuJoCo's structures for drawing one model, which renderers and windows share.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -13,11 +13,11 @@
 
 namespace mjenv::core {
 
-// More than any OpenGL has; MuJoCo takes as many as there are.
+// More than any OpenGL offers. MuJoCo uses as many samples as OpenGL has.
 constexpr int kMaxSamples = 64;
 
 struct Drawing {
-  mjModel model;  // shares the model's arrays
+  mjModel model;  // shares its arrays with the Model
   Budget budget;
   mjvCamera camera{};
   mjvOption options{};
@@ -25,15 +25,16 @@ struct Drawing {
   mjvScene scene{};
   mjrContext context{};
 
-  // Checks the settings that MuJoCo does not, and what the model takes.
+  // Checks the settings that MuJoCo does not check, and that drawing the model is within the budget.
   Drawing(const Model& shared, const mjenv_render_settings& settings);
   ~Drawing();
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // While an OpenGL context is current, in which it then has to be freed.
+  // Creates MuJoCo's context in the current OpenGL context. Call free_in with the same OpenGL context to free it.
   void make_context(int framebuffer);
-  // Makes that context current itself; does nothing after a fork or when it is lost, with all that it held.
+  // Makes the OpenGL context current and frees MuJoCo's context in it. Does nothing in a forked child, or if the OpenGL
+  // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
 
   void update(mjData* data);
@@ -47,7 +48,7 @@ void check_range(const char* name, std::int64_t value, std::int64_t low, std::in
 // The value, unless it is NaN.
 double or_default(double value, double fallback);
 
-// MuJoCo's errors while drawing are not the simulation's.
+// Runs the body and reports MuJoCo's errors as MJENV_E_RENDER, because they come from drawing, not from physics.
 template <typename F>
 void drawing(const F& body) {
   try {

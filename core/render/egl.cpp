@@ -10,7 +10,7 @@
 namespace mjenv::core::gl {
 namespace {
 
-// What is needed of EGL's headers, so that building does not need them.
+// The parts of EGL's headers that are used here, so that the build does not need those headers.
 using Display = void*;
 using Config = void*;
 using Surface = void*;
@@ -72,8 +72,8 @@ struct Egl {
     return display && initialize(display, nullptr, nullptr) ? display : nullptr;
   }
 
-  // The display of the first device that works, or of the one that MUJOCO_EGL_DEVICE_ID chooses; as MuJoCo's Python
-  // package does it. Where there is none, Mesa's without a device.
+  // Opens the display of the first device that works, or of the device that MUJOCO_EGL_DEVICE_ID selects, as MuJoCo's
+  // Python package does. If there is none, opens Mesa's display without a device.
   Display open_display() const {
     if (!get_platform_display) fail(MJENV_E_RENDER, "egl: this EGL cannot do without a window");
     std::array<Device, 64> devices{};
@@ -147,7 +147,7 @@ class EglContext : public Context {
   Display display_;
   Handle context_ = nullptr;
   unsigned api_ = 0;
-  Handle previous_ = nullptr;  // what the thread that entered had current
+  Handle previous_ = nullptr;  // the thread's context before enter
   Display previous_display_ = nullptr;
   Surface draw_ = nullptr, read_ = nullptr;
 };

@@ -22,11 +22,12 @@ struct BackEnd {
   mjenv_gl number;
   const char* name;
 };
-// In the order in which they are tried.
+// MJENV_GL_AUTO tries them in this order.
 constexpr std::array<BackEnd, 3> back_ends{
     {{MJENV_GL_EGL, "egl"}, {MJENV_GL_GLFW, "glfw"}, {MJENV_GL_OSMESA, "osmesa"}}};
 
-// MuJoCo looks up the functions of OpenGL once in a process. EGL's and GLFW's serve each other, OSMesa's are others.
+// MuJoCo looks up the functions of OpenGL once per process. EGL and GLFW have the same functions, but OSMesa has its
+// own, so a process that has drawn with one of them cannot draw with the other.
 struct Binding {
   std::mutex mutex;
   std::atomic<pid_t> process{0};
@@ -34,7 +35,7 @@ struct Binding {
 };
 
 Binding& binding() {
-  static auto* const once = new Binding;  // a thread may draw while the process exits
+  static auto* const once = new Binding;  // never deleted: a thread may draw while the process exits
   return *once;
 }
 
@@ -55,7 +56,8 @@ mjenv_gl chosen(std::int32_t asked) {
   fail(MJENV_E_VALUE, "the environment variable MUJOCO_GL is " + quoted(variable) + ", not egl, osmesa or glfw");
 }
 
-// MuJoCo takes the functions from eglGetProcAddress where the process shows that, then from OSMesaGetProcAddress.
+// Fails if MuJoCo would take the functions of another back end. MuJoCo uses eglGetProcAddress if the process exports
+// it, and OSMesaGetProcAddress otherwise.
 void check_binding(const Binding& bound, mjenv_gl back_end) {
   const bool osmesa = back_end == MJENV_GL_OSMESA;
   if (bound.back_end != MJENV_GL_AUTO) {
@@ -71,13 +73,13 @@ void check_binding(const Binding& bound, mjenv_gl back_end) {
                              name_of(back_end));
 }
 
-// Opens a context of that back end, and notes that MuJoCo is about to take its functions from there.
+// Opens a context of this back end, and records that MuJoCo will take its functions from there.
 template <typename Open>
 auto bind(Binding& bound, mjenv_gl back_end, const Open& open_context) {
   if (bound.back_end != MJENV_GL_AUTO) check_binding(bound, back_end);
   auto context = open_context();
   check_binding(bound, back_end);
-  context->show();  // now that it works, as what is shown excludes others
+  context->show();  // only now that it works, because showing it excludes other back ends
   bound.back_end = back_end;
   return context;
 }
@@ -86,7 +88,7 @@ std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end) {
   return bind(bound, back_end, [&]() -> std::unique_ptr<Context> {
     if (back_end == MJENV_GL_EGL) return open_egl();
     if (back_end == MJENV_GL_OSMESA) return open_osmesa();
-    return std::make_unique<GlfwContext>(1, 1, "mjenv", false);  // pictures have a framebuffer of their own
+    return std::make_unique<GlfwContext>(1, 1, "mjenv", false);  // pictures are drawn to a separate framebuffer
   });
 }
 
@@ -103,12 +105,12 @@ std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice) {
   fail(MJENV_E_RENDER, "no OpenGL" + reasons);
 }
 
-// Calls open_context(binding) for this process and no other thread.
+// Calls open_context(binding) under the lock. Fails in a forked child of a process that used OpenGL.
 template <typename Open>
 auto first_or_next(const Open& open_context) {
   Binding& bound = binding();
   const pid_t before = bound.process;
-  if (before != 0 && before != getpid())  // asked before the lock, which a thread left behind by the fork may hold
+  if (before != 0 && before != getpid())  // checked before locking: after a fork the lock may stay locked for ever
     fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
   const std::lock_guard lock(bound.mutex);
   bound.process = getpid();

@@ -1,4 +1,4 @@
-// OpenGL contexts without a display, loaded when they are asked for: the library links to none.
+// OpenGL contexts that need no display. OpenGL's libraries are loaded on demand: this library does not link to them.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace mjenv::core::gl {
 
-// A context to draw in. It may be used from any thread, by one at a time.
+// An OpenGL context. Any thread may use it, but only one thread at a time.
 class Context {
  public:
   virtual ~Context() = default;
@@ -17,17 +17,18 @@ class Context {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  // Makes it current on the calling thread; leave gives the thread back what was current there before.
+  // Makes the context current on the calling thread. leave makes the previous context of the thread current again.
   virtual void enter() = 0;
   virtual void leave() noexcept = 0;
-  // The OpenGL function of that name.
+  // Returns the OpenGL function with this name.
   virtual void* function(const char* name) const = 0;
-  // Puts its functions where MuJoCo looks for them, for good.
+  // Makes its functions visible to MuJoCo, for the rest of the process.
   virtual void show() const = 0;
   // "egl", "osmesa" or "glfw"
   virtual const char* name() const = 0;
 };
 
+// Makes a context current while it lives.
 class Current {
  public:
   explicit Current(Context& context) : context_(context) { context_.enter(); }
@@ -39,24 +40,25 @@ class Current {
   Context& context_;
 };
 
-// A context of that back end, an mjenv_gl.
+// Opens a context of this back end, an mjenv_gl.
 std::unique_ptr<Context> open(std::int32_t back_end);
 
-// OpenGL was first used in this process; a forked child cannot go on with it.
+// Whether OpenGL was first used in this process. A forked child cannot use its parent's OpenGL.
 bool here();
 
-// What the context's implementation calls itself, and the widest and highest picture it draws.
+// The names of the OpenGL implementation, and the largest picture that it draws.
 struct Traits {
   std::string text;
   int width = 0, height = 0;
 };
 Traits traits_of(const Context& current);
 
-// The back ends; they fail with MJENV_E_RENDER and the reason.
+// The back ends. They fail with MJENV_E_RENDER and the reason.
 std::unique_ptr<Context> open_egl();
 std::unique_ptr<Context> open_osmesa();
 
-// A shared library, for good: drivers do not survive being unloaded. Fails with the Debian packages to install.
+// A shared library that stays loaded, because drivers crash when they are unloaded. If loading fails, the error names
+// the Debian packages to install.
 class Library {
  public:
   Library(const char* file, const char* packages);
@@ -64,7 +66,7 @@ class Library {
   void find(F& function, const char* name) const {
     function = reinterpret_cast<F>(symbol(name));
   }
-  // To the whole process, as if it had been linked to it.
+  // Makes the library's symbols visible to the whole process, as if the process were linked to it.
   void show() const;
 
  private:

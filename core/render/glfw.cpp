@@ -59,7 +59,8 @@ GlfwContext::~GlfwContext() {
 }
 
 void GlfwContext::show() const {
-  // What GLFW has loaded for this window: MuJoCo's own search would take an OSMesa that was tried and given up.
+  // Shows the library that GLFW has loaded for this window. Otherwise MuJoCo could find the functions of an OSMesa that
+  // was tried without success.
   for (const char* file : {"libGLX.so.0", "libGL.so.1", "libEGL.so.1"})
     if (dlopen(file, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD)) return;
 }

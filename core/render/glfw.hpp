@@ -1,4 +1,4 @@
-// What is used of GLFW, so that building does not need its headers.
+// The parts of GLFW's header that are used here, so that the build does not need that header.
 #pragma once
 
 #include <string>
@@ -43,9 +43,9 @@ struct Glfw {
   OnMove (*set_cursor_pos_callback)(GLFWwindow*, OnMove);
   OnMove (*set_scroll_callback)(GLFWwindow*, OnMove);
 
-  // Loaded and initialised; fails where there is no display.
+  // Loads and initialises GLFW. Fails if there is no display.
   static const Glfw& get();
-  // Fails with GLFW's reason for what has just failed.
+  // Fails with GLFW's reason for its last error.
   [[noreturn]] void refuse(const std::string& what) const;
 
  private:
@@ -69,10 +69,10 @@ class GlfwContext : public Context {
 
  private:
   GLFWwindow* window_;
-  GLFWwindow* previous_ = nullptr;  // what the thread that entered had current
+  GLFWwindow* previous_ = nullptr;  // the thread's context before enter
 };
 
-// A visible window, whatever the back end of other pictures is.
+// Opens a visible window. GLFW is used even if renderers use another back end.
 std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title);
 
 }  // namespace mjenv::core::gl

@@ -66,9 +66,9 @@ class OsMesaContext : public Context {
 
  private:
   const OsMesa& osmesa_;
-  std::array<float, 4> window_{};  // of one pixel, as pictures are drawn in a framebuffer of their own
+  std::array<float, 4> window_{};  // one pixel, because pictures are drawn to a separate framebuffer
   Handle context_;
-  Handle previous_ = nullptr;  // what the thread that entered had current
+  Handle previous_ = nullptr;  // the thread's context before enter
   int previous_type_ = 0, previous_width_ = 0, previous_height_ = 0;
   void* previous_window_ = nullptr;
 };

@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// Writes colours rgb[height][width][3] as a PNG to a new file in the temporary folder, and returns its path.
+// Writes the picture rgb[height][width][3] to a new PNG file in the temporary folder, and returns the file's path.
 std::string save_png(const std::uint8_t* rgb, int width, int height);
 
 }  // namespace mjenv::core

@@ -11,7 +11,7 @@
 namespace mjenv::core {
 namespace {
 
-// The number of the camera, MJENV_CAMERA_FREE for the free one.
+// The index of the chosen camera; MJENV_CAMERA_FREE is the free camera.
 int camera_of(const Model& model, const mjenv_render_settings& settings) {
   const int count = model.count("camera");
   if (settings.camera_name) {
@@ -99,7 +99,7 @@ void Renderer::check_size() const {
                              number(std::ceil(needed / 1e9)) + " GB, more than is free");
 }
 
-// Gymnasium places the free camera when it first draws, from the state at that time.
+// Like Gymnasium, places the free camera once: at the first picture, from the state at that time.
 void Renderer::place_camera(const mjData_& data) {
   if (camera_placed_) return;
   mjvCamera& camera = drawing_->camera;

@@ -1,4 +1,4 @@
-// Pictures of rows, equal to Gymnasium's: what MuJoCo draws of an mjData, from a camera that Gymnasium would choose.
+// Draws pictures of rows that equal Gymnasium's: MuJoCo draws an mjData from the camera that Gymnasium would choose.
 #pragma once
 
 #include <array>
@@ -27,11 +27,11 @@ class Renderer {
   const std::string& gl() const { return traits_.text; }
   std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
 
-  // A forked child cannot go on with its parent's OpenGL.
+  // Fails in a forked child, which cannot use its parent's OpenGL.
   void check_here() const;
-  // What to draw next; data is left as it is.
+  // Sets what draw draws next. Does not change data.
   void look_at(mjData_* data);
-  // Draws it: rgb[height][width][3] and depth[height][width], either of them null.
+  // Writes the picture to rgb[height][width][3] and depth[height][width]. Either may be null.
   void draw(std::uint8_t* rgb, float* depth);
 
  private:
@@ -43,7 +43,7 @@ class Renderer {
   std::unique_ptr<gl::Context> context_;
   gl::Traits traits_;
   std::unique_ptr<Drawing> drawing_;
-  std::vector<std::uint8_t> rgb_;  // as OpenGL has them: the bottom row first
+  std::vector<std::uint8_t> rgb_;  // in OpenGL's order: the bottom row first
   std::vector<float> depth_;
 
   void check_size() const;

@@ -11,7 +11,7 @@
 namespace mjenv::core {
 namespace {
 
-// GLFW's numbers.
+// GLFW's codes of actions, mouse buttons and keys.
 constexpr int kRelease = 0, kPress = 1, kLeft = 0, kRight = 1;
 constexpr int kSpace = 32, kEscape = 256, kTab = 258, kRightArrow = 262, kLeftShift = 340, kRightShift = 344;
 
@@ -19,7 +19,7 @@ Window& owner_of(GLFWwindow* window) { return *static_cast<Window*>(gl::Glfw::ge
 
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-// Larger ones would have the X library end the process.
+// Refuses larger windows, for which the X library would end the process.
 const mjenv_render_settings& sized_for_a_window(const mjenv_render_settings& settings) {
   check_range("width", settings.width, 1, 1 << 14);
   check_range("height", settings.height, 1, 1 << 14);

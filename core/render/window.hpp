@@ -1,4 +1,4 @@
-// A window that shows rows as Gymnasium's render mode "human" does, with its keys and its mouse.
+// A window that shows rows as Gymnasium's render mode "human" does, with the same keys and mouse actions.
 #pragma once
 
 #include <atomic>
@@ -18,30 +18,30 @@ class Window {
 
   bool is_open() const { return open_; }
   void check_here() const;
-  // Begins what one reset or step shows: one picture, as many as keep pace with time, or, in a pause, as many as it
-  // takes.
+  // Call this once per reset or step, and then draw while wants_picture(): once, or as often as the chosen speed
+  // requires, or, while paused, until the user goes on.
   void begin();
   bool wants_picture() const { return open_ && (waits_ || pictures_due_ > 0); }
-  // What to draw next; data is left as it is.
+  // Sets what draw draws next. Does not change data.
   void look_at(mjData* data);
-  // Draws it, and does what the user asks for.
+  // Draws the picture and handles the user's input.
   void draw();
 
  private:
   std::shared_ptr<const Model> model_;
-  std::vector<float> geom_rgba_;  // the model's own, so that it can be made transparent
+  std::vector<float> geom_rgba_;  // a copy of the model's colours, which the user can make transparent
   Drawing drawing_;
   std::unique_ptr<gl::GlfwContext> context_;
   const gl::Glfw& glfw_;
   int width_ = 0, height_ = 0;  // pixels of the last picture
   int iterations_ = 0;
-  double time_ = 0;  // s, of the simulation
+  double time_ = 0;  // simulated seconds
 
-  std::atomic<bool> open_{true};  // asked for by other threads
+  std::atomic<bool> open_{true};  // other threads read it
   bool paused_ = false, advance_ = false, waits_ = false, to_save_ = false;
   bool every_frame_ = true, contacts_ = false, transparent_ = false, menu_ = true;
   double pictures_due_ = 0, seconds_per_picture_ = 1 / 60.0, run_speed_ = 1;
-  double pixels_per_unit_ = 1;  // of the mouse's coordinates
+  double pixels_per_unit_ = 1;  // the unit of the mouse's coordinates
   int mouse_x_ = 0, mouse_y_ = 0;
   std::string saved_;  // the path of the last screenshot
 

@@ -472,7 +472,9 @@ Task OwnTask::build(const Options& options) const {
   task.model = open(options);
   task.frame_skip = static_cast<int>(options.get("frame_skip").integer);
 
-  Work work(task.model, task.frame_skip);
+  Needs needs;
+  needs.api = &task_api();
+  Work work(task.model, task.frame_skip, needs);
   work.begin();
   work.forward();
   std::fill_n(work.action_buffer(), task.model->nu(), 0.0);

@@ -11,6 +11,9 @@
 
 namespace mjenv::core {
 
+// The library's functions for the callbacks of registered tasks (mjenv/task.h).
+const mjenv_task_api& task_api();
+
 // The largest carry_count.
 constexpr std::int64_t kMaxCarried = 1 << 24;
 

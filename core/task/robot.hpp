@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "engine/model.hpp"
+#include "engine/sim.hpp"
 #include "numpy/math.hpp"
 #include "numpy/random.hpp"
 #include "task/options.hpp"
-#include "task/sim.hpp"
 
 namespace mjenv::core {
 

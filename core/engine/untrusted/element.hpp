@@ -15,7 +15,7 @@
 
 namespace mjenv::core {
 
-// The values at the front of a text.
+// Parses values from the front of a text, up to the first that is no T.
 template <typename T>
 std::vector<T> values_of(const std::string& text) {
   std::istringstream from(text);
@@ -27,19 +27,19 @@ std::vector<T> values_of(const std::string& text) {
 
 struct Element {
   const tinyxml2::XMLElement& xml;
-  std::string name, parent;  // the parent of an included element is <include>'s
+  std::string name, parent;  // an included element has the parent of <include>
 
-  // "" where the attribute is missing.
+  // Returns "" if the attribute is missing.
   std::string text(const char* attribute) const {
     const char* text = xml.Attribute(attribute);
     return text ? text : "";
   }
-  // The number at the front of the text, 0 where there is none.
+  // Parses the number at the front of the text. Returns 0 if there is none.
   std::int64_t integer(const char* attribute) const {
     const char* text = xml.Attribute(attribute);
     return text ? std::strtoll(text, nullptr, 10) : 0;
   }
-  // Parses the first word as MuJoCo does; 1e-400 underflows to 0. No value where that is no number.
+  // Parses the first word as MuJoCo does; 1e-400 underflows to 0. Returns no value if the word is no number.
   std::optional<double> real(const char* attribute) const {
     const auto words = values_of<std::string>(text(attribute));
     if (words.empty()) return std::nullopt;

@@ -31,7 +31,7 @@ void check_coordinate(double x) {
   if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex at " + number(x) + ", which is too far out");
 }
 
-// A name's last three letters in lower case.
+// Returns the last four characters of a path in lower case: ".png", for instance.
 std::string kind_of(const std::string& path) {
   std::string kind = path.substr(path.size() - std::min<std::size_t>(path.size(), 4));
   for (auto& letter : kind)
@@ -65,14 +65,14 @@ class Words {
 
 // ---- Meshes ----
 
-// A normal, three corners and two bytes that mean nothing.
+// A face consists of a normal, three corners and two unused bytes.
 constexpr std::size_t kStlFace = 50;
 
 std::int64_t check_stl(const std::string& content, const Limits& limits) {
   if (content.size() < 84) refuse("it is no binary STL file: it has no header");
   const std::int64_t faces = Words(content, 80).next<std::uint32_t>();
   check_limit(limits, "triangles", faces, kFaces);
-  // MuJoCo merges equal corners of triangles.
+  // MuJoCo merges equal corners of triangles to one vertex.
   using Vertex = std::array<std::uint32_t, 3>;  // the bits of floats, which may be NaN
   std::vector<Vertex> corners;
   for (std::size_t at = 84; at + kStlFace <= content.size(); at += kStlFace)
@@ -102,7 +102,7 @@ std::int64_t check_msh(const std::string& content, const Limits& limits) {
   return vertices;
 }
 
-// Reads Wavefront OBJ files as tinyobjloader does, and checks the indices, which it does not.
+// Reads Wavefront OBJ files as tinyobjloader does, but also checks the indices.
 class Obj {
  public:
   Obj(std::string path, const Limits& limits) : path_(std::move(path)), limits_(limits) {}
@@ -113,19 +113,20 @@ class Obj {
       line(std::string_view(content).substr(at, end - at));
       at = end + 1;
     }
-    // Without faces MuJoCo takes the arrays as they are. Of a face with more than four corners nothing may be left.
+    // Without faces MuJoCo uses the arrays directly, so their lengths must match. Faces with more than four corners do
+    // not count, because tinyobjloader may find no triangle in them.
     if (faces_ == 0 &&
         (positions_ < 4 || (normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_)))
       refuse("it has no faces, and " + std::to_string(positions_) + " vertices, " + std::to_string(normals_) +
              " normals and " + std::to_string(texcoords_) + " texture coordinates");
-    // For each texture coordinate or normal that there is, every corner of a face must name one.
+    // If there are normals, every corner of a face must have one; the same holds for texture coordinates.
     if ((normals_ && bare_of_normals_) || (texcoords_ && bare_of_texcoords_))
       refuse("it has normals or texture coordinates, but not for all faces");
     return positions_;
   }
 
  private:
-  // An index counts from 1, or back from the last one yet.
+  // A positive index counts from 1, and a negative one back from the last element so far.
   static void check_index(std::int64_t index, std::int64_t count) {
     if (index == 0 || index > count || index < -count)
       refuse("a face has index " + std::to_string(index) + " into " + std::to_string(count));
@@ -176,7 +177,7 @@ class Obj {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     double x = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), x);
-    // tinyobjloader makes NaN of 0e999 and infinity of what has hundreds of digits.
+    // tinyobjloader reads 0e999 as NaN, and numbers with hundreds of digits as infinity.
     const std::size_t e = std::min(text.find_first_of("eE"), text.size());
     const std::string exponent(text.substr(std::min(e + 1, text.size())));
     if (read.ec != std::errc() || text.size() > 100 || std::strtol(exponent.c_str(), nullptr, 10) > 99)
@@ -184,7 +185,7 @@ class Obj {
     check_coordinate(x);
   }
 
-  // atoi of the front of the text.
+  // Parses the integer at the front of the text and removes it.
   static std::int64_t index(std::string_view& text) {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     std::int64_t value = 0;
@@ -220,7 +221,8 @@ class Obj {
     check_limit(limits_, "triangles", triangles_, kFaces);
   }
 
-  // tinyobjloader reads them, though MuJoCo has no use for them. It splits the mesh's folder at colons.
+  // tinyobjloader reads the material files, although MuJoCo does not use them. It splits the path of the mesh's folder
+  // at colons.
   void materials(std::string_view names) {
     const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
     if (names.find_first_of("/\\~:") != std::string_view::npos || folder.find(':') != std::string::npos)
@@ -228,7 +230,7 @@ class Obj {
     for (std::string_view name = word(names); !name.empty(); name = word(names)) {
       const std::string file = folder + std::string(name);
       struct stat status {};
-      if (lstat(file.c_str(), &status) != 0) continue;  // tinyobjloader goes on without it
+      if (lstat(file.c_str(), &status) != 0) continue;  // tinyobjloader ignores missing files
       if (!S_ISREG(status.st_mode)) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
       check_limit(limits_, "bytes of materials", status.st_size, kMaterialBytes);
     }
@@ -251,7 +253,7 @@ std::int64_t check_png(const std::string& content, const Limits& limits) {
   check_limit(limits, "pixels in a row", width, kPixels);
   check_limit(limits, "rows of pixels", height, kPixels);
   check_limit(limits, "pixels", width * height, kPixels);
-  // Generous: as if each row were coded by itself, in each of the seven passes of an interlaced image.
+  // An upper bound, with room for a filter byte in each row of each of the seven passes of an interlaced image.
   const int bits = static_cast<unsigned char>(content[24]);
   const std::int64_t unpacked = 2 * height * ((width * bits * 4 + 7) / 8 + 8) + 4096;
 
@@ -266,7 +268,7 @@ std::int64_t check_png(const std::string& content, const Limits& limits) {
       check_limit(limits, "compressed texts", ++texts, kCompressedTexts);
     at += length + 12;
   }
-  // Deflate packs 1032 bytes into one at best.
+  // One byte of a deflate stream unpacks to 1032 bytes at most.
   if (static_cast<std::int64_t>(data.size()) * 1032 > std::max(64 * kMiB, unpacked) &&
       !inflates_within(data.data(), data.size(), static_cast<std::size_t>(unpacked)))
     refuse("it unpacks to more than its pixels");
@@ -276,7 +278,7 @@ std::int64_t check_png(const std::string& content, const Limits& limits) {
 }  // namespace
 
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what, mjenv_status unreadable) {
-  // Non-blocking: a pipe would never answer.
+  // Opened without blocking, because a pipe would never answer.
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   const auto cannot = [&](const char* why) { fail(unreadable, what + quoted(path) + " cannot be read: " + why); };
   if (file < 0) cannot(std::strerror(errno));
@@ -335,7 +337,7 @@ void check_skin(const std::string& content, const Limits& limits) {
 
 namespace {
 
-// MuJoCo's own format: two integers, and for each pixel three bytes or a float.
+// MuJoCo's own format: two integers, followed by three bytes or a float for each pixel.
 std::int64_t check_raw(const std::string& content, const Limits& limits, std::int64_t bytes_per_pixel) {
   Words words(content);
   const std::int64_t first = words.next<std::int32_t>(), second = words.next<std::int32_t>();

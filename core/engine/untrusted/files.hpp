@@ -9,18 +9,20 @@
 
 namespace mjenv::core {
 
-// Reads a regular file. Fails with MJENV_E_MODEL if it is no regular file or has more bytes than allowed, and with the
+// Reads a regular file. Fails with MJENV_E_MODEL if it is no regular file or has too many bytes, and with the
 // status `unreadable` if it cannot be opened or read.
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
                       mjenv_status unreadable = MJENV_E_MODEL);
 
-// Each fails with MJENV_E_MODEL, without naming the file, when MuJoCo would crash, hang or print on the content.
-// The result is how many vertices it may have on its convex hull.
+// Each of these functions fails with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message
+// does not name the file.
+
+// Returns the largest number of vertices that the mesh's convex hull may have.
 std::int64_t check_mesh(const std::string& path, const std::string& content, const Limits& limits);
 void check_skin(const std::string& content, const Limits& limits);
-// The result is how many pixels it has.
+// Returns the number of pixels.
 std::int64_t check_image(const std::string& path, const std::string& content, const Limits& limits);
-// A height field: the result is how many heights it has.
+// Checks a height field and returns its number of heights.
 std::int64_t check_heights(const std::string& path, const std::string& content, const Limits& limits);
 
 }  // namespace mjenv::core

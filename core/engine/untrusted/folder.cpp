@@ -15,7 +15,7 @@ constexpr std::size_t kMaxPath = 900;  // MuJoCo copies paths to buffers of 1000
 
 [[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
-// With links resolved.
+// Resolves links.
 std::string real_path(const std::string& path) {
   const std::unique_ptr<char, void (*)(void*)> real(realpath(path.c_str(), nullptr), std::free);
   if (!real) refuse("file " + quoted(path) + " cannot be read: " + std::strerror(errno));

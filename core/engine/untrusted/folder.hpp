@@ -1,4 +1,5 @@
-// The files that a model may read: a trusted one any, a stranger's only those in its own folder and below.
+// The files that a model may read. A trusted model may read any file, an untrusted one only files in its folder and
+// below.
 #pragma once
 
 #include <string>
@@ -9,12 +10,12 @@ namespace mjenv::core {
 
 class Folder {
  public:
-  // Of the model with this path, which is "" for a model from memory.
+  // `model` is the path of the model, or "" for a model from memory.
   Folder(const std::string& model, Limits limits);
 
-  // "", or a path that ends in "/".
+  // Returns "", or a path that ends in "/".
   const std::string& path() const { return path_; }
-  // The content of a file, which the model refers to by this name. Fails with MJENV_E_MODEL.
+  // Reads a file, which the model calls by this name. Fails with MJENV_E_MODEL.
   std::string read(const std::string& file, const std::string& name, const Limit& bytes);
   // Whether any file has been read.
   bool used() const { return files_ > 0; }

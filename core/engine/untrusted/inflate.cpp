@@ -1,4 +1,4 @@
-// Counts what a deflate stream unpacks to, without unpacking it: a few kilobytes can stand for gigabytes.
+// Counts the bytes that a deflate stream unpacks to, without storing them: a few kilobytes can unpack to gigabytes.
 #include "engine/untrusted/inflate.hpp"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace mjenv::core {
 namespace {
 
-// Thrown at the end of the stream and where it makes no sense.
+// Thrown at the end of the stream and at damaged data.
 struct End {};
 
 class Bits {
@@ -38,7 +38,7 @@ class Bits {
   std::size_t size_, at_ = 0;
 };
 
-// A canonical Huffman code, decoded a bit at a time.
+// A canonical Huffman code. It is decoded bit by bit.
 class Code {
  public:
   explicit Code(const std::vector<int>& lengths) {
@@ -108,7 +108,7 @@ Codes dynamic_codes(Bits& bits) {
   return {Code({all.begin(), middle}), Code({middle, all.begin() + static_cast<std::ptrdiff_t>(literals + distances)})};
 }
 
-// How many bytes a length symbol of 257 or more stands for.
+// Returns the number of bytes that a length symbol (257 or more) stands for.
 std::size_t length_of(int symbol, Bits& bits) {
   const int i = symbol - 257;
   if (i > 28) throw End();
@@ -123,9 +123,9 @@ void skip_distance(int symbol, Bits& bits) {
   if (symbol > 3) bits.get(symbol / 2 - 1);
 }
 
-// Adds what a block unpacks to, until it is more than `most`.
-void count_block(Bits& bits, const Codes& codes, std::size_t most, std::size_t& total) {
-  while (total <= most) {
+// Adds the bytes that a block unpacks to. Stops when the total exceeds the limit.
+void count_block(Bits& bits, const Codes& codes, std::size_t limit, std::size_t& total) {
+  while (total <= limit) {
     const int symbol = codes.literals.decode(bits);
     if (symbol == 256) return;
     if (symbol < 256) {
@@ -139,12 +139,12 @@ void count_block(Bits& bits, const Codes& codes, std::size_t most, std::size_t& 
 
 }  // namespace
 
-bool inflates_within(const unsigned char* stream, std::size_t size, std::size_t most) {
+bool inflates_within(const unsigned char* stream, std::size_t size, std::size_t limit) {
   std::size_t total = 0;
   try {
     Bits bits(stream, size);
     bits.skip_bytes(2);
-    for (bool last = false; !last && total <= most;) {
+    for (bool last = false; !last && total <= limit;) {
       last = bits.next() != 0;
       const unsigned kind = bits.get(2);
       if (kind == 0) {
@@ -153,16 +153,16 @@ bool inflates_within(const unsigned char* stream, std::size_t size, std::size_t 
         bits.skip_bytes(2 + length);
         total += length;
       } else if (kind == 1) {
-        count_block(bits, fixed_codes(), most, total);
+        count_block(bits, fixed_codes(), limit, total);
       } else if (kind == 2) {
-        count_block(bits, dynamic_codes(bits), most, total);
+        count_block(bits, dynamic_codes(bits), limit, total);
       } else {
         break;
       }
     }
   } catch (const End&) {
   }
-  return total <= most;
+  return total <= limit;
 }
 
 }  // namespace mjenv::core

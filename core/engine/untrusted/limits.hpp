@@ -1,5 +1,6 @@
-// How large a model may be. Within a stranger's limits it loads in seconds, and a work space takes about a gigabyte at
-// most. Within those of a trusted model MuJoCo's own sums do not overflow. docs/reliability.md lists them for users.
+// Limits the size of models. Within the limits of untrusted models ("stranger") a model loads in seconds, and a work
+// space takes about a gigabyte at most. Within the limits of trusted models MuJoCo's size computations do not overflow.
+// docs/reliability.md lists the limits for users.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +16,11 @@ struct Limit {
 inline constexpr std::int64_t kMiB = std::int64_t{1} << 20, kBillion = 1'000'000'000;
 inline constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
 
-// What is read.
+// Files and XML.
 inline constexpr Limit kTextBytes{16 * kMiB, 1024 * kMiB};
 inline constexpr Limit kElements{50'000, 10'000'000};
 inline constexpr Limit kTags{2 * kElements.stranger + 1'000, 2 * kElements.trusted + 1'000};
-inline constexpr Limit kLevels{100, 100};  // of elements in elements; tinyxml2's own
+inline constexpr Limit kLevels{100, 100};  // of nested elements; tinyxml2 has the same limit
 inline constexpr Limit kFiles{1'000, 100'000};
 inline constexpr Limit kFileBytes{64 * kMiB, 1024 * kMiB};
 inline constexpr Limit kAllFileBytes{512 * kMiB, 8192 * kMiB};
@@ -28,16 +29,17 @@ inline constexpr Limit kMaterialBytes{16 * kMiB, 16 * kMiB};  // in each file th
 // Meshes, images and height fields.
 inline constexpr Limit kVertices{600'000, 1 << 24};
 inline constexpr Limit kFaces{200'000, 1 << 24};
-inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};  // seconds; squares of how many vertices a hull has
-inline constexpr double kMaxCoordinate = 1 << 30;           // MuJoCo's own, which it applies to STL files alone
+// The square of the number of vertices of each hull, and more (cmake/engine/guards.c). This much work takes seconds.
+inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
+inline constexpr double kMaxCoordinate = 1 << 30;  // MuJoCo's own limit, which it only checks in STL files
 inline constexpr Limit kFaceCorners{256, 256};
 inline constexpr Limit kPixels{1 << 26, 1 << 28};
 inline constexpr Limit kAllPixels{1 << 27, 1 << 29};
-inline constexpr Limit kCompressedTexts{8, 8};  // in a PNG image; lodepng unpacks each, to 16 MB at most
+inline constexpr Limit kCompressedTexts{8, 8};  // in a PNG image; lodepng unpacks each to at most 16 MB
 inline constexpr Limit kTextureWidth{16'384, 16'384};
 inline constexpr Limit kTextureHeight{6 * 16'384, 6 * 16'384};
 
-// What the compiled model and its work spaces hold, and how long a step takes.
+// The compiled model, its work spaces, and the time of a step.
 inline constexpr Limit kDofs{3'000, 100'000};
 inline constexpr Limit kConstraints{10'000, kBillion};
 inline constexpr Limit kNumbers{1 << 26, 1 << 28};  // in user data and keyframes
@@ -48,22 +50,22 @@ inline constexpr Limit kCompositeParts{kElements.stranger / 20, kElements.truste
 inline constexpr Limit kSubgrid{64, 64};
 inline constexpr Limit kIterations{10'000, kBillion};
 inline constexpr Limit kMultiplications{kBillion, kNoLimit};
-inline constexpr Limit kRangeSteps{2'000'000, kBillion};  // of the simulations that find muscles' lengths
+inline constexpr Limit kRangeSteps{2'000'000, kBillion};  // of the simulations that find the range of muscles' lengths
 
-// What a renderer makes.
+// Rendering.
 inline constexpr Limit kShadowSize{16'384, 16'384};
 inline constexpr Limit kPictureSide{16'384, 16'384};
 inline constexpr Limit kSamples{1'024, 1'024};
 inline constexpr Limit kSlices{128, 1'024};
 
-// The limits of one model.
+// The limits that apply to one model.
 class Limits {
  public:
   explicit Limits(bool trusted) : trusted_(trusted) {}
 
   bool trusted() const { return trusted_; }
   std::int64_t of(const Limit& limit) const { return trusted_ ? limit.trusted : limit.stranger; }
-  // The reason to refuse so many of something; "" if the limit allows them.
+  // Returns the reason to refuse this count, or "" if it is within the limit.
   std::string excess(const std::string& what, std::int64_t count, const Limit& limit) const {
     if (count <= of(limit)) return "";
     const bool trust_helps = count <= limit.trusted;

@@ -23,21 +23,21 @@ namespace {
 using tinyxml2::XMLDocument;
 using tinyxml2::XMLElement;
 
-// How many objects the model has. MuJoCo adds the world, which is a body.
+// The number of objects in the model. MuJoCo counts the world as a body.
 struct Counts {
   std::int64_t elements = 0, bodies = 1, joints = 0, geoms = 0, sites = 0, cameras = 0, tendons = 0, actuators = 0,
                sensors = 0, equalities = 0, keys = 0;
 };
 
-// The largest value of each attribute that sizes the model. The initial values are MuJoCo's defaults.
+// The largest value of each attribute that sets a size. The initial values are MuJoCo's defaults.
 struct Sizes {
   std::int64_t njmax = 500, nconmax = 100, nstack = 0, nkey = 0, nuserdata = 0, iterations = 100, noslip_iterations = 0;
-  // Numbers of user data in each body, joint, ...
+  // The length of the user data of each body, joint, ...
   std::int64_t nuser_body = 0, nuser_jnt = 0, nuser_geom = 0, nuser_site = 0, nuser_cam = 0, nuser_tendon = 0,
                nuser_actuator = 0, nuser_sensor = 0;
 };
 
-// Of these attributes the last one in the model counts.
+// If the model sets one of these attributes several times, the last value applies.
 struct Settings {
   std::string mesh_folder, texture_folder, solver = "Newton";
   bool strips_path = false;
@@ -47,10 +47,10 @@ struct Settings {
 struct File {
   enum class Kind { mesh, skin, heights, texture } kind;
   std::string name;
-  int copies;  // that MuJoCo makes of an image: six for the sides of a cube
+  int copies;  // of an image; MuJoCo makes six for the sides of a cube
 };
 
-// Reads the model once, element by element, and then checks its files and sums.
+// Reads the model element by element, and then checks its files and its total sizes.
 class Check {
  public:
   Check(const std::string& path, bool trusted) : limits_(trusted), folder_(path, limits_), included_{path} {}
@@ -65,11 +65,12 @@ class Check {
   Sizes sizes_;
   Settings settings_;
   bool has_muscles_ = false;
-  // Joints without a type have that of their default class: here, the one with the most degrees of freedom.
+  // A joint without a type has the type of its default class. Here it counts as the default class with the most degrees
+  // of freedom.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
   std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_work_ = 0;
 
-  // What applies to the elements of one name, or in one parent.
+  // A check of all elements with this name or parent.
   struct Rule {
     const char *parent, *name;     // null for any
     std::int64_t Counts::*counts;  // what the element is counted as; may be null
@@ -92,7 +93,7 @@ class Check {
   void check(const Element& element);
   void check_integer(const IntegerRule& rule, const Element& element);
 
-  // One element each, named as in MJCF.
+  // Checks of one element, named as in MJCF.
   void any(const Element& element);
   void compiler(const Element& element);
   void lengthrange(const Element& element);
@@ -115,7 +116,7 @@ class Check {
   void add_hull(std::int64_t vertices, const XMLElement* element = nullptr);
   double real(const Element& element, const char* attribute, double fallback) const;
 
-  // The whole.
+  // Checks of the whole model.
   std::string path_of(const File& file) const;
   void check_files();
   void check_file(const File& file, const std::string& path, const std::string& content);
@@ -210,7 +211,7 @@ void Check::check_sums() {
   const std::int64_t rows = sizes_.njmax;
   check_limit("numbers in a work space",
               rows * (rows + 4 * dofs_) + 70 * sizes_.nconmax + sizes_.nstack + 4 * dofs_ * 700, kWorkNumbers);
-  // Newton's method needs a dozen iterations; PGS and the iterations against slip take all that they may.
+  // Newton's method needs a dozen iterations. PGS and the noslip solver use all the iterations that are allowed.
   const std::int64_t sweeps = sizes_.noslip_iterations + (settings_.solver == "PGS" ? sizes_.iterations : 0);
   check_limit(
       "multiplications by the solver in a step",
@@ -218,7 +219,7 @@ void Check::check_sums() {
       kMultiplications);
   check_limit("constraints, equalities and degrees of freedom", rows + counts_.equalities + dofs_, kStackRows);
 
-  // The lengths that muscles reach are found by simulations.
+  // MuJoCo finds the range of muscles' lengths by simulation.
   const double step = settings_.range_timestep > 0 ? settings_.range_timestep : settings_.timestep;
   const double steps = static_cast<double>(counts_.actuators) * settings_.range_total / step;
   if (has_muscles_ && !(step > 0 && steps <= static_cast<double>(limits_.of(kRangeSteps))))
@@ -247,14 +248,14 @@ Mjcf Check::run(const std::string& text) {
 
 void Check::parse(XMLDocument& document, const std::string& text) {
   check_limit("bytes of XML", text_bytes_ += static_cast<std::int64_t>(text.size()), kTextBytes);
-  // tinyxml2 takes a hundred bytes of memory for each "<".
+  // tinyxml2 needs a hundred bytes of memory for each "<".
   check_limit("elements", std::count(text.begin(), text.end(), '<'), kTags);
   if (text.find('\0') != std::string::npos) refuse("the XML holds a NUL character");
   document.Parse(text.data(), text.size());
   if (document.Error()) refuse("XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
 }
 
-// The elements of an included file take the place of <include>.
+// The elements of an included file replace <include>.
 void Check::enter(const XMLElement& xml, std::int64_t level, const std::string& parent) {
   check_limit("levels of elements", level, kLevels, &xml);
   const Element element{xml, xml.Value(), parent};
@@ -303,7 +304,7 @@ void Check::check_integer(const IntegerRule& rule, const Element& element) {
 
 // ---- Elements ----
 
-// MuJoCo warns of NaN and goes on, with undefined results.
+// Refuses NaN, because MuJoCo would only warn, and the results would be undefined.
 void Check::any(const Element& element) {
   for (const auto* a = element.xml.FirstAttribute(); a; a = a->Next()) {
     std::string_view text = a->Value();
@@ -355,7 +356,7 @@ void Check::texture(const Element& element) {
     add_file(element, File::Kind::texture, attribute);
 }
 
-// MuJoCo makes less than three objects of any kind for each part.
+// MuJoCo makes fewer than three objects of each kind for a part of the composite.
 void Check::composite(const Element& element) {
   std::int64_t parts = 1, subgrid = 0;
   for (const auto side : values_of<std::int64_t>(element.text("count"))) {
@@ -375,7 +376,7 @@ void Check::composite(const Element& element) {
 }
 
 void Check::joint(const Element& element) {
-  if (element.parent == "equality" || element.parent == "fixed") return;  // they name a joint
+  if (element.parent == "equality" || element.parent == "fixed") return;  // these refer to a joint
   const std::string type = element.text("type");
   const std::int64_t dofs = type == "free" ? 6 : type == "ball" ? 3 : 1;
   ++counts_.joints;
@@ -387,7 +388,7 @@ void Check::joint(const Element& element) {
     dofs_ += dofs;
 }
 
-// A mesh or a skin: its vertices and faces are in a file or here.
+// Checks a mesh or a skin, whose vertices and faces are in the element or in a file.
 void Check::surface(const Element& element, File::Kind kind) {
   const std::vector<float> coordinates = values_of<float>(element.text("vertex"));
   for (const float x : coordinates)
@@ -418,7 +419,7 @@ void Check::add_pixels(std::int64_t count, const XMLElement* element) {
   check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
 }
 
-// Any of a mesh's vertices may be on its convex hull.
+// Assumes that all vertices of the mesh are on its convex hull. The engine that is compiled in counts the actual work.
 void Check::add_hull(std::int64_t vertices, const XMLElement* element) {
   if (!kLoadLimitsHulls)
     check_limit("squares of meshes' vertices", hull_work_ += vertices * vertices, kHullWork, element);
@@ -433,7 +434,7 @@ double Check::real(const Element& element, const char* attribute, double fallbac
 
 // ---- Files ----
 
-// Called when all of the XML has been read, because the last setting of the folders counts.
+// Runs after all XML has been read, because the last setting of the folders applies.
 void Check::check_files() {
   for (const auto& file : files_) {
     const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
@@ -460,7 +461,7 @@ bool is_absolute(const std::string& path) {
                            path.find(":\\") != std::string::npos);
 }
 
-// As MuJoCo puts it together.
+// Builds the path as MuJoCo does.
 std::string Check::path_of(const File& file) const {
   std::string name = settings_.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
   if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");

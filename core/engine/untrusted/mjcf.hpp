@@ -11,10 +11,10 @@ struct Mjcf {
   bool refers_to_files;
 };
 
-// How many bytes of XML a model may have, included files too.
+// Returns how many bytes of XML a model may have, including its included files.
 std::int64_t max_text(bool trusted);
 
-// Checks a model's text and its files, and returns the text that MuJoCo is to load. The path names the folder of the
+// Checks a model's text and its files, and returns the text for MuJoCo. The path of the model tells the folder of its
 // files; it is "" for a model from memory. Fails with MJENV_E_MODEL.
 Mjcf checked(const std::string& path, const std::string& text, bool trusted);
 

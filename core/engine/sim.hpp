@@ -13,9 +13,6 @@ namespace mjenv::core {
 
 class Work;
 
-// The library's functions for the callbacks of registered tasks (mjenv/task.h).
-const mjenv_task_api& task_api();
-
 // The action of one row, in the caller's array and dtype.
 struct Action {
   const void* values = nullptr;
@@ -43,6 +40,7 @@ inline Scalar sum_square(const Action& a) {
 
 // What a task needs of a work space besides what MuJoCo computes in every step.
 struct Needs {
+  const mjenv_task_api* api = nullptr;                    // the library's functions for the callbacks of mjenv/task.h
   bool contacts = false, forces = false, frames = false;  // see Work::complete_forces and Work::complete_frames
   std::vector<std::string> arrays;                        // the names of the arrays in mjenv_sim::arrays
   std::size_t info = 0;                                   // how many numbers the longer of info and reset info has
