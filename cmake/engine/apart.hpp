@@ -1,7 +1,6 @@
-// Included before each source of MuJoCo's parser and compiler. What these would share with the host process becomes
-// their own: numbers are read and written in the classic locale, whatever the global one of C++ is, and the random dots
-// of textures come from a generator of the thread's own (guards.c), so that the host's rand() is neither reset nor
-// waited for.
+// Included before each source file of MuJoCo's parser and compiler, to separate them from the host process. They read
+// and write numbers in the classic locale, whatever C++'s global locale is. They draw the random dots of textures from
+// a generator of the thread (guards.c), so they neither reset the host's rand() nor depend on it.
 #pragma once
 
 #include <stdlib.h>

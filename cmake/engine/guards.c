@@ -1,4 +1,4 @@
-// What keeps the engine from printing, exiting, running for ever and using the host's random numbers.
+// Keeps the engine from printing, exiting, running for ever and using the host's random numbers.
 #include <ccd/ccd.h>
 #include <mujoco/mujoco.h>
 #include <stdint.h>
@@ -8,8 +8,8 @@
 #include "qhull_ra.h"
 #include "support.h"
 
-// engine_setconst.c calls it for mj_step1. It simulates muscles until some time has passed, but where the simulation
-// diverges, MuJoCo begins it anew, at time 0, and so on for ever.
+// engine_setconst.c calls this function in place of mj_step1. It simulates muscles up to a certain time. If the
+// simulation diverges, MuJoCo restarts it at time 0, so it would never end.
 void mjenv_step1(const mjModel* model, mjData* data) {
   mj_step1(model, data);
   if (data->warning[mjWARN_BADQPOS].number || data->warning[mjWARN_BADQVEL].number ||
@@ -17,8 +17,9 @@ void mjenv_step1(const mjModel* model, mjData* data) {
     mju_error("the simulation that finds the range of the actuators' lengths is unstable");
 }
 
-// libccd's search for a portal can go round in circles, on shapes of very unlike sizes. So its calls are counted:
-// engine_collision_convex.c calls mjenv_penetration for ccdMPRPenetration, and mpr.c mjenv_support for __ccdSupport.
+// libccd's search for a portal may never end if the sizes of two shapes are very different. So its calls are counted:
+// engine_collision_convex.c calls mjenv_penetration in place of ccdMPRPenetration, and mpr.c calls mjenv_support in
+// place of __ccdSupport.
 struct counted {
   ccd_t ccd;
   unsigned long calls;
@@ -36,10 +37,11 @@ void mjenv_support(const void* a, const void* b, const ccd_vec3_t* dir, const cc
   __ccdSupport(a, b, dir, ccd, found);
 }
 
-// Convex hulls can take hours. MuJoCo connects their vertices in a time that grows with the square of how many there
-// are, and qhull looks at each vertex of the facets that a new one changes, which can be all. So both are counted, over
-// all meshes of a model: user_mesh.cc calls mjenv_vertexneighbors for qh_vertexneighbors, before it connects the
-// vertices, and libqhull_r.c mjenv_resetlists for qh_resetlists, after each new vertex.
+// Computing convex hulls can take hours. MuJoCo needs a time that grows with the square of the number of a hull's
+// vertices to connect them, and whenever qhull adds a vertex, it visits all vertices of the facets that change, which
+// can be most of them. So both are counted, over all meshes of a model. user_mesh.cc calls mjenv_vertexneighbors in
+// place of qh_vertexneighbors, before it connects the vertices. libqhull_r.c calls mjenv_resetlists in place of
+// qh_resetlists, after each new vertex.
 static _Thread_local double hull_work, hull_limit;
 
 void mjenv_limit_hulls(double limit) {
@@ -51,7 +53,7 @@ int mjenv_hulls_exceeded(void) { return hull_work > hull_limit; }
 
 static void work_on_hull(qhT* qh, double work) {
   hull_work += work;
-  if (mjenv_hulls_exceeded()) qh_errexit(qh, qh_ERRinput, NULL, NULL);  // MuJoCo frees what it holds
+  if (mjenv_hulls_exceeded()) qh_errexit(qh, qh_ERRinput, NULL, NULL);  // MuJoCo frees its memory
 }
 
 void mjenv_vertexneighbors(qhT* qh) {
@@ -67,8 +69,8 @@ void mjenv_resetlists(qhT* qh, boolT stats, boolT resetVisible) {
   qh_resetlists(qh, stats, resetVisible);
 }
 
-// The C library's rand() on a state of the thread's own: MuJoCo seeds it before it compiles a model, so that the random
-// dots of textures are always the same.
+// The C library's rand() with a state for each thread. MuJoCo seeds it before it compiles a model, so the random dots
+// of textures are always the same.
 static _Thread_local struct random_data generator;
 static _Thread_local char generator_state[128];
 
@@ -83,7 +85,7 @@ int mjenv_rand(void) {
   return number;
 }
 
-// The rest replaces qhull's usermem_r.c and userprintf_r.c.
+// The functions below replace qhull's usermem_r.c and userprintf_r.c.
 void* qh_malloc(size_t size) { return malloc(size); }
 
 void qh_free(void* memory) { free(memory); }
