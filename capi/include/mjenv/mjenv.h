@@ -1,50 +1,69 @@
 /* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
  *
  * An environment (mjenv_env) holds one or many independent rows. A row is one episode of the robot's task: its
- * simulation state (200 bytes to 2 KB), its random stream and its step count. The threads that step rows own the
- * large MuJoCo work space, so rows are cheap. Results do not depend on the number of threads (option "num_threads").
+ * simulation state (200 bytes to 2 KB), its random stream and its step count. MuJoCo's large work space (mjData)
+ * belongs to the threads that step rows and not to the rows, so rows are cheap. The option "num_threads" sets the
+ * number of threads. It does not change the results.
  *
+ *     static double obs[16][105], reward[16];
+ *     static float action[16][8];
+ *     static const uint64_t seeds[16] = {42};
+ *     const mjenv_batch out = {.struct_size = sizeof out, .rows = 16, .obs_count = 105, .obs = obs, .reward = reward};
  *     mjenv_options *options;
  *     mjenv_env *env;
  *     mjenv_options_create("Ant-v5", &options);
  *     mjenv_create(options, 16, &env);           // 16 rows
  *     mjenv_seed(env, seeds, NULL);
- *     mjenv_reset(env, NULL, &batch);            // mjenv_batch names your arrays
- *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &batch);
+ *     mjenv_reset(env, NULL, &out);              // writes obs
+ *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &out);
  *     mjenv_destroy(env);
  *     mjenv_options_destroy(options);
  *
  * Numbers
- *   For a given seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2, bit for bit. Calls
- *   compute in the default floating-point environment and leave the caller's as it was.
+ *   For a given seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2, bit for bit. Each
+ *   call computes in the default floating-point environment and restores the caller's.
  * Arrays
- *   The caller owns all arrays that it passes. They are dense and row-major. Shapes are written [rows][count]. Sizes
- *   count elements, unless the parameter's name says bytes. The library keeps no pointer to them after a call.
+ *   The caller owns all arrays that it passes. The library keeps no pointer to them after a call. Arrays are contiguous
+ *   and row-major. Shapes are written [rows][count]. Sizes count elements, unless the parameter's name ends in _bytes.
  * Masks
- *   A mask is uint8_t[rows]. A function with a mask acts on the rows whose element is not 0, and neither changes the
- *   other rows nor writes their outputs. A NULL mask means all rows.
+ *   A mask is uint8_t[rows]. The function acts on the rows whose element is not 0. It leaves the other rows and their
+ *   elements of the output arrays as they are. A NULL mask selects all rows.
  * Errors
- *   A function that can fail returns MJENV_OK or a negative mjenv_status. The handle stays usable. mjenv_last_error
- *   and mjenv_error_of give the reason as text. The comments below list errors without their prefix MJENV_E_, and
- *   leave out those that any function may return:
- *     ARGUMENT  a required pointer is NULL, or a handle was destroyed
- *     BUSY      another thread is inside the same handle
+ *   A function that can fail returns MJENV_OK (0) or a negative mjenv_status, and the handle stays usable.
+ *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
+ *   one exception: if a call computes several rows and some of them fail, it computes the others, writes their outputs,
+ *   and then returns an error. mjenv_batch.status tells which rows failed. If MuJoCo fails in a row, the row keeps the
+ *   state that it had before the failed step or reset.
+ *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
+ *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
+ *               small
+ *     BUSY      another thread is inside a call with the same handle
  *     MEMORY    there is not enough memory
  *     INTERNAL  the library has a bug
  *   Functions that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv.
- *   Functions that need the environment's threads return FORKED in a forked child, which does not have them.
+ *   Functions with FORKED among their errors return it in a forked child if the environment has more than one thread,
+ *   because the child does not have these threads.
  * Ownership
- *   *_create gives the caller a handle, which the caller passes to *_destroy. *_destroy accepts NULL and cannot fail.
- *   It waits until calls that other threads made with the handle have returned; later calls return ARGUMENT. A
- *   `const char *` or `const double *` result belongs to the handle it came from and lives as long as that handle,
- *   unless its comment says otherwise. "Static" texts live as long as the library is loaded.
+ *   *_create gives the caller a handle, which the caller passes to *_destroy. *_destroy does nothing for NULL and for
+ *   destroyed handles, and cannot fail. It waits for the calls that other threads are making with the handle. Later
+ *   calls with the handle return ARGUMENT. Functions that return no status return 0 or NULL instead.
+ *   Texts end with a NUL and are UTF-8. The library copies those that it is given. Texts (const char *) and bounds
+ *   (const double *) that it returns belong to the handle they came from and live as long as that handle, unless the
+ *   comment says otherwise. "Static" texts live as long as the library is loaded.
  * Threads
- *   Different handles can be used by different threads at the same time. If two threads call functions of one
- *   environment at the same time, the second call returns BUSY. Setting options while another thread uses them also
- *   returns BUSY. Functions that take a const mjenv_env * read only what never changes, and never return BUSY.
+ *   Different threads can use different handles at the same time. A handle can be used on any thread, by one thread at
+ *   a time: while one thread is inside a call with a handle, a call with it on another thread returns BUSY.
+ *   mjenv_render and mjenv_window_draw also use the environment while they read its row. Exceptions:
+ *     - Functions that take a const mjenv_env *, mjenv_renderer * or mjenv_window *, mjenv_renderer_create,
+ *       mjenv_window_create and mjenv_error_of can be called at any time, and never return BUSY.
+ *     - Several threads can read the same options, or create environments from them, at the same time. BUSY means that
+ *       one thread sets options while another uses them.
+ *     - Windows belong to the main thread. Renderers of MJENV_GL_GLFW are created and destroyed on it.
+ *   No function may be called from a signal handler.
  * Compatibility
- *   The caller sets a struct's struct_size to its sizeof. Structs only ever grow at their end, so that programs run
- *   with later versions of the library. Clients must expect enumerators that they do not know. */
+ *   The caller sets each struct's struct_size to its sizeof before the call. Structs only ever grow at their end, so
+ *   compiled programs run with later versions of the library. Programs must expect enumerators that they do not know.
+ */
 #ifndef MJENV_MJENV_H
 #define MJENV_MJENV_H
 
@@ -60,10 +79,10 @@ extern "C" {
 /* Changes when compiled clients have to be rebuilt. */
 #define MJENV_ABI_VERSION 1
 
-/* As a row's number, means all rows (mjenv_snapshot, mjenv_restore). */
+/* Instead of a row's number: all rows (mjenv_snapshot, mjenv_restore). */
 #define MJENV_ALL_ROWS (-1)
 
-/* As a camera's number in mjenv_render_settings. */
+/* Instead of a camera's index in mjenv_render_settings. */
 #define MJENV_CAMERA_FREE (-1)    /* the camera that lookat, distance, azimuth and elevation describe */
 #define MJENV_CAMERA_DEFAULT (-2) /* the model's camera "track" if it has one, else the free camera */
 
@@ -77,21 +96,22 @@ typedef struct mjenv_window mjenv_window;     /* shows an environment's rows on 
 typedef int32_t mjenv_status;
 enum mjenv_status_value {
   MJENV_OK = 0,
-  MJENV_E_ARGUMENT = -1,      /* a required pointer is NULL, a handle is dead, an enum's value or a size is unknown */
+  MJENV_E_ARGUMENT = -1,      /* a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a
+                                 struct_size is too small, or the options belong to an environment */
   MJENV_E_NAME = -2,          /* no such id, option, array or object; the text lists the valid names */
   MJENV_E_TYPE = -3,          /* the option holds another kind of value */
   MJENV_E_VALUE = -4,         /* a value is out of its bounds, or not a finite number where one is needed */
-  MJENV_E_SIZE = -5,          /* an array has another length than needed */
-  MJENV_E_NOT_RESET = -6,     /* the row was never reset (or never seeded, where its random stream is asked for) */
+  MJENV_E_SIZE = -5,          /* an array is too short, or has another length than needed */
+  MJENV_E_NOT_RESET = -6,     /* the row was never reset; from mjenv_get_stream: it was neither reset nor seeded */
   MJENV_E_EPISODE_ENDED = -7, /* the row's episode has ended; reset the row first */
   MJENV_E_PENDING = -8,       /* rows are under way; receive them with mjenv_recv first */
-  MJENV_E_NOT_PENDING = -9,   /* mjenv_recv, and no rows are under way */
-  MJENV_E_BUSY = -10,         /* another thread is inside the handle */
-  MJENV_E_FORKED = -11,       /* this process was forked, and the environment's threads stayed in its parent */
+  MJENV_E_NOT_PENDING = -9,   /* mjenv_recv was called while no rows are under way */
+  MJENV_E_BUSY = -10,         /* another thread is inside a call with the same handle */
+  MJENV_E_FORKED = -11,       /* this process is a forked child, and the environment's threads are in its parent */
   MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read */
-  MJENV_E_MODEL = -13,        /* the model is malformed, is refused, or lacks what the call needs */
-  MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error, or a row's state diverged */
-  MJENV_E_SNAPSHOT = -15,     /* the image is damaged or belongs to another environment */
+  MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
+  MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
+  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or its id, model, options or rows are others */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
@@ -106,14 +126,14 @@ enum mjenv_dtype_value { MJENV_DTYPE_FLOAT64 = 0, MJENV_DTYPE_FLOAT32 = 1 };
 typedef int32_t mjenv_role;
 enum mjenv_role_value {
   MJENV_ROLE_OBSERVATION = 1, /* the parts of an observation, in order */
-  MJENV_ROLE_ACTION = 2,      /* the actuators */
+  MJENV_ROLE_ACTION = 2,      /* the actuators, one number each */
   MJENV_ROLE_INFO = 3,        /* the info of a step */
   MJENV_ROLE_RESET_INFO = 4,  /* the info of a reset */
   MJENV_ROLE_REWARD = 5,      /* the reward, as one field */
   MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
   MJENV_ROLE_DATA = 7,        /* the arrays of a row's mjData that mjenv_read can read */
   MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
-  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" adds to each mjenv_batch */
+  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
 };
 
 /* What an option holds. */
@@ -126,7 +146,8 @@ enum mjenv_kind_value {
   MJENV_KIND_STRING_OR_INT = 5 /* a name as text, or an index as integer */
 };
 
-/* The type that Gymnasium gives a value. The library passes all values as doubles, which hold each of them exactly. */
+/* The type that a value has in Gymnasium. The library passes fields and arrays as doubles, which hold all of these
+ * values exactly. */
 typedef int32_t mjenv_type;
 enum mjenv_type_value {
   MJENV_TYPE_FLOAT64 = 1,      /* np.float64 */
@@ -143,11 +164,11 @@ enum mjenv_type_value {
 typedef struct mjenv_option {
   uint32_t struct_size;
   mjenv_kind kind;
-  const char *name; /* Gymnasium's name */
-  const char *doc;
-  double low, high;    /* closed bounds of each number; infinite if there are none; meaningless for text */
-  int64_t count;       /* how many numbers the option holds: 2 for a range */
-  const char *choices; /* the valid texts, separated by blanks; NULL if every text may be tried */
+  const char *name;    /* Gymnasium's name, where Gymnasium has the option */
+  const char *doc;     /* the meaning, in one line */
+  double low, high;    /* closed bounds of each number; infinite if there are none; unused for STRING */
+  int64_t count;       /* how many numbers REALS hold (2 for a range); 1 for the other kinds */
+  const char *choices; /* the valid texts, separated by blanks; NULL if there is no such list */
 } mjenv_option;
 
 /* Describes one named part of an observation, an action or an info, or one readable array. mjenv_field_at fills it. */
@@ -155,85 +176,89 @@ typedef struct mjenv_field {
   uint32_t struct_size;
   int32_t ndim; /* how many dimensions; 0 for a scalar */
   const char *name;
-  const char *doc;  /* the meaning, with its unit; "" where the name says it all */
+  const char *doc;  /* the meaning, with its unit; "" if there is none */
   int64_t shape[4]; /* the first ndim elements are used */
-  int64_t offset;   /* of the first element within the record of one row */
-  int64_t count;    /* elements: the product of the shape, 1 for a scalar */
+  int64_t offset;   /* the sum of the counts of the role's earlier fields; 0 for MJENV_ROLE_DATA and MJENV_ROLE_MODEL */
+  int64_t count;    /* the number of elements: the product of the shape, 1 for a scalar */
   mjenv_type type;
   int32_t reserved; /* 0 */
 } mjenv_field;
 
-/* Describes a Box space of one row. mjenv_space_of fills it. */
+/* Describes the observation space or the action space of one row: a Gymnasium Box. mjenv_space_of fills it. */
 typedef struct mjenv_space {
   uint32_t struct_size;
   mjenv_dtype dtype;  /* as Gymnasium declares it: float64 for observations, float32 for actions */
-  int64_t count;      /* elements */
+  int64_t count;      /* the number of elements */
   const double *low;  /* [count], owned by the environment */
   const double *high; /* [count], owned by the environment */
 } mjenv_space;
 
-/* Describes an id, before anything is built. mjenv_spec_of fills it; the texts are static. */
+/* Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static. */
 typedef struct mjenv_spec {
   uint32_t struct_size;
-  int32_t version; /* 4 or 5 */
+  int32_t version; /* the number in the id: 4 or 5 for built-in robots */
   const char *id;
   const char *robot;         /* the id without its version: "Ant" */
-  int64_t max_episode_steps; /* the default of the option */
+  int64_t max_episode_steps; /* the default of the option of this name */
   double reward_threshold;   /* NaN where Gymnasium has none */
   /* Gymnasium's default_camera_config; NaN where Gymnasium leaves the value to MuJoCo. */
   double camera_distance;    /* m */
   double camera_elevation;   /* degrees */
   double camera_lookat[3];   /* m */
-  double camera_trackbodyid; /* a whole number */
-  const char *model_xml;     /* the MJCF text of the model; NULL where a registered task has it in a file */
+  double camera_trackbodyid; /* the index of a body */
+  const char *model_xml;     /* the MJCF text of the default model; NULL if a registered task has it in a file */
 } mjenv_spec;
 
-/* Names the caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe.
- * One batch can serve all of them. Arrays that are NULL are not written. Row r writes element r of each array; field
- * f of an info is at offset f.offset * rows, as [rows][f.count]. mjenv_rollout writes rows * steps elements instead.
- * If a row fails (status), its other outputs mean nothing. */
+/* The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays
+ * that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays
+ * have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count].
+ * For mjenv_rollout, all arrays have mjenv_rows * steps elements. The other functions can share one batch. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
-  mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest */
+  mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest */
   int64_t rows;          /* mjenv_rows; for mjenv_rollout, mjenv_rows * steps */
-  /* Elements that one row has in the arrays. A count is only checked if its array is given. */
-  int64_t obs_count;        /* the observation space's count */
-  int64_t info_count;       /* the sum of the counts of MJENV_ROLE_INFO's fields */
-  int64_t reset_info_count; /* the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
-  int64_t arrays_count;     /* the sum of the counts of MJENV_ROLE_ARRAYS's fields */
-  /* Of the step. A reset writes 0 to reward, terminated, truncated and info. */
-  void *obs;           /* [rows][obs_count] the observation; after a reset, the first one of the new episode */
+  /* How many elements one row has. A count is checked only if one of its arrays is given. */
+  int64_t obs_count;        /* of obs and final_obs: the observation space's count */
+  int64_t info_count;       /* of info and final_info: the sum of the counts of MJENV_ROLE_INFO's fields */
+  int64_t reset_info_count; /* of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
+  int64_t arrays_count;     /* of arrays: the sum of the counts of MJENV_ROLE_ARRAYS's fields */
+  /* The step. mjenv_reset, and a step that resets the row by "autoreset_mode" next_step, write 0 to reward, terminated,
+   * truncated and info. A step that resets the row by same_step writes 0 to info only. */
+  void *obs;           /* [rows][obs_count] the observation; if the row was reset, the first one of the new episode */
   double *reward;      /* [rows] */
   uint8_t *terminated; /* [rows] 0 or 1 */
   uint8_t *truncated;  /* [rows] 0 or 1 */
-  int32_t *status;     /* [rows] MJENV_OK; MJENV_E_PHYSICS if the row failed, or if its state diverged and MuJoCo
-                          restarted it */
+  int32_t *status;     /* [rows] MJENV_OK, or why the row failed: MJENV_E_TASK if a callback of a registered task
+                          failed, else MJENV_E_PHYSICS. The other outputs of a row that failed are undefined. If the
+                          call itself returns MJENV_OK, MJENV_E_PHYSICS means that the row's state diverged and MuJoCo
+                          reset the simulation; then the other outputs are valid */
   double *info;        /* MJENV_ROLE_INFO's fields */
-  /* Of a reset, by mjenv_reset or by the option "autoreset_mode". */
+  /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
   double *reset_info; /* MJENV_ROLE_RESET_INFO's fields; written only for rows that were reset */
-  /* Of the episode that ended in this step; written only if "autoreset_mode" is same_step and the row was reset. */
+  /* The end of the old episode; written only if "autoreset_mode" is same_step and the step reset the row. */
   void *final_obs;    /* [rows][obs_count] its last observation */
-  double *final_info; /* MJENV_ROLE_INFO's fields: the info of its last step; info is 0 then */
-  double *arrays;     /* MJENV_ROLE_ARRAYS's fields */
+  double *final_info; /* MJENV_ROLE_INFO's fields of its last step; mjenv_step writes it only if info is given, too */
+  /* The option "arrays". */
+  double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
 
-/* What provides OpenGL. */
+/* The library that provides OpenGL. */
 typedef int32_t mjenv_gl;
 enum mjenv_gl_value {
-  /* The one that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is unset, the first of egl, glfw
-     and osmesa that works. */
+  /* The library that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is not set, the first of
+     egl, glfw and osmesa that works. */
   MJENV_GL_AUTO = 0,
   /* Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device. */
   MJENV_GL_EGL = 1,
   /* Draws without a display and without a graphics driver. Debian: libosmesa6. A process that uses it cannot use the
-     others. */
+     others, and the other way round. */
   MJENV_GL_OSMESA = 2,
-  /* Draws into an invisible window on a display. Debian: libglfw3. Only the main thread can create it. */
+  /* Needs a display. Debian: libglfw3. Create and destroy such a renderer on the main thread. */
   MJENV_GL_GLFW = 3
 };
 
-/* What to make visible beside the geoms: MuJoCo's mjtVisFlag. An index of mjenv_render_settings.visual. */
+/* What is drawn: MuJoCo's mjtVisFlag. An index into mjenv_render_settings.visual. */
 typedef int32_t mjenv_visual;
 enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
@@ -261,31 +286,32 @@ enum mjenv_visual_value {
   MJENV_VISUAL_SKIN = 22
 };
 
-/* How a renderer draws: Gymnasium's arguments of the same names. mjenv_render_defaults fills it. */
+/* How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want: 0 is a valid value of most
+ * fields, and not the default. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
   mjenv_gl gl;
   int32_t width;           /* pixels; default 480 */
   int32_t height;          /* pixels; default 480 */
   int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE or MJENV_CAMERA_DEFAULT (default) */
-  int32_t max_geom;        /* the most geoms that are drawn; default 1000 */
+  int32_t max_geom;        /* how many geoms are drawn at most; default 1000 */
   int32_t samples;         /* multisampling: samples per pixel, 0 to 64; default: the model's offsamples (4) */
-  int32_t shadows;         /* 0 or 1; drawing is fastest with samples 0 and shadows 0 */
-  int32_t reflections;     /* 0 or 1 */
+  int32_t shadows;         /* 0 or 1; default 1. Drawing is fastest with samples 0 and shadows 0 */
+  int32_t reflections;     /* 0 or 1; default 1 */
   int32_t reserved;        /* 0 */
-  const char *camera_name; /* a camera of the model, instead of its index; NULL: use the index */
-  /* The free camera: Gymnasium's default_camera_config. It does not move. */
+  const char *camera_name; /* a camera of the model; camera must then be MJENV_CAMERA_DEFAULT. NULL: camera is used */
+  /* The free camera, which does not move. Default: Gymnasium's default_camera_config; NaN where that has no value. */
   double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn */
   double distance;    /* m; NaN: the model's extent */
   double azimuth;     /* degrees; NaN: 90 */
   double elevation;   /* degrees; NaN: -45 */
-  uint8_t visual[32]; /* Gymnasium's visual_options: 0 or 1 for each mjenv_visual; the rest is unused */
+  uint8_t visual[32]; /* Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's */
 } mjenv_render_settings;
 
 /* ---- Library ---- */
 
-/* Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library by itself compares it with its
- * own. */
+/* Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library with dlopen should check that
+ * it equals the MJENV_ABI_VERSION that the program was compiled with. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
 /* Returns "major.minor.patch (MuJoCo x.y.z)"; static. */
@@ -297,25 +323,25 @@ MJENV_API uint32_t mjenv_version_number(void);
 /* Returns the name of a status, such as "MJENV_E_VALUE"; "unknown status" for other numbers; static. */
 MJENV_API const char *mjenv_status_name(mjenv_status status);
 
-/* Returns the reason of the last call on this thread that failed; "" if none did. The next failing call on this thread
- * overwrites the text. Programs whose calls move between threads use mjenv_error_of instead. */
+/* Returns the reason of the last call that failed on this thread; "" if none has failed. The text stays until the next
+ * call fails on this thread, or the thread ends. If your calls move between threads (Go, Node), use mjenv_error_of. */
 MJENV_API const char *mjenv_last_error(void);
 
-/* Copies the reason of the last call with a handle that failed, on whichever thread that was.
- *   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window. A *_create that fails leaves its reason
- *             with the handle that it was given: mjenv_create with options, mjenv_renderer_create and
- *             mjenv_window_create with env.
- *   text      [capacity] receives as much of the text as fits, always ended by a NUL; may be NULL if capacity is 0
- *   size      receives the bytes that the whole text needs, the NUL included; 1 if no call has failed
- * BUSY, and ARGUMENT for a dead handle, leave no reason with the handle. */
+/* Copies the reason of the last call that failed with this handle, on any thread. If mjenv_create fails, the reason is
+ * with its options; if mjenv_renderer_create or mjenv_window_create fails, it is with its env.
+ *   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window
+ *   text      [capacity] receives the text, cut off if it is too long, and a NUL; may be NULL if capacity is 0
+ *   size      receives the size of the whole text in bytes, with its NUL; 1 if no call has failed
+ * A call that is refused because its own handle is busy (BUSY) or destroyed (ARGUMENT) leaves no reason here. */
 MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t capacity, size_t *size);
 
 /* ---- Ids ---- */
 
-/* Returns the number of environment ids. */
+/* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). */
 MJENV_API int64_t mjenv_id_count(void);
 
-/* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. */
+/* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task
+ * changes the indices. */
 MJENV_API const char *mjenv_id_at(int64_t index);
 
 /* Describes an id. Errors: NAME. */
@@ -323,69 +349,70 @@ MJENV_API mjenv_status mjenv_spec_of(const char *id, mjenv_spec *spec);
 
 /* ---- Options ---- */
 
-/* Creates the options of an id, set to their defaults. mjenv_create copies them, so they can be changed, used again or
- * destroyed after it. Errors: NAME. */
+/* Creates the options of an id, with their default values. mjenv_create copies them, so you can change, reuse or
+ * destroy them afterwards. Errors: NAME. */
 MJENV_API mjenv_status mjenv_options_create(const char *id, mjenv_options **options);
 
-/* Copies options, also those of mjenv_options_of, so that the copy can be changed. */
+/* Creates a copy of options. The copy of an environment's options (mjenv_options_of) can be changed. */
 MJENV_API mjenv_status mjenv_options_copy(const mjenv_options *options, mjenv_options **copy);
 
-/* Destroys options. Does nothing for those of mjenv_options_of, which the environment destroys. */
+/* Destroys options. Does nothing for an environment's options (mjenv_options_of). */
 MJENV_API void mjenv_options_destroy(mjenv_options *options);
 
-/* Returns the number of options that the id has; 0 for NULL. */
+/* Returns the number of options; 0 for NULL. */
 MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 
 /* Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
-/* Sets a FLAG, an INTEGER, the index in a STRING_OR_INT, or a single real. A real that was set by an integer makes the
- * infos and rewards that are computed from it integers, as in Gymnasium (MJENV_TYPE_NATIVE_INT).
- * Errors: NAME, TYPE, VALUE. */
+/* Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. Setting REALS by an
+ * integer changes the types of infos and rewards as a Python int does in Gymnasium. Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
-/* Sets all numbers of a REALS option: values[count]. Errors: NAME, TYPE, VALUE, SIZE. */
+/* Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE (another count). */
 MJENV_API mjenv_status mjenv_options_set_reals(mjenv_options *options, const char *name, const double *values,
                                                size_t count);
 
-/* Sets a STRING, or the name in a STRING_OR_INT. The text is copied. Errors: NAME, TYPE, VALUE. */
+/* Sets a STRING, or a STRING_OR_INT to a name. Errors: NAME, TYPE, VALUE (not one of the choices). */
 MJENV_API mjenv_status mjenv_options_set_string(mjenv_options *options, const char *name, const char *value);
 
-/* Reads a FLAG, an INTEGER, or the index in a STRING_OR_INT. Errors: NAME, TYPE. */
+/* Reads a FLAG, an INTEGER, or a STRING_OR_INT that holds an index. Errors: NAME, TYPE (also: it holds a name). */
 MJENV_API mjenv_status mjenv_options_get_integer(const mjenv_options *options, const char *name, int64_t *value);
 
-/* Reads the numbers of a REALS option into values[capacity]. count receives how many there are. To ask for the count
- * alone, pass capacity 0 and values NULL. Errors: NAME, TYPE, SIZE (0 < capacity < count). */
+/* Reads a REALS option into values[capacity]. count receives how many numbers there are. To get the count alone, pass
+ * values NULL and capacity 0. Errors: NAME, TYPE, SIZE (capacity is too small, and not 0; count is not written). */
 MJENV_API mjenv_status mjenv_options_get_reals(const mjenv_options *options, const char *name, double *values,
                                                size_t capacity, size_t *count);
 
-/* Reads a STRING, or the name in a STRING_OR_INT. The text belongs to the options and lives until the option is set
- * again. Errors: NAME, TYPE. */
+/* Reads a STRING, or a STRING_OR_INT that holds a name. The text belongs to the options and lives until this option is
+ * set again. Errors: NAME, TYPE (also: it holds an index). */
 MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, const char *name, const char **value);
 
 /* ---- Environment ---- */
 
-/* Builds an environment: reads the model, allocates rows >= 1 rows and starts the threads.
- * Errors: NAME (in the option "arrays"), VALUE, FILE, MODEL. */
+/* Creates an environment: reads the model, allocates the rows and starts the threads.
+ *   rows      how many; >= 1
+ * Errors: NAME (the option "arrays" names an array that does not exist), VALUE (rows, or an option), FILE, MODEL,
+ * PHYSICS (in a trial step), TASK. */
 MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
 
-/* Destroys an environment and its threads. Rows that are under way are dropped. */
+/* Destroys an environment and ends its threads. The results of rows that are under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
 /* Returns the number of rows; 0 for NULL. */
 MJENV_API int64_t mjenv_rows(const mjenv_env *env);
 
-/* Returns how many times a step calls mj_step; 0 for NULL. */
+/* Returns how many times one step calls mj_step; 0 for NULL. */
 MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
 
 /* Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be
  * changed. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 
-/* Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. */
+/* Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. Errors: ARGUMENT (another role). */
 MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
 
-/* Returns the number of fields of a role; 0 for NULL and for unknown roles. */
+/* Returns the number of fields of a role; 0 if env is NULL or the role is unknown. */
 MJENV_API int64_t mjenv_field_count(const mjenv_env *env, mjenv_role role);
 
 /* Describes the field at 0 <= index < mjenv_field_count(). Errors: VALUE (index). */
@@ -393,95 +420,109 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 
 /* ---- Random streams ---- */
 
-/* Gives rows new random streams, each NumPy's default_rng of its own seed. A row that is never seeded takes entropy
- * from the system at its first reset.
- *   seeds     [rows]; read where the mask is not 0 */
+/* Gives each row a new random stream: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not
+ * reset the rows. A row that was never seeded is seeded from the system's entropy at its first reset.
+ *   seeds     [rows]; elements outside the mask are not read */
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint64_t *seeds, const uint8_t *mask);
 
-/* Seeds one row from an integer of any size.
- *   digits    [count] its 32-bit digits, the least significant first; count >= 1
+/* Gives one row the random stream default_rng(seed), for a seed of any size.
+ *   digits    [count] the seed's 32-bit digits, the least significant first; count >= 1
  * Errors: VALUE (row), SIZE. */
 MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint32_t *digits, size_t count);
 
-/* Reads a row's random stream as NumPy's PCG64 has it.
- *   words     [count], count = 4: state low and high, increment low and high. count = 6: also has_uint32 and uinteger,
- *             which differ from 0 only after a registered task has drawn 32-bit integers
+/* Reads a row's random stream: the state of NumPy's PCG64.
+ *   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and
+ *             uinteger, which are 0 unless a registered task has drawn 32-bit integers
+ *   count     4 or 6
  * Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
 
-/* Replaces a row's random stream by words[count] of mjenv_get_stream. Errors: VALUE (row, an even increment), SIZE. */
+/* Sets a row's random stream to words[count], which are laid out as in mjenv_get_stream; count is 4 or 6. With 4,
+ * has_uint32 and uinteger become 0. Errors: VALUE (row, or inc is even), SIZE. */
 MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
 
-/* Seeds the stream of mjenv_sample_actions, as action_space.seed() does. */
+/* Seeds the random stream of mjenv_sample_actions, as action_space.seed(seed) does. The environment has one such stream
+ * for all rows, apart from the rows' own streams. If it was never seeded, it is seeded from the system's entropy. */
 MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 
-/* Draws one action for each row, as action_space.sample() does, row by row from one stream.
- *   action    [rows][actuators]; count = rows * actuators
+/* Draws one action for each row, in the order of the rows, as action_space.sample() does.
+ *   action    [rows][actuators] receives the actions; count = rows * actuators
  * Errors: SIZE, MODEL (an actuator has no bounds). */
 MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_t count);
 
 /* ---- Episodes ---- */
 
-/* Begins new episodes. Each row goes on with its random stream.
+/* Begins new episodes. A row draws its initial state from its random stream, which continues from episode to episode.
  *   out       receives the outputs; may be NULL
- * Errors: SIZE, PHYSICS, FORKED. */
+ * Errors: SIZE, PHYSICS, TASK, FORKED. */
 MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
 
 /* Steps rows.
- *   action    [rows][actuators], elements of dtype; count = rows * actuators. Rows outside the mask have their place,
- *             too, but it is not read. The dtype matters: arithmetic with the action is float32 or float64, as in
- *             NumPy.
+ *   action    [rows][actuators] of type dtype; count = rows * actuators. The actions of rows outside the mask are not
+ *             read. dtype changes results: the library computes with the action in float32 or float64, as NumPy does
  *   out       receives the outputs; may be NULL
- * If the option "strict" is 0, non-finite actions and finished rows are stepped as Gymnasium steps them. With the
- * option "autoreset_mode" finished rows are reset as Gymnasium's vector environments do: in their next step, whose
- * action is ignored (next_step), or at the end of the same step (same_step). If MuJoCo fails in a row, that row keeps
- * its state, and the other rows are stepped.
- * Errors: SIZE, VALUE (non-finite action), NOT_RESET, EPISODE_ENDED, PHYSICS, FORKED. */
+ * The option "autoreset_mode" resets rows whose episode has ended as Gymnasium's vector environments do: next_step
+ * resets them in their next step, whose action is ignored; same_step resets them at the end of the step that ends the
+ * episode. The default, disabled, leaves it to the caller.
+ * If the option "strict" is 1 (the default), actions must be finite and rows whose episode has ended must be reset; a
+ * call with a row that violates this steps no row. If it is 0, such rows are stepped as in Gymnasium.
+ * A state that diverges is no error of the call: see mjenv_batch.status and the option "on_divergence".
+ * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED. */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,
                                   mjenv_dtype dtype, const mjenv_batch *out);
 
-/* Starts a step of some rows and returns without waiting for it. Until all rows are received, only mjenv_send of other
- * rows, mjenv_recv and mjenv_destroy may be called. With num_threads 1, mjenv_recv does the work.
- *   rows      [row_count] the rows to step; NULL: all rows, and row_count is ignored
- *   action    [row_count][actuators], elements of dtype; count = row_count * actuators; copied
- * Errors: as mjenv_step; PENDING (a row is under way already), VALUE (no such row). */
+/* Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported
+ * them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment
+ * has one thread only (num_threads 1), the rows are stepped in mjenv_recv.
+ *   rows      [row_count] the rows to step, each at most once; NULL: all rows, and row_count is ignored
+ *   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied
+ * Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way
+ * already, or listed twice), FORKED. After an error, no row was sent. */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t row_count, const void *action,
                                   size_t count, mjenv_dtype dtype);
 
-/* Waits for rows that were sent, and reports those that are done. Each is reported once.
- *   least     waits until this many rows are done; 0: does not wait
- *   timeout   the most seconds to wait; a negative number: no limit. When the time has passed, the call succeeds with
- *             the rows that are done, which may be fewer than `least`
- *   rows      [capacity] receives the numbers of the rows; capacity >= least, and >= 1
+/* Waits for rows that were sent, and reports those that are done. Each is reported once, in the order in which they
+ * finish.
+ *   least     how many rows to wait for; 0: does not wait
+ *   timeout   how many seconds to wait at most; a negative number: no limit. If the time is up, the call succeeds and
+ *             reports the rows that are done, which may be none
+ *   rows      [capacity] receives the numbers of the rows; capacity >= least and >= 1. Rows that do not fit are
+ *             reported by the next call
  *   count     receives how many rows are reported
- *   out       receives the outputs of the reported rows at their own places, and is laid out as for mjenv_step; may be
- *             NULL
- * With num_threads 1, a call with least 0 or a timeout of 0 steps one row, so that polling makes progress.
- * Errors: SIZE (capacity, or least > rows under way), VALUE (timeout is NaN), NOT_PENDING, PHYSICS (as mjenv_step; the
- * rows are reported), FORKED. */
+ *   out       as for mjenv_step: the outputs of row r are element r. The other elements stay as they are. May be NULL
+ * If the environment has one thread only, each call steps at least one row, even with least 0 or timeout 0, so that
+ * polling makes progress.
+ * Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,
+ * PHYSICS and TASK (rows failed; rows, count and out are written all the same), FORKED. */
 MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, int64_t *rows, size_t capacity,
                                   size_t *count, const mjenv_batch *out);
 
-/* Plays given actions from the rows' present states, and leaves the rows at the end. Rows are never reset. If a row's
- * episode ends, the row stays there: its flags repeat, and its rewards and infos are 0.
- *   action    [rows][steps][actuators], elements of dtype; count = rows * steps * actuators
+/* Plays a list of actions in each row, beginning with the row's present state. The rows stay in the states that they
+ * reach. Rows are never reset, whatever "autoreset_mode" is: if a row's episode ends, the row stays there, its
+ * observation and flags repeat, and its rewards and infos are 0.
+ *   action    [rows][steps][actuators] of type dtype; count = rows * steps * actuators
  *   steps     >= 1
- *   out       is laid out for rows * steps rows: step t of row r is element r * steps + t. May be NULL
- * Errors: as mjenv_step; VALUE (steps). */
+ *   out       has mjenv_rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and
+ *             final_info are not written. May be NULL
+ * If a row fails in step t, its later elements are not written, its status included.
+ * Errors: as mjenv_step, and VALUE (steps). */
 MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
                                      const mjenv_batch *out);
 
-/* Writes obs and arrays of all rows as they are, without a step: after mjenv_restore or mjenv_copy_row, for instance.
- * Errors: SIZE, PHYSICS, FORKED. */
+/* Writes obs and arrays of all rows for their present states, without a step; for instance after mjenv_restore. It does
+ * not write the other arrays of `out`, which must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* ---- State of one row ---- */
 
-/* Reads an array of a row's mjData or of the mjModel into values[capacity], as doubles. mjData is as Gymnasium's
- * env.unwrapped.data after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may hold anything.
- *   array     its MuJoCo name: "xpos", "body_mass", "nq", "opt.timestep"
- *   count     receives the length. To ask for the length alone, pass capacity 0 and values NULL
- * Errors: NAME, VALUE (row), SIZE (0 < capacity < count), PHYSICS. */
+/* Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's
+ * env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are
+ * undefined.
+ *   row       must be valid even if the array belongs to the mjModel
+ *   array     its name in MuJoCo: "xpos", "body_mass", "nq", "opt.timestep" (MJENV_ROLE_DATA, MJENV_ROLE_MODEL)
+ *   values    [capacity] receives the elements
+ *   count     receives the number of elements. To get it alone, pass values NULL and capacity 0
+ * Errors: NAME, VALUE (row), SIZE (capacity is too small, and not 0; count is not written), PHYSICS. */
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
                                   size_t *count);
 
@@ -489,86 +530,87 @@ MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array
  * "light". Errors: NAME (type). */
 MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
 
-/* Finds the index of the object of that type and name. Errors: NAME. */
+/* Finds the index of the object with this type and name. Errors: NAME (type, or name). */
 MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type, const char *name, int64_t *index);
 
-/* Finds the name of an object; "" if it has none. Errors: NAME (type), VALUE (index). */
+/* Finds the name of the object at 0 <= index < the number of objects; "" if it has none. Errors: NAME (type), VALUE
+ * (index). */
 MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type, int64_t index, const char **name);
 
-/* Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The row's
- * step count stays. A row that was never reset, or whose episode has ended, can be stepped after it.
- * Errors: VALUE (row, a number that is not finite), SIZE, PHYSICS. */
+/* Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. The row's step count and
+ * random stream stay. Afterwards the row can be stepped, even if it was never reset or its episode had ended.
+ * Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, size_t nq, const double *qvel,
                                        size_t nv);
 
-/* Calls mj_step `frames` times for a row with the controls ctrl[count], as Gymnasium's do_simulation does; count is
- * the number of actuators. The row's step count stays, and the task computes nothing.
- * Errors: VALUE (row, frames < 1), SIZE, PHYSICS. */
+/* Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is
+ * the number of actuators. It is not a step of the episode: there is no reward, and the row's step count stays.
+ * Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
 
-/* Copies a row over others: simulation state, random stream and step count.
- *   to_mask   [rows] the rows to overwrite, where it is not 0; not NULL
+/* Copies the row `from` to other rows: simulation state, random stream, step count, and whether the episode has ended.
+ *   to_mask   [rows] not 0 for each row to overwrite. It must not be NULL
  * Errors: VALUE (row). */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
 
-/* Writes a row, or MJENV_ALL_ROWS, as an image: simulation state, random stream and step count.
+/* Saves a row, or MJENV_ALL_ROWS, as an image: bytes that hold what mjenv_copy_row copies.
  *   image       [capacity_bytes] receives the image
- *   size_bytes  receives its size. To ask for the size alone, pass capacity_bytes 0 and image NULL
- * Errors: VALUE (row), SIZE (0 < capacity_bytes < size_bytes). */
+ *   size_bytes  receives the size of the image. To get it alone, pass image NULL and capacity_bytes 0
+ * Errors: VALUE (row), SIZE (capacity_bytes is too small, and not 0; size_bytes is not written). */
 MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, size_t capacity_bytes,
                                       size_t *size_bytes);
 
-/* Sets a row, or MJENV_ALL_ROWS, to the state of an image[size_bytes]. The row continues bit for bit, also in another
- * process and with another number of threads. The environment must have the id, the model and the options of the one
- * that wrote the image; "num_threads", "cpu_affinity" and "arrays" may differ. An image of all rows needs as many
- * rows.
+/* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
+ * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
+ * number of threads. The environment must have the same id, model and options as the one that made the image.
+ * "num_threads", "cpu_affinity", "arrays" and "trust_xml" may differ.
  * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 /* ---- Pictures ----
- * A picture shows a row as Gymnasium's render() shows it after the last reset, step or set_state: pixel for pixel,
+ * A picture of a row equals Gymnasium's render() after the last reset, step or set_state, pixel for pixel, if both draw
  * with the same OpenGL on the same machine. Drawing does not change the simulation. The library loads OpenGL when the
- * first renderer is created. */
+ * first renderer or window is created. */
 
-/* Fills settings with Gymnasium's defaults for the environment. */
+/* Fills settings with the defaults for the environment, which draw as Gymnasium does. */
 MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_settings *settings);
 
-/* Creates a renderer, which has an OpenGL context of its own. Renderers of one environment can draw at the same time
- * on different threads. A renderer can be used on any thread, by one thread at a time. Calls leave the calling
- * thread's current OpenGL context as it was. The renderer may be destroyed before or after the environment.
+/* Creates a renderer with an OpenGL context of its own. Several renderers of one environment can draw at the same time
+ * on different threads. Calls restore the calling thread's current OpenGL context. The renderer may be destroyed before
+ * or after the environment.
  *   settings  NULL: the defaults
- * A process that is forked after it used OpenGL cannot use it (RENDER). What MuJoCo makes of the model for OpenGL
- * must fit into free memory (MEMORY). Unless the option "trust_xml" is 1, it must have at most 2^25 vertices (RENDER).
- * Errors: NAME (camera_name), VALUE, RENDER. */
+ * Errors: NAME (camera_name), VALUE, RENDER (no OpenGL; OpenGL was used before this process was forked; the model has
+ * more than 2^25 vertices, and the option "trust_xml" is 0), MEMORY (also: the model and the picture need more memory
+ * than is free). */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 
 MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
 
-/* Returns the OpenGL that the renderer uses, as "egl, VENDOR, RENDERER, VERSION"; NULL for NULL. */
+/* Returns the OpenGL that the renderer uses: its library, vendor, renderer and version, separated by ", ". NULL for
+ * NULL. */
 MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 
-/* Draws a row. The top line of the picture comes first.
- *   rgb       [height][width][3] receives the colours; rgb_count elements have room; may be NULL
- *   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count elements have room;
- *             may be NULL. A depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, where
- *             near and far are the model's vis.map.znear and vis.map.zfar times stat.extent
- * Unless the option "trust_xml" is 1, a picture may take at most 2^30 vertices and pixels of shadow maps; each light
- * that casts shadows draws everything twice.
- * Errors: ARGUMENT (the environment was destroyed), VALUE (row), SIZE, NOT_RESET, RENDER, PHYSICS; BUSY also while
- * another thread is inside the environment. */
+/* Draws a row. The top line of the picture comes first. One of rgb and depth may be NULL.
+ *   rgb       [height][width][3] receives the colours; rgb_count >= height * width * 3
+ *   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count >= height * width. A
+ *             depth d is near / (1 - d * (1 - near / far)) metres along the optical axis, where near and far are the
+ *             model's vis.map.znear and vis.map.zfar times stat.extent
+ * Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the
+ * environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: a picture takes more than 2^30 vertices and pixels
+ * of shadow maps, and "trust_xml" is 0; each light that casts shadows draws everything twice). */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
 
 /* ---- Window ----
  * A window shows what Gymnasium's render mode "human" shows. The program calls mjenv_window_draw after every reset and
- * step. Windows work on the main thread only and need a display with OpenGL (Debian: libglfw3). The mouse turns (left
- * button), moves (right button) and zooms (wheel) the camera. The window lists its keys: Tab, Space, right arrow, S,
- * F, D, C, R, E, H, T (saves a PNG in the temporary folder), 0 to 4, and Escape, which closes it. */
+ * step. Create, use and destroy windows on the main thread. They need a display with OpenGL (Debian: libglfw3). The
+ * mouse turns (left button), moves (right button) and zooms (wheel) the camera. The window lists its keys: Tab, Space,
+ * right arrow, S, F, D, C, R, E, H, T (saves a PNG in the temporary folder) and 0 to 4. Escape closes it. */
 
 /* Opens a window. It may be destroyed before or after the environment.
- *   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free; NaN means 0 in
- *             lookat and 2 in distance
+ *   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free. In lookat, NaN
+ *             means 0; in distance, NaN means 2
  * Errors: VALUE, RENDER. */
 MJENV_API mjenv_status mjenv_window_create(mjenv_env *env, const mjenv_render_settings *settings,
                                            mjenv_window **window);
@@ -578,8 +620,9 @@ MJENV_API void mjenv_window_destroy(mjenv_window *window);
 /* Returns 1 until the user closes the window; 0 for NULL. */
 MJENV_API int32_t mjenv_window_is_open(const mjenv_window *window);
 
-/* Draws a row, and handles the user's keys and mouse. While the user pauses, it does not return. Draws nothing once
- * the window is closed. Errors: as mjenv_render. */
+/* Draws a row, and handles the user's keys and mouse. It draws the row several times, or not at all, to keep the pace
+ * of Gymnasium's window. While the user pauses, it does not return. If the window is closed, it draws nothing and
+ * returns MJENV_OK. Errors: as mjenv_render. */
 MJENV_API mjenv_status mjenv_window_draw(mjenv_window *window, int64_t row);
 
 #ifdef __cplusplus

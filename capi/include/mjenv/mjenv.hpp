@@ -1,15 +1,18 @@
 /* mjenv.hpp - mjenv.h for C++17: handles that destroy themselves, exceptions, arrays of the right sizes.
  *
- * The header calls the functions of mjenv.h and nothing else, so it adds nothing to the binary interface. mjenv.h tells
- * what each function does, with shapes, units and errors. handle() gives what the functions of mjenv.h take.
+ * The header only calls the functions of mjenv.h, so it adds nothing to the binary interface. The comments of mjenv.h
+ * say what each function does, with shapes, units, errors and threads. handle() returns the handle that these functions
+ * take.
  *
  * Errors
- *   A call that fails throws mjenv::Error, which has the status and the reason. So do calls that this header refuses by
- *   itself: a mask of another length than the rows (MJENV_E_SIZE), a row that a Batch does not have or an integer
- * beyond int64_t (MJENV_E_VALUE), a std::string with a NUL inside (MJENV_E_ARGUMENT), and a library that does not fit
- * this header (MJENV_E_INTERNAL, when Options are made). Without exceptions (-fno-exceptions), functions that only do
- * something return the status. Functions that return a value return an empty one when they fail. Each object has
- * status(): Options keep the first failure, so that set() can be chained; the others have the status of the last call.
+ *   A call that fails throws mjenv::Error, which has the status and the reason. This header itself refuses:
+ *     - a mask or a list of seeds with another length than the rows (MJENV_E_SIZE),
+ *     - a row that a Batch does not have, and an integer beyond int64_t (MJENV_E_VALUE),
+ *     - a std::string with a NUL inside (MJENV_E_ARGUMENT),
+ *     - a library with another MJENV_ABI_VERSION, when Options are created (MJENV_E_INTERNAL).
+ *   Without exceptions (-fno-exceptions), functions that have no result return the status, and the others return an
+ *   empty result when they fail. status() of Options returns the first failure, so that set() can be chained; status()
+ *   of the other classes returns the status of the last call that was not const.
  * Moved-from objects may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
@@ -53,14 +56,14 @@ inline mjenv_status refuse(mjenv_status status, const char *) { return status; }
 
 #endif
 
-/* Calls the C function with the text. C texts end at a NUL, so one inside would cut the text. */
+/* Calls the C function with the text. Refuses a NUL inside, because C would take it for the end of the text. */
 template <typename Call>
 mjenv_status with_text(const std::string &text, const Call &call) {
   if (text.find('\0') != std::string::npos) return refuse(MJENV_E_ARGUMENT, "a text has a NUL character inside");
   return check(call(text.c_str()));
 }
 
-/* `size` elements at `data`, which somebody else owns: a vector, an array. */
+/* A view of an array that somebody else owns, such as a vector: `size` elements at `data`. */
 template <typename T>
 class Span {
  public:
@@ -84,7 +87,7 @@ class Span {
 /* The options of one environment id. */
 class Options {
  public:
-  /* The defaults of an id. */
+  /* The options of an id, with their default values. */
   explicit Options(const std::string &id) {
     status_ = mjenv_abi_version() == MJENV_ABI_VERSION
                   ? make([&](mjenv_options **made) {
@@ -92,7 +95,7 @@ class Options {
                     })
                   : refuse(MJENV_E_INTERNAL, "libmjenv has another ABI version than this program was compiled for");
   }
-  /* A copy of options of the C interface, such as an environment's. */
+  /* A copy of options that mjenv.h returned, such as an environment's (mjenv_options_of). */
   explicit Options(const mjenv_options *options) {
     status_ = make([&](mjenv_options **made) { return check(mjenv_options_copy(options, made)); });
   }
@@ -105,7 +108,8 @@ class Options {
   Options(Options &&) = default;
   Options &operator=(Options &&) = default;
 
-  /* Sets a flag, an integer, a single real, or the index in a STRING_OR_INT. */
+  /* Sets a flag, an integer, a single real, or a STRING_OR_INT to an index. The other overloads set real numbers and
+   * texts. */
   template <typename Integer, typename = std::enable_if_t<std::is_integral_v<Integer>>>
   Options &set(const std::string &name, Integer value) {
     if (value > 0 && static_cast<std::uint64_t>(value) > std::numeric_limits<std::int64_t>::max())
@@ -129,7 +133,7 @@ class Options {
   }
   Options &set(const std::string &name, const char *value) { return set(name, std::string(value)); }
 
-  /* Read a flag, an integer, or the index in a STRING_OR_INT; all numbers of an option; a text. */
+  /* get_integer reads a flag, an integer, or an index; get_reals all numbers of an option; get_string a text. */
   std::int64_t get_integer(const std::string &name) {
     std::int64_t value = 0;
     keep(with_text(name, [&](const char *text) { return mjenv_options_get_integer(handle(), text, &value); }));
@@ -151,7 +155,7 @@ class Options {
     keep(with_text(name, [&](const char *text) { return mjenv_options_get_string(handle(), text, &value); }));
     return value;
   }
-  /* Describes all options. Its texts belong to these options. */
+  /* Describes all options. The texts in the result belong to these options. */
   std::vector<mjenv_option> describe() const {
     std::vector<mjenv_option> found(static_cast<std::size_t>(mjenv_options_count(handle())));
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -184,11 +188,11 @@ class Options {
   }
 };
 
-/* The arrays that an environment writes its outputs to; Env::batch and Env::rollout_batch make them. The elements are
- * as in mjenv_batch. One batch serves resets and steps. */
+/* The arrays for the outputs of an environment, with the elements of mjenv_batch. Env::batch makes one for reset, step,
+ * recv and observe; Env::rollout_batch makes one for rollout. */
 struct Batch {
   std::size_t rows = 0;
-  /* Elements of one row. */
+  /* How many elements one row has. */
   std::size_t obs_count = 0, info_count = 0, reset_info_count = 0, arrays_count = 0;
 
   std::vector<double> obs, reward, info, reset_info, arrays;
@@ -200,7 +204,7 @@ struct Batch {
   Span<const double> obs_of(std::size_t row) const { return part(obs, row); }
   Span<const double> final_obs_of(std::size_t row) const { return part(final_obs, row); }
 
-  /* For the functions of mjenv.h. */
+  /* The same arrays, for the functions of mjenv.h. It is valid until a vector is resized. */
   mjenv_batch raw() {
     mjenv_batch batch{};
     batch.struct_size = sizeof batch;
@@ -264,7 +268,7 @@ class Env {
     }
     return found;
   }
-  /* Elements that one row has in all fields of a role. */
+  /* The sum of the counts of a role's fields: how many elements one row has. */
   std::size_t count(mjenv_role role) const {
     std::int64_t total = 0;
     for (const mjenv_field &field : fields(role)) total += field.count;
@@ -292,10 +296,10 @@ class Env {
 
   /* The arrays for the outputs of all rows. */
   Batch batch() const { return batch_of(rows()); }
-  /* The arrays for the outputs of a rollout of so many steps. */
+  /* The arrays for the outputs of a rollout of `steps` steps. */
   Batch rollout_batch(std::size_t steps) const { return batch_of(rows() * steps); }
 
-  /* Row i gets the seed first + i, as in Gymnasium. */
+  /* Seeds row i with first + i, as Gymnasium does. */
   mjenv_status seed(std::uint64_t first) {
     std::vector<std::uint64_t> seeds(rows());
     for (std::uint64_t &each : seeds) each = first++;
@@ -306,7 +310,7 @@ class Env {
     return keep(check(mjenv_seed(handle(), seeds.data(), nullptr)));
   }
   mjenv_status reset(Batch &out) { return reset_rows(nullptr, out); }
-  /* Where mask[rows] is not 0. The outputs of the other rows stay as they are. */
+  /* Resets the rows where mask[rows] is not 0. The outputs of the other rows stay as they are. */
   mjenv_status reset(Span<const std::uint8_t> mask, Batch &out) {
     return is_per_row(mask.size()) ? reset_rows(mask.data(), out) : status_;
   }
@@ -325,7 +329,7 @@ class Env {
     return keep(check(mjenv_observe(handle(), &written)));
   }
 
-  /* Starts a step of all rows, or of those listed. */
+  /* Starts a step of all rows, or of the listed rows. */
   mjenv_status send(Span<const float> action) { return send_rows(nullptr, 0, action); }
   mjenv_status send(Span<const double> action) { return send_rows(nullptr, 0, action); }
   mjenv_status send(Span<const std::int64_t> rows, Span<const float> action) {
@@ -334,8 +338,9 @@ class Env {
   mjenv_status send(Span<const std::int64_t> rows, Span<const double> action) {
     return send_rows(rows.data(), rows.size(), action);
   }
-  /* Waits until `least` rows are done, or for `timeout` seconds (a negative number: no limit). Writes the numbers of
-   * the rows that are done to the front of `rows`, their outputs to `out`, and returns how many there are. */
+  /* Waits until `least` rows are done, at most `timeout` seconds (a negative number: no limit). Writes the numbers of
+   * the rows that are done to the first elements of `rows`, writes their outputs to `out`, and returns how many rows
+   * these are. */
   std::size_t recv(std::size_t least, Span<std::int64_t> rows, Batch &out, double timeout = -1) {
     std::size_t count = 0;
     const mjenv_batch written = out.raw();
@@ -368,7 +373,7 @@ class Env {
   mjenv_status simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
     return keep(check(mjenv_simulate(handle(), row, ctrl.data(), ctrl.size(), frames)));
   }
-  /* The words are those of mjenv_get_stream. */
+  /* The four words of mjenv_get_stream. */
   std::vector<std::uint64_t> stream(std::int64_t row) {
     std::vector<std::uint64_t> words(4);
     if (keep(check(mjenv_get_stream(handle(), row, words.data(), words.size()))) != MJENV_OK) words.clear();
@@ -457,7 +462,7 @@ class Env {
 /* Draws pictures of an environment's rows. */
 class Renderer {
  public:
-  /* The settings are those of mjenv_render_defaults unless given. */
+  /* Without settings, those of mjenv_render_defaults are used. */
   explicit Renderer(const Env &env) { make(env, nullptr); }
   Renderer(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
   static mjenv_render_settings defaults(const Env &env) {
@@ -467,7 +472,7 @@ class Renderer {
     return settings;
   }
 
-  /* rgb[height][width][3] and depth[height][width]. */
+  /* Draws a row into rgb[height][width][3] and depth[height][width]. */
   mjenv_status draw(std::int64_t row, Span<std::uint8_t> rgb) {
     return status_ = check(mjenv_render(handle(), row, rgb.data(), rgb.size(), nullptr, 0));
   }

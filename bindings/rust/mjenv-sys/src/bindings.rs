@@ -27,7 +27,8 @@ pub struct mjenv_window {
 #[doc = " What a function returns."]
 pub type mjenv_status = i32;
 pub const MJENV_OK: mjenv_status = 0;
-#[doc = " a required pointer is NULL, a handle is dead, an enum's value or a size is unknown"]
+#[doc = " a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a"]
+#[doc = "struct_size is too small, or the options belong to an environment"]
 pub const MJENV_E_ARGUMENT: mjenv_status = -1;
 #[doc = " no such id, option, array or object; the text lists the valid names"]
 pub const MJENV_E_NAME: mjenv_status = -2;
@@ -35,27 +36,27 @@ pub const MJENV_E_NAME: mjenv_status = -2;
 pub const MJENV_E_TYPE: mjenv_status = -3;
 #[doc = " a value is out of its bounds, or not a finite number where one is needed"]
 pub const MJENV_E_VALUE: mjenv_status = -4;
-#[doc = " an array has another length than needed"]
+#[doc = " an array is too short, or has another length than needed"]
 pub const MJENV_E_SIZE: mjenv_status = -5;
-#[doc = " the row was never reset (or never seeded, where its random stream is asked for)"]
+#[doc = " the row was never reset; from mjenv_get_stream: it was neither reset nor seeded"]
 pub const MJENV_E_NOT_RESET: mjenv_status = -6;
 #[doc = " the row's episode has ended; reset the row first"]
 pub const MJENV_E_EPISODE_ENDED: mjenv_status = -7;
 #[doc = " rows are under way; receive them with mjenv_recv first"]
 pub const MJENV_E_PENDING: mjenv_status = -8;
-#[doc = " mjenv_recv, and no rows are under way"]
+#[doc = " mjenv_recv was called while no rows are under way"]
 pub const MJENV_E_NOT_PENDING: mjenv_status = -9;
-#[doc = " another thread is inside the handle"]
+#[doc = " another thread is inside a call with the same handle"]
 pub const MJENV_E_BUSY: mjenv_status = -10;
-#[doc = " this process was forked, and the environment's threads stayed in its parent"]
+#[doc = " this process is a forked child, and the environment's threads are in its parent"]
 pub const MJENV_E_FORKED: mjenv_status = -11;
 #[doc = " the model file does not exist or cannot be read"]
 pub const MJENV_E_FILE: mjenv_status = -12;
-#[doc = " the model is malformed, is refused, or lacks what the call needs"]
+#[doc = " the model is malformed or refused, or lacks something that is needed"]
 pub const MJENV_E_MODEL: mjenv_status = -13;
-#[doc = " MuJoCo reported an error, or a row's state diverged"]
+#[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged or belongs to another environment"]
+#[doc = " the image is damaged, or its id, model, options or rows are others"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -73,7 +74,7 @@ pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 1;
 pub type mjenv_role = i32;
 #[doc = " the parts of an observation, in order"]
 pub const MJENV_ROLE_OBSERVATION: mjenv_role = 1;
-#[doc = " the actuators"]
+#[doc = " the actuators, one number each"]
 pub const MJENV_ROLE_ACTION: mjenv_role = 2;
 #[doc = " the info of a step"]
 pub const MJENV_ROLE_INFO: mjenv_role = 3;
@@ -87,7 +88,7 @@ pub const MJENV_ROLE_STRUCTURE: mjenv_role = 6;
 pub const MJENV_ROLE_DATA: mjenv_role = 7;
 #[doc = " the sizes, options and arrays of the mjModel that mjenv_read can read"]
 pub const MJENV_ROLE_MODEL: mjenv_role = 8;
-#[doc = " the mjData arrays that the option \"arrays\" adds to each mjenv_batch"]
+#[doc = " the mjData arrays that the option \"arrays\" names, for mjenv_batch.arrays"]
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
 #[doc = " What an option holds."]
 pub type mjenv_kind = i32;
@@ -101,7 +102,8 @@ pub const MJENV_KIND_REALS: mjenv_kind = 3;
 pub const MJENV_KIND_STRING: mjenv_kind = 4;
 #[doc = " a name as text, or an index as integer"]
 pub const MJENV_KIND_STRING_OR_INT: mjenv_kind = 5;
-#[doc = " The type that Gymnasium gives a value. The library passes all values as doubles, which hold each of them exactly."]
+#[doc = " The type that a value has in Gymnasium. The library passes fields and arrays as doubles, which hold all of these"]
+#[doc = " values exactly."]
 pub type mjenv_type = i32;
 #[doc = " np.float64"]
 pub const MJENV_TYPE_FLOAT64: mjenv_type = 1;
@@ -124,16 +126,17 @@ pub const MJENV_TYPE_UINT8: mjenv_type = 8;
 pub struct mjenv_option {
     pub struct_size: u32,
     pub kind: mjenv_kind,
-    #[doc = " Gymnasium's name"]
+    #[doc = " Gymnasium's name, where Gymnasium has the option"]
     pub name: *const ::std::os::raw::c_char,
+    #[doc = " the meaning, in one line"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " closed bounds of each number; infinite if there are none; meaningless for text"]
+    #[doc = " closed bounds of each number; infinite if there are none; unused for STRING"]
     pub low: f64,
-    #[doc = " closed bounds of each number; infinite if there are none; meaningless for text"]
+    #[doc = " closed bounds of each number; infinite if there are none; unused for STRING"]
     pub high: f64,
-    #[doc = " how many numbers the option holds: 2 for a range"]
+    #[doc = " how many numbers REALS hold (2 for a range); 1 for the other kinds"]
     pub count: i64,
-    #[doc = " the valid texts, separated by blanks; NULL if every text may be tried"]
+    #[doc = " the valid texts, separated by blanks; NULL if there is no such list"]
     pub choices: *const ::std::os::raw::c_char,
 }
 #[test]
@@ -301,13 +304,13 @@ pub struct mjenv_field {
     #[doc = " how many dimensions; 0 for a scalar"]
     pub ndim: i32,
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " the meaning, with its unit; \"\" where the name says it all"]
+    #[doc = " the meaning, with its unit; \"\" if there is none"]
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the first ndim elements are used"]
     pub shape: [i64; 4usize],
-    #[doc = " of the first element within the record of one row"]
+    #[doc = " the sum of the counts of the role's earlier fields; 0 for MJENV_ROLE_DATA and MJENV_ROLE_MODEL"]
     pub offset: i64,
-    #[doc = " elements: the product of the shape, 1 for a scalar"]
+    #[doc = " the number of elements: the product of the shape, 1 for a scalar"]
     pub count: i64,
     pub type_: mjenv_type,
     #[doc = " 0"]
@@ -488,13 +491,13 @@ impl Default for mjenv_field {
         }
     }
 }
-#[doc = " Describes a Box space of one row. mjenv_space_of fills it."]
+#[doc = " Describes the observation space or the action space of one row: a Gymnasium Box. mjenv_space_of fills it."]
 #[repr(C)]
 pub struct mjenv_space {
     pub struct_size: u32,
     #[doc = " as Gymnasium declares it: float64 for observations, float32 for actions"]
     pub dtype: mjenv_dtype,
-    #[doc = " elements"]
+    #[doc = " the number of elements"]
     pub count: i64,
     #[doc = " [count], owned by the environment"]
     pub low: *const f64,
@@ -608,16 +611,16 @@ impl Default for mjenv_space {
         }
     }
 }
-#[doc = " Describes an id, before anything is built. mjenv_spec_of fills it; the texts are static."]
+#[doc = " Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static."]
 #[repr(C)]
 pub struct mjenv_spec {
     pub struct_size: u32,
-    #[doc = " 4 or 5"]
+    #[doc = " the number in the id: 4 or 5 for built-in robots"]
     pub version: i32,
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the id without its version: \"Ant\""]
     pub robot: *const ::std::os::raw::c_char,
-    #[doc = " the default of the option"]
+    #[doc = " the default of the option of this name"]
     pub max_episode_steps: i64,
     #[doc = " NaN where Gymnasium has none"]
     pub reward_threshold: f64,
@@ -627,9 +630,9 @@ pub struct mjenv_spec {
     pub camera_elevation: f64,
     #[doc = " m"]
     pub camera_lookat: [f64; 3usize],
-    #[doc = " a whole number"]
+    #[doc = " the index of a body"]
     pub camera_trackbodyid: f64,
-    #[doc = " the MJCF text of the model; NULL where a registered task has it in a file"]
+    #[doc = " the MJCF text of the default model; NULL if a registered task has it in a file"]
     pub model_xml: *const ::std::os::raw::c_char,
 }
 #[test]
@@ -841,26 +844,26 @@ impl Default for mjenv_spec {
         }
     }
 }
-#[doc = " Names the caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe."]
-#[doc = " One batch can serve all of them. Arrays that are NULL are not written. Row r writes element r of each array; field"]
-#[doc = " f of an info is at offset f.offset * rows, as [rows][f.count]. mjenv_rollout writes rows * steps elements instead."]
-#[doc = " If a row fails (status), its other outputs mean nothing."]
+#[doc = " The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays"]
+#[doc = " that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays"]
+#[doc = " have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count]."]
+#[doc = " For mjenv_rollout, all arrays have mjenv_rows * steps elements. The other functions can share one batch."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
-    #[doc = " of obs and final_obs: float64 as Gymnasium's, or float32, rounded to nearest"]
+    #[doc = " of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest"]
     pub obs_dtype: mjenv_dtype,
     #[doc = " mjenv_rows; for mjenv_rollout, mjenv_rows * steps"]
     pub rows: i64,
-    #[doc = " the observation space's count"]
+    #[doc = " of obs and final_obs: the observation space's count"]
     pub obs_count: i64,
-    #[doc = " the sum of the counts of MJENV_ROLE_INFO's fields"]
+    #[doc = " of info and final_info: the sum of the counts of MJENV_ROLE_INFO's fields"]
     pub info_count: i64,
-    #[doc = " the sum of the counts of MJENV_ROLE_RESET_INFO's fields"]
+    #[doc = " of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields"]
     pub reset_info_count: i64,
-    #[doc = " the sum of the counts of MJENV_ROLE_ARRAYS's fields"]
+    #[doc = " of arrays: the sum of the counts of MJENV_ROLE_ARRAYS's fields"]
     pub arrays_count: i64,
-    #[doc = " [rows][obs_count] the observation; after a reset, the first one of the new episode"]
+    #[doc = " [rows][obs_count] the observation; if the row was reset, the first one of the new episode"]
     pub obs: *mut ::std::os::raw::c_void,
     #[doc = " [rows]"]
     pub reward: *mut f64,
@@ -868,8 +871,10 @@ pub struct mjenv_batch {
     pub terminated: *mut u8,
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK; MJENV_E_PHYSICS if the row failed, or if its state diverged and MuJoCo"]
-    #[doc = "restarted it"]
+    #[doc = " [rows] MJENV_OK, or why the row failed: MJENV_E_TASK if a callback of a registered task"]
+    #[doc = "failed, else MJENV_E_PHYSICS. The other outputs of a row that failed are undefined. If the"]
+    #[doc = "call itself returns MJENV_OK, MJENV_E_PHYSICS means that the row's state diverged and MuJoCo"]
+    #[doc = "reset the simulation; then the other outputs are valid"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -879,7 +884,7 @@ pub struct mjenv_batch {
     pub reset_info: *mut f64,
     #[doc = " [rows][obs_count] its last observation"]
     pub final_obs: *mut ::std::os::raw::c_void,
-    #[doc = " MJENV_ROLE_INFO's fields: the info of its last step; info is 0 then"]
+    #[doc = " MJENV_ROLE_INFO's fields of its last step; mjenv_step writes it only if info is given, too"]
     pub final_info: *mut f64,
     #[doc = " MJENV_ROLE_ARRAYS's fields"]
     pub arrays: *mut f64,
@@ -1212,19 +1217,19 @@ impl Default for mjenv_batch {
         }
     }
 }
-#[doc = " What provides OpenGL."]
+#[doc = " The library that provides OpenGL."]
 pub type mjenv_gl = i32;
-#[doc = " The one that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is unset, the first of egl, glfw"]
-#[doc = "and osmesa that works."]
+#[doc = " The library that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is not set, the first of"]
+#[doc = "egl, glfw and osmesa that works."]
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
 #[doc = " Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device."]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
 #[doc = " Draws without a display and without a graphics driver. Debian: libosmesa6. A process that uses it cannot use the"]
-#[doc = "others."]
+#[doc = "others, and the other way round."]
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
-#[doc = " Draws into an invisible window on a display. Debian: libglfw3. Only the main thread can create it."]
+#[doc = " Needs a display. Debian: libglfw3. Create and destroy such a renderer on the main thread."]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
-#[doc = " What to make visible beside the geoms: MuJoCo's mjtVisFlag. An index of mjenv_render_settings.visual."]
+#[doc = " What is drawn: MuJoCo's mjtVisFlag. An index into mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;
 pub const MJENV_VISUAL_CONVEXHULL: mjenv_visual = 0;
 pub const MJENV_VISUAL_TEXTURE: mjenv_visual = 1;
@@ -1249,7 +1254,8 @@ pub const MJENV_VISUAL_COM: mjenv_visual = 19;
 pub const MJENV_VISUAL_SELECT: mjenv_visual = 20;
 pub const MJENV_VISUAL_STATIC: mjenv_visual = 21;
 pub const MJENV_VISUAL_SKIN: mjenv_visual = 22;
-#[doc = " How a renderer draws: Gymnasium's arguments of the same names. mjenv_render_defaults fills it."]
+#[doc = " How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want: 0 is a valid value of most"]
+#[doc = " fields, and not the default."]
 #[repr(C)]
 pub struct mjenv_render_settings {
     pub struct_size: u32,
@@ -1260,17 +1266,17 @@ pub struct mjenv_render_settings {
     pub height: i32,
     #[doc = " the index of a camera of the model, MJENV_CAMERA_FREE or MJENV_CAMERA_DEFAULT (default)"]
     pub camera: i32,
-    #[doc = " the most geoms that are drawn; default 1000"]
+    #[doc = " how many geoms are drawn at most; default 1000"]
     pub max_geom: i32,
     #[doc = " multisampling: samples per pixel, 0 to 64; default: the model's offsamples (4)"]
     pub samples: i32,
-    #[doc = " 0 or 1; drawing is fastest with samples 0 and shadows 0"]
+    #[doc = " 0 or 1; default 1. Drawing is fastest with samples 0 and shadows 0"]
     pub shadows: i32,
-    #[doc = " 0 or 1"]
+    #[doc = " 0 or 1; default 1"]
     pub reflections: i32,
     #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " a camera of the model, instead of its index; NULL: use the index"]
+    #[doc = " a camera of the model; camera must then be MJENV_CAMERA_DEFAULT. NULL: camera is used"]
     pub camera_name: *const ::std::os::raw::c_char,
     #[doc = " m; NaN: the median of the geoms' positions in the first state drawn"]
     pub lookat: [f64; 3usize],
@@ -1280,7 +1286,7 @@ pub struct mjenv_render_settings {
     pub azimuth: f64,
     #[doc = " degrees; NaN: -45"]
     pub elevation: f64,
-    #[doc = " Gymnasium's visual_options: 0 or 1 for each mjenv_visual; the rest is unused"]
+    #[doc = " Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's"]
     pub visual: [u8; 32usize],
 }
 #[test]
@@ -1578,8 +1584,8 @@ impl Default for mjenv_render_settings {
     }
 }
 extern "C" {
-    #[doc = " Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library by itself compares it with its"]
-    #[doc = " own."]
+    #[doc = " Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library with dlopen should check that"]
+    #[doc = " it equals the MJENV_ABI_VERSION that the program was compiled with."]
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
@@ -1595,18 +1601,17 @@ extern "C" {
     pub fn mjenv_status_name(status: mjenv_status) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the reason of the last call on this thread that failed; \"\" if none did. The next failing call on this thread"]
-    #[doc = " overwrites the text. Programs whose calls move between threads use mjenv_error_of instead."]
+    #[doc = " Returns the reason of the last call that failed on this thread; \"\" if none has failed. The text stays until the next"]
+    #[doc = " call fails on this thread, or the thread ends. If your calls move between threads (Go, Node), use mjenv_error_of."]
     pub fn mjenv_last_error() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Copies the reason of the last call with a handle that failed, on whichever thread that was."]
-    #[doc = "   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window. A *_create that fails leaves its reason"]
-    #[doc = "             with the handle that it was given: mjenv_create with options, mjenv_renderer_create and"]
-    #[doc = "             mjenv_window_create with env."]
-    #[doc = "   text      [capacity] receives as much of the text as fits, always ended by a NUL; may be NULL if capacity is 0"]
-    #[doc = "   size      receives the bytes that the whole text needs, the NUL included; 1 if no call has failed"]
-    #[doc = " BUSY, and ARGUMENT for a dead handle, leave no reason with the handle."]
+    #[doc = " Copies the reason of the last call that failed with this handle, on any thread. If mjenv_create fails, the reason is"]
+    #[doc = " with its options; if mjenv_renderer_create or mjenv_window_create fails, it is with its env."]
+    #[doc = "   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window"]
+    #[doc = "   text      [capacity] receives the text, cut off if it is too long, and a NUL; may be NULL if capacity is 0"]
+    #[doc = "   size      receives the size of the whole text in bytes, with its NUL; 1 if no call has failed"]
+    #[doc = " A call that is refused because its own handle is busy (BUSY) or destroyed (ARGUMENT) leaves no reason here."]
     pub fn mjenv_error_of(
         handle: *const ::std::os::raw::c_void,
         text: *mut ::std::os::raw::c_char,
@@ -1615,11 +1620,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of environment ids."]
+    #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h)."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
-    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices."]
+    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task"]
+    #[doc = " changes the indices."]
     pub fn mjenv_id_at(index: i64) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -1627,26 +1633,26 @@ extern "C" {
     pub fn mjenv_spec_of(id: *const ::std::os::raw::c_char, spec: *mut mjenv_spec) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates the options of an id, set to their defaults. mjenv_create copies them, so they can be changed, used again or"]
-    #[doc = " destroyed after it. Errors: NAME."]
+    #[doc = " Creates the options of an id, with their default values. mjenv_create copies them, so you can change, reuse or"]
+    #[doc = " destroy them afterwards. Errors: NAME."]
     pub fn mjenv_options_create(
         id: *const ::std::os::raw::c_char,
         options: *mut *mut mjenv_options,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies options, also those of mjenv_options_of, so that the copy can be changed."]
+    #[doc = " Creates a copy of options. The copy of an environment's options (mjenv_options_of) can be changed."]
     pub fn mjenv_options_copy(
         options: *const mjenv_options,
         copy: *mut *mut mjenv_options,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Destroys options. Does nothing for those of mjenv_options_of, which the environment destroys."]
+    #[doc = " Destroys options. Does nothing for an environment's options (mjenv_options_of)."]
     pub fn mjenv_options_destroy(options: *mut mjenv_options);
 }
 extern "C" {
-    #[doc = " Returns the number of options that the id has; 0 for NULL."]
+    #[doc = " Returns the number of options; 0 for NULL."]
     pub fn mjenv_options_count(options: *const mjenv_options) -> i64;
 }
 extern "C" {
@@ -1658,9 +1664,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a FLAG, an INTEGER, the index in a STRING_OR_INT, or a single real. A real that was set by an integer makes the"]
-    #[doc = " infos and rewards that are computed from it integers, as in Gymnasium (MJENV_TYPE_NATIVE_INT)."]
-    #[doc = " Errors: NAME, TYPE, VALUE."]
+    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. Setting REALS by an"]
+    #[doc = " integer changes the types of infos and rewards as a Python int does in Gymnasium. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1668,7 +1673,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets all numbers of a REALS option: values[count]. Errors: NAME, TYPE, VALUE, SIZE."]
+    #[doc = " Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE (another count)."]
     pub fn mjenv_options_set_reals(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1677,7 +1682,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a STRING, or the name in a STRING_OR_INT. The text is copied. Errors: NAME, TYPE, VALUE."]
+    #[doc = " Sets a STRING, or a STRING_OR_INT to a name. Errors: NAME, TYPE, VALUE (not one of the choices)."]
     pub fn mjenv_options_set_string(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1685,7 +1690,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a FLAG, an INTEGER, or the index in a STRING_OR_INT. Errors: NAME, TYPE."]
+    #[doc = " Reads a FLAG, an INTEGER, or a STRING_OR_INT that holds an index. Errors: NAME, TYPE (also: it holds a name)."]
     pub fn mjenv_options_get_integer(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1693,8 +1698,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads the numbers of a REALS option into values[capacity]. count receives how many there are. To ask for the count"]
-    #[doc = " alone, pass capacity 0 and values NULL. Errors: NAME, TYPE, SIZE (0 < capacity < count)."]
+    #[doc = " Reads a REALS option into values[capacity]. count receives how many numbers there are. To get the count alone, pass"]
+    #[doc = " values NULL and capacity 0. Errors: NAME, TYPE, SIZE (capacity is too small, and not 0; count is not written)."]
     pub fn mjenv_options_get_reals(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1704,8 +1709,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a STRING, or the name in a STRING_OR_INT. The text belongs to the options and lives until the option is set"]
-    #[doc = " again. Errors: NAME, TYPE."]
+    #[doc = " Reads a STRING, or a STRING_OR_INT that holds a name. The text belongs to the options and lives until this option is"]
+    #[doc = " set again. Errors: NAME, TYPE (also: it holds an index)."]
     pub fn mjenv_options_get_string(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1713,8 +1718,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Builds an environment: reads the model, allocates rows >= 1 rows and starts the threads."]
-    #[doc = " Errors: NAME (in the option \"arrays\"), VALUE, FILE, MODEL."]
+    #[doc = " Creates an environment: reads the model, allocates the rows and starts the threads."]
+    #[doc = "   rows      how many; >= 1"]
+    #[doc = " Errors: NAME (the option \"arrays\" names an array that does not exist), VALUE (rows, or an option), FILE, MODEL,"]
+    #[doc = " PHYSICS (in a trial step), TASK."]
     pub fn mjenv_create(
         options: *const mjenv_options,
         rows: i64,
@@ -1722,7 +1729,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Destroys an environment and its threads. Rows that are under way are dropped."]
+    #[doc = " Destroys an environment and ends its threads. The results of rows that are under way are lost."]
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
@@ -1730,7 +1737,7 @@ extern "C" {
     pub fn mjenv_rows(env: *const mjenv_env) -> i64;
 }
 extern "C" {
-    #[doc = " Returns how many times a step calls mj_step; 0 for NULL."]
+    #[doc = " Returns how many times one step calls mj_step; 0 for NULL."]
     pub fn mjenv_frame_skip(env: *const mjenv_env) -> i64;
 }
 extern "C" {
@@ -1739,7 +1746,7 @@ extern "C" {
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;
 }
 extern "C" {
-    #[doc = " Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION."]
+    #[doc = " Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. Errors: ARGUMENT (another role)."]
     pub fn mjenv_space_of(
         env: *const mjenv_env,
         role: mjenv_role,
@@ -1747,7 +1754,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of fields of a role; 0 for NULL and for unknown roles."]
+    #[doc = " Returns the number of fields of a role; 0 if env is NULL or the role is unknown."]
     pub fn mjenv_field_count(env: *const mjenv_env, role: mjenv_role) -> i64;
 }
 extern "C" {
@@ -1760,14 +1767,14 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Gives rows new random streams, each NumPy's default_rng of its own seed. A row that is never seeded takes entropy"]
-    #[doc = " from the system at its first reset."]
-    #[doc = "   seeds     [rows]; read where the mask is not 0"]
+    #[doc = " Gives each row a new random stream: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not"]
+    #[doc = " reset the rows. A row that was never seeded is seeded from the system's entropy at its first reset."]
+    #[doc = "   seeds     [rows]; elements outside the mask are not read"]
     pub fn mjenv_seed(env: *mut mjenv_env, seeds: *const u64, mask: *const u8) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Seeds one row from an integer of any size."]
-    #[doc = "   digits    [count] its 32-bit digits, the least significant first; count >= 1"]
+    #[doc = " Gives one row the random stream default_rng(seed), for a seed of any size."]
+    #[doc = "   digits    [count] the seed's 32-bit digits, the least significant first; count >= 1"]
     #[doc = " Errors: VALUE (row), SIZE."]
     pub fn mjenv_seed_digits(
         env: *mut mjenv_env,
@@ -1777,9 +1784,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a row's random stream as NumPy's PCG64 has it."]
-    #[doc = "   words     [count], count = 4: state low and high, increment low and high. count = 6: also has_uint32 and uinteger,"]
-    #[doc = "             which differ from 0 only after a registered task has drawn 32-bit integers"]
+    #[doc = " Reads a row's random stream: the state of NumPy's PCG64."]
+    #[doc = "   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and"]
+    #[doc = "             uinteger, which are 0 unless a registered task has drawn 32-bit integers"]
+    #[doc = "   count     4 or 6"]
     #[doc = " Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset)."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
@@ -1789,7 +1797,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces a row's random stream by words[count] of mjenv_get_stream. Errors: VALUE (row, an even increment), SIZE."]
+    #[doc = " Sets a row's random stream to words[count], which are laid out as in mjenv_get_stream; count is 4 or 6. With 4,"]
+    #[doc = " has_uint32 and uinteger become 0. Errors: VALUE (row, or inc is even), SIZE."]
     pub fn mjenv_set_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -1798,12 +1807,13 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Seeds the stream of mjenv_sample_actions, as action_space.seed() does."]
+    #[doc = " Seeds the random stream of mjenv_sample_actions, as action_space.seed(seed) does. The environment has one such stream"]
+    #[doc = " for all rows, apart from the rows' own streams. If it was never seeded, it is seeded from the system's entropy."]
     pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Draws one action for each row, as action_space.sample() does, row by row from one stream."]
-    #[doc = "   action    [rows][actuators]; count = rows * actuators"]
+    #[doc = " Draws one action for each row, in the order of the rows, as action_space.sample() does."]
+    #[doc = "   action    [rows][actuators] receives the actions; count = rows * actuators"]
     #[doc = " Errors: SIZE, MODEL (an actuator has no bounds)."]
     pub fn mjenv_sample_actions(
         env: *mut mjenv_env,
@@ -1812,9 +1822,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Begins new episodes. Each row goes on with its random stream."]
+    #[doc = " Begins new episodes. A row draws its initial state from its random stream, which continues from episode to episode."]
     #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " Errors: SIZE, PHYSICS, FORKED."]
+    #[doc = " Errors: SIZE, PHYSICS, TASK, FORKED."]
     pub fn mjenv_reset(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -1823,15 +1833,16 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Steps rows."]
-    #[doc = "   action    [rows][actuators], elements of dtype; count = rows * actuators. Rows outside the mask have their place,"]
-    #[doc = "             too, but it is not read. The dtype matters: arithmetic with the action is float32 or float64, as in"]
-    #[doc = "             NumPy."]
+    #[doc = "   action    [rows][actuators] of type dtype; count = rows * actuators. The actions of rows outside the mask are not"]
+    #[doc = "             read. dtype changes results: the library computes with the action in float32 or float64, as NumPy does"]
     #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " If the option \"strict\" is 0, non-finite actions and finished rows are stepped as Gymnasium steps them. With the"]
-    #[doc = " option \"autoreset_mode\" finished rows are reset as Gymnasium's vector environments do: in their next step, whose"]
-    #[doc = " action is ignored (next_step), or at the end of the same step (same_step). If MuJoCo fails in a row, that row keeps"]
-    #[doc = " its state, and the other rows are stepped."]
-    #[doc = " Errors: SIZE, VALUE (non-finite action), NOT_RESET, EPISODE_ENDED, PHYSICS, FORKED."]
+    #[doc = " The option \"autoreset_mode\" resets rows whose episode has ended as Gymnasium's vector environments do: next_step"]
+    #[doc = " resets them in their next step, whose action is ignored; same_step resets them at the end of the step that ends the"]
+    #[doc = " episode. The default, disabled, leaves it to the caller."]
+    #[doc = " If the option \"strict\" is 1 (the default), actions must be finite and rows whose episode has ended must be reset; a"]
+    #[doc = " call with a row that violates this steps no row. If it is 0, such rows are stepped as in Gymnasium."]
+    #[doc = " A state that diverges is no error of the call: see mjenv_batch.status and the option \"on_divergence\"."]
+    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED."]
     pub fn mjenv_step(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -1842,11 +1853,13 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Starts a step of some rows and returns without waiting for it. Until all rows are received, only mjenv_send of other"]
-    #[doc = " rows, mjenv_recv and mjenv_destroy may be called. With num_threads 1, mjenv_recv does the work."]
-    #[doc = "   rows      [row_count] the rows to step; NULL: all rows, and row_count is ignored"]
-    #[doc = "   action    [row_count][actuators], elements of dtype; count = row_count * actuators; copied"]
-    #[doc = " Errors: as mjenv_step; PENDING (a row is under way already), VALUE (no such row)."]
+    #[doc = " Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported"]
+    #[doc = " them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment"]
+    #[doc = " has one thread only (num_threads 1), the rows are stepped in mjenv_recv."]
+    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, and row_count is ignored"]
+    #[doc = "   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
+    #[doc = " Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way"]
+    #[doc = " already, or listed twice), FORKED. After an error, no row was sent."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
         rows: *const i64,
@@ -1857,17 +1870,19 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Waits for rows that were sent, and reports those that are done. Each is reported once."]
-    #[doc = "   least     waits until this many rows are done; 0: does not wait"]
-    #[doc = "   timeout   the most seconds to wait; a negative number: no limit. When the time has passed, the call succeeds with"]
-    #[doc = "             the rows that are done, which may be fewer than `least`"]
-    #[doc = "   rows      [capacity] receives the numbers of the rows; capacity >= least, and >= 1"]
+    #[doc = " Waits for rows that were sent, and reports those that are done. Each is reported once, in the order in which they"]
+    #[doc = " finish."]
+    #[doc = "   least     how many rows to wait for; 0: does not wait"]
+    #[doc = "   timeout   how many seconds to wait at most; a negative number: no limit. If the time is up, the call succeeds and"]
+    #[doc = "             reports the rows that are done, which may be none"]
+    #[doc = "   rows      [capacity] receives the numbers of the rows; capacity >= least and >= 1. Rows that do not fit are"]
+    #[doc = "             reported by the next call"]
     #[doc = "   count     receives how many rows are reported"]
-    #[doc = "   out       receives the outputs of the reported rows at their own places, and is laid out as for mjenv_step; may be"]
-    #[doc = "             NULL"]
-    #[doc = " With num_threads 1, a call with least 0 or a timeout of 0 steps one row, so that polling makes progress."]
-    #[doc = " Errors: SIZE (capacity, or least > rows under way), VALUE (timeout is NaN), NOT_PENDING, PHYSICS (as mjenv_step; the"]
-    #[doc = " rows are reported), FORKED."]
+    #[doc = "   out       as for mjenv_step: the outputs of row r are element r. The other elements stay as they are. May be NULL"]
+    #[doc = " If the environment has one thread only, each call steps at least one row, even with least 0 or timeout 0, so that"]
+    #[doc = " polling makes progress."]
+    #[doc = " Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,"]
+    #[doc = " PHYSICS and TASK (rows failed; rows, count and out are written all the same), FORKED."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
         least: usize,
@@ -1879,12 +1894,15 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Plays given actions from the rows' present states, and leaves the rows at the end. Rows are never reset. If a row's"]
-    #[doc = " episode ends, the row stays there: its flags repeat, and its rewards and infos are 0."]
-    #[doc = "   action    [rows][steps][actuators], elements of dtype; count = rows * steps * actuators"]
+    #[doc = " Plays a list of actions in each row, beginning with the row's present state. The rows stay in the states that they"]
+    #[doc = " reach. Rows are never reset, whatever \"autoreset_mode\" is: if a row's episode ends, the row stays there, its"]
+    #[doc = " observation and flags repeat, and its rewards and infos are 0."]
+    #[doc = "   action    [rows][steps][actuators] of type dtype; count = rows * steps * actuators"]
     #[doc = "   steps     >= 1"]
-    #[doc = "   out       is laid out for rows * steps rows: step t of row r is element r * steps + t. May be NULL"]
-    #[doc = " Errors: as mjenv_step; VALUE (steps)."]
+    #[doc = "   out       has mjenv_rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and"]
+    #[doc = "             final_info are not written. May be NULL"]
+    #[doc = " If a row fails in step t, its later elements are not written, its status included."]
+    #[doc = " Errors: as mjenv_step, and VALUE (steps)."]
     pub fn mjenv_rollout(
         env: *mut mjenv_env,
         action: *const ::std::os::raw::c_void,
@@ -1895,16 +1913,19 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes obs and arrays of all rows as they are, without a step: after mjenv_restore or mjenv_copy_row, for instance."]
-    #[doc = " Errors: SIZE, PHYSICS, FORKED."]
+    #[doc = " Writes obs and arrays of all rows for their present states, without a step; for instance after mjenv_restore. It does"]
+    #[doc = " not write the other arrays of `out`, which must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED."]
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads an array of a row's mjData or of the mjModel into values[capacity], as doubles. mjData is as Gymnasium's"]
-    #[doc = " env.unwrapped.data after the last step; MuJoCo's scratch (efc_* beyond nefc, efc_AR, qH) may hold anything."]
-    #[doc = "   array     its MuJoCo name: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\""]
-    #[doc = "   count     receives the length. To ask for the length alone, pass capacity 0 and values NULL"]
-    #[doc = " Errors: NAME, VALUE (row), SIZE (0 < capacity < count), PHYSICS."]
+    #[doc = " Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's"]
+    #[doc = " env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are"]
+    #[doc = " undefined."]
+    #[doc = "   row       must be valid even if the array belongs to the mjModel"]
+    #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (MJENV_ROLE_DATA, MJENV_ROLE_MODEL)"]
+    #[doc = "   values    [capacity] receives the elements"]
+    #[doc = "   count     receives the number of elements. To get it alone, pass values NULL and capacity 0"]
+    #[doc = " Errors: NAME, VALUE (row), SIZE (capacity is too small, and not 0; count is not written), PHYSICS."]
     pub fn mjenv_read(
         env: *mut mjenv_env,
         row: i64,
@@ -1924,7 +1945,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Finds the index of the object of that type and name. Errors: NAME."]
+    #[doc = " Finds the index of the object with this type and name. Errors: NAME (type, or name)."]
     pub fn mjenv_object_index(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -1933,7 +1954,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Finds the name of an object; \"\" if it has none. Errors: NAME (type), VALUE (index)."]
+    #[doc = " Finds the name of the object at 0 <= index < the number of objects; \"\" if it has none. Errors: NAME (type), VALUE"]
+    #[doc = " (index)."]
     pub fn mjenv_object_name(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -1942,9 +1964,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets qpos[nq] and qvel[nv] of a row and computes what follows from them, as Gymnasium's set_state does. The row's"]
-    #[doc = " step count stays. A row that was never reset, or whose episode has ended, can be stepped after it."]
-    #[doc = " Errors: VALUE (row, a number that is not finite), SIZE, PHYSICS."]
+    #[doc = " Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. The row's step count and"]
+    #[doc = " random stream stay. Afterwards the row can be stepped, even if it was never reset or its episode had ended."]
+    #[doc = " Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK."]
     pub fn mjenv_set_state(
         env: *mut mjenv_env,
         row: i64,
@@ -1955,9 +1977,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Calls mj_step `frames` times for a row with the controls ctrl[count], as Gymnasium's do_simulation does; count is"]
-    #[doc = " the number of actuators. The row's step count stays, and the task computes nothing."]
-    #[doc = " Errors: VALUE (row, frames < 1), SIZE, PHYSICS."]
+    #[doc = " Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is"]
+    #[doc = " the number of actuators. It is not a step of the episode: there is no reward, and the row's step count stays."]
+    #[doc = " Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK."]
     pub fn mjenv_simulate(
         env: *mut mjenv_env,
         row: i64,
@@ -1967,16 +1989,16 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies a row over others: simulation state, random stream and step count."]
-    #[doc = "   to_mask   [rows] the rows to overwrite, where it is not 0; not NULL"]
+    #[doc = " Copies the row `from` to other rows: simulation state, random stream, step count, and whether the episode has ended."]
+    #[doc = "   to_mask   [rows] not 0 for each row to overwrite. It must not be NULL"]
     #[doc = " Errors: VALUE (row)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, from: i64, to_mask: *const u8) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes a row, or MJENV_ALL_ROWS, as an image: simulation state, random stream and step count."]
+    #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes that hold what mjenv_copy_row copies."]
     #[doc = "   image       [capacity_bytes] receives the image"]
-    #[doc = "   size_bytes  receives its size. To ask for the size alone, pass capacity_bytes 0 and image NULL"]
-    #[doc = " Errors: VALUE (row), SIZE (0 < capacity_bytes < size_bytes)."]
+    #[doc = "   size_bytes  receives the size of the image. To get it alone, pass image NULL and capacity_bytes 0"]
+    #[doc = " Errors: VALUE (row), SIZE (capacity_bytes is too small, and not 0; size_bytes is not written)."]
     pub fn mjenv_snapshot(
         env: *mut mjenv_env,
         row: i64,
@@ -1986,10 +2008,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state of an image[size_bytes]. The row continues bit for bit, also in another"]
-    #[doc = " process and with another number of threads. The environment must have the id, the model and the options of the one"]
-    #[doc = " that wrote the image; \"num_threads\", \"cpu_affinity\" and \"arrays\" may differ. An image of all rows needs as many"]
-    #[doc = " rows."]
+    #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
+    #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
+    #[doc = " number of threads. The environment must have the same id, model and options as the one that made the image."]
+    #[doc = " \"num_threads\", \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ."]
     #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
@@ -1999,20 +2021,20 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Fills settings with Gymnasium's defaults for the environment."]
+    #[doc = " Fills settings with the defaults for the environment, which draw as Gymnasium does."]
     pub fn mjenv_render_defaults(
         env: *const mjenv_env,
         settings: *mut mjenv_render_settings,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates a renderer, which has an OpenGL context of its own. Renderers of one environment can draw at the same time"]
-    #[doc = " on different threads. A renderer can be used on any thread, by one thread at a time. Calls leave the calling"]
-    #[doc = " thread's current OpenGL context as it was. The renderer may be destroyed before or after the environment."]
+    #[doc = " Creates a renderer with an OpenGL context of its own. Several renderers of one environment can draw at the same time"]
+    #[doc = " on different threads. Calls restore the calling thread's current OpenGL context. The renderer may be destroyed before"]
+    #[doc = " or after the environment."]
     #[doc = "   settings  NULL: the defaults"]
-    #[doc = " A process that is forked after it used OpenGL cannot use it (RENDER). What MuJoCo makes of the model for OpenGL"]
-    #[doc = " must fit into free memory (MEMORY). Unless the option \"trust_xml\" is 1, it must have at most 2^25 vertices (RENDER)."]
-    #[doc = " Errors: NAME (camera_name), VALUE, RENDER."]
+    #[doc = " Errors: NAME (camera_name), VALUE, RENDER (no OpenGL; OpenGL was used before this process was forked; the model has"]
+    #[doc = " more than 2^25 vertices, and the option \"trust_xml\" is 0), MEMORY (also: the model and the picture need more memory"]
+    #[doc = " than is free)."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
@@ -2023,19 +2045,19 @@ extern "C" {
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
 }
 extern "C" {
-    #[doc = " Returns the OpenGL that the renderer uses, as \"egl, VENDOR, RENDERER, VERSION\"; NULL for NULL."]
+    #[doc = " Returns the OpenGL that the renderer uses: its library, vendor, renderer and version, separated by \", \". NULL for"]
+    #[doc = " NULL."]
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Draws a row. The top line of the picture comes first."]
-    #[doc = "   rgb       [height][width][3] receives the colours; rgb_count elements have room; may be NULL"]
-    #[doc = "   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count elements have room;"]
-    #[doc = "             may be NULL. A depth d is z = near / (1 - d * (1 - near / far)) metres along the optical axis, where"]
-    #[doc = "             near and far are the model's vis.map.znear and vis.map.zfar times stat.extent"]
-    #[doc = " Unless the option \"trust_xml\" is 1, a picture may take at most 2^30 vertices and pixels of shadow maps; each light"]
-    #[doc = " that casts shadows draws everything twice."]
-    #[doc = " Errors: ARGUMENT (the environment was destroyed), VALUE (row), SIZE, NOT_RESET, RENDER, PHYSICS; BUSY also while"]
-    #[doc = " another thread is inside the environment."]
+    #[doc = " Draws a row. The top line of the picture comes first. One of rgb and depth may be NULL."]
+    #[doc = "   rgb       [height][width][3] receives the colours; rgb_count >= height * width * 3"]
+    #[doc = "   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count >= height * width. A"]
+    #[doc = "             depth d is near / (1 - d * (1 - near / far)) metres along the optical axis, where near and far are the"]
+    #[doc = "             model's vis.map.znear and vis.map.zfar times stat.extent"]
+    #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the"]
+    #[doc = " environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: a picture takes more than 2^30 vertices and pixels"]
+    #[doc = " of shadow maps, and \"trust_xml\" is 0; each light that casts shadows draws everything twice)."]
     pub fn mjenv_render(
         renderer: *mut mjenv_renderer,
         row: i64,
@@ -2047,8 +2069,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Opens a window. It may be destroyed before or after the environment."]
-    #[doc = "   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free; NaN means 0 in"]
-    #[doc = "             lookat and 2 in distance"]
+    #[doc = "   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free. In lookat, NaN"]
+    #[doc = "             means 0; in distance, NaN means 2"]
     #[doc = " Errors: VALUE, RENDER."]
     pub fn mjenv_window_create(
         env: *mut mjenv_env,
@@ -2064,7 +2086,8 @@ extern "C" {
     pub fn mjenv_window_is_open(window: *const mjenv_window) -> i32;
 }
 extern "C" {
-    #[doc = " Draws a row, and handles the user's keys and mouse. While the user pauses, it does not return. Draws nothing once"]
-    #[doc = " the window is closed. Errors: as mjenv_render."]
+    #[doc = " Draws a row, and handles the user's keys and mouse. It draws the row several times, or not at all, to keep the pace"]
+    #[doc = " of Gymnasium's window. While the user pauses, it does not return. If the window is closed, it draws nothing and"]
+    #[doc = " returns MJENV_OK. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
