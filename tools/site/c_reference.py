@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -16,14 +17,15 @@ import header
 
 _COMMENT = r"/\*(?P<{}>.*?)\*/"
 _PIECE = re.compile(
-    r"\s*(?:" + _COMMENT.format("comment") + r"|#define (?P<macro>\w+) (?P<value>\S+)\n"
+    r"\s*(?:" + _COMMENT.format("comment") + r"|#define (?P<macro>\w+) \(?(?P<value>-?\w+)\)?"
+    r"(?: *" + _COMMENT.format("macro_doc") + r")?\n"
     r"|typedef struct (?P<opaque>\w+) \w+;(?: *" + _COMMENT.format("opaque_doc") + r")?"
-    r"|typedef enum (?P<enum>\w+) \{(?P<values>.*?)\} \w+;"
+    r"|typedef int32_t (?P<enum>\w+);\s*enum (?P=enum)_value \{(?P<values>.*?)\};"
     r"|typedef struct (?P<struct>\w+) \{(?P<fields>.*?)\} \w+;"
     r"|MJENV_API (?P<function>[^;]*);)",
     re.DOTALL,
 )
-_ENUMERATOR = re.compile(r"\s*(\w+) =\s*(-?\d+),?\s*(?:/\*(.*?)\*/)?", re.DOTALL)
+_ENUMERATOR = re.compile(r"(?:/\*([^/]*?)\*/\s*)?\b(\w+) = (-?\d+),?(?: */\*(.*?)\*/)?", re.DOTALL)
 _FIELD = re.compile(r"\s*(?:/\*(?P<group>.*?)\*/|(?P<code>[^;/]+);(?: */\*(?P<doc>.*?)\*/)?)", re.DOTALL)
 # Words of a comment that are code.
 _CODE = re.compile(r"\*?_?\w*(?:\[[\w *]*\])+|\*_\w+|\b[a-z]+_\w+\b|\bMJENV_\w+|\w+(?:->|\.)\w+_\w+|\bNULL\b|\b\w+\(\)")
@@ -48,7 +50,7 @@ class Page:
         lines = (line.strip() for line in (comment or "").splitlines())
         words = " ".join("" if line == "*" else line.removeprefix("* ").strip() for line in lines).strip()
         prose, errors, listed = words.partition("Errors: ")
-        return self._linked(prose) + (errors and f"<br>**Errors**: {self._errors(listed)}")
+        return self._linked(prose) + (errors and f"{prose and '<br>'}**Errors**: {self._errors(listed)}")
 
     def _linked(self, prose: str) -> str:
         def code(match: re.Match[str]) -> str:
@@ -64,7 +66,7 @@ class Page:
 
     def _errors(self, listed: str) -> str:
         """Each word in capitals is a status."""
-        pieces = re.split(r"\b([A-Z]{4,})\b", listed)
+        pieces = re.split(r"\b([A-Z][A-Z_]{3,})\b", listed)
         if unknown := set(pieces[1::2]) - self.statuses:
             raise ValueError(f"no such status: {unknown}, in: {listed}")
         links = (f"[{word}](#mjenv_status)" if index % 2 else self._linked(word) for index, word in enumerate(pieces))
@@ -116,30 +118,52 @@ def _pieces(text: str) -> Iterator[re.Match[str]]:
 
 
 def _introduce(made: Page, comment: str) -> None:
-    """The comment at the top: a title, then a word, blanks and what it means, for each rule."""
-    rules: list[tuple[str, str]] = []
-    for line in comment.partition("\n *\n")[2].splitlines():
-        word, _, meaning = line.removeprefix(" * ").partition(" ")
-        if word:
-            rules.append((word, meaning.strip()))
-        else:
-            rules[-1] = (rules[-1][0], f"{rules[-1][1]} {meaning.strip()}")
-    for word, meaning in rules:
-        made.add(f"**{word}.** {made.text(meaning)}")
+    """The comment at the top: paragraphs and an example, then rules, each after its title on a line of its own."""
+    start, *rules = re.split(r"^ \* ([A-Z]\w+)\n", comment.partition("\n *\n")[2], flags=re.MULTILINE)
+    for is_deep, lines in _blocks(start, 5):
+        made.add(*(["```c", *(line[5:] for line in lines), "```"] if is_deep else [made.text("\n".join(lines))]))
+    for title, body in zip(rules[::2], rules[1::2], strict=True):
+        lead = f"**{title}.** "
+        for is_deep, lines in _blocks(body, 5):
+            if is_deep:
+                items = re.split(r"\n(?= {5}(?:- |[A-Z]+  ))", "\n".join(lines))
+                made.add(*(f"- {made.text(item.strip().removeprefix('- '))}" for item in items))
+            else:
+                made.add(lead + made.text("\n".join(lines)))
+                lead = ""
     made.add("## Types")
+
+
+def _describe(made: Page, comment: str) -> None:
+    """The comment of a function: prose, and a list of parameters, which are indented by three blanks."""
+    for is_deep, lines in _blocks(comment, 3):
+        if is_deep:
+            items = (item.split(maxsplit=1) for item in re.split(r"\n(?= {3}\w)", "\n".join(lines)))
+            made.add(*(f"- `{name}`: {made.text(meaning)}" for name, meaning in items))
+        else:
+            made.add(made.text("\n".join(lines)))
+
+
+def _blocks(text: str, depth: int) -> Iterator[tuple[bool, list[str]]]:
+    """The lines that follow each other and are indented by at least `depth` blanks, or by fewer."""
+    lines = filter(None, (line.removeprefix(" *").rstrip() for line in text.splitlines()))
+    for is_deep, group in groupby(lines, key=lambda line: line.startswith(" " * depth)):
+        yield is_deep, list(group)
 
 
 def _declare(made: Page, piece: re.Match[str], about: str | None) -> None:
     if piece["function"]:
         name = piece["function"].partition("(")[0].split()[-1].lstrip("*")
-        made.add(f"### `{name}`", "", "```c", _reflowed(piece["function"]) + ";", "```", "", made.text(about))
+        made.add(f"### `{name}`", "", "```c", _reflowed(piece["function"]) + ";", "```")
+        _describe(made, about or "")
     elif piece["macro"]:
-        made.add(f"### `{piece['macro']}`", "", f"`{piece['value']}`. {made.text(about)}")
+        made.add(f"### `{piece['macro']}`", "", f"`{piece['value']}`. {made.text(piece['macro_doc'] or about)}")
     elif piece["opaque"]:
         made.add(f"### `{piece['opaque']}`", "", f"A handle: {made.text(piece['opaque_doc'])}.")
     elif piece["enum"]:
         made.add(f"### `{piece['enum']}`", "", made.text(about))
-        rows = [(f"`{name}`", value, made.text(doc)) for name, value, doc in _ENUMERATOR.findall(piece["values"])]
+        values = _ENUMERATOR.findall(piece["values"])
+        rows = [(f"`{name}`", value, made.text(before or after)) for before, name, value, after in values]
         made.table(("name", "value", "meaning"), rows)
     else:
         made.add(f"### `{piece['struct']}`", "", made.text(about))
