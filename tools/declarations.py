@@ -51,10 +51,16 @@ def python_type(api: header.Header, ctype: header.CType) -> str:
     return text if ctype.length is None else f"{text} * {ctype.length}"
 
 
+# The functions of task.h that Python calls.
+PYTHON_TASK_FUNCTIONS = ("mjenv_load_tasks",)
+
+
 def python_module(api: header.Header) -> str:
     """The text of _abi.py."""
+    task_functions = header.parse(header.PATH, header.TASK).functions
+    functions = [*api.functions, *(one for one in task_functions if one.name in PYTHON_TASK_FUNCTIONS)]
     lines = [
-        '"""The C interface in ctypes. Written by tools/declarations.py from mjenv.h: do not edit."""',
+        '"""The C interface in ctypes. Written by tools/declarations.py from mjenv.h and task.h: do not edit."""',
         "# ruff: noqa: N801",
         "",
         "from ctypes import (",
@@ -77,7 +83,7 @@ def python_module(api: header.Header) -> str:
         lines += ["    )"]
     lines += ["", "", "class Library(CDLL):", "    def __init__(self, path: str) -> None:"]
     lines += ["        super().__init__(path)"]
-    for function in api.functions:
+    for function in functions:
         types = [python_type(api, parameter.type) for parameter in function.parameters]
         arguments = f"({types[0]},)" if len(types) == 1 else f"({', '.join(types)})"
         line = f"        self.{function.name}.argtypes = {arguments}"

@@ -57,7 +57,7 @@ auto about(const std::string& label, const F& body) {
 }  // namespace
 
 std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trusted) {
-  if (xml_file.empty()) fail(MJENV_E_VALUE, "option \"xml_file\" is empty");
+  if (xml_file.empty()) fail(MJENV_E_VALUE, "no model: set the option \"xml_file\" or \"xml_string\"");
   if (std::strchr("./~", xml_file[0])) {
     const std::string path = expanded(xml_file);
     return open({xml_file, path, read_file(path, max_text(trusted), "model file ", MJENV_E_FILE),

@@ -15,6 +15,7 @@ namespace mjenv::core {
 #define ROBOT(name, define) void define(Robot&);
 #include "robots/all.def"
 #undef ROBOT
+void model(Robot&);
 
 namespace {
 
@@ -23,9 +24,11 @@ constexpr Id built_in[] = {
 #include "robots/all.def"
 #undef ROBOT
 };
+// Known, but not in the list of ids, because it cannot be built with its default options.
+constexpr Id unlisted{"Model-v0", "Model", 0, model, nullptr};
 
-// All ids. A registration replaces the list with a longer one; lists are never changed or freed. So readers need no
-// lock, not even in a forked child or while the process exits.
+// The listed ids. A registration replaces the list with a longer one; lists are never changed or freed. So readers need
+// no lock, not even in a forked child or while the process exits.
 struct List {
   const Id* const* ids;  // sorted
   std::size_t count;
@@ -80,8 +83,10 @@ const Id& id_of(const std::string& name) {
   load_tasks_of_environment();
   const List& list = *latest.load();
   if (const Id* found = find(list, name)) return *found;
+  if (name == unlisted.name) return unlisted;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < list.count; ++i) names.emplace_back(list.ids[i]->name);
+  names.emplace_back(unlisted.name);
   const std::string unloaded = environment_failure();
   fail(MJENV_E_NAME, "no environment " + quoted(name) + "; there are " + listed(names) +
                          (unloaded.empty() ? "" : "; MJENV_TASKS: " + unloaded));
@@ -95,7 +100,8 @@ void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks) {
     std::vector<const Id*> all(list->ids, list->ids + list->count);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const std::string& id = tasks[i]->id();
-      if (const Id* other = find(*list, id)) {
+      const Id* other = id == unlisted.name ? &unlisted : find(*list, id);
+      if (other) {
         if (!other->own) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
         if (other->own->plugin() && other->own->plugin() == tasks[i]->plugin()) return;
       }

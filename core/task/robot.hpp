@@ -185,9 +185,9 @@ class Robot {
  public:
   // Build::options only declares the options. Build::task also opens the model and looks up names in it.
   enum class Build { options, task };
-  Robot(int version, Options& options, Build build) : v5(version == 5), options_(options), build_(build) {}
+  Robot(int version, Options& options, Build build) : v5(version != 4), options_(options), build_(build) {}
 
-  const bool v5;
+  const bool v5;  // also true for Model-v0
 
   // ---- The model ----
   // The model. In v5 the option xml_file replaces it.

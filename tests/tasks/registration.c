@@ -87,6 +87,7 @@ static void test_bad_ids(void** state) {
   refused(MJENV_E_VALUE, p->task.id = text, "100 bytes");
   refused(MJENV_E_ARGUMENT, p->task.id = NULL, "id");
   refused(MJENV_E_VALUE, p->task.id = "Hopper-v5", "Hopper-v5", "built-in");
+  refused(MJENV_E_VALUE, p->task.id = "Model-v0", "Model-v0", "built-in");
 }
 
 static void test_bad_parts(void** state) {

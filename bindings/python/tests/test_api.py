@@ -283,7 +283,7 @@ def test_str() -> None:
     ("arguments", "message"),
     [
         (["verify"], "gymnasium[mujoco]"),
-        (["verify", "Ant-v3"], "no id 'Ant-v3'; there are Ant-v4"),
+        (["verify", "Ant-v3"], 'no environment "Ant-v3"; there are Ant-v4'),
         ([], "COMMAND"),
     ],
 )

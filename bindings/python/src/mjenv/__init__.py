@@ -1,7 +1,8 @@
 """Gymnasium's MuJoCo environments, bit for bit, from a native library.
 
 make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id), options(id)
-and model_xml(id) tell what there is. Importing registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
+and model_xml(id) tell what there is. load_tasks("libmy_robots.so") adds your own robots and tasks. Importing registers
+all ids with Gymnasium, as mjenv/Ant-v5 and so on.
 """
 
 from typing import TYPE_CHECKING
@@ -33,7 +34,7 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
-from mjenv.registration import ids, model_xml, options, register, spec, version
+from mjenv.registration import ids, load_tasks, model_xml, options, register, spec, version
 from mjenv.vector import VectorEnv
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ __all__ = [
     "UnknownNameError",
     "VectorEnv",
     "ids",
+    "load_tasks",
     "make",
     "make_vec",
     "model_xml",

@@ -1,4 +1,4 @@
-"""The C interface in ctypes. Written by tools/declarations.py from mjenv.h: do not edit."""
+"""The C interface in ctypes. Written by tools/declarations.py from mjenv.h and task.h: do not edit."""
 # ruff: noqa: N801
 
 from ctypes import (
@@ -340,3 +340,5 @@ class Library(CDLL):
         self.mjenv_window_is_open.restype = c_int32
         self.mjenv_window_draw.argtypes = (c_void_p, c_int64)
         self.mjenv_window_draw.restype = c_int32
+        self.mjenv_load_tasks.argtypes = (c_char_p,)
+        self.mjenv_load_tasks.restype = c_int32

@@ -77,7 +77,8 @@ def _text(value: bytes | None) -> str:
     return (value or b"").decode("utf-8", "surrogateescape")
 
 
-def _encoded(value: str, what: str) -> bytes:
+def encoded(value: str, what: str) -> bytes:
+    """A text for the library; what: its name in error messages."""
     if not isinstance(value, str):
         raise OptionError(f"{what} is a str, not {value!r}", Status.E_TYPE)
     if "\0" in value:
@@ -110,7 +111,7 @@ def ids() -> tuple[str, ...]:
 def spec_of(id: str) -> Any:
     """The mjenv_spec of an id."""
     spec = _struct(_abi.mjenv_spec)
-    check(LIBRARY.mjenv_spec_of(_encoded(id, "the id"), byref(spec)), UnknownIdError)
+    check(LIBRARY.mjenv_spec_of(encoded(id, "the id"), byref(spec)), UnknownIdError)
     return spec
 
 
@@ -135,7 +136,7 @@ class Options:
 
     def __init__(self, id: str) -> None:
         handle = c_void_p()
-        check(LIBRARY.mjenv_options_create(_encoded(id, "the id"), byref(handle)), UnknownIdError)
+        check(LIBRARY.mjenv_options_create(encoded(id, "the id"), byref(handle)), UnknownIdError)
         self.id = id
         self.pointer = handle.value
         _destroy_with(self, LIBRARY.mjenv_options_destroy, self.pointer)
@@ -182,7 +183,7 @@ class Options:
         if isinstance(value, os.PathLike):
             value = os.path.abspath(os.fspath(value))
         if isinstance(value, str):
-            check(LIBRARY.mjenv_options_set_string(self.pointer, name, _encoded(value, option.name)))
+            check(LIBRARY.mjenv_options_set_string(self.pointer, name, encoded(value, option.name)))
         elif option.kind == Kind.REALS and not _is_integer(value):
             self._set_reals(option, value)
         else:
@@ -358,7 +359,7 @@ class Rows:
 
     def object_index(self, kind: str, name: str) -> int:
         index = c_int64()
-        self.call(LIBRARY.mjenv_object_index, kind.encode(), _encoded(name, "the name"), byref(index))
+        self.call(LIBRARY.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
         return index.value
 
     def object_name(self, kind: str, index: int) -> str:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
+from operator import methodcaller
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -31,7 +32,7 @@ from mjenv.errors import InvalidValueError, OptionError, last_error
 Results = TypeVar("Results")
 Info = dict[str, Any]
 
-_FLOAT64, _FLOAT32, _INT64 = np.dtype(np.float64), np.dtype(np.float32), np.dtype(np.int64)
+_FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 # The types that are Python's own. The others are NumPy's scalars.
 _PYTHON = (Type.NATIVE_FLOAT, Type.NATIVE_INT)
 
@@ -111,14 +112,17 @@ def dtype_of(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
     """The dtype of a value in Gymnasium; that of a Python number in an array."""
     if kind == Type.ACTION:
         return action_dtype
-    return _INT64 if kind in (Type.NATIVE_INT, Type.INT64) else _FLOAT64
+    return np.dtype(CONVERTERS.get(kind, np.float64))
 
 
-# What turns an np.float64 into the type that Gymnasium gives a value.
-CONVERTERS: dict[Type, Callable[[Any], Any]] = {
+# What turns an np.float64 into the type that Gymnasium, or a registered task, gives a value.
+CONVERTERS: dict[Type, type[Any]] = {
     Type.NATIVE_FLOAT: float,
     Type.NATIVE_INT: int,
     Type.INT64: np.int64,
+    Type.FLOAT32: np.float32,
+    Type.INT32: np.int32,
+    Type.UINT8: np.uint8,
 }
 
 
@@ -126,17 +130,17 @@ class Record:
     """How the fields of one row's record of float64 numbers become an info.
 
     items: the name of each field, and an index into the record, which copies an array. conversions: the names of values
-    of another type than float64, each with what converts it. narrowed: the names of values that become float32, each
-    with a buffer, which converts in half the time of np.float32().
+    and arrays of another type than float64, each with what converts it. narrowed: the names of values that have the
+    type of float32 actions, each with a buffer, which converts in half the time of np.float32().
     """
 
     __slots__ = ("conversions", "items", "narrowed")
 
     def __init__(self, fields: Sequence[Field], action_dtype: np.dtype[Any]) -> None:
-        scalars = [field for field in fields if not field.shape]
         self.items = tuple((field.name, _index_of(field)) for field in fields)
-        self.conversions = tuple((f.name, CONVERTERS[f.type]) for f in scalars if f.type in CONVERTERS)
-        narrowed = [f for f in scalars if f.type == Type.ACTION and action_dtype == np.float32]
+        converters = ((field.name, _converter(field, action_dtype)) for field in fields)
+        self.conversions = tuple((name, convert) for name, convert in converters if convert)
+        narrowed = [f for f in fields if f.type == Type.ACTION and action_dtype == np.float32 and not f.shape]
         self.narrowed = tuple((field.name, np.zeros(1, np.float32)) for field in narrowed)
 
     def read(self, record: Float64Array) -> Info:
@@ -149,6 +153,14 @@ class Record:
             buffer[0] = info[name]
             info[name] = buffer[0]
         return info
+
+
+def _converter(field: Field, action_dtype: np.dtype[Any]) -> Callable[[Any], Any] | None:
+    """What converts a field's float64 value or array; None where nothing does, or a buffer of Record.narrowed."""
+    if not field.shape:
+        return CONVERTERS.get(field.type)
+    dtype = dtype_of(field.type, action_dtype)
+    return None if dtype == _FLOAT64 else methodcaller("astype", dtype)
 
 
 def _index_of(field: Field) -> Any:
@@ -173,7 +185,7 @@ def infos_of_rows(
     """
     columns: list[Any] = []
     for field, view in zip(fields, views(values, fields, rows), strict=True):
-        column = view[chosen].astype(_FLOAT64 if field.shape else dtype_of(field.type, action_dtype))
+        column = view[chosen].astype(dtype_of(field.type, action_dtype))
         columns.append(column.tolist() if field.type in _PYTHON and not field.shape else column)
     names = [field.name for field in fields]
     if not names:

@@ -5,14 +5,17 @@ from collections.abc import Callable
 from typing import Any
 
 from mjenv.env import MujocoEnv
-from mjenv.registration import ids
+from mjenv.errors import UnknownIdError
+from mjenv.registration import spec
 from mjenv.vector import VectorEnv
 
 
 def __getattr__(name: str) -> Callable[..., Any]:
     id = name.removesuffix("/vector")
-    if id not in ids():
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        spec(id)
+    except UnknownIdError as error:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}: {error}") from None
     if name != id:
         return functools.partial(VectorEnv, id)
     # Without a limit: gymnasium.make adds its own.

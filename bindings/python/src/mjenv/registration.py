@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -16,9 +18,10 @@ from mjenv._handle import Option
 from mjenv._library import LIBRARY
 from mjenv._pictures import RENDER_MODES
 from mjenv.env import MujocoEnv
-from mjenv.errors import OptionError
+from mjenv.errors import InvalidValueError, OptionError, check
 
 NAMESPACE = "mjenv"
+UNLISTED = "Model-v0"  # an id that ids() leaves out, because it needs the option xml_file or xml_string
 # Where make_vec has another default than the library.
 VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
 
@@ -29,7 +32,8 @@ def version() -> str:
 
 
 def ids() -> tuple[str, ...]:
-    """All environment ids, sorted."""
+    """The environment ids, sorted: the built-in robots and the loaded tasks. "Model-v0" is not listed: it steps a model
+    alone, which the option xml_file or xml_string chooses, and observes qpos and qvel."""
     return _handle.ids()
 
 
@@ -47,14 +51,38 @@ def spec(id: str) -> EnvSpec:
         id=id,
         entry_point=f"mjenv.entry_points:{id}",
         reward_threshold=None if math.isnan(found.reward_threshold) else found.reward_threshold,
-        max_episode_steps=found.max_episode_steps,
+        max_episode_steps=found.max_episode_steps or None,
         vector_entry_point=f"mjenv.entry_points:{id}/vector",
     )
 
 
 def model_xml(id: str) -> str:
-    """The text (MJCF) of the model that is built into the library for an id: the start of a model of your own."""
-    return str(_handle.spec_of(_own(id)).model_xml.decode())
+    """The text (MJCF) of an id's default model: the start of a model of your own."""
+    id = _own(id)
+    text = _handle.spec_of(id).model_xml
+    if text is not None:
+        return str(text.decode())
+    file = options(id)["xml_file"].default
+    if not file:
+        raise InvalidValueError(f"{id} has no default model: its options xml_file and xml_string choose one")
+    return Path(file).expanduser().read_text()
+
+
+def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
+    """Loads a plug-in, a shared object with tasks of your own. Its ids then work like the built-in ones: in make,
+    make_vec and the other functions, and as "mjenv/ID" in Gymnasium's.
+
+    Tasks stay loaded until the process ends, and loading a plug-in again does nothing. A process that is started, and
+    not forked, loads it again: call this there too, or list plug-ins in the environment variable MJENV_TASKS, separated
+    by ":". path=None loads those and raises the error if one of them cannot be loaded.
+    """
+    if path is None:
+        check(LIBRARY.mjenv_load_tasks(None))
+    else:
+        if not isinstance(path, (str, os.PathLike)):
+            raise OptionError(f"a plug-in is given by the path of its file, not {path!r}", Status.E_TYPE)
+        check(LIBRARY.mjenv_load_tasks(_handle.encoded(os.fspath(path), "the path of a plug-in")))
+    register()
 
 
 def spec_asked(id: str | EnvSpec) -> EnvSpec:
@@ -72,7 +100,9 @@ def _own(id: Any) -> str:
 
 def register() -> None:
     """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids."""
-    for id in ids():
+    for id in (*ids(), UNLISTED):
+        if f"{NAMESPACE}/{id}" in gymnasium.registry:
+            continue
         found = spec(id)
         gymnasium.register(
             f"{NAMESPACE}/{id}",

@@ -1620,7 +1620,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h)."]
+    #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It leaves out"]
+    #[doc = " \"Model-v0\", which steps a model without a task and is known all the same: it needs the option xml_file or xml_string,"]
+    #[doc = " observes qpos and qvel, has the reward 0 and never terminates."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {

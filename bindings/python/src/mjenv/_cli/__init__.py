@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import mjenv
 from mjenv._cli import bench, catalogue, completion, play, snapshots, verify
+from mjenv._cli.arguments import plugin
 
 EPILOG = """\
 Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints
@@ -29,6 +30,13 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     made.add_argument("--version", action="version", version=f"mjenv {mjenv.version()}")
+    made.add_argument(
+        "--tasks",
+        action="append",
+        type=plugin,
+        metavar="FILE",
+        help="a plug-in with tasks of your own, whose ids the command then knows; repeatable",
+    )
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in (catalogue, play, bench, verify, snapshots):
         module.add(commands)

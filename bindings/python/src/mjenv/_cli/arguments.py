@@ -16,8 +16,18 @@ Commands = Any  # what add_subparsers returns; argparse has no public name for i
 
 
 def known_id(text: str) -> str:
-    if text not in mjenv.ids():
-        raise argparse.ArgumentTypeError(f"no id {text!r}; there are {', '.join(mjenv.ids())}")
+    try:
+        return mjenv.spec(text).id
+    except mjenv.UnknownIdError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def plugin(text: str) -> str:
+    """Loads the plug-in while arguments are parsed, so that the arguments that follow may be its ids."""
+    try:
+        mjenv.load_tasks(text)
+    except mjenv.Error as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
     return text
 
 

@@ -29,6 +29,9 @@ TYPES = {
     Type.NATIVE_FLOAT: "Python float",
     Type.NATIVE_INT: "Python int",
     Type.INT64: "int64",
+    Type.FLOAT32: "float32",
+    Type.INT32: "int32",
+    Type.UINT8: "uint8",
 }
 
 
@@ -53,7 +56,7 @@ def add(commands: Commands) -> None:
     command = commands.add_parser(
         "model",
         help="print the model of an environment",
-        description="Prints the MJCF text of the model that is built into the library. Write it to a file, change it, "
+        description="Prints the MJCF text of the environment's default model. Write it to a file, change it, "
         "and pass the path of the file as the option xml_file.",
     )
     command.add_argument("id", type=known_id, help="an id, Ant-v5 for instance")
@@ -176,7 +179,9 @@ def run_model(arguments: argparse.Namespace) -> int:
 def _show(described: dict[str, Any]) -> None:
     threshold = described["reward_threshold"]
     solved = f", solved at a mean return of {_short(threshold)}" if threshold is not None else ""
-    print(f"{described['id']}: at most {described['max_episode_steps']} steps an episode{solved}")
+    limit = described["max_episode_steps"]
+    steps = f"at most {limit} steps an episode" if limit else "episodes of any length"
+    print(f"{described['id']}: {steps}{solved}")
 
     terminal.heading("Spaces")
     spaces = described["spaces"].items()

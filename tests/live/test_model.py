@@ -1,0 +1,96 @@
+"""Model-v0 against plain MuJoCo: every row as an mjData of its own, bit for bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import mjenv
+
+# Tendons, a stateful actuator, sensors, a mocap body, a free joint and contacts.
+MIXED = """
+<mujoco>
+  <option timestep="0.004" integrator="RK4"/>
+  <worldbody>
+    <geom type="plane" size="2 2 0.1"/>
+    <body name="goal" mocap="true" pos="0.5 0 1"><geom size="0.02" contype="0" conaffinity="0"/></body>
+    <body name="box" pos="0 0 0.4"><freejoint/><geom type="box" size="0.1 0.15 0.2"/></body>
+    <body name="upper" pos="1 0 1">
+      <joint name="shoulder" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.04"/>
+      <body pos="0.4 0 0">
+        <joint name="elbow" axis="0 1 0" range="-90 90" limited="true"/>
+        <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03"/><site name="hand" pos="0.3 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon><fixed name="arm"><joint joint="shoulder" coef="1"/><joint joint="elbow" coef="-0.5"/></fixed></tendon>
+  <actuator>
+    <motor name="lift" joint="shoulder" gear="5"/>
+    <general tendon="arm" dyntype="filter" dynprm="0.1" gainprm="3"/>
+  </actuator>
+  <sensor><framepos objtype="site" objname="hand"/><actuatorfrc actuator="lift"/></sensor>
+</mujoco>
+"""
+ARRAYS = ("qpos", "qvel", "act", "qacc", "qacc_warmstart", "xpos", "xquat", "site_xpos", "sensordata", "actuator_force")
+ROWS = 3
+
+
+def models() -> dict[str, tuple[dict[str, Any], str]]:
+    """The options of Model-v0 and the text of the same model for MuJoCo."""
+    found: dict[str, tuple[dict[str, Any], str]] = {"mixed": ({"xml_string": MIXED}, MIXED)}
+    for name in ("hopper.xml", "humanoid.xml", "pusher.xml"):
+        found[name] = ({"xml_file": name}, mjenv.model_xml(f"{name.removesuffix('.xml').capitalize()}-v5"))
+    return found
+
+
+MODELS = models()
+
+
+@pytest.mark.parametrize("frame_skip", [1, 5])
+@pytest.mark.parametrize("name", MODELS)
+def test_equals_mj_step(name: str, frame_skip: int) -> None:
+    options, xml = MODELS[name]
+    model = mujoco.MjModel.from_xml_string(xml)
+    plain = [mujoco.MjData(model) for _ in range(ROWS)]
+    for data in plain:
+        mujoco.mj_forward(model, data)
+    arrays = [array for array in ARRAYS if getattr(plain[0], array).size]
+    skip = {} if frame_skip == 1 else {"frame_skip": frame_skip}
+    envs = mjenv.make_vec("Model-v0", ROWS, num_threads=2, arrays=" ".join(arrays), **skip, **options)
+    assert envs.single_observation_space.shape == (model.nq + model.nv,)
+    assert envs.single_action_space.shape == (model.nu,)
+    observed, _ = envs.reset(seed=4)
+    assert observed.tobytes() == np.array([[*data.qpos, *data.qvel] for data in plain]).tobytes()
+
+    rng = np.random.default_rng(8)
+    for step in range(150):
+        actions = rng.uniform(-1, 1, (ROWS, model.nu))
+        observed, rewards, terminated, truncated, infos = envs.step(actions)
+        for row, data in enumerate(plain):
+            data.ctrl[:] = actions[row]
+            for _ in range(frame_skip):
+                mujoco.mj_step(model, data)
+            assert observed[row].tobytes() == np.concatenate([data.qpos, data.qvel]).tobytes(), (step, row)
+            for array in arrays:
+                assert envs.arrays[array][row].tobytes() == getattr(data, array).tobytes(), (step, row, array)
+        assert not rewards.any()
+        assert not terminated.any()
+        assert not truncated.any()
+        assert infos == {}
+
+
+def test_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.xml"
+    path.write_text(MIXED)
+    env = mjenv.make("Model-v0", xml_file=path)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    env.reset()
+    for _ in range(50):
+        data.ctrl[:] = 0.3
+        mujoco.mj_step(model, data)
+        assert env.step(np.full(2, 0.3))[0].tobytes() == np.concatenate([data.qpos, data.qvel]).tobytes()
