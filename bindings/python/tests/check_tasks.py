@@ -7,6 +7,7 @@ import copy
 import json
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -193,7 +194,7 @@ def test_model_in_a_file() -> None:
         (Path(__file__), mjenv.TaskError, "check_tasks.py"),
         (BUILT / "libno_entry.so", mjenv.TaskError, "MJENV_PLUGIN"),
         (BUILT / "libother_abi.so", mjenv.TaskError, "999"),
-        (BUILT / "libno_tasks.so", mjenv.TaskError, "it holds no task"),
+        (BUILT / "libno_tasks.so", mjenv.TaskError, "it contains no task"),
         (BUILT / "librefuses.so", mjenv.TaskError, "it lacks the licence"),
         (BUILT / "libtwice.so", mjenv.InvalidValueError, "already registered"),
         (b"libx.so", mjenv.OptionError, "path of its file, not b'libx.so'"),
@@ -266,3 +267,83 @@ for attempt in (lambda: mjenv.make("Nothing-v0"), mjenv.load_tasks):
     done = run("-c", script, MJENV_TASKS=paths)
     why = 'MJENV_TASKS: plug-in "/nowhere/libx.so": No such file or directory'[-62:]
     assert done.stdout == f"(11,) Walker2d-v5\nUnknownIdError {why}\nTaskError {why}\n", done.stderr
+
+
+# ---- building, against an installed mjenv ----
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library in a prefix."""
+    prefix = tmp_path_factory.mktemp("prefix")
+    build = Path(os.environ["MJENV_LIBRARY"]).resolve().parent
+    subprocess.run(["cmake", "--install", build, "--prefix", prefix], check=True, stdout=subprocess.DEVNULL)
+    [library] = prefix.rglob("libmjenv.so")
+    return library
+
+
+def build(folder: Path, *words: str) -> None:
+    for command in (["cmake", "-S", folder, "-B", folder / "build", *words], ["cmake", "--build", folder / "build"]):
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_cartpole(installed: Path, tmp_path: Path) -> None:
+    """The example builds in a folder of its own, and is found from another one."""
+    folder = tmp_path / "cartpole"
+    shutil.copytree(ROOT / "examples" / "tasks" / "cartpole", folder)
+    build(folder, f"-DCMAKE_PREFIX_PATH={installed.parents[1]};{installed.parents[2]}")
+    mjenv.load_tasks(folder / "build" / "libmy_robots.so")
+    env = gymnasium.make("mjenv/CartpoleSwingup-v0", reset_noise_scale=0)
+    obs, _ = env.reset(seed=1)
+    assert obs == pytest.approx([0, -1, 0, 0, 0], abs=1e-12)  # it hangs
+    for step in range(1, 501):
+        action = env.action_space.sample() / 5
+        obs, reward, terminated, truncated, info = env.step(action)
+        # After a step, site_xpos is one timestep older than qpos, as mj_step leaves it.
+        tip = env.unwrapped.data.site("tip").xpos[2]
+        cost = 0.01 * np.float64(action[0]) ** 2
+        assert (info["height"], info["reward_ctrl"], reward) == (tip, -cost, tip / 0.6 - cost)
+        assert not terminated
+        assert truncated == (step == 500)
+    envs = mjenv.make_vec("CartpoleSwingup-v0", 64)
+    assert envs.reset(seed=1)[0].shape == (64, 5)
+
+
+def test_new_task(installed: Path, tmp_path: Path) -> None:
+    """What `mjenv new-task` writes builds as its README says, and passes the test that it brings."""
+    environment = {"MJENV_LIBRARY": str(installed)}
+
+    def mjenv_command(*words: str) -> "subprocess.CompletedProcess[str]":
+        command = [sys.executable, "-m", "mjenv", *words]
+        return subprocess.run(
+            command, capture_output=True, text=True, cwd=tmp_path, env={**os.environ, **environment}, check=False
+        )
+
+    made = mjenv_command("new-task", "my_puck")
+    assert (made.returncode, made.stderr) == (0, "")
+    assert "MyPuck-v0" in made.stdout
+    folder = tmp_path / "my_puck"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "CMakeLists.txt",
+        "README.md",
+        "my_puck.cpp",
+        "my_puck.xml",
+        "test_my_puck.py",
+    ]
+    build(folder, f"-Dmjenv_DIR={mjenv_command('cmake-dir').stdout.strip()}")
+    tested = run("-m", "pytest", "-q", "-p", "no:cacheprovider", folder, **environment)
+    assert "4 passed" in tested.stdout, tested.stdout + tested.stderr
+
+    again = mjenv_command("new-task", "my_puck")
+    assert again.returncode == 2
+    assert "File exists: 'my_puck'" in again.stderr
+    assert "'My-Puck' is not" in mjenv_command("new-task", "My-Puck").stderr
+
+
+def test_no_cmake_package(capsys: pytest.CaptureFixture[str]) -> None:
+    """This library stands in the folder in which it was built."""
+    assert main(["cmake-dir"]) == 2
+    assert "no CMake package beside" in capsys.readouterr().err

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 
 import mjenv
-from mjenv._cli import bench, catalogue, completion, play, snapshots, verify
+from mjenv._cli import bench, catalogue, completion, play, snapshots, tasks, verify
 from mjenv._cli.arguments import plugin
 
 EPILOG = """\
@@ -38,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
         help="a plug-in with tasks of your own, whose ids the command then knows; repeatable",
     )
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (catalogue, play, bench, verify, snapshots):
+    for module in (catalogue, play, bench, verify, snapshots, tasks):
         module.add(commands)
     completion.add(commands, made)
     return made
