@@ -242,6 +242,11 @@ static void test_batch_sizes(void** state) {
   assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &dtype), "obs_dtype",
                  "7");
   assert_refused(MJENV_E_ARGUMENT, mjenv_reset(b->env, NULL, &dtype), "obs_dtype", "7");
+  mjenv_batch final_alone = b->out->batch;
+  final_alone.final_info = final_alone.info;
+  final_alone.info = NULL;
+  assert_refused(MJENV_E_ARGUMENT, mjenv_step(b->env, NULL, action, count, MJENV_DTYPE_FLOAT64, &final_alone),
+                 "final_info", "info is NULL");
   assert_unharmed(b);
 }
 

@@ -884,7 +884,7 @@ pub struct mjenv_batch {
     pub reset_info: *mut f64,
     #[doc = " [rows][obs_count] its last observation"]
     pub final_obs: *mut ::std::os::raw::c_void,
-    #[doc = " MJENV_ROLE_INFO's fields of its last step; mjenv_step writes it only if info is given, too"]
+    #[doc = " MJENV_ROLE_INFO's fields of its last step; info must be given, too"]
     pub final_info: *mut f64,
     #[doc = " MJENV_ROLE_ARRAYS's fields"]
     pub arrays: *mut f64,

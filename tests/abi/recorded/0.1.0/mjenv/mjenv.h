@@ -238,7 +238,7 @@ typedef struct mjenv_batch {
   double *reset_info; /* MJENV_ROLE_RESET_INFO's fields; written only for rows that were reset */
   /* The end of the old episode; written only if "autoreset_mode" is same_step and the step reset the row. */
   void *final_obs;    /* [rows][obs_count] its last observation */
-  double *final_info; /* MJENV_ROLE_INFO's fields of its last step; mjenv_step writes it only if info is given, too */
+  double *final_info; /* MJENV_ROLE_INFO's fields of its last step; info must be given, too */
   /* The option "arrays". */
   double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
