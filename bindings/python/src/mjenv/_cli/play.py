@@ -42,7 +42,9 @@ def add(commands: Commands) -> None:
         "actions are float32, as those of Gymnasium's action spaces. Recorded actions keep the dtype of their file.",
     )
     command.add_argument("id", type=known_id)
-    command.add_argument("--seed", type=not_negative, default=0, help="of the reset and of random actions (default: 0)")
+    command.add_argument(
+        "--seed", type=not_negative, default=0, help="seed of the reset and of random actions (default: 0)"
+    )
     command.add_argument(
         "--video",
         type=output_file,
@@ -66,8 +68,8 @@ def add(commands: Commands) -> None:
         metavar="FILE",
         help=f"the VecNormalize that was saved with FILE.zip (default: {NORMALIZER} beside it, if there is one)",
     )
-    command.add_argument("--width", type=positive, default=480, help="pixels (default: 480)")
-    command.add_argument("--height", type=positive, default=480, help="pixels (default: 480)")
+    command.add_argument("--width", type=positive, default=480, help="width in pixels (default: 480)")
+    command.add_argument("--height", type=positive, default=480, help="height in pixels (default: 480)")
     command.add_argument("--camera", metavar="NAME|NUMBER", help="a camera of the model; -1 is the free camera")
     command.add_argument("--fast", action="store_true", help="draw without multisampling and shadows")
     command.add_argument(
@@ -84,8 +86,10 @@ def add(commands: Commands) -> None:
         description='Draws each robot after a few random actions on one sheet. Needs pip install "mjenv[video]".',
     )
     gallery.add_argument("file", type=output_file, metavar="FILE.png")
-    gallery.add_argument("--seed", type=not_negative, default=0, help="of resets and actions (default: 0)")
-    gallery.add_argument("--size", type=positive, default=240, help="of a picture, pixels (default: 240)")
+    gallery.add_argument("--seed", type=not_negative, default=0, help="seed of resets and actions (default: 0)")
+    gallery.add_argument(
+        "--size", type=positive, default=240, help="width and height of each picture, in pixels (default: 240)"
+    )
     gallery.set_defaults(run=run_gallery)
 
 
@@ -113,7 +117,8 @@ def run(arguments: argparse.Namespace) -> int:
         **keywords,
     ) as env:
         if env.camera_name is not None:
-            env.model.camera(env.camera_name)  # raises if there is none, while make takes the free camera as Gymnasium
+            # Raises if the model has no such camera. make then takes the free camera, as Gymnasium does.
+            env.model.camera(env.camera_name)
         act, steps = actions_of(env, arguments)
         writer = writer_of(arguments.video, arguments.fps or env.metadata["render_fps"])
         with terminal.progress(steps, f"playing {arguments.id}") as advance:
