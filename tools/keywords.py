@@ -21,6 +21,7 @@ os.environ.pop("MJENV_TASKS", None)
 
 import mjenv
 from mjenv import Kind, Option
+from mjenv.registration import UNLISTED
 
 FILE = Path(__file__).resolve().parent.parent / "bindings" / "python" / "src" / "mjenv" / "_overloads.pyi"
 WIDTH = 120
@@ -88,7 +89,7 @@ def parts() -> Iterator[str]:
     """The classes and functions of the file."""
     options = {
         id: {name: type_of(option) for name, option in mjenv.options(id).items() if name not in NAMED}
-        for id in mjenv.ids()
+        for id in (*mjenv.ids(), UNLISTED)
     }
     first, *others = options.values()
     common = {name: kind for name, kind in first.items() if all(name in other for other in others)}
