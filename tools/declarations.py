@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the declarations of the C interface that each binding needs from capi/include/mjenv/mjenv.h.
+"""Writes the declarations of the C interface that each binding needs from capi/include/mjenv.
 
     declarations.py [LANGUAGE...]            writes the files of these languages, or of all
     declarations.py --check [LANGUAGE...]    names each file that is stale, and then exits with 1
@@ -189,13 +189,14 @@ BINDGEN_OPTIONS = (
 
 
 def rust_module(_: header.Header) -> str:
-    """The text of bindings.rs, which bindgen writes."""
+    """The text of bindings.rs, which bindgen writes from task.h and the header that it includes."""
     setup = [str(ROOT / "tools" / "setup"), "bindgen"]
     bindgen = subprocess.run(setup, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "bindings.rs")
-        arguments = [str(header.PATH.relative_to(ROOT)), "--output", str(output), *BINDGEN_OPTIONS]
-        subprocess.run([bindgen, *arguments, "--", "-std=c99", "-fparse-all-comments"], check=True, cwd=ROOT)
+        arguments = [str(header.TASK.relative_to(ROOT)), "--output", str(output), *BINDGEN_OPTIONS]
+        clang = ["-std=c99", "-fparse-all-comments", "-Icapi/include"]
+        subprocess.run([bindgen, *arguments, "--", *clang], check=True, cwd=ROOT)
         text = output.read_text(encoding="utf-8")
     # The values of an enum get the type that the header gives the enum.
     text = re.sub(r": (mjenv_[a-z]+)_value = ", r": \1 = ", text)

@@ -11,8 +11,8 @@ const NEEDS: &str =
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    // docs.rs compiles Rust only, and does not link.
-    if env::var_os("DOCS_RS").is_some() {
+    // docs.rs compiles Rust only, and does not link. Plug-ins do not link with the library.
+    if env::var_os("DOCS_RS").is_some() || env::var_os("CARGO_FEATURE_LIBRARY").is_none() {
         println!("cargo:libdir=");
         return;
     }

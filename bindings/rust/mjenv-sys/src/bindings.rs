@@ -2093,3 +2093,3427 @@ extern "C" {
     #[doc = " returns MJENV_OK. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
+#[doc = " A constructor option of the task. Every task also has the options of the built-in tasks: xml_file, xml_string,"]
+#[doc = " trust_xml, frame_skip, max_episode_steps and so on."]
+#[repr(C)]
+pub struct mjenv_task_option {
+    pub struct_size: u32,
+    pub kind: mjenv_kind,
+    #[doc = " without blanks and quotes; unique in the task"]
+    pub name: *const ::std::os::raw::c_char,
+    #[doc = " one line of documentation; NULL: none"]
+    pub doc: *const ::std::os::raw::c_char,
+    #[doc = " the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL"]
+    pub value: f64,
+    #[doc = " closed bounds of each number; both 0: no bounds"]
+    pub low: f64,
+    #[doc = " closed bounds of each number; both 0: no bounds"]
+    pub high: f64,
+    #[doc = " [count] the defaults of REALS that hold several numbers"]
+    pub values: *const f64,
+    #[doc = " how many numbers REALS hold; 0: one number, whose default is value"]
+    pub count: i64,
+    #[doc = " the default of a STRING (NULL: \"\") or of a STRING_OR_INT (NULL: value)"]
+    pub text: *const ::std::os::raw::c_char,
+    #[doc = " the valid texts, separated by blanks; NULL: any text is valid"]
+    pub choices: *const ::std::os::raw::c_char,
+}
+#[test]
+fn bindgen_test_layout_mjenv_task_option() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_task_option>(),
+        80usize,
+        concat!("Size of: ", stringify!(mjenv_task_option))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_task_option>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_task_option))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_kind() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).kind) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(kind)
+            )
+        );
+    }
+    test_field_kind();
+    fn test_field_name() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).name) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(name)
+            )
+        );
+    }
+    test_field_name();
+    fn test_field_doc() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).doc) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(doc)
+            )
+        );
+    }
+    test_field_doc();
+    fn test_field_value() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).value) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(value)
+            )
+        );
+    }
+    test_field_value();
+    fn test_field_low() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).low) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(low)
+            )
+        );
+    }
+    test_field_low();
+    fn test_field_high() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).high) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(high)
+            )
+        );
+    }
+    test_field_high();
+    fn test_field_values() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).values) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(values)
+            )
+        );
+    }
+    test_field_values();
+    fn test_field_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).count) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(count)
+            )
+        );
+    }
+    test_field_count();
+    fn test_field_text() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).text) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(text)
+            )
+        );
+    }
+    test_field_text();
+    fn test_field_choices() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_option>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).choices) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_option),
+                "::",
+                stringify!(choices)
+            )
+        );
+    }
+    test_field_choices();
+}
+impl Default for mjenv_task_option {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " One named part of the observation, the info, the reset info or the observation_structure, or the reward's type. The"]
+#[doc = " fields of a role are stored one after the other, in the order in which they are described."]
+#[repr(C)]
+pub struct mjenv_task_field {
+    pub struct_size: u32,
+    #[doc = " OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE"]
+    pub role: mjenv_role,
+    #[doc = " without blanks and quotes; unique in its role"]
+    pub name: *const ::std::os::raw::c_char,
+    #[doc = " one line of documentation with the unit; NULL: none"]
+    pub doc: *const ::std::os::raw::c_char,
+    #[doc = " the type in Python; 0: np.float64. An observation is always np.float64"]
+    pub type_: mjenv_type,
+    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1"]
+    pub ndim: i32,
+    #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)"]
+    pub shape: [i64; 4usize],
+}
+#[test]
+fn bindgen_test_layout_mjenv_task_field() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_task_field>(),
+        64usize,
+        concat!("Size of: ", stringify!(mjenv_task_field))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_task_field>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_task_field))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_role() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).role) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(role)
+            )
+        );
+    }
+    test_field_role();
+    fn test_field_name() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).name) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(name)
+            )
+        );
+    }
+    test_field_name();
+    fn test_field_doc() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).doc) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(doc)
+            )
+        );
+    }
+    test_field_doc();
+    fn test_field_type() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).type_) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(type_)
+            )
+        );
+    }
+    test_field_type();
+    fn test_field_ndim() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ndim) as usize - ptr as usize
+            },
+            28usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(ndim)
+            )
+        );
+    }
+    test_field_ndim();
+    fn test_field_shape() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_field>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).shape) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_field),
+                "::",
+                stringify!(shape)
+            )
+        );
+    }
+    test_field_shape();
+}
+impl Default for mjenv_task_field {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " Gymnasium's default_camera_config. NaN means MuJoCo's default."]
+#[repr(C)]
+pub struct mjenv_task_camera {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " the index of a body"]
+    pub trackbodyid: f64,
+    #[doc = " m"]
+    pub distance: f64,
+    #[doc = " m"]
+    pub lookat: [f64; 3usize],
+    #[doc = " degrees"]
+    pub elevation: f64,
+}
+#[test]
+fn bindgen_test_layout_mjenv_task_camera() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_task_camera>(),
+        56usize,
+        concat!("Size of: ", stringify!(mjenv_task_camera))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_task_camera>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_task_camera))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_camera>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_camera),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_camera>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_camera),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+    fn test_field_trackbodyid() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_camera>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).trackbodyid) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_camera),
+                "::",
+                stringify!(trackbodyid)
+            )
+        );
+    }
+    test_field_trackbodyid();
+    fn test_field_distance() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_camera>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).distance) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_camera),
+                "::",
+                stringify!(distance)
+            )
+        );
+    }
+    test_field_distance();
+    fn test_field_lookat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_camera>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).lookat) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_camera),
+                "::",
+                stringify!(lookat)
+            )
+        );
+    }
+    test_field_lookat();
+    fn test_field_elevation() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_camera>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).elevation) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_camera),
+                "::",
+                stringify!(elevation)
+            )
+        );
+    }
+    test_field_elevation();
+}
+impl Default for mjenv_task_camera {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " A contact between two geoms. This struct never grows."]
+#[repr(C)]
+pub struct mjenv_contact {
+    #[doc = " the indices of the geoms"]
+    pub geom1: i32,
+    #[doc = " the indices of the geoms"]
+    pub geom2: i32,
+    #[doc = " between the geoms, m; negative if they overlap"]
+    pub distance: f64,
+    #[doc = " the point midway between the geoms, m"]
+    pub position: [f64; 3usize],
+    #[doc = " the contact frame: one axis per row. The first is the normal, from geom1 to geom2"]
+    pub frame: [f64; 9usize],
+    #[doc = " the force (N), then the torque (N m), in the contact frame: mj_contactForce"]
+    pub force: [f64; 6usize],
+}
+#[test]
+fn bindgen_test_layout_mjenv_contact() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_contact>(),
+        160usize,
+        concat!("Size of: ", stringify!(mjenv_contact))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_contact>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_contact))
+    );
+    fn test_field_geom1() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_contact>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).geom1) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_contact),
+                "::",
+                stringify!(geom1)
+            )
+        );
+    }
+    test_field_geom1();
+    fn test_field_geom2() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_contact>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).geom2) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_contact),
+                "::",
+                stringify!(geom2)
+            )
+        );
+    }
+    test_field_geom2();
+    fn test_field_distance() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_contact>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).distance) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_contact),
+                "::",
+                stringify!(distance)
+            )
+        );
+    }
+    test_field_distance();
+    fn test_field_position() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_contact>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).position) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_contact),
+                "::",
+                stringify!(position)
+            )
+        );
+    }
+    test_field_position();
+    fn test_field_frame() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_contact>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).frame) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_contact),
+                "::",
+                stringify!(frame)
+            )
+        );
+    }
+    test_field_frame();
+    fn test_field_force() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_contact>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).force) as usize - ptr as usize
+            },
+            112usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_contact),
+                "::",
+                stringify!(force)
+            )
+        );
+    }
+    test_field_force();
+}
+impl Default for mjenv_contact {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one"]
+#[doc = " such struct, whose arrays stay at their addresses; in another call they hold another row. Arrays marked \"on demand\""]
+#[doc = " cost time in each step, so they are NULL unless build asked for them with mjenv_build_need."]
+#[repr(C)]
+pub struct mjenv_sim {
+    pub struct_size: u32,
+    #[doc = " the dtype of the action that the caller passed"]
+    pub action_dtype: mjenv_dtype,
+    pub api: *const mjenv_task_api,
+    pub nq: i32,
+    pub nv: i32,
+    pub na: i32,
+    pub nu: i32,
+    pub nbody: i32,
+    pub njnt: i32,
+    pub ngeom: i32,
+    pub nsite: i32,
+    pub ntendon: i32,
+    pub nsensordata: i32,
+    pub contact_count: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " of one mj_step, s"]
+    pub timestep: f64,
+    #[doc = " of one step of the environment (frame_skip timesteps), s"]
+    pub dt: f64,
+    #[doc = " [1] since the reset, s"]
+    pub time: *const f64,
+    #[doc = " [nu] the row's action in the callback step, 0 in build, NaN in the other callbacks"]
+    pub action: *const f64,
+    #[doc = " [carry_count] the numbers that the row carries for the task"]
+    pub carried: *const f64,
+    #[doc = " [nq]"]
+    pub qpos: *const f64,
+    #[doc = " [nv]"]
+    pub qvel: *const f64,
+    #[doc = " [na]"]
+    pub act: *const f64,
+    #[doc = " [nu]"]
+    pub ctrl: *const f64,
+    #[doc = " [nv]"]
+    pub qacc: *const f64,
+    #[doc = " [nbody][3]"]
+    pub xpos: *const f64,
+    #[doc = " [nbody][4]"]
+    pub xquat: *const f64,
+    #[doc = " [nbody][9]"]
+    pub xmat: *const f64,
+    #[doc = " [nbody][3]"]
+    pub xipos: *const f64,
+    #[doc = " [nbody][9]"]
+    pub ximat: *const f64,
+    #[doc = " [njnt][3]"]
+    pub xanchor: *const f64,
+    #[doc = " [njnt][3]"]
+    pub xaxis: *const f64,
+    #[doc = " [ngeom][3] on demand"]
+    pub geom_xpos: *const f64,
+    #[doc = " [ngeom][9] on demand"]
+    pub geom_xmat: *const f64,
+    #[doc = " [nsite][3]"]
+    pub site_xpos: *const f64,
+    #[doc = " [nsite][9]"]
+    pub site_xmat: *const f64,
+    #[doc = " [nbody][3]"]
+    pub subtree_com: *const f64,
+    #[doc = " [nbody][10]"]
+    pub cinert: *const f64,
+    #[doc = " [nbody][6]"]
+    pub cvel: *const f64,
+    #[doc = " [nbody][6] on demand"]
+    pub cfrc_ext: *const f64,
+    #[doc = " [nsensordata]"]
+    pub sensordata: *const f64,
+    #[doc = " [nu]"]
+    pub actuator_length: *const f64,
+    #[doc = " [nu]"]
+    pub actuator_velocity: *const f64,
+    #[doc = " [nu]"]
+    pub actuator_force: *const f64,
+    #[doc = " [nv]"]
+    pub qfrc_actuator: *const f64,
+    #[doc = " [nv]"]
+    pub qfrc_passive: *const f64,
+    #[doc = " [nv]"]
+    pub qfrc_bias: *const f64,
+    #[doc = " [nv]"]
+    pub qfrc_constraint: *const f64,
+    #[doc = " [ntendon]"]
+    pub ten_length: *const f64,
+    #[doc = " [ntendon]"]
+    pub ten_velocity: *const f64,
+    #[doc = " [contact_count] on demand"]
+    pub contacts: *const mjenv_contact,
+    #[doc = " [nq]"]
+    pub qpos0: *const f64,
+    #[doc = " [nbody]"]
+    pub body_mass: *const f64,
+    #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
+    pub arrays: *const *const ::std::os::raw::c_void,
+}
+#[test]
+fn bindgen_test_layout_mjenv_sim() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_sim>(),
+        376usize,
+        concat!("Size of: ", stringify!(mjenv_sim))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_sim>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_sim))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_action_dtype() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).action_dtype) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(action_dtype)
+            )
+        );
+    }
+    test_field_action_dtype();
+    fn test_field_api() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).api) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(api)
+            )
+        );
+    }
+    test_field_api();
+    fn test_field_nq() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nq) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(nq)
+            )
+        );
+    }
+    test_field_nq();
+    fn test_field_nv() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nv) as usize - ptr as usize
+            },
+            20usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(nv)
+            )
+        );
+    }
+    test_field_nv();
+    fn test_field_na() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).na) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(na)
+            )
+        );
+    }
+    test_field_na();
+    fn test_field_nu() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nu) as usize - ptr as usize
+            },
+            28usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(nu)
+            )
+        );
+    }
+    test_field_nu();
+    fn test_field_nbody() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nbody) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(nbody)
+            )
+        );
+    }
+    test_field_nbody();
+    fn test_field_njnt() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).njnt) as usize - ptr as usize
+            },
+            36usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(njnt)
+            )
+        );
+    }
+    test_field_njnt();
+    fn test_field_ngeom() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ngeom) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(ngeom)
+            )
+        );
+    }
+    test_field_ngeom();
+    fn test_field_nsite() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nsite) as usize - ptr as usize
+            },
+            44usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(nsite)
+            )
+        );
+    }
+    test_field_nsite();
+    fn test_field_ntendon() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ntendon) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(ntendon)
+            )
+        );
+    }
+    test_field_ntendon();
+    fn test_field_nsensordata() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nsensordata) as usize - ptr as usize
+            },
+            52usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(nsensordata)
+            )
+        );
+    }
+    test_field_nsensordata();
+    fn test_field_contact_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).contact_count) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(contact_count)
+            )
+        );
+    }
+    test_field_contact_count();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            60usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+    fn test_field_timestep() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).timestep) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(timestep)
+            )
+        );
+    }
+    test_field_timestep();
+    fn test_field_dt() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).dt) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(dt)
+            )
+        );
+    }
+    test_field_dt();
+    fn test_field_time() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).time) as usize - ptr as usize
+            },
+            80usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(time)
+            )
+        );
+    }
+    test_field_time();
+    fn test_field_action() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).action) as usize - ptr as usize
+            },
+            88usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(action)
+            )
+        );
+    }
+    test_field_action();
+    fn test_field_carried() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carried) as usize - ptr as usize
+            },
+            96usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(carried)
+            )
+        );
+    }
+    test_field_carried();
+    fn test_field_qpos() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qpos) as usize - ptr as usize
+            },
+            104usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qpos)
+            )
+        );
+    }
+    test_field_qpos();
+    fn test_field_qvel() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qvel) as usize - ptr as usize
+            },
+            112usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qvel)
+            )
+        );
+    }
+    test_field_qvel();
+    fn test_field_act() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).act) as usize - ptr as usize
+            },
+            120usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(act)
+            )
+        );
+    }
+    test_field_act();
+    fn test_field_ctrl() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ctrl) as usize - ptr as usize
+            },
+            128usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(ctrl)
+            )
+        );
+    }
+    test_field_ctrl();
+    fn test_field_qacc() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qacc) as usize - ptr as usize
+            },
+            136usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qacc)
+            )
+        );
+    }
+    test_field_qacc();
+    fn test_field_xpos() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).xpos) as usize - ptr as usize
+            },
+            144usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(xpos)
+            )
+        );
+    }
+    test_field_xpos();
+    fn test_field_xquat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).xquat) as usize - ptr as usize
+            },
+            152usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(xquat)
+            )
+        );
+    }
+    test_field_xquat();
+    fn test_field_xmat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).xmat) as usize - ptr as usize
+            },
+            160usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(xmat)
+            )
+        );
+    }
+    test_field_xmat();
+    fn test_field_xipos() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).xipos) as usize - ptr as usize
+            },
+            168usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(xipos)
+            )
+        );
+    }
+    test_field_xipos();
+    fn test_field_ximat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ximat) as usize - ptr as usize
+            },
+            176usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(ximat)
+            )
+        );
+    }
+    test_field_ximat();
+    fn test_field_xanchor() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).xanchor) as usize - ptr as usize
+            },
+            184usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(xanchor)
+            )
+        );
+    }
+    test_field_xanchor();
+    fn test_field_xaxis() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).xaxis) as usize - ptr as usize
+            },
+            192usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(xaxis)
+            )
+        );
+    }
+    test_field_xaxis();
+    fn test_field_geom_xpos() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).geom_xpos) as usize - ptr as usize
+            },
+            200usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(geom_xpos)
+            )
+        );
+    }
+    test_field_geom_xpos();
+    fn test_field_geom_xmat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).geom_xmat) as usize - ptr as usize
+            },
+            208usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(geom_xmat)
+            )
+        );
+    }
+    test_field_geom_xmat();
+    fn test_field_site_xpos() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).site_xpos) as usize - ptr as usize
+            },
+            216usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(site_xpos)
+            )
+        );
+    }
+    test_field_site_xpos();
+    fn test_field_site_xmat() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).site_xmat) as usize - ptr as usize
+            },
+            224usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(site_xmat)
+            )
+        );
+    }
+    test_field_site_xmat();
+    fn test_field_subtree_com() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).subtree_com) as usize - ptr as usize
+            },
+            232usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(subtree_com)
+            )
+        );
+    }
+    test_field_subtree_com();
+    fn test_field_cinert() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).cinert) as usize - ptr as usize
+            },
+            240usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(cinert)
+            )
+        );
+    }
+    test_field_cinert();
+    fn test_field_cvel() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).cvel) as usize - ptr as usize
+            },
+            248usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(cvel)
+            )
+        );
+    }
+    test_field_cvel();
+    fn test_field_cfrc_ext() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).cfrc_ext) as usize - ptr as usize
+            },
+            256usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(cfrc_ext)
+            )
+        );
+    }
+    test_field_cfrc_ext();
+    fn test_field_sensordata() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).sensordata) as usize - ptr as usize
+            },
+            264usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(sensordata)
+            )
+        );
+    }
+    test_field_sensordata();
+    fn test_field_actuator_length() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).actuator_length) as usize - ptr as usize
+            },
+            272usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(actuator_length)
+            )
+        );
+    }
+    test_field_actuator_length();
+    fn test_field_actuator_velocity() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).actuator_velocity) as usize - ptr as usize
+            },
+            280usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(actuator_velocity)
+            )
+        );
+    }
+    test_field_actuator_velocity();
+    fn test_field_actuator_force() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).actuator_force) as usize - ptr as usize
+            },
+            288usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(actuator_force)
+            )
+        );
+    }
+    test_field_actuator_force();
+    fn test_field_qfrc_actuator() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qfrc_actuator) as usize - ptr as usize
+            },
+            296usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qfrc_actuator)
+            )
+        );
+    }
+    test_field_qfrc_actuator();
+    fn test_field_qfrc_passive() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qfrc_passive) as usize - ptr as usize
+            },
+            304usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qfrc_passive)
+            )
+        );
+    }
+    test_field_qfrc_passive();
+    fn test_field_qfrc_bias() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qfrc_bias) as usize - ptr as usize
+            },
+            312usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qfrc_bias)
+            )
+        );
+    }
+    test_field_qfrc_bias();
+    fn test_field_qfrc_constraint() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qfrc_constraint) as usize - ptr as usize
+            },
+            320usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qfrc_constraint)
+            )
+        );
+    }
+    test_field_qfrc_constraint();
+    fn test_field_ten_length() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ten_length) as usize - ptr as usize
+            },
+            328usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(ten_length)
+            )
+        );
+    }
+    test_field_ten_length();
+    fn test_field_ten_velocity() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).ten_velocity) as usize - ptr as usize
+            },
+            336usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(ten_velocity)
+            )
+        );
+    }
+    test_field_ten_velocity();
+    fn test_field_contacts() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).contacts) as usize - ptr as usize
+            },
+            344usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(contacts)
+            )
+        );
+    }
+    test_field_contacts();
+    fn test_field_qpos0() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qpos0) as usize - ptr as usize
+            },
+            352usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(qpos0)
+            )
+        );
+    }
+    test_field_qpos0();
+    fn test_field_body_mass() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).body_mass) as usize - ptr as usize
+            },
+            360usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(body_mass)
+            )
+        );
+    }
+    test_field_body_mass();
+    fn test_field_arrays() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_sim>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).arrays) as usize - ptr as usize
+            },
+            368usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_sim),
+                "::",
+                stringify!(arrays)
+            )
+        );
+    }
+    test_field_arrays();
+}
+impl Default for mjenv_sim {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " The initial state of an episode, which the callback reset changes. The comments say what it holds before the call."]
+#[repr(C)]
+pub struct mjenv_start {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    pub api: *const mjenv_task_api,
+    #[doc = " the row's random stream"]
+    pub random: *mut mjenv_random,
+    #[doc = " [nq] the model's initial positions"]
+    pub qpos0: *const f64,
+    #[doc = " [nq] equal to qpos0"]
+    pub qpos: *mut f64,
+    #[doc = " [nv] 0"]
+    pub qvel: *mut f64,
+    #[doc = " [na] 0"]
+    pub act: *mut f64,
+    #[doc = " [carry_count] 0"]
+    pub carried: *mut f64,
+    #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
+    pub arrays: *const *const ::std::os::raw::c_void,
+    pub nq: i32,
+    pub nv: i32,
+    pub na: i32,
+    pub carry_count: i32,
+}
+#[test]
+fn bindgen_test_layout_mjenv_start() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_start>(),
+        88usize,
+        concat!("Size of: ", stringify!(mjenv_start))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_start>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_start))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+    fn test_field_api() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).api) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(api)
+            )
+        );
+    }
+    test_field_api();
+    fn test_field_random() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).random) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(random)
+            )
+        );
+    }
+    test_field_random();
+    fn test_field_qpos0() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qpos0) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(qpos0)
+            )
+        );
+    }
+    test_field_qpos0();
+    fn test_field_qpos() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qpos) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(qpos)
+            )
+        );
+    }
+    test_field_qpos();
+    fn test_field_qvel() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).qvel) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(qvel)
+            )
+        );
+    }
+    test_field_qvel();
+    fn test_field_act() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).act) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(act)
+            )
+        );
+    }
+    test_field_act();
+    fn test_field_carried() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carried) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(carried)
+            )
+        );
+    }
+    test_field_carried();
+    fn test_field_arrays() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).arrays) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(arrays)
+            )
+        );
+    }
+    test_field_arrays();
+    fn test_field_nq() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nq) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(nq)
+            )
+        );
+    }
+    test_field_nq();
+    fn test_field_nv() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).nv) as usize - ptr as usize
+            },
+            76usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(nv)
+            )
+        );
+    }
+    test_field_nv();
+    fn test_field_na() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).na) as usize - ptr as usize
+            },
+            80usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(na)
+            )
+        );
+    }
+    test_field_na();
+    fn test_field_carry_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_start>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carry_count) as usize - ptr as usize
+            },
+            84usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_start),
+                "::",
+                stringify!(carry_count)
+            )
+        );
+    }
+    test_field_carry_count();
+}
+impl Default for mjenv_start {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " The result of a step, which the callback step writes. The comments say what it holds before the call."]
+#[repr(C)]
+pub struct mjenv_outcome {
+    pub struct_size: u32,
+    #[doc = " 0. Any other number terminates the episode"]
+    pub terminated: i32,
+    #[doc = " 0"]
+    pub reward: f64,
+    #[doc = " the INFO fields, one after the other; all NaN"]
+    pub info: *mut f64,
+    #[doc = " [carry_count] the numbers that the row carried into the step"]
+    pub carried: *mut f64,
+    #[doc = " the row's random stream"]
+    pub random: *mut mjenv_random,
+}
+#[test]
+fn bindgen_test_layout_mjenv_outcome() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_outcome>(),
+        40usize,
+        concat!("Size of: ", stringify!(mjenv_outcome))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_outcome>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_outcome))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_outcome>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_outcome),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_terminated() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_outcome>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).terminated) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_outcome),
+                "::",
+                stringify!(terminated)
+            )
+        );
+    }
+    test_field_terminated();
+    fn test_field_reward() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_outcome>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reward) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_outcome),
+                "::",
+                stringify!(reward)
+            )
+        );
+    }
+    test_field_reward();
+    fn test_field_info() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_outcome>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).info) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_outcome),
+                "::",
+                stringify!(info)
+            )
+        );
+    }
+    test_field_info();
+    fn test_field_carried() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_outcome>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carried) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_outcome),
+                "::",
+                stringify!(carried)
+            )
+        );
+    }
+    test_field_carried();
+    fn test_field_random() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_outcome>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).random) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_outcome),
+                "::",
+                stringify!(random)
+            )
+        );
+    }
+    test_field_random();
+}
+impl Default for mjenv_outcome {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe"]
+#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output."]
+#[repr(C)]
+pub struct mjenv_task {
+    pub struct_size: u32,
+    #[doc = " increase it when the task changes, so that snapshots of the old task are refused"]
+    pub revision: i32,
+    #[doc = " \"Cartpole-v0\": letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number"]
+    pub id: *const ::std::os::raw::c_char,
+    #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
+    #[doc = "with \"./\", \"/\" or \"~\". \"./\" means the folder of the shared object or program that contains"]
+    #[doc = "the callback step. NULL: model_text is used"]
+    pub model: *const ::std::os::raw::c_char,
+    #[doc = " the text of an MJCF model; NULL: model is used"]
+    pub model_text: *const ::std::os::raw::c_char,
+    #[doc = " how many mj_steps make a step: at least 1"]
+    pub frame_skip: i32,
+    #[doc = " 0: the task has no reward_threshold"]
+    pub has_reward_threshold: i32,
+    #[doc = " the return from which the task counts as solved"]
+    pub reward_threshold: f64,
+    #[doc = " the number of steps after which an episode is truncated; 0: never"]
+    pub time_limit: i64,
+    #[doc = " how many numbers a row carries for the task; build may replace it"]
+    pub carry_count: i64,
+    #[doc = " NULL: MuJoCo's default camera"]
+    pub camera: *const mjenv_task_camera,
+    pub options: *const mjenv_task_option,
+    pub option_count: i64,
+    pub fields: *const mjenv_task_field,
+    pub field_count: i64,
+    #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
+    pub user: *mut ::std::os::raw::c_void,
+    #[doc = " Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores"]
+    #[doc = " in *self what the other callbacks need. If it fails, it frees what it allocated. NULL: nothing to prepare."]
+    pub build: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            user: *mut ::std::os::raw::c_void,
+            self_: *mut *mut ::std::os::raw::c_void,
+        ) -> i32,
+    >,
+    #[doc = " Frees self when the environment is destroyed. Not called if build failed. NULL: nothing to free."]
+    pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
+    #[doc = " Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails."]
+    pub reset: ::std::option::Option<
+        unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
+    >,
+    #[doc = " Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none."]
+    pub reset_info: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            sim: *const mjenv_sim,
+            info: *mut f64,
+        ) -> i32,
+    >,
+    #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. Called at the end of each"]
+    #[doc = " reset and step, and after mjenv_set_state and mjenv_simulate. Numbers that it does not write keep their values."]
+    #[doc = " NULL: nothing to write."]
+    pub carry: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            sim: *const mjenv_sim,
+            carried: *mut f64,
+        ) -> i32,
+    >,
+    #[doc = " Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim."]
+    #[doc = " If the observation contains a NaN, the call fails, unless the option \"strict\" is 0."]
+    pub observe: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            sim: *const mjenv_sim,
+            observation: *mut f64,
+        ) -> i32,
+    >,
+    #[doc = " Computes the reward, the info and whether the episode has terminated. Called once in each step, after the"]
+    #[doc = " simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option \"strict\" is"]
+    #[doc = " 0."]
+    pub step: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            sim: *const mjenv_sim,
+            outcome: *mut mjenv_outcome,
+        ) -> i32,
+    >,
+}
+#[test]
+fn bindgen_test_layout_mjenv_task() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_task>(),
+        168usize,
+        concat!("Size of: ", stringify!(mjenv_task))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_task>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_task))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_revision() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).revision) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(revision)
+            )
+        );
+    }
+    test_field_revision();
+    fn test_field_id() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).id) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(id)
+            )
+        );
+    }
+    test_field_id();
+    fn test_field_model() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).model) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(model)
+            )
+        );
+    }
+    test_field_model();
+    fn test_field_model_text() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).model_text) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(model_text)
+            )
+        );
+    }
+    test_field_model_text();
+    fn test_field_frame_skip() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).frame_skip) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(frame_skip)
+            )
+        );
+    }
+    test_field_frame_skip();
+    fn test_field_has_reward_threshold() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).has_reward_threshold) as usize - ptr as usize
+            },
+            36usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(has_reward_threshold)
+            )
+        );
+    }
+    test_field_has_reward_threshold();
+    fn test_field_reward_threshold() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reward_threshold) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(reward_threshold)
+            )
+        );
+    }
+    test_field_reward_threshold();
+    fn test_field_time_limit() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).time_limit) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(time_limit)
+            )
+        );
+    }
+    test_field_time_limit();
+    fn test_field_carry_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carry_count) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(carry_count)
+            )
+        );
+    }
+    test_field_carry_count();
+    fn test_field_camera() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).camera) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(camera)
+            )
+        );
+    }
+    test_field_camera();
+    fn test_field_options() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).options) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(options)
+            )
+        );
+    }
+    test_field_options();
+    fn test_field_option_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).option_count) as usize - ptr as usize
+            },
+            80usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(option_count)
+            )
+        );
+    }
+    test_field_option_count();
+    fn test_field_fields() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).fields) as usize - ptr as usize
+            },
+            88usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(fields)
+            )
+        );
+    }
+    test_field_fields();
+    fn test_field_field_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).field_count) as usize - ptr as usize
+            },
+            96usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(field_count)
+            )
+        );
+    }
+    test_field_field_count();
+    fn test_field_user() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).user) as usize - ptr as usize
+            },
+            104usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(user)
+            )
+        );
+    }
+    test_field_user();
+    fn test_field_build() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).build) as usize - ptr as usize
+            },
+            112usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(build)
+            )
+        );
+    }
+    test_field_build();
+    fn test_field_destroy() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).destroy) as usize - ptr as usize
+            },
+            120usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(destroy)
+            )
+        );
+    }
+    test_field_destroy();
+    fn test_field_reset() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reset) as usize - ptr as usize
+            },
+            128usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(reset)
+            )
+        );
+    }
+    test_field_reset();
+    fn test_field_reset_info() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reset_info) as usize - ptr as usize
+            },
+            136usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(reset_info)
+            )
+        );
+    }
+    test_field_reset_info();
+    fn test_field_carry() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carry) as usize - ptr as usize
+            },
+            144usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(carry)
+            )
+        );
+    }
+    test_field_carry();
+    fn test_field_observe() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).observe) as usize - ptr as usize
+            },
+            152usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(observe)
+            )
+        );
+    }
+    test_field_observe();
+    fn test_field_step() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).step) as usize - ptr as usize
+            },
+            160usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(step)
+            )
+        );
+    }
+    test_field_step();
+}
+impl Default for mjenv_task {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+extern "C" {
+    #[doc = " Registers a task for the rest of the process. Any thread may call it at any time."]
+    #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay"]
+    #[doc = "       valid until the process ends"]
+    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or a callback has nothing to do), VALUE (the id is"]
+    #[doc = " malformed or already registered, or a number is out of its bounds), TYPE (a task cannot have this kind, type or"]
+    #[doc = " role)."]
+    pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
+}
+#[doc = " The tasks of a plug-in."]
+#[repr(C)]
+pub struct mjenv_plugin {
+    pub struct_size: u32,
+    #[doc = " MJENV_ABI_VERSION"]
+    pub abi_version: u32,
+    pub tasks: *const *const mjenv_task,
+    #[doc = " at least 1"]
+    pub task_count: i64,
+}
+#[test]
+fn bindgen_test_layout_mjenv_plugin() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_plugin>(),
+        24usize,
+        concat!("Size of: ", stringify!(mjenv_plugin))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_plugin>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_plugin))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_plugin>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_plugin),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_abi_version() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_plugin>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).abi_version) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_plugin),
+                "::",
+                stringify!(abi_version)
+            )
+        );
+    }
+    test_field_abi_version();
+    fn test_field_tasks() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_plugin>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).tasks) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_plugin),
+                "::",
+                stringify!(tasks)
+            )
+        );
+    }
+    test_field_tasks();
+    fn test_field_task_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_plugin>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).task_count) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_plugin),
+                "::",
+                stringify!(task_count)
+            )
+        );
+    }
+    test_field_task_count();
+}
+impl Default for mjenv_plugin {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+extern "C" {
+    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded."]
+    #[doc = " Loading it again does nothing. Any thread may call this at any time."]
+    #[doc = " path  a shared object that exports the function \"mjenv_tasks\" (see MJENV_PLUGIN). NULL: the plug-ins that the"]
+    #[doc = "       environment variable MJENV_TASKS lists, separated by \":\". The first function that looks up an id loads these by"]
+    #[doc = "       itself; a call with NULL also reports why one of them could not be loaded"]
+    #[doc = " Errors: TASK (the file is not a plug-in, or was built for another ABI version), and those of mjenv_register_task."]
+    pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
+}
+#[doc = " ---- Functions for callbacks ----"]
+#[doc = " Callbacks call the inline functions below. These call the library through the pointers in mjenv_task_api, which every"]
+#[doc = " callback is given, so that a plug-in need not link with libmjenv."]
+#[repr(C)]
+pub struct mjenv_task_api {
+    pub struct_size: u32,
+    #[doc = " of the library"]
+    pub abi_version: u32,
+    pub fail_with:
+        ::std::option::Option<unsafe extern "C" fn(message: *const ::std::os::raw::c_char) -> i32>,
+    pub integer: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+        ) -> i64,
+    >,
+    pub reals: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+            values: *mut f64,
+            count: i64,
+        ),
+    >,
+    pub is_integer: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+        ) -> i32,
+    >,
+    pub text: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+        ) -> *const ::std::os::raw::c_char,
+    >,
+    pub index: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            type_: *const ::std::os::raw::c_char,
+            name: *const ::std::os::raw::c_char,
+        ) -> i32,
+    >,
+    pub option_index: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+            type_: *const ::std::os::raw::c_char,
+        ) -> i32,
+    >,
+    pub norm_is_fused:
+        ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder) -> i32>,
+    pub need: ::std::option::Option<
+        unsafe extern "C" fn(builder: *mut mjenv_builder, array: *const ::std::os::raw::c_char),
+    >,
+    pub array: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            name: *const ::std::os::raw::c_char,
+            field: *mut mjenv_field,
+        ) -> i32,
+    >,
+    pub field: ::std::option::Option<
+        unsafe extern "C" fn(builder: *mut mjenv_builder, field: *const mjenv_task_field),
+    >,
+    pub carry: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, count: i64)>,
+    pub random: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
+    pub uniform: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64,
+    >,
+    pub normal: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
+    pub integers: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, low: i64, high: i64) -> i64,
+    >,
+    pub choice: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64,
+    >,
+    pub sample: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, size: i64, chosen: *mut i64),
+    >,
+    pub permutation: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
+    >,
+}
+#[test]
+fn bindgen_test_layout_mjenv_task_api() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_task_api>(),
+        160usize,
+        concat!("Size of: ", stringify!(mjenv_task_api))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_task_api>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_task_api))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_abi_version() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).abi_version) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(abi_version)
+            )
+        );
+    }
+    test_field_abi_version();
+    fn test_field_fail_with() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).fail_with) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(fail_with)
+            )
+        );
+    }
+    test_field_fail_with();
+    fn test_field_integer() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).integer) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(integer)
+            )
+        );
+    }
+    test_field_integer();
+    fn test_field_reals() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reals) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(reals)
+            )
+        );
+    }
+    test_field_reals();
+    fn test_field_is_integer() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).is_integer) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(is_integer)
+            )
+        );
+    }
+    test_field_is_integer();
+    fn test_field_text() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).text) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(text)
+            )
+        );
+    }
+    test_field_text();
+    fn test_field_index() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).index) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(index)
+            )
+        );
+    }
+    test_field_index();
+    fn test_field_option_index() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).option_index) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(option_index)
+            )
+        );
+    }
+    test_field_option_index();
+    fn test_field_norm_is_fused() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).norm_is_fused) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(norm_is_fused)
+            )
+        );
+    }
+    test_field_norm_is_fused();
+    fn test_field_need() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).need) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(need)
+            )
+        );
+    }
+    test_field_need();
+    fn test_field_array() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).array) as usize - ptr as usize
+            },
+            80usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(array)
+            )
+        );
+    }
+    test_field_array();
+    fn test_field_field() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).field) as usize - ptr as usize
+            },
+            88usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(field)
+            )
+        );
+    }
+    test_field_field();
+    fn test_field_carry() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).carry) as usize - ptr as usize
+            },
+            96usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(carry)
+            )
+        );
+    }
+    test_field_carry();
+    fn test_field_random() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).random) as usize - ptr as usize
+            },
+            104usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(random)
+            )
+        );
+    }
+    test_field_random();
+    fn test_field_uniform() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).uniform) as usize - ptr as usize
+            },
+            112usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(uniform)
+            )
+        );
+    }
+    test_field_uniform();
+    fn test_field_normal() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).normal) as usize - ptr as usize
+            },
+            120usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(normal)
+            )
+        );
+    }
+    test_field_normal();
+    fn test_field_integers() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).integers) as usize - ptr as usize
+            },
+            128usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(integers)
+            )
+        );
+    }
+    test_field_integers();
+    fn test_field_choice() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).choice) as usize - ptr as usize
+            },
+            136usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(choice)
+            )
+        );
+    }
+    test_field_choice();
+    fn test_field_sample() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).sample) as usize - ptr as usize
+            },
+            144usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(sample)
+            )
+        );
+    }
+    test_field_sample();
+    fn test_field_permutation() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task_api>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).permutation) as usize - ptr as usize
+            },
+            152usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task_api),
+                "::",
+                stringify!(permutation)
+            )
+        );
+    }
+    test_field_permutation();
+}
+impl Default for mjenv_task_api {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+extern "C" {
+    #[doc = " Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static."]
+    pub fn mjenv_task_functions() -> *const mjenv_task_api;
+}
+#[repr(C)]
+pub struct mjenv_builder {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    pub api: *const mjenv_task_api,
+    #[doc = " the model's initial state after mj_forward; valid until build returns"]
+    pub sim: *const mjenv_sim,
+    #[doc = " a stream for trial calls of the task's functions; no row uses it"]
+    pub random: *mut mjenv_random,
+}
+#[test]
+fn bindgen_test_layout_mjenv_builder() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_builder>(),
+        32usize,
+        concat!("Size of: ", stringify!(mjenv_builder))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_builder>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_builder))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_builder>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_builder),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_builder>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_builder),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+    fn test_field_api() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_builder>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).api) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_builder),
+                "::",
+                stringify!(api)
+            )
+        );
+    }
+    test_field_api();
+    fn test_field_sim() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_builder>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).sim) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_builder),
+                "::",
+                stringify!(sim)
+            )
+        );
+    }
+    test_field_sim();
+    fn test_field_random() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_builder>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).random) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_builder),
+                "::",
+                stringify!(random)
+            )
+        );
+    }
+    test_field_random();
+}
+impl Default for mjenv_builder {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[repr(C)]
+pub struct mjenv_random {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    pub api: *const mjenv_task_api,
+}
+#[test]
+fn bindgen_test_layout_mjenv_random() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_random>(),
+        16usize,
+        concat!("Size of: ", stringify!(mjenv_random))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_random>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_random))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_random>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_random),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_random>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_random),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+    fn test_field_api() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_random>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).api) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_random),
+                "::",
+                stringify!(api)
+            )
+        );
+    }
+    test_field_api();
+}
+impl Default for mjenv_random {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " The type of the function \"mjenv_tasks\", which every plug-in exports. It returns the plug-in's tasks, which the"]
+#[doc = " library copies. To fail, it calls mjenv_task_fail and returns NULL."]
+pub type mjenv_tasks_function =
+    ::std::option::Option<unsafe extern "C" fn(api: *const mjenv_task_api) -> *const mjenv_plugin>;

@@ -1,8 +1,9 @@
-//! Declarations of libmjenv's C interface, generated from its header. The crate `mjenv` is a safe interface to them.
+//! Declarations of libmjenv's C interface, generated from its headers. The crate `mjenv` is a safe interface to them.
 //!
 //! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
 //! If both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is
-//! part of. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`.
+//! part of. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`. Without the feature
+//! `library` it does nothing of this, for plug-ins, which do not link with the library.
 
 #[rustfmt::skip]
 #[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]
@@ -10,7 +11,7 @@ mod bindings;
 
 pub use bindings::*;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "library"))]
 mod tests {
     #[test]
     fn the_library_has_the_abi_of_the_header() {

@@ -84,6 +84,20 @@ impl ValueType {
             _ => Self::Unknown,
         }
     }
+
+    pub(crate) fn raw(self) -> sys::mjenv_type {
+        match self {
+            Self::Float64 => sys::MJENV_TYPE_FLOAT64,
+            Self::Action => sys::MJENV_TYPE_ACTION,
+            Self::NativeFloat => sys::MJENV_TYPE_NATIVE_FLOAT,
+            Self::NativeInt => sys::MJENV_TYPE_NATIVE_INT,
+            Self::Int64 => sys::MJENV_TYPE_INT64,
+            Self::Float32 => sys::MJENV_TYPE_FLOAT32,
+            Self::Int32 => sys::MJENV_TYPE_INT32,
+            Self::Uint8 => sys::MJENV_TYPE_UINT8,
+            Self::Unknown => i32::MAX,
+        }
+    }
 }
 
 /// A term of an observation, an actuator, an info, or an array of MuJoCo.

@@ -30,6 +30,8 @@
 //! fields and spaces there are, call [`ids`], [`Options::schema`], [`Env::fields`], [`Env::observation_space`] and
 //! [`Env::action_space`].
 //!
+//! A robot and a task of your own are a type that implements [`task::Task`]; see the module [`task`].
+//!
 //! The crate `mjenv-ndarray` shows a batch as arrays of ndarray.
 //!
 //! # Errors
@@ -47,7 +49,8 @@
 //! threads use it at the same time. Different environments run in parallel. [`Options`] are both: several threads may
 //! build environments from the same ones.
 //!
-//! The library never calls code of yours, so a panic cannot unwind through it. No C++ exception leaves it.
+//! The library calls no code of yours, except for tasks that you register ([`task`]); it runs these on several threads at
+//! the same time. A panic does not unwind through the library, and no C++ exception leaves it.
 //!
 //! # Linking
 //!
@@ -59,72 +62,45 @@
 //! ```no_run
 //! println!("cargo:rustc-link-arg=-Wl,-rpath,{}", std::env::var("DEP_MJENV_RUST_LIBDIR").unwrap());
 //! ```
+//!
+//! Without the feature `library`, which is on by default, the crate has only the modules [`task`] and [`numpy`], and
+//! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.
 
 #![warn(missing_docs, missing_debug_implementations, unsafe_op_in_unsafe_fn)]
 
+#[cfg(feature = "library")]
 mod batch;
+#[cfg_attr(not(feature = "library"), allow(dead_code))]
 mod describe;
+#[cfg(feature = "library")]
 mod env;
+#[cfg(feature = "library")]
 mod error;
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "library"))]
 mod misuse;
+pub mod numpy;
+#[cfg(feature = "library")]
 mod options;
+#[cfg(feature = "library")]
+mod registration;
+#[cfg(feature = "library")]
 mod render;
+#[cfg(feature = "library")]
+mod spec;
+pub mod task;
+#[cfg_attr(not(feature = "library"), allow(dead_code))]
 mod text;
 
-pub use batch::{Batch, Real};
-pub use describe::{Dtype, Field, Role, Space, ValueType};
-pub use env::Env;
-pub use error::{Error, ErrorKind, Result};
-pub use options::{Kind, OptionInfo, Options, Value};
-pub use render::{Camera, Gl, Image, RenderSettings, Renderer, Window};
+#[cfg(feature = "library")]
+pub use {
+    batch::{Batch, Real},
+    describe::{Field, Role, Space},
+    env::Env,
+    error::{Error, ErrorKind, Result},
+    options::{Kind, OptionInfo, Options, Value},
+    registration::{load_tasks, register},
+    render::{Camera, Gl, Image, RenderSettings, Renderer, Window},
+    spec::{ids, spec, version, Spec},
+};
 
-use mjenv_sys as sys;
-
-/// Returns the versions of the library and of MuJoCo: `"major.minor.patch (MuJoCo x.y.z)"`.
-pub fn version() -> &'static str {
-    // SAFETY: the text is static.
-    unsafe { text::borrowed(sys::mjenv_version()) }
-}
-
-/// Returns the ids of all environments, sorted.
-pub fn ids() -> impl ExactSizeIterator<Item = &'static str> {
-    // SAFETY: the function takes nothing.
-    let count = describe::size(unsafe { sys::mjenv_id_count() });
-    // SAFETY: the index is in range, so the result is a static text.
-    (0..count).map(|index| unsafe { text::borrowed(sys::mjenv_id_at(index as i64)) })
-}
-
-/// What Gymnasium registers for an id.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Spec {
-    /// The id, for example `"Ant-v5"`.
-    pub id: &'static str,
-    /// The id without its version: `"Ant"`.
-    pub robot: &'static str,
-    /// The version of the task: 4 or 5.
-    pub version: i32,
-    /// After this many steps an episode is truncated. It is the default of the option `max_episode_steps`.
-    pub max_episode_steps: i64,
-    /// The return at which Gymnasium counts the task as solved; `None` where Gymnasium states none.
-    pub reward_threshold: Option<f64>,
-}
-
-/// Returns what Gymnasium registers for an id. Errors: [`ErrorKind::Name`] (there is no such id).
-pub fn spec(id: &str) -> Result<Spec> {
-    error::check_abi()?;
-    let id = text::c_string(format_args!("id {id:?}"), id)?;
-    let mut raw = sys::mjenv_spec { struct_size: describe::size_of::<sys::mjenv_spec>(), ..Default::default() };
-    // SAFETY: both pointers are valid for the call.
-    error::check(unsafe { sys::mjenv_spec_of(id.as_ptr(), &mut raw) })?;
-    // SAFETY: the texts belong to no handle and are static.
-    let (id, robot) = unsafe { (text::borrowed(raw.id), text::borrowed(raw.robot)) };
-    Ok(Spec {
-        id,
-        robot,
-        version: raw.version,
-        max_episode_steps: raw.max_episode_steps,
-        reward_threshold: Some(raw.reward_threshold).filter(|threshold| !threshold.is_nan()),
-    })
-}
+pub use describe::{Dtype, ValueType};

@@ -1,14 +1,14 @@
 //! Converts texts to and from C.
 
 use std::borrow::Cow;
-use std::ffi::{CStr, CString};
-use std::fmt;
+use std::ffi::CStr;
 use std::os::raw::c_char;
 
-use crate::error::{Error, ErrorKind, Result};
-
-pub(crate) fn c_string(what: fmt::Arguments<'_>, text: &str) -> Result<CString> {
-    CString::new(text).map_err(|_| Error::new(ErrorKind::Argument, format!("{what} contains a NUL character")))
+#[cfg(feature = "library")]
+pub(crate) fn c_string(what: std::fmt::Arguments<'_>, text: &str) -> crate::Result<std::ffi::CString> {
+    use crate::{Error, ErrorKind};
+    std::ffi::CString::new(text)
+        .map_err(|_| Error::new(ErrorKind::Argument, format!("{what} contains a NUL character")))
 }
 
 /// Reads a text of which this crate knows that it is UTF-8: the library's own, or one that this crate passed in.

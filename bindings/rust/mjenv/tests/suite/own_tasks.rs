@@ -1,0 +1,549 @@
+//! Tests tasks that this program registers.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use mjenv::task::*;
+use mjenv::{load_tasks, register, Env, Error, ErrorKind, Options, Role};
+
+use crate::equal;
+use crate::golden::assert_bits;
+use crate::hopper::Hopper;
+
+const MODEL: &str = r#"<mujoco>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body name="ball" pos="0 0 0.1">
+      <freejoint name="free"/>
+      <geom name="ball" size="0.1"/>
+      <site name="top" pos="0 0 0.1"/>
+    </body>
+    <body name="arm" pos="1 0 1">
+      <joint name="hinge" axis="0 1 0"/>
+      <geom size="0.05" mass="0.5"/>
+    </body>
+  </worldbody>
+  <actuator><motor name="push" joint="hinge" ctrllimited="true" ctrlrange="-1 1"/></actuator>
+  <sensor><jointvel name="before" joint="hinge"/><framepos name="place" objtype="site" objname="top"/></sensor>
+</mujoco>"#;
+
+fn env_with(id: &str, set: impl FnOnce(&mut Options)) -> Result<Env, Error> {
+    let mut options = Options::new(id)?;
+    options.set("num_threads", 2)?;
+    set(&mut options);
+    Env::new(&options, 4)
+}
+
+fn env(id: &str) -> Result<Env, Error> {
+    env_with(id, |_| ())
+}
+
+/// Does what the option `how` says in the method that the option `place` names.
+struct Misbehaves {
+    place: String,
+    how: String,
+}
+
+impl Misbehaves {
+    fn act(&self, place: &str, row: f64) -> Result {
+        // One row of four, and not in the trial calls.
+        if self.place != place || row != 1.0 {
+            return Ok(());
+        }
+        match self.how.as_str() {
+            "text" => panic!("the arm\0broke"),
+            "string" => panic!("the arm broke {} times", 3),
+            "number" => std::panic::panic_any(7),
+            "payload" => std::panic::panic_any(PanicsInDrop),
+            "error" => Err("the arm is missing".into()),
+            "parse" => Err("x".parse::<f64>().map(drop).unwrap_err().into()),
+            _ => Ok(()),
+        }
+    }
+}
+
+struct PanicsInDrop;
+
+impl Drop for PanicsInDrop {
+    fn drop(&mut self) {
+        panic!("again");
+    }
+}
+
+impl Task for Misbehaves {
+    const ID: &'static str = "Misbehaves-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        let place = b.text("place", "nowhere", &[], "where it misbehaves");
+        let how =
+            b.text("how", "text", &["text", "string", "number", "payload", "error", "parse"], "how it misbehaves");
+        let this = Self { place, how };
+        if b.sim().is_some() {
+            this.act("build", 1.0)?;
+        }
+        Ok(this)
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        let row = rng.integers(0, 2);
+        start.qpos[0] = row as f64;
+        self.act("reset", row as f64)
+    }
+
+    fn carry(&self, sim: &Sim, _: &mut Carried) -> Result {
+        self.act("carry", sim.qpos()[0])
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("qpos", sim.qpos());
+        self.act("observe", sim.qpos()[0])
+    }
+
+    fn step(&self, sim: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        self.act("step", sim.qpos()[0].round())?;
+        Ok(Outcome { reward: 1.0, terminated: false })
+    }
+}
+
+impl Drop for Misbehaves {
+    fn drop(&mut self) {
+        if self.place == "drop" {
+            panic!("in drop");
+        }
+    }
+}
+
+#[test]
+fn a_panic_or_an_err_is_the_error_of_its_row() {
+    register::<Misbehaves>().unwrap();
+    let expected = [
+        ("text", "it panicked: the arm\\0broke"),
+        ("string", "it panicked: the arm broke 3 times"),
+        ("number", "it panicked: it is no text"),
+        ("payload", "it panicked: it is no text"),
+        ("error", "the arm is missing"),
+        ("parse", "invalid float literal"),
+    ];
+    for (how, text) in expected {
+        for place in ["build", "reset", "carry", "observe", "step", "drop"] {
+            let made = env_with("Misbehaves-v0", |options| {
+                options.set("place", place).unwrap().set("how", how).unwrap();
+            });
+            let mut env = match made {
+                Ok(env) => env,
+                Err(error) => {
+                    assert_eq!((place, error.kind()), ("build", ErrorKind::Task));
+                    assert_eq!(error.message(), format!("Misbehaves-v0: build: {text}"));
+                    continue;
+                }
+            };
+            assert_ne!(place, "build");
+            let mut batch = env.batch();
+            env.seed(&[1, 2, 3, 4]).unwrap();
+            let result = env.reset(&mut batch).and_then(|()| env.step(&[0.0f64; 4], &mut batch));
+            if place == "drop" {
+                result.unwrap();
+                continue;
+            }
+            let error = result.unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Task);
+            assert!(error.message().contains(&format!("Misbehaves-v0: {place}: {text}")), "{error}");
+            if place == "step" {
+                let failed: Vec<_> = (0..4).map(|row| batch.failed(row)).collect();
+                let expected: Vec<_> = (0..4).map(|row| env.read(row, "qpos").unwrap()[0].round() == 1.0).collect();
+                assert_eq!(failed, expected);
+                assert!(failed.contains(&false));
+                assert!(batch.reward().iter().zip(&failed).all(|(&reward, &failed)| failed || reward == 1.0));
+            }
+        }
+    }
+}
+
+/// A task whose description is wrong in one way, or whose build runs `BUILD`.
+macro_rules! wrong {
+    ($($name:ident: $id:expr, $model:expr, $skip:expr, $build:expr;)*) => {$(
+        struct $name;
+
+        impl Task for $name {
+            const ID: &'static str = $id;
+            const MODEL: Model = $model;
+            const FRAME_SKIP: u32 = $skip;
+
+            fn build(b: &mut Builder) -> Result<Self> {
+                let build: fn(&mut Builder) = $build;
+                build(b);
+                Ok(Self)
+            }
+
+            fn reset(&self, _: &mut Start, _: &mut Rng) -> Result {
+                Ok(())
+            }
+
+            fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+                observation.put_all("qpos", sim.qpos());
+                Ok(())
+            }
+
+            fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+                Ok(Outcome { reward: 0.0, terminated: false })
+            }
+        }
+    )*};
+}
+
+wrong! {
+    BuiltIn: "Hopper-v5", Model::Text(MODEL), 1, |_| ();
+    NoVersion: "Hopper", Model::Text(MODEL), 1, |_| ();
+    Nul: "Nul\0-v0", Model::Text(MODEL), 1, |_| ();
+    NoModel: "NoModel-v0", Model::Text(""), 1, |_| ();
+    NoSkip: "NoSkip-v0", Model::Text(MODEL), 0, |_| ();
+    LongSkip: "LongSkip-v0", Model::Text(MODEL), u32::MAX, |_| ();
+    Taken: "Taken-v0", Model::Text(MODEL), 1, |b| { let _ = b.real("frame_skip", 0.0, ""); };
+    Bounds: "Bounds-v0", Model::Text(MODEL), 1, |b| { let _ = b.real_within("weight", 2.0, 0.0..=1.0, ""); };
+    Panics: "Panics-v0", Model::Text(MODEL), 1, |_| panic!("no");
+    Twice: "Twice-v0", Model::Text(MODEL), 1, |_| ();
+    NoSite: "NoSite-v0", Model::Text(MODEL), 1, |b| { let _ = b.site("tip"); };
+    NoArray: "NoArray-v0", Model::Text(MODEL), 1, |b| { let _ = b.array::<f64>("qpoz"); };
+    OtherArray: "OtherArray-v0", Model::Text(MODEL), 1, |b| { let _ = b.array::<i32>("qpos"); };
+    NoNeed: "NoNeed-v0", Model::Text(MODEL), 1, |b| b.need("xpos");
+    Missing: "Missing-v0", Model::File("/no such model.xml"), 1, |_| ();
+}
+
+#[test]
+fn wrong_descriptions_are_refused() {
+    let refused = |result: Result<(), Error>, kind: ErrorKind, text: &str| {
+        let error = result.unwrap_err();
+        assert!(error.kind() == kind && error.message().contains(text), "{error:?}");
+    };
+    refused(register::<BuiltIn>(), ErrorKind::Value, "\"Hopper-v5\"");
+    refused(register::<NoVersion>(), ErrorKind::Value, "\"Hopper\"");
+    refused(register::<Nul>(), ErrorKind::Task, "NUL character");
+    refused(register::<NoModel>(), ErrorKind::Value, "model_text is empty");
+    refused(register::<NoSkip>(), ErrorKind::Value, "frame_skip is 0");
+    refused(register::<LongSkip>(), ErrorKind::Value, "frame_skip is 2147483647");
+    refused(register::<Taken>(), ErrorKind::Value, "already an option \"frame_skip\"");
+    refused(register::<Bounds>(), ErrorKind::Value, "does not lie in [0, 1]");
+    refused(register::<Panics>(), ErrorKind::Task, "Panics-v0: build: it panicked: no");
+    register::<Twice>().unwrap();
+    refused(register::<Twice>(), ErrorKind::Value, "\"Twice-v0\"");
+}
+
+#[test]
+fn a_model_that_lacks_what_the_task_asks_for_is_refused() {
+    fn refused<T: Task>(kind: ErrorKind, text: &str) {
+        register::<T>().unwrap();
+        let error = env(T::ID).unwrap_err();
+        assert!(error.kind() == kind && error.message().contains(text), "{error:?}");
+    }
+    refused::<NoSite>(ErrorKind::Model, "\"tip\"");
+    refused::<NoArray>(ErrorKind::Name, "\"qpoz\"");
+    refused::<OtherArray>(ErrorKind::Task, "it panicked: the elements of \"qpos\" are no i32");
+    refused::<NoNeed>(ErrorKind::Name, "not computed on demand");
+    refused::<Missing>(ErrorKind::File, "no such model.xml");
+}
+
+/// Writes other fields than in its trial calls if the option `wrong` says so.
+struct Fickle(String);
+
+impl Task for Fickle {
+    const ID: &'static str = "Fickle-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        Ok(Self(b.text("wrong", "", &[], "")))
+    }
+
+    fn reset(&self, start: &mut Start, _: &mut Rng) -> Result {
+        start.qpos[0] = 1.0;
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("qpos", sim.qpos());
+        if self.0 == "twice" {
+            observation.put_all("qpos", sim.qpos());
+        }
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, _: &mut Row, info: &mut Fields) -> Result<Outcome> {
+        let wrong = if sim.qpos()[0] == 0.0 { "" } else { self.0.as_str() };
+        info.put("a", 1.0);
+        match wrong {
+            "shorter" => info.put_all("b", [1.0]),
+            "longer" => info.put_all("b", [1.0; 3]),
+            "other" => info.put_all("c", [1.0; 2]),
+            "scalar" => info.put("b", 1.0),
+            _ => info.put_all("b", [1.0; 2]),
+        };
+        if wrong == "more" {
+            info.put("c", 1.0);
+        }
+        if wrong != "fewer" {
+            info.put("last", true);
+        }
+        Ok(Outcome { reward: if wrong == "nan" { f64::NAN } else { 0.0 }, terminated: false })
+    }
+}
+
+#[test]
+fn fields_must_be_the_same_in_each_call() {
+    register::<Fickle>().unwrap();
+    let step = |wrong: &str| {
+        let mut env = env_with(Fickle::ID, |options| {
+            options.set("wrong", wrong).unwrap();
+        })?;
+        let mut batch = env.batch();
+        env.reset(&mut batch)?;
+        env.step(&[0.0f64; 4], &mut batch)
+    };
+    step("").unwrap();
+    let expected = [
+        ("twice", "trial call of observe: the field \"qpos\" is written twice"),
+        ("shorter", "the field \"b\" has 1 number(s), but it had 2"),
+        ("longer", "the field \"b\" has 3 number(s), but it had 2"),
+        ("other", "the field \"c\" is written where the trial call wrote \"b\""),
+        ("scalar", "the field \"b\" is one number, but it was a vector"),
+        ("more", "the field \"c\" is written where the trial call wrote \"last\""),
+        ("fewer", "the field \"last\" is not written"),
+        ("nan", "the reward is NaN"),
+    ];
+    for (wrong, text) in expected {
+        let error = step(wrong).unwrap_err();
+        assert!(error.kind() == ErrorKind::Task && error.message().contains(text), "{wrong}: {error}");
+    }
+}
+
+static DROPPED: AtomicUsize = AtomicUsize::new(0);
+
+/// Uses everything that a task can read.
+struct Ball {
+    weight: f64,
+    gains: [f64; 3],
+    limit: i64,
+    mode: String,
+    body: usize,
+    hinge: Joint,
+    place: Sensor,
+    mass: Array<f64>,
+    parents: Array<i32>,
+    steps: Carry<1>,
+    goal: Carry<3>,
+}
+
+impl Drop for Ball {
+    fn drop(&mut self) {
+        DROPPED.fetch_add(1, Ordering::SeqCst);
+    }
+}
+
+impl Task for Ball {
+    const ID: &'static str = "Ball-v3";
+    const MODEL: Model = Model::Text(MODEL);
+    const FRAME_SKIP: u32 = 2;
+    const TIME_LIMIT: u64 = 7;
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        b.need("contacts");
+        b.need("geom_xpos");
+        b.need("cfrc_ext");
+        b.reward_type(ValueType::NativeFloat);
+        Ok(Self {
+            weight: b.real_within("weight", 0.5, 0.0..=1.0, "a weight"),
+            gains: b.reals("gains", [1.0, 2.0, 3.0], "gains"),
+            limit: b.integer("limit", 3, 1..=9, "a limit"),
+            mode: b.text("mode", "slow", &["slow", "fast"], "a mode"),
+            body: b.object_option("body", "body", 1, "a body"),
+            hinge: b.joint("hinge"),
+            place: b.sensor("place"),
+            mass: b.array("body_mass"),
+            parents: b.array("body_parentid"),
+            steps: b.carry(),
+            goal: b.carry(),
+        })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        assert_eq!((start.qpos.len(), start.qvel.len(), start.act.len()), (8, 7, 0));
+        assert_eq!(start.qpos, start.qpos0);
+        let order = rng.permutation(3);
+        start.carried.set(self.goal, [order[0] as f64, order[1] as f64, order[2] as f64]);
+        start.qpos[self.hinge.qpos] = 0.25;
+        start.qvel[self.hinge.qvel] = 0.5;
+        Ok(())
+    }
+
+    fn reset_info(&self, sim: &Sim, info: &mut Fields) -> Result {
+        info.put_all("goal", sim.carried(self.goal));
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("goal", sim.carried(self.goal));
+        observation.put("steps", sim.carried(self.steps)[0]).doc("since the reset");
+        observation.put_all("nothing", [0.0; 0]);
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, row: &mut Row, info: &mut Fields) -> Result<Outcome> {
+        let [steps] = row.carried.get(self.steps);
+        row.carried.set(self.steps, [steps + 1.0]);
+        assert_eq!(sim.array(self.mass), sim.body_mass());
+        assert_eq!(sim.array(self.parents), [0, 0, 0]);
+        assert_eq!(sim.xpos()[1], sim.geom_xpos()[1]);
+        assert_eq!(sim.cfrc_ext().len(), 3);
+        assert_eq!(sim.sensor(self.place), sim.site_xpos()[0]);
+        assert_eq!((sim.timestep(), sim.dt(), sim.ctrl()[0]), (0.002, 0.004, sim.action().values[0]));
+        info.put("contacts", sim.contacts().len() as u32);
+        info.put("time", sim.time());
+        info.put("draw", row.rng.random());
+        info.put("mass", sim.array(self.mass)[self.body]);
+        info.put("options", self.weight + self.gains[2] + self.limit as f64).doc("some of them");
+        info.put("fast", self.mode == "fast");
+        info.put_all("forces", sim.contacts().iter().map(|contact| contact.force[0]).take(1));
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn a_task_reads_its_row_and_carries_numbers() {
+    register::<Ball>().unwrap();
+    let dropped = DROPPED.load(Ordering::SeqCst);
+    let mut env = env_with(Ball::ID, |options| {
+        options.set("weight", 0.25).unwrap().set("gains", [1.0, 2.0, 8.0]).unwrap().set("limit", 5).unwrap();
+        options.set("mode", "fast").unwrap().set("body", "arm").unwrap();
+        assert_eq!(options.set("weight", 2.0).unwrap_err().kind(), ErrorKind::Value);
+        assert_eq!(options.set("mode", "quick").unwrap_err().kind(), ErrorKind::Value);
+    })
+    .unwrap();
+    let (mut batch, mut next) = (env.batch(), env.batch());
+    let names = |role| env.fields(role).map(|field| (field.name.to_string(), field.count)).collect::<Vec<_>>();
+    assert_eq!(names(Role::Observation), [("goal".to_string(), 3), ("steps".to_string(), 1)]);
+    assert_eq!(env.fields(Role::Reward).next().unwrap().value_type, ValueType::NativeFloat);
+    let infos: Vec<_> = env.fields(Role::Info).map(|field| (field.name.into_owned(), field.doc)).collect();
+    assert_eq!(infos[4], ("options".to_string(), "some of them"));
+    assert_eq!((env.spec().version, env.spec().robot, env.spec().max_episode_steps), (3, "Ball", 7));
+
+    // numpy.random.default_rng(s).permutation(3) for s = 1, 2, 3, 4
+    env.seed(&[1, 2, 3, 4]).unwrap();
+    env.reset(&mut batch).unwrap();
+    let goals = [[0.0, 1.0, 2.0], [2.0, 0.0, 1.0], [2.0, 1.0, 0.0], [0.0, 1.0, 2.0]];
+    assert_eq!(batch.reset_info("goal").unwrap(), goals.concat());
+    for step in 1..=3 {
+        env.step(&[0.5f64; 4], &mut batch).unwrap();
+        assert_eq!(batch.obs(2)[3], f64::from(step));
+    }
+    assert_eq!(batch.info("mass").unwrap(), [0.5; 4]);
+    assert_eq!(batch.info("options").unwrap(), [0.25 + 8.0 + 5.0; 4]);
+    assert_eq!(batch.info("fast").unwrap(), [1.0; 4]);
+    assert!(batch.info("contacts").unwrap().iter().all(|&count| count == 1.0));
+
+    let image = env.snapshot_all().unwrap();
+    env.step(&[0.5f64; 4], &mut batch).unwrap();
+    env.restore_all(&image).unwrap();
+    env.step(&[0.5f64; 4], &mut next).unwrap();
+    assert_eq!(next.observations(), batch.observations());
+    assert_eq!(next.info("draw"), batch.info("draw"));
+    assert_eq!(next.obs(0)[3], 4.0);
+
+    assert_eq!(DROPPED.load(Ordering::SeqCst), dropped);
+    drop(env);
+    assert_eq!(DROPPED.load(Ordering::SeqCst), dropped + 1);
+}
+
+/// Draws from the row's stream in reset, and writes what it drew.
+struct Draws {
+    wrong: bool,
+    drawn: Carry<16>,
+}
+
+impl Task for Draws {
+    const ID: &'static str = "Draws-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        Ok(Self { wrong: b.flag("wrong", false, ""), drawn: b.carry() })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        if self.wrong {
+            rng.sample(2, 3);
+            return Ok(());
+        }
+        let mut drawn = vec![rng.random(), rng.uniform(-1.0, 3.0), rng.normal(), rng.integers(-5, 9) as f64];
+        drawn.extend([rng.choice(4), rng.choice_weighted(&[0.2, 0.5, 0.3])].map(|index| index as f64));
+        drawn.extend(rng.sample(9, 4).iter().chain(&rng.permutation(6)).map(|&index| index as f64));
+        start.carried.set(self.drawn, drawn.try_into().unwrap());
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("drawn", sim.carried(self.drawn));
+        Ok(())
+    }
+
+    fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn the_random_stream_is_that_of_numpy() {
+    register::<Draws>().unwrap();
+    let mut env = env(Draws::ID).unwrap();
+    let mut batch = env.batch();
+    env.seed(&[7; 4]).unwrap();
+    env.reset(&mut batch).unwrap();
+    // Of numpy.random.default_rng(7): random(), uniform(-1, 3), normal(), integers(-5, 9), choice(4),
+    // choice(3, p=[.2, .5, .3]), choice(9, 4, replace=False), permutation(6)
+    let drawn = [0.625095466604667, 2.588855203878302, -0.2741378553622176, 6.0, 0.0, 1.0];
+    let [sampled, permuted] = [&[0.0, 1.0, 7.0, 6.0][..], &[4.0, 2.0, 0.0, 3.0, 5.0, 1.0]];
+    assert_bits("drawn", batch.obs(3), &[&drawn[..], sampled, permuted].concat());
+
+    let mut env = env_with(Draws::ID, |options| {
+        options.set("wrong", true).unwrap();
+    })
+    .unwrap();
+    let error = env.reset(&mut batch).unwrap_err();
+    assert!(error.message().contains("Draws-v0: reset: sample: size is negative or larger than count"), "{error}");
+}
+
+/// numpy.sum of the first numbers of the array in the test.
+const SUMS: [(usize, f64); 5] =
+    [(0, 0.0), (7, 0.5203663441821337), (8, 0.5560806298964194), (131, 1.4237104503290152), (300, 1.6973030753437544)];
+
+/// Sums of different lengths, which NumPy adds in different orders.
+#[test]
+fn sums_are_those_of_numpy() {
+    let values: Vec<f64> = (0..300).map(|i| 1.0 / f64::from(3 * i + 7)).collect();
+    for (count, expected) in SUMS {
+        assert_eq!(mjenv::numpy::sum(&values[..count]).to_bits(), f64::to_bits(expected), "{count}");
+    }
+}
+
+/// Hopper-v5 written again; the test `plugin` compares 1,000 steps.
+#[test]
+fn a_registered_task_equals_the_built_in_one() {
+    register::<Hopper>().unwrap();
+    equal::descriptions(Hopper::ID);
+    equal::changed_options(Hopper::ID);
+    equal::states(Hopper::ID);
+}
+
+#[test]
+fn tasks_can_be_registered_by_many_threads() {
+    wrong! {
+        Shared: "Shared-v0", Model::Text(MODEL), 1, |_| ();
+    }
+    let results: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|_| scope.spawn(register::<Shared>)).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    assert_eq!(results.iter().filter(|result| result.is_ok()).count(), 1);
+}
+
+#[test]
+fn a_file_that_is_no_plug_in_is_refused() {
+    let error = load_tasks(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Task);
+}
