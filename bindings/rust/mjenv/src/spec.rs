@@ -36,7 +36,7 @@ pub struct Spec {
     pub reward_threshold: Option<f64>,
 }
 
-/// Returns what Gymnasium registers for an id. Errors: [`ErrorKind::Name`] (there is no such id).
+/// Returns what Gymnasium registers for an id. Errors: [`ErrorKind::Name`](crate::ErrorKind::Name) (there is no such id).
 pub fn spec(id: &str) -> Result<Spec> {
     error::check_abi()?;
     let id = text::c_string(format_args!("id {id:?}"), id)?;

@@ -1,6 +1,6 @@
 //! Builds a plug-in as a user does, without libmjenv, and loads it.
 
-#[path = "../suite/equal.rs"]
+#[path = "../tasks/equal.rs"]
 mod equal;
 
 use std::env;

@@ -2,14 +2,9 @@
 
 mod allocation;
 mod asynchronous;
-#[allow(dead_code)] // the test `plugin` uses all of it
-mod equal;
 mod golden;
-#[path = "../plugin/hopper/src/hopper.rs"]
-mod hopper;
 mod misuse;
 mod options;
-mod own_tasks;
 mod pictures;
 mod refusals;
 mod relay;

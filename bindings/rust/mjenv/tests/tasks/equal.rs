@@ -29,7 +29,7 @@ struct Pair {
     batches: [Batch; 2],
 }
 
-fn assert_bits(what: &str, [expected, found]: [&[f64]; 2]) {
+pub fn assert_bits(what: &str, [expected, found]: [&[f64]; 2]) {
     let same = expected.iter().map(|value| value.to_bits()).eq(found.iter().map(|value| value.to_bits()));
     assert!(same, "{what}: {found:?}, not {expected:?}");
 }

@@ -1,13 +1,16 @@
-//! Tests tasks that this program registers.
+//! Tests tasks that this program registers. It is a program of its own, because the ids stay registered.
+
+#[allow(dead_code)] // the test `plugin` uses all of it
+mod equal;
+#[path = "../plugin/hopper/src/hopper.rs"]
+mod hopper;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mjenv::task::*;
 use mjenv::{load_tasks, register, Env, Error, ErrorKind, Options, Role};
 
-use crate::equal;
-use crate::golden::assert_bits;
-use crate::hopper::Hopper;
+use hopper::Hopper;
 
 const MODEL: &str = r#"<mujoco>
   <worldbody>
@@ -498,7 +501,7 @@ fn the_random_stream_is_that_of_numpy() {
     // choice(3, p=[.2, .5, .3]), choice(9, 4, replace=False), permutation(6)
     let drawn = [0.625095466604667, 2.588855203878302, -0.2741378553622176, 6.0, 0.0, 1.0];
     let [sampled, permuted] = [&[0.0, 1.0, 7.0, 6.0][..], &[4.0, 2.0, 0.0, 3.0, 5.0, 1.0]];
-    assert_bits("drawn", batch.obs(3), &[&drawn[..], sampled, permuted].concat());
+    equal::assert_bits("drawn", [&[&drawn[..], sampled, permuted].concat(), batch.obs(3)]);
 
     let mut env = env_with(Draws::ID, |options| {
         options.set("wrong", true).unwrap();
