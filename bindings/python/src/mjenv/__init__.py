@@ -34,7 +34,8 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
-from mjenv.registration import ids, load_tasks, model_xml, options, register, spec, version
+from mjenv.registration import ids, load_tasks, model_xml, options, register, register_ids, spec, version
+from mjenv.task import Task
 from mjenv.vector import VectorEnv
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ __all__ = [
     "ResetNeeded",
     "SnapshotError",
     "Status",
+    "Task",
     "TaskError",
     "UnknownIdError",
     "UnknownNameError",
@@ -76,8 +78,9 @@ __all__ = [
     "make_vec",
     "model_xml",
     "options",
+    "register",
     "spec",
     "version",
 ]
 
-register()
+register_ids()

@@ -321,6 +321,24 @@ class Rows:
         """Frees the handle when its last user drops it, and at the latest when the process ends."""
         self._destroy.atexit = True  # type: ignore[misc, unused-ignore]
 
+    # ---- outputs of all rows; for who holds the lock ----
+
+    def reset(self, mask: NDArray[np.bool_] | None, out: Any) -> None:
+        """Begins new episodes of the masked rows, of all without a mask."""
+        check(LIBRARY.mjenv_reset(self.pointer, None if mask is None else pointer_to(mask, c_uint8), out))
+
+    def observe(self, out: Any) -> None:
+        """Writes the observations of the rows as they are."""
+        check(LIBRARY.mjenv_observe(self.pointer, out))
+
+    def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
+        """Plays `steps` actions of each row."""
+        address, code = actions.ctypes.data, FLOATS[actions.dtype]
+        check(LIBRARY.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
+
+    def check_sendable(self) -> None:
+        """Raises if rows cannot be stepped one by one, which send does."""
+
     # ---- what the environment consists of ----
 
     def frame_skip(self) -> int:
@@ -439,7 +457,16 @@ def _fields(env: int, role: Role) -> Iterator[Field]:
         yield Field(_text(field.name), shape, field.offset, field.count, Type(field.type), _text(field.doc))
 
 
+# What opens the rows of tasks that were registered in Python.
+OPENERS: dict[str, Callable[[str, Mapping[str, Any], int], Rows]] = {}
+
+
+def open_rows(id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
+    """Builds an environment of any id."""
+    return OPENERS.get(id, Rows)(id, options, count)
+
+
 def _restored(id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
-    rows = Rows(id, options, count)
+    rows = open_rows(id, options, count)
     rows.restore(_abi.ALL_ROWS, image)
     return rows

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._arguments import check_seed
-from mjenv._handle import FLOATS, Float64Array, Rows, pointer_to
+from mjenv._handle import FLOATS, Float64Array, Rows, open_rows, pointer_to
 from mjenv._library import LIBRARY
 from mjenv._outputs import BoolArray, Outputs
 from mjenv._pictures import Pictures
@@ -48,7 +48,7 @@ class Pool:
         rendering: Mapping[str, Any],
     ) -> None:
         """final: whether the rows' last observations are kept when they are reset. rendering: as Pictures takes it."""
-        self.rows = Rows(id, options, count)
+        self.rows = open_rows(id, options, count)
         self.pictures = Pictures(self.rows, **rendering)
         self.count = count
         self.frame_skip = self.rows.frame_skip()
@@ -134,6 +134,7 @@ class Pool:
 
     def send(self, actions: ArrayLike, rows: NDArray[np.int64] | None) -> None:
         """Begins a step of these rows, of all if rows is None."""
+        self.rows.check_sendable()
         count = self.count if rows is None else len(rows)
         action = self.actions(actions, (count, self.shape[1]))
         pointer = None if rows is None else pointer_to(rows, c_int64)

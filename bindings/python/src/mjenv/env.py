@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._arguments import image_of, time_limit_of
-from mjenv._handle import Batch, Float64Array, Rows, pointer_to
+from mjenv._handle import Batch, Float64Array, Rows, open_rows, pointer_to
 from mjenv._pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
 from mjenv._simulation import Simulation
 from mjenv._step import CONVERTERS, Info, Record, Step, views
@@ -134,7 +134,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
         if max_episode_steps is not None:
             options["max_episode_steps"] = time_limit_of(max_episode_steps)
-        self._rows = Rows(id, options)
+        self._rows = open_rows(id, options)
         self._seed: int | None = None
         self._generator: np.random.Generator | None = None
         self._pictures = Pictures(

@@ -6,6 +6,7 @@ import copy
 import math
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,12 @@ from mjenv import _handle
 from mjenv._abi import Status
 from mjenv._handle import Option
 from mjenv._library import LIBRARY
+from mjenv._numpy_rows import NumpyRows
 from mjenv._pictures import RENDER_MODES
+from mjenv._registered import Registered
 from mjenv.env import MujocoEnv
 from mjenv.errors import InvalidValueError, OptionError, check
+from mjenv.task import Task
 
 NAMESPACE = "mjenv"
 UNLISTED = "Model-v0"  # an id that ids() leaves out, because it needs the option xml_file or xml_string
@@ -82,7 +86,7 @@ def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise OptionError(f"a plug-in is given by the path of its file, not {path!r}", Status.E_TYPE)
         check(LIBRARY.mjenv_load_tasks(_handle.encoded(os.fspath(path), "the path of a plug-in")))
-    register()
+    register_ids()
 
 
 def spec_asked(id: str | EnvSpec) -> EnvSpec:
@@ -98,7 +102,22 @@ def _own(id: Any) -> str:
     return id.removeprefix(f"{NAMESPACE}/")
 
 
-def register() -> None:
+def register(id: str, task: type[Task]) -> None:
+    """Gives a task an id, "Reach-v0" for example, which mjenv's functions know then for the rest of the process, and
+    Gymnasium's as "mjenv/Reach-v0".
+
+    A process that was started, and not forked, has to import the module that calls this.
+    """
+    if not isinstance(task, type) or not issubclass(task, Task):
+        raise OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)
+    registered = Registered(id, task)
+    registered.register()
+    # This also keeps the callbacks, which the library calls for the rest of the process.
+    _handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
+    register_ids()
+
+
+def register_ids() -> None:
     """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids."""
     for id in (*ids(), UNLISTED):
         if f"{NAMESPACE}/{id}" in gymnasium.registry:

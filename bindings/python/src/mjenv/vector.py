@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy as copying
 import operator
 from collections.abc import Callable, Sequence
-from ctypes import byref, c_uint8
+from ctypes import byref
 from typing import Any, NoReturn
 
 import gymnasium
@@ -27,14 +27,13 @@ from mjenv._arguments import (
     row_numbers,
     time_limit_of,
 )
-from mjenv._handle import FLOATS, Batch, Float64Array, pointer_to
-from mjenv._library import LIBRARY
+from mjenv._handle import FLOATS, Batch, Float64Array
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv._pool import Pool
 from mjenv._row import Row
 from mjenv._step import Info, Step
-from mjenv.errors import InvalidValueError, check
+from mjenv.errors import InvalidValueError
 from mjenv.registration import spec as spec_of
 from mjenv.registration import spec_asked
 
@@ -182,9 +181,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         pool.reseed(seed, mask)
         if mask is not None and pool.stale:
             self.observe()
-        pointer = None if mask is None else pointer_to(mask, c_uint8)
         with pool.rows.alone():
-            check(LIBRARY.mjenv_reset(pool.rows.pointer, pointer, pool.out))
+            pool.rows.reset(mask, pool.out)
             pool.stale = False
             results = self._observations(), pool.outputs.reset_infos(mask)
         if self._in_windows:
@@ -267,11 +265,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
-        address, code = action.ctypes.data, FLOATS[action.dtype]
         with pool.rows.alone():
             pool.stale = True
-            env = pool.rows.pointer
-            check(LIBRARY.mjenv_rollout(env, address, action.size, code, steps, byref(out.struct)))
+            pool.rows.rollout(action, steps, byref(out.struct))
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
         return (*results, out.obs.reshape(self.num_envs, steps, -1)) if observations else results
@@ -280,7 +276,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
         with pool.rows.alone():
-            check(LIBRARY.mjenv_observe(pool.rows.pointer, pool.out))
+            pool.rows.observe(pool.out)
             pool.stale = False
             return self._observations()
 

@@ -15,7 +15,7 @@ import mjenv
 from mjenv._abi import ALL_ROWS, Role
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
-from mjenv._handle import Rows
+from mjenv._handle import Rows, open_rows
 from mjenv.errors import SnapshotError
 
 # A snapshot begins with the stamp. Then each row has a head and a record of doubles.
@@ -90,7 +90,7 @@ def _owner(path: Path, data: bytes, count: int, id: str | None, assignments: lis
         given = options_of(candidate, assignments) if id is not None else {}
         modes = [given["autoreset_mode"]] if "autoreset_mode" in given else ["disabled", "next_step", "same_step"]
         for mode in modes:
-            rows = Rows(candidate, {**given, "autoreset_mode": mode}, count)
+            rows = open_rows(candidate, {**given, "autoreset_mode": mode}, count)
             size = STAMP.size + count * (len(rows.snapshot(0)) - STAMP.size)
             try:
                 rows.restore(ALL_ROWS, data)

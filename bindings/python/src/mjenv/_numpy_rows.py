@@ -1,0 +1,361 @@
+"""The rows of a NumPy task: the library simulates them, and the task computes over all of them at once.
+
+After each step and reset, the task's methods compute what the library computes for other tasks, and it is written into
+the same mjenv_batch. So whatever uses Rows works with NumPy tasks, too.
+
+The library's row holds the simulation, the random stream and the number of steps. What the task declares as its state,
+and which episodes have ended, is held here, and is appended to the library's images.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import byref, c_double, c_float, c_size_t, c_uint8, c_uint64
+from functools import partial
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import _abi
+from mjenv._abi import Dtype, Role, Status
+from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
+from mjenv._library import LIBRARY
+from mjenv._registered import Checked, Registered, building
+from mjenv._step import views
+from mjenv.errors import ResetNeeded, SnapshotError, TaskError, check, last_error
+from mjenv.task import Random, Sim
+
+BoolArray = NDArray[np.bool_]
+
+
+class _Out:
+    """The arrays that an mjenv_batch names; None where it names none."""
+
+    def __init__(self, struct: Any, rows: Rows) -> None:
+        count = struct.rows
+        narrow = struct.obs_dtype == Dtype.FLOAT32
+
+        def array(pointer: Any, size: int) -> Any:
+            return np.ctypeslib.as_array(pointer, (size,)) if pointer and size else None
+
+        def matrix(address: int | None) -> Any:
+            size = count * struct.obs_count
+            if not address or not size:
+                return None
+            kind: Any = c_float if narrow else c_double
+            return np.ctypeslib.as_array((kind * size).from_address(address)).reshape(count, -1)
+
+        def fields(pointer: Any, role: Role, size: int) -> dict[str, Float64Array]:
+            values = array(pointer, count * size)
+            if values is None:
+                return {}
+            found = rows.fields(role)
+            return {field.name: view for field, view in zip(found, views(values, found, count), strict=True)}
+
+        self.obs, self.final_obs = matrix(struct.obs), matrix(struct.final_obs)
+        self.reward = array(struct.reward, count)
+        self.terminated, self.truncated = array(struct.terminated, count), array(struct.truncated, count)
+        self.status, self.was_reset = array(struct.status, count), array(struct.was_reset, count)
+        self.info = fields(struct.info, Role.INFO, struct.info_count)
+        self.final_info = fields(struct.final_info, Role.INFO, struct.info_count)
+        self.reset_info = fields(struct.reset_info, Role.RESET_INFO, struct.reset_info_count)
+        self.arrays = array(struct.arrays, count * struct.arrays_count)
+
+
+class NumpyRows(Rows):
+    """Rows whose observations, rewards and infos a NumPy task computes."""
+
+    def __init__(self, registered: Registered, id: str, options: Mapping[str, Any], count: int = 1) -> None:
+        asked = Options(id)
+        asked.set(options)
+        settings = {name: option.default for name, option in asked.schema().items()}
+        names = dict.fromkeys((*registered.kind.needs, *settings["arrays"].split()))
+        self._autoreset: str = settings["autoreset_mode"]
+        self._strict: bool = settings["strict"]
+        self._task = registered.kind()
+        building.task = self._task
+        try:
+            super().__init__(id, {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}, count)
+        except TaskError:
+            error = building.__dict__.get("error")
+            if error is not None:  # what the task itself has raised
+                raise error from None
+            raise
+        finally:
+            building.__dict__.clear()
+        self.options = dict(options)
+        self._checked = Checked(id, self._task, count)
+
+        self._shapes = {
+            role: {field.name: (count, *field.shape) for field in self.fields(role)}
+            for role in (Role.INFO, Role.RESET_INFO)
+        }
+        self._width = sum(field.count for field in self.fields(Role.OBSERVATION))
+        fields = self.fields(Role.ARRAYS)
+        self._block = np.zeros(count * sum(field.count for field in fields))
+        self._views = {f.name: view for f, view in zip(fields, views(self._block, fields, count), strict=True)}
+        self._inner = Batch(count, 0, 0)
+        struct = self._inner.struct
+        struct.obs = struct.reward = struct.info = None
+        struct.arrays_count = sum(field.count for field in fields)
+        struct.arrays = pointer_to(self._block, c_double)
+
+        # The state, behind it whether each row's episode has ended.
+        self._ended: BoolArray = np.zeros(count, np.bool_)
+        self._state = {name: np.zeros((count, *shape)) for name, shape in registered.kind.state.items()}
+        self._sim = Sim(self._views, self._state)
+        self._streams: list[np.random.Generator] = []
+        self._pristine = super().snapshot(0)  # of a row that was never reset
+
+    # ---- outputs of all rows; for who holds the lock ----
+
+    def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
+        *given, out = arguments
+        found = _Out(out._obj, self)
+        if function == "mjenv_reset":
+            return partial(self._reset_all, None, found)
+        assert function == "mjenv_step"
+        _, address, size, code = given
+        kind: Any = c_float if code == Dtype.FLOAT32 else c_double
+        action = np.ctypeslib.as_array((kind * size).from_address(address)).reshape(self.count, -1)
+        action.flags.writeable = False
+        return partial(self._step, action, address, size, code, found)
+
+    def reset(self, mask: BoolArray | None, out: Any) -> None:
+        self._reset_all(mask, _Out(out._obj, self))
+
+    def observe(self, out: Any) -> None:
+        check(LIBRARY.mjenv_observe(self.pointer, byref(self._inner.struct)))
+        found = _Out(out._obj, self)
+        self._write_obs(found.obs, self._observations())
+        if found.arrays is not None:
+            found.arrays[...] = self._block
+
+    def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
+        self._refuse("rollout")
+
+    def check_sendable(self) -> None:
+        self._refuse("send")
+
+    def _refuse(self, name: str) -> NoReturn:
+        raise TaskError(f"{self.id} computes all rows at once: {name} works with tasks in machine code", Status.E_TASK)
+
+    def _step(self, action: NDArray[Any], address: int, size: int, code: int, out: _Out) -> int:
+        ended, inner = self._ended, self._inner
+        resets = ended.copy()
+        if self._autoreset != "next_step":
+            if self._strict and ended.any():
+                row = int(np.argmax(ended))
+                raise ResetNeeded(f"row {row}: its episode has ended: reset it", Status.E_EPISODE_ENDED)
+            resets[:] = False
+        stepped = ~resets
+        mask = None if stepped.all() else pointer_to(stepped, c_uint8)
+        inner.ended[...] = False
+        inner.status[...] = Status.OK
+        if stepped.any():
+            status = LIBRARY.mjenv_step(self.pointer, mask, address, size, code, byref(inner.struct))
+            ended[stepped] = (inner.ended[0] | inner.ended[1])[stepped]
+            if status:
+                self._task.carry(self._sim)  # other rows were stepped
+                raise last_error(status)
+        reward, terminated, infos = self._checked.step(self._sim, action)
+        # Copies, because the task may have returned views of what carry and resets change.
+        reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
+        self._task.carry(self._sim)
+        if self._strict and np.isnan(reward[stepped]).any():
+            row = int(np.argmax(np.isnan(reward) & stepped))
+            raise TaskError(f"row {row}: {self.id}: step: the reward is NaN", Status.E_TASK)
+        terminated, truncated = (terminated | inner.ended[0]) & stepped, inner.ended[1] & stepped
+        ended[stepped] = (terminated | truncated)[stepped]
+        final = None
+        if self._autoreset == "same_step" and ended.any():
+            resets, final = ended.copy(), self._observations().copy()
+        reset_infos = self._begin(resets) if resets.any() else {}
+        obs = self._observations()
+
+        # Nothing fails from here on.
+        if out.reward is not None:
+            out.reward[...] = np.where(stepped, reward, 0)
+        for to, flags in ((out.terminated, terminated), (out.truncated, truncated), (out.was_reset, resets)):
+            if to is not None:
+                to[...] = flags
+        if out.status is not None:
+            out.status[...] = inner.status
+        self._write_info(out.info, infos, stepped if final is None else ~resets)
+        if final is not None:
+            if out.final_obs is not None:
+                out.final_obs[resets] = final[resets]
+            for name, to in out.final_info.items():
+                to[resets] = infos[name][resets]
+        for name, to in out.reset_info.items():
+            if reset_infos:
+                to[resets] = reset_infos[name][resets]
+        self._write_obs(out.obs, obs)
+        if out.arrays is not None:
+            out.arrays[...] = self._block
+        return Status.OK
+
+    def _reset_all(self, mask: BoolArray | None, out: _Out) -> int:
+        resets = np.ones(self.count, np.bool_) if mask is None else mask
+        reset_infos = self._begin(resets)
+        obs = self._observations()
+        for to in (out.reward, out.terminated, out.truncated, out.status, *out.info.values()):
+            if to is not None:
+                to[resets] = 0
+        if out.was_reset is not None:
+            out.was_reset[resets] = True
+        for name, to in out.reset_info.items():
+            to[resets] = reset_infos[name][resets]
+        if out.obs is not None:
+            out.obs[resets] = obs[resets]
+        if out.arrays is not None:
+            out.arrays[...] = self._block
+        return Status.OK
+
+    def _begin(self, resets: BoolArray) -> dict[str, NDArray[Any]]:
+        """Begins new episodes of these rows, and returns the infos of the reset, which mean nothing for the others."""
+        chosen = np.flatnonzero(resets)
+        rows: list[int] = chosen.tolist()
+        streams = self._load_streams(rows)
+        qpos, qvel, state = self._checked.reset(Random(streams))
+        qpos, qvel = np.ascontiguousarray(qpos), np.ascontiguousarray(qvel)
+        words = [_words(stream) for stream in streams]
+        image, size, nq, nv = self._pristine, len(self._pristine), qpos.shape[1], qvel.shape[1]
+        for row, of_row, q, v in zip(rows, words, qpos, qvel, strict=True):
+            # A row that was never reset has the warm start of MuJoCo's solver that Gymnasium's reset_model finds.
+            check(LIBRARY.mjenv_restore(self.pointer, row, image, size))
+            check(LIBRARY.mjenv_set_stream(self.pointer, row, of_row, 6))
+            status = LIBRARY.mjenv_set_state(
+                self.pointer, row, pointer_to(q, c_double), nq, pointer_to(v, c_double), nv
+            )
+            check(status)
+            self._read_row(row)
+        for name, values in state.items():
+            self._state[name][chosen] = values
+        self._ended[chosen] = False
+        self._task.carry(self._sim)
+        return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
+
+    def _infos(self, role: Role, method: str, infos: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Copies of the infos, which must be those that the method returned when the environment was built."""
+        shapes = self._shapes[role]
+        found = {name: values.shape for name, values in infos.items()}
+        if found != shapes:
+            raise TaskError(f"{self.id}: {method}: the infos have the shapes {found}, not {shapes}", Status.E_TASK)
+        return {name: values.copy() for name, values in infos.items()}
+
+    def _observations(self) -> NDArray[Any]:
+        obs = self._checked.observe(self._sim)
+        if obs.shape[1] != self._width:
+            raise TaskError(
+                f"{self.id}: observe: returned {obs.shape[1]} numbers a row, not {self._width}", Status.E_TASK
+            )
+        if self._strict and np.isnan(obs).any():
+            row, index = np.argwhere(np.isnan(obs))[0]
+            raise TaskError(f"row {row}: {self.id}: observe: observation[{index}] is NaN", Status.E_TASK)
+        return obs
+
+    @staticmethod
+    def _write_obs(to: NDArray[Any] | None, obs: NDArray[Any]) -> None:
+        if to is not None:
+            to[...] = obs
+
+    @staticmethod
+    def _write_info(out: Mapping[str, Float64Array], infos: Mapping[str, NDArray[Any]], mask: BoolArray) -> None:
+        whole = mask.all()
+        for name, to in out.items():
+            if whole:
+                to[...] = infos[name]
+            else:
+                to[mask] = infos[name][mask]
+                to[~mask] = 0
+
+    # ---- single rows ----
+
+    def _read_row(self, row: int) -> None:
+        """Reads the arrays of a row whose state was set."""
+        count = c_size_t()
+        for name, array in self._views.items():
+            values = array[row : row + 1]
+            pointer = pointer_to(values, c_double)
+            check(LIBRARY.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
+
+    def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
+        """The rows' random streams as NumPy's."""
+        while len(self._streams) < len(rows):
+            self._streams.append(np.random.Generator(np.random.PCG64(0)))
+        words = (c_uint64 * 6)()
+        for row, stream in zip(rows, self._streams, strict=False):
+            check(LIBRARY.mjenv_get_stream(self.pointer, row, words, 6))
+            stream.bit_generator.state = {
+                "bit_generator": "PCG64",
+                "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
+                "has_uint32": words[4],
+                "uinteger": words[5],
+            }
+        return self._streams[: len(rows)]
+
+    def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
+        super().set_state(row, qpos, qvel)
+        self._changed(row)
+        self._ended[row] = False
+
+    def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
+        super().simulate(row, ctrl, frames)
+        self._changed(row)
+
+    def _changed(self, row: int) -> None:
+        with self.alone():
+            self._read_row(row)
+            self._task.carry(self._sim)
+
+    def copy_row(self, source: int, mask: BoolArray) -> None:
+        super().copy_row(source, mask)
+        for values in (self._ended, *self._state.values(), *self._views.values()):
+            values[mask] = values[source]
+
+    # ---- images ----
+
+    def snapshot(self, row: int) -> bytes:
+        image = super().snapshot(row)
+        part = slice(None) if row == _abi.ALL_ROWS else slice(row, row + 1)
+        own = b"".join(values[part].tobytes() for values in (*self._state.values(), self._ended))
+        return image + own + zlib.crc32(own).to_bytes(4, "little")
+
+    def restore(self, row: int, image: bytes) -> None:
+        part = slice(None) if row == _abi.ALL_ROWS else slice(row, row + 1)
+        arrays: list[NDArray[Any]] = [values[part] for values in (*self._state.values(), self._ended)]
+        size = sum(values.nbytes for values in arrays)
+        split = len(image) - size - 4
+        own = image[max(split, 0) : -4]
+        if split < 0 or zlib.crc32(own).to_bytes(4, "little") != image[-4:]:
+            raise SnapshotError("the image is damaged or belongs to another environment", Status.E_SNAPSHOT)
+        super().restore(row, image[:split])
+        start = 0
+        for values in arrays:
+            values[...] = np.frombuffer(own, values.dtype, values.size, start).reshape(values.shape)
+            start += values.nbytes
+        with self.alone():
+            if row == _abi.ALL_ROWS:
+                check(LIBRARY.mjenv_observe(self.pointer, byref(self._inner.struct)))
+            else:
+                self._read_row(row)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self._task), self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
+
+
+def _words(stream: np.random.Generator) -> Any:
+    state: Any = stream.bit_generator.state
+    numbers = state["state"]["state"], state["state"]["inc"]
+    words = [number >> shift & 0xFFFFFFFFFFFFFFFF for number in numbers for shift in (0, 64)]
+    return (c_uint64 * 6)(*words, state["has_uint32"], state["uinteger"])
+
+
+def _restored(kind: type, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
+    """kind is an argument because unpickling it imports the module that registers it."""
+    rows = open_rows(id, options, count)
+    rows.restore(_abi.ALL_ROWS, image)
+    return rows

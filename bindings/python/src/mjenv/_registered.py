@@ -1,0 +1,341 @@
+"""How a class derived from mjenv.Task becomes a task of the library."""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+import math
+import os
+import threading
+from collections.abc import Mapping, Sequence
+from ctypes import POINTER, byref, c_double, c_int32, c_size_t, c_void_p
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import _task_abi
+from mjenv._abi import Kind, Role, Status, Type
+from mjenv._handle import Float64Array, Rows, encoded, pointer_to
+from mjenv._library import LIBRARY
+from mjenv.errors import InvalidValueError, OptionError, TaskError, check
+from mjenv.task import Field, Model, Random, Setting, Sim, Task
+
+# mjenv_task_api.need knows these; the other arrays are always there.
+ON_DEMAND = (
+    "contacts",
+    "cfrc_ext",
+    "cfrc_int",
+    "cacc",
+    "geom_xpos",
+    "geom_xmat",
+    "cam_xpos",
+    "cam_xmat",
+    "light_xpos",
+    "light_xdir",
+)
+_METHODS = ("reset", "observe", "step", "carry", "reset_info")
+_TYPES = {np.dtype(np.float64): Type.FLOAT64, np.dtype(np.float32): Type.FLOAT32}
+_FIELD_TYPES: dict[Any, Type] = {
+    float: Type.NATIVE_FLOAT,
+    int: Type.NATIVE_INT,
+    "action": Type.ACTION,
+    np.float64: Type.FLOAT64,
+    np.float32: Type.FLOAT32,
+    np.int64: Type.INT64,
+}
+
+
+class Registered:
+    """A task that the library knows. It must be kept for the rest of the process, because the library calls it."""
+
+    def __init__(self, id: str, kind: type[Task]) -> None:
+        self.id, self.kind = id, kind
+        self.settings = {name: s if isinstance(s, Setting) else Setting(s) for name, s in kind.options.items()}
+        for name in (*self.settings, *kind.state):
+            if hasattr(Task, name) or name in Task.__annotations__:
+                raise InvalidValueError(f"{kind.__name__}: {name!r} is a name that mjenv.Task uses itself")
+        taken = set(kind.state) & set(kind.needs)
+        if taken:
+            raise InvalidValueError(f"{kind.__name__}: {sorted(taken)[0]!r} is both in state and in needs")
+        addresses = {name: _address(getattr(kind, name)) for name in _METHODS}
+        own = [name for name in _METHODS if getattr(kind, name) is not getattr(Task, name)]
+        coded = [name for name in own if addresses[name]]
+        if coded and coded != own:
+            python = next(name for name in own if name not in coded)
+            raise OptionError(f"{kind.__name__}: {coded[0]} is machine code, so {python} must be, too", Status.E_TYPE)
+        missing = [name for name in ("reset", "observe", "step") if name not in own]
+        if missing:
+            raise OptionError(f"{kind.__name__} does not define {missing[0]}", Status.E_TYPE)
+        self.is_code = bool(coded)
+        self._kept: list[Any] = []
+        self.struct = self._described(addresses)
+
+    def open(self, id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
+        """Builds an environment of a task in machine code."""
+        return Rows(id, options, count)
+
+    def register(self) -> None:
+        function = LIBRARY["mjenv_register_task"]
+        function.argtypes, function.restype = (POINTER(_task_abi.mjenv_task),), c_int32
+        check(function(byref(self.struct)))
+
+    def _described(self, addresses: Mapping[str, int]) -> Any:
+        kind = self.kind
+        task = _task_abi.mjenv_task(ctypes.sizeof(_task_abi.mjenv_task), kind.revision)
+        task.id, task.frame_skip, task.time_limit = encoded(self.id, "the id"), kind.frame_skip, kind.time_limit or 0
+        if not hasattr(kind, "model"):
+            raise OptionError(f"{kind.__name__} does not define model", Status.E_TYPE)
+        model = os.fspath(kind.model)
+        if "<" in model:
+            task.model_text = encoded(model, "model")
+        else:
+            if model.startswith("./"):
+                model = str(_folder_of(kind) / model)
+            task.model = encoded(model, "model")
+        if kind.reward_threshold is not None:
+            task.has_reward_threshold, task.reward_threshold = 1, kind.reward_threshold
+        if kind.camera is not None:
+            task.camera = ctypes.pointer(_camera(kind.camera))
+        settings = [self._setting(name, setting) for name, setting in self.settings.items()]
+        task.options, task.option_count = (_task_abi.mjenv_task_option * len(settings))(*settings), len(settings)
+        self._build = _task_abi.BUILD(self._build_environment)
+        task.build = ctypes.cast(self._build, c_void_p).value
+        if self.is_code:
+            task.carry_count = sum(math.prod(shape) for shape in kind.state.values())
+            task.destroy = ctypes.cast(_libc.free, c_void_p).value
+            for name, address in addresses.items():
+                setattr(task, name, address or None)
+        else:
+            # The library only simulates. This function returns 0 for NULL, and build leaves self NULL.
+            nothing = ctypes.cast(LIBRARY.mjenv_window_is_open, c_void_p).value
+            task.reset = task.observe = task.step = task.reset_info = nothing
+        return task
+
+    def _setting(self, name: str, setting: Setting) -> Any:
+        default = setting.default
+        option = _task_abi.mjenv_task_option(ctypes.sizeof(_task_abi.mjenv_task_option))
+        option.name, option.doc = encoded(name, "an option's name"), setting.doc.encode()
+        if isinstance(default, bool):
+            option.kind, option.value = Kind.FLAG, default
+        elif isinstance(default, int):
+            option.kind, option.value = Kind.INTEGER, default
+        elif isinstance(default, float):
+            option.kind, option.value = Kind.REALS, default
+        elif isinstance(default, str):
+            option.kind, option.text = Kind.STRING, encoded(default, name)
+            option.choices = " ".join(setting.choices).encode() or None
+        elif isinstance(default, (tuple, list)) and default and all(isinstance(x, (int, float)) for x in default):
+            values = np.array(default, np.float64)
+            self._kept.append(values)
+            option.kind, option.values, option.count = Kind.REALS, pointer_to(values, c_double), len(values)
+        else:
+            raise OptionError(
+                f"option {name!r}: the default is a bool, an int, a float, floats or a str, not {default!r}",
+                Status.E_TYPE,
+            )
+        if option.kind != Kind.FLAG and (setting.low, setting.high) != (-math.inf, math.inf):
+            option.low, option.high = setting.low, setting.high
+        return option
+
+    # ---- the callback build ----
+
+    def _build_environment(self, builder: Any, user: Any, result: Any) -> int:
+        model = None
+        try:
+            model = Model(builder)
+            task = building.__dict__.pop("task", None)
+            if type(task) is not self.kind:
+                task = self.kind()
+            self.prepare(task, model)
+            numbers = task.build(model)
+            for name in self.kind.needs:
+                if name in ON_DEMAND:
+                    model.need(name)
+            (self._describe_code if self.is_code else self._describe_numpy)(task, model)
+            if self.is_code:
+                result[0] = _allocated(numbers)
+            return 0
+        except BaseException as error:
+            building.error = error
+            message = f"{type(error).__name__}: {error}"
+            return int(builder.contents.api.contents.fail_with(message.encode("utf-8", "replace")))
+
+    def prepare(self, task: Task, model: Model) -> None:
+        """Gives a task the attributes that its methods use."""
+        for name in ("nq", "nv", "na", "nu", "qpos0", "timestep", "dt"):
+            setattr(task, name, getattr(model, name))
+        for name, setting in self.settings.items():
+            setattr(task, name, model.option(name, setting.default))
+
+    def _describe_code(self, task: Task, model: Model) -> None:
+        for name, length in task.observation_fields.items():
+            model.describe(Role.OBSERVATION, name, (length,), Type.FLOAT64)
+        for role, fields in ((Role.INFO, task.info_fields), (Role.RESET_INFO, task.reset_info_fields)):
+            for name, given in fields.items():
+                field = given if isinstance(given, Field) else Field(given)
+                if field.type not in _FIELD_TYPES:
+                    raise OptionError(
+                        f"field {name!r} has the type {field.type!r}, which does not exist", Status.E_TYPE
+                    )
+                model.describe(role, name, field.shape, _FIELD_TYPES[field.type], field.doc)
+
+    def _describe_numpy(self, task: Task, model: Model) -> None:
+        """Calls each method once, for one row in the model's initial state, to learn what it returns."""
+        arrays = {name: np.asarray(model.array(name), np.float64)[None] for name in self.kind.needs}
+        state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
+        sim, checked = Sim(arrays, state), Checked(self.id, task, 1)
+        _, _, drawn = checked.reset(Random([np.random.default_rng(0)]))
+        for name, values in drawn.items():
+            state[name][...] = values
+        task.carry(sim)
+        length = checked.observe(sim).shape[1]
+        parts = task.observation_fields or {"observation": length}
+        if sum(parts.values()) != length:
+            raise InvalidValueError(
+                f"{self.id}: observe returned {length} numbers a row; observation_fields has {sum(parts.values())}"
+            )
+        for name, count in parts.items():
+            model.describe(Role.OBSERVATION, name, (count,), Type.FLOAT64)
+        for name, values in checked.reset_info(sim).items():
+            model.describe(Role.RESET_INFO, name, values.shape[1:], _type_of(values))
+        _, _, infos = checked.step(sim, np.zeros((1, task.nu), np.float32))
+        for name, values in infos.items():
+            # Numbers that are float32 because the action is.
+            kind = Type.ACTION if values.dtype == np.float32 else _type_of(values)
+            model.describe(Role.INFO, name, values.shape[1:], kind)
+
+
+class Checked:
+    """Calls a NumPy task's methods and checks what they return."""
+
+    def __init__(self, id: str, task: Task, rows: int) -> None:
+        self._id, self.task, self._rows = id, task, rows
+        self.kind = type(task)
+
+    def reset(self, rng: Random) -> tuple[Float64Array, Float64Array, dict[str, Float64Array]]:
+        task, rows = self.task, len(rng.streams)
+        found = task.reset(rng, rows)
+        names = tuple(self.kind.state)
+        size = 3 if names else 2
+        if not isinstance(found, tuple) or not (len(found) == size or (not names and len(found) == 3)):
+            what = "qpos, qvel and a dict of the state" if names else "qpos and qvel"
+            raise self._wrong("reset", f"returned {_kind(found)}, not {what}")
+        qpos = self._floats("reset", "qpos", found[0], (rows, task.nq))
+        qvel = self._floats("reset", "qvel", found[1], (rows, task.nv))
+        for name, values in (("qpos", qpos), ("qvel", qvel)):
+            if not np.isfinite(values).all():
+                raise self._wrong("reset", f"{name} has a number that is not finite")
+        given = found[2] if len(found) == 3 else {}
+        if not isinstance(given, dict) or set(given) != set(names):
+            shown = sorted(given) if isinstance(given, dict) else _kind(given)
+            raise self._wrong("reset", f"the state is {shown}, not a dict of {sorted(names)}")
+        return (
+            qpos,
+            qvel,
+            {
+                name: self._floats("reset", name, values, (rows, *self.kind.state[name]))
+                for name, values in given.items()
+            },
+        )
+
+    def observe(self, sim: Sim) -> NDArray[Any]:
+        obs = np.asarray(self.task.observe(sim))
+        if obs.ndim != 2 or len(obs) != self._rows or obs.dtype.kind not in "fiub":
+            raise self._wrong("observe", f"returned {_kind(obs)}, not numbers of the shape ({self._rows}, n)")
+        return obs
+
+    def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
+        return self._infos("reset_info", self.task.reset_info(sim))
+
+    def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Float64Array, NDArray[np.bool_], dict[str, NDArray[Any]]]:
+        found = self.task.step(sim, action)
+        if not isinstance(found, tuple) or len(found) != 3:
+            raise self._wrong("step", f"returned {_kind(found)}, not a reward, terminated and an info")
+        reward = self._floats("step", "the reward", found[0], (self._rows,))
+        terminated = np.asarray(found[1])
+        if terminated.dtype != np.bool_ or terminated.shape != (self._rows,):
+            raise self._wrong("step", f"terminated is {_kind(terminated)}, not bool of the shape {(self._rows,)}")
+        return reward, terminated, self._infos("step", found[2])
+
+    def _infos(self, method: str, infos: Any) -> dict[str, NDArray[Any]]:
+        if not isinstance(infos, dict):
+            raise self._wrong(method, f"the info is {_kind(infos)}, not a dict of arrays")
+        arrays = {name: np.asarray(values) for name, values in infos.items()}
+        for name, values in arrays.items():
+            if not values.ndim or len(values) != self._rows or values.dtype.kind not in "fiub":
+                raise self._wrong(
+                    method, f"info {name!r} is {_kind(values)}, not numbers of the shape ({self._rows}, ...)"
+                )
+        return arrays
+
+    def _floats(self, method: str, what: str, values: Any, shape: tuple[int, ...]) -> Float64Array:
+        array = np.asarray(values)
+        if array.shape != shape or array.dtype.kind not in "fiub":
+            raise self._wrong(method, f"{what} is {_kind(array)}, not numbers of the shape {shape}")
+        return array.astype(np.float64, copy=False)
+
+    def _wrong(self, method: str, why: str) -> TaskError:
+        return TaskError(f"{self._id}: {method}: {why}", Status.E_TASK)
+
+
+def _kind(value: Any) -> str:
+    """What a method has returned, for messages."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} of the shape {value.shape}"
+    return f"{len(value)} values" if isinstance(value, tuple) else type(value).__name__
+
+
+def _type_of(values: NDArray[Any]) -> Type:
+    return _TYPES.get(values.dtype, Type.FLOAT64 if values.dtype.kind == "f" else Type.INT64)
+
+
+def _address(function: Any) -> int:
+    """The address of machine code; 0 if it is a function of Python."""
+    if isinstance(function, staticmethod):
+        function = function.__func__
+    if isinstance(function, int):
+        return function
+    if isinstance(function, ctypes._CFuncPtr):  # type: ignore[attr-defined, unused-ignore]
+        return ctypes.cast(function, c_void_p).value or 0
+    address = getattr(function, "address", 0)  # numba's
+    return address if isinstance(address, int) else 0
+
+
+def _folder_of(kind: type[Task]) -> Path:
+    """The folder of a class's file; the current folder if it was typed into an interpreter."""
+    try:
+        return Path(inspect.getfile(kind)).resolve().parent
+    except (OSError, TypeError):
+        return Path.cwd()
+
+
+def _camera(config: Mapping[str, Any]) -> Any:
+    camera = _task_abi.mjenv_task_camera(ctypes.sizeof(_task_abi.mjenv_task_camera))
+    unknown = set(config) - {"trackbodyid", "distance", "lookat", "elevation"}
+    if unknown:
+        raise OptionError(f"camera has no {sorted(unknown)[0]!r}", Status.E_NAME)
+    camera.trackbodyid = config.get("trackbodyid", math.nan)
+    camera.distance = config.get("distance", math.nan)
+    camera.elevation = config.get("elevation", math.nan)
+    camera.lookat[:] = config.get("lookat", (math.nan,) * 3)
+    return camera
+
+
+_libc = ctypes.CDLL(None)
+_libc.malloc.argtypes, _libc.malloc.restype = (c_size_t,), c_void_p
+
+
+def _allocated(numbers: Sequence[float] | None) -> int:
+    """The address of a copy of the numbers, which the library frees with the environment."""
+    values = np.array([] if numbers is None else numbers, np.float64).reshape(-1)
+    address = _libc.malloc(max(values.nbytes, 1))
+    if not address:
+        raise MemoryError
+    ctypes.memmove(address, values.ctypes.data, values.nbytes)
+    return int(address)
+
+
+# On each thread: the task of the environment that is being built, and the last error of a build.
+building = threading.local()

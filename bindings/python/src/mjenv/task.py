@@ -1,0 +1,257 @@
+"""Tasks of your own in Python: Task is the class to derive from, and mjenv.register gives a task its id."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import byref, c_double
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import _task_abi
+from mjenv._abi import Role, Status, Type, mjenv_field
+from mjenv._handle import DTYPES, Float64Array, encoded
+from mjenv.errors import InvalidValueError
+
+# ---- What a task declares ----
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A constructor option of a task. The default decides what it holds: a bool, an int, a float, floats or a text."""
+
+    default: Any
+    doc: str = ""
+    low: float = -math.inf  # the bounds of each number, both included
+    high: float = math.inf
+    choices: tuple[str, ...] = ()  # the valid texts; empty if any text is valid
+
+
+@dataclass(frozen=True)
+class Field:
+    """A named part of the observation or of an info, for tasks in machine code.
+
+    type: in an environment of one row, float and int give Python's numbers, and the others NumPy's. "action" means
+    the type of the action.
+    """
+
+    shape: tuple[int, ...] = ()
+    type: Any = np.float64
+    doc: str = ""
+
+
+class Task:
+    """A robot and what it has to do. Derive a class from it and register it with mjenv.register.
+
+    There are two kinds of tasks. All methods of a class are of the same kind.
+
+    NumPy: the methods compute with arrays whose first axis is the row, over all rows of an environment at once. The
+    library simulates the rows on its threads; the methods run on the calling thread. Each environment has an object of
+    the class of its own, with an attribute for each option, and nq, nv, na, nu, qpos0 (the model's initial positions)
+    and timestep and dt (s). Do not store in it what changes from step to step; that belongs into `state`.
+
+    Machine code: reset, observe and step, and if wanted carry and reset_info, are functions that numba.cfunc has
+    compiled, functions of a shared object (ctypes), or addresses. They have the types of mjenv/task.h, and run for one
+    row on the library's threads, without Python. Their argument `self` points to the float64 numbers that build
+    returns. observation_fields, info_fields and reset_info_fields say what they write.
+    """
+
+    model: ClassVar[str | os.PathLike[str]]
+    """A built-in model ("hopper.xml"), a path that begins with "/", "~" or "./" (the folder of the class's file), or
+    the text of an MJCF model."""
+    frame_skip: ClassVar[int] = 1
+    """How many times a step calls mj_step."""
+    time_limit: ClassVar[int | None] = None
+    """The number of steps after which an episode is truncated."""
+    reward_threshold: ClassVar[float | None] = None
+    """The return from which the task counts as solved."""
+    camera: ClassVar[Mapping[str, Any] | None] = None
+    """Gymnasium's default_camera_config."""
+    revision: ClassVar[int] = 0
+    """Increase it when the task changes, so that snapshots of the old task are refused."""
+    options: ClassVar[Mapping[str, Any]] = {}
+    """The constructor options: name and default, or name and Setting."""
+    needs: ClassVar[Sequence[str]] = ("qpos", "qvel")
+    """NumPy: the arrays of mjData that `sim` has. Machine code: the arrays that task.h marks as on demand."""
+    state: ClassVar[Mapping[str, tuple[int, ...]]] = {}
+    """Name and shape of the numbers that a row remembers from step to step. Snapshots and copies of rows hold them."""
+    observation_fields: Mapping[str, int] = {}
+    """Names and lengths of the observation's parts. build may set it. A NumPy task may leave it empty."""
+    info_fields: Mapping[str, Field | tuple[int, ...]] = {}
+    """Machine code: the numbers of the info, in the order in which step writes them."""
+    reset_info_fields: Mapping[str, Field | tuple[int, ...]] = {}
+    """Machine code: the numbers of a reset's info."""
+
+    nq: int
+    nv: int
+    na: int
+    nu: int
+    qpos0: Float64Array
+    timestep: float
+    dt: float
+
+    def build(self, model: Model) -> Sequence[float] | None:
+        """Prepares an environment: looks up names in the model, for example. Machine code: returns the numbers to which
+        `self` points."""
+        return None
+
+    def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
+        """Draws initial states of `rows` rows. Returns qpos (rows, nq), qvel (rows, nv), and if the task has a state a
+        dict with an array (rows, *shape) for each of its names."""
+        raise NotImplementedError
+
+    def observe(self, sim: Sim) -> NDArray[Any]:
+        """Returns the observations (rows, n). They must depend on nothing but sim."""
+        raise NotImplementedError
+
+    def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Any, ...]:
+        """Returns the rewards (rows,), which rows have terminated, bool (rows,), and the infos: a dict of arrays
+        (rows, ...). Called after the simulation has advanced. action: (rows, nu).
+
+        With autoreset_mode "next_step", rows that are about to be reset take part, but what they give is not used.
+        """
+        raise NotImplementedError
+
+    def carry(self, sim: Sim) -> None:
+        """Writes into the arrays of the state in sim what the next step needs to know of the present simulation.
+        Called after each reset and step, and after set_state. Must depend on nothing but sim."""
+
+    def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
+        """Returns the infos of resets: a dict of arrays (rows, ...)."""
+        return {}
+
+
+class Sim:
+    """All rows' simulations: an array (rows, *shape) for each name in needs, which are views and read-only, and for
+    each name in state, which step and carry may write into.
+
+    After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
+    in Gymnasium.
+    """
+
+    def __init__(self, arrays: Mapping[str, Float64Array], state: Mapping[str, Float64Array]) -> None:
+        for name, array in arrays.items():
+            view = array.view()
+            view.flags.writeable = False
+            self.__dict__[name] = view
+        self.__dict__.update(state)
+
+    def __getattr__(self, name: str) -> Float64Array:
+        raise AttributeError(f"sim has no {name!r}: it has {', '.join(self.__dict__)}. The task's needs list arrays")
+
+
+class Random:
+    """The random streams of the rows that are reset, with methods of numpy.random.Generator.
+
+    The first element of size is the number of rows. Each row's numbers come from its own stream, so they do not depend
+    on which other rows are reset. streams: each row's Generator.
+    """
+
+    def __init__(self, streams: Sequence[np.random.Generator]) -> None:
+        self.streams = tuple(streams)
+
+    def random(self, size: int | tuple[int, ...]) -> Float64Array:
+        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.random(shape))
+        return drawn
+
+    def uniform(self, low: Any, high: Any, size: int | tuple[int, ...]) -> Float64Array:
+        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.uniform(low, high, shape))
+        return drawn
+
+    def standard_normal(self, size: int | tuple[int, ...]) -> Float64Array:
+        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.standard_normal(shape))
+        return drawn
+
+    def normal(self, loc: Any, scale: Any, size: int | tuple[int, ...]) -> Float64Array:
+        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.normal(loc, scale, shape))
+        return drawn
+
+    def integers(self, low: Any, high: Any, size: int | tuple[int, ...]) -> NDArray[np.int64]:
+        drawn: NDArray[np.int64] = self._draw(size, lambda stream, shape: stream.integers(low, high, shape))
+        return drawn
+
+    def _draw(self, size: int | tuple[int, ...], draw: Callable[[np.random.Generator, tuple[int, ...]], Any]) -> Any:
+        shape = size if isinstance(size, tuple) else (size,)
+        if not shape or shape[0] != len(self.streams):
+            raise InvalidValueError(f"size is {size}, but its first element must be {len(self.streams)} rows")
+        return np.stack([draw(stream, shape[1:]) for stream in self.streams])
+
+
+# ---- Building an environment ----
+
+
+class Model:
+    """What a task's build reads of the model: its sizes nq, nv, nu, nbody and so on, and names and arrays.
+
+    timestep: of one mj_step, s. dt: of one step, s. qpos0: (nq,) the initial positions.
+    """
+
+    def __init__(self, builder: Any) -> None:
+        self._builder = builder
+        self._api = builder.contents.api.contents
+        sim = builder.contents.sim.contents
+        self.nq: int = sim.nq
+        self.nv: int = sim.nv
+        self.na: int = sim.na
+        self.nu: int = sim.nu
+        self.nbody: int = sim.nbody
+        self.njnt: int = sim.njnt
+        self.ngeom: int = sim.ngeom
+        self.nsite: int = sim.nsite
+        self.ntendon: int = sim.ntendon
+        self.nsensordata: int = sim.nsensordata
+        self.timestep: float = sim.timestep
+        self.dt: float = sim.dt
+        self.qpos0: Float64Array = self.array("qpos0")
+
+    def index(self, kind: str, name: str) -> int:
+        """The index of a named "body", "joint", "site" and so on. The task is refused if the model lacks it."""
+        return int(self._api.index(self._builder, encoded(kind, "kind"), encoded(name, "the name")))
+
+    def array_index(self, name: str) -> int:
+        """Makes an array of mjData or mjModel available to machine code. Returns its index in mjenv_sim.arrays."""
+        return int(self._api.array(self._builder, encoded(name, "the name"), None))
+
+    def array(self, name: str) -> NDArray[Any]:
+        """A copy of an array of mjModel, or of mjData in the model's initial state."""
+        field = mjenv_field()
+        field.struct_size = ctypes.sizeof(field)
+        index = self._api.array(self._builder, encoded(name, "the name"), byref(field))
+        if not field.name:
+            raise InvalidValueError(f"the model has no array {name!r}", Status.E_NAME)
+        shape = tuple(field.shape[: field.ndim])
+        if not field.count:
+            return np.zeros(shape)
+        address = self._builder.contents.sim.contents.arrays[index]
+        dtype = np.dtype(DTYPES[field.type])
+        copied = ctypes.string_at(address, field.count * dtype.itemsize)
+        return np.frombuffer(copied, dtype).reshape(shape).copy()
+
+    def need(self, name: str) -> None:
+        self._api.need(self._builder, name.encode())
+
+    def option(self, name: str, default: Any) -> Any:
+        """The value of an option that a task has declared with that default."""
+        text = name.encode()
+        if isinstance(default, str):
+            return self._api.text(self._builder, text).decode()
+        if isinstance(default, (bool, int)):
+            return type(default)(self._api.integer(self._builder, text))
+        count = np.size(default)
+        values = (c_double * count)()
+        self._api.reals(self._builder, text, values, count)
+        if np.ndim(default):
+            return tuple(values)
+        return int(values[0]) if self._api.is_integer(self._builder, text) else values[0]
+
+    def describe(self, role: Role, name: str, shape: tuple[int, ...], kind: Type, doc: str = "") -> None:
+        field = _task_abi.mjenv_task_field(ctypes.sizeof(_task_abi.mjenv_task_field), role)
+        field.name, field.doc, field.type = encoded(name, "a field's name"), doc.encode(), kind
+        field.ndim = len(shape)
+        field.shape[: len(shape)] = shape
+        self._api.field(self._builder, byref(field))

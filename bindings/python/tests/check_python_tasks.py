@@ -1,0 +1,361 @@
+"""Tasks written in Python. tests/run gives these tests a process of their own, because a task stays registered."""
+
+import copy
+import ctypes
+import gc
+import pickle
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv import _task_abi
+from mjenv.task import Field, Random, Setting, Sim
+from tasks_of_python import NumpyHopper
+
+INCLUDE = Path(__file__).resolve().parents[3] / "capi" / "include"
+PENDULUM = """<mujoco><worldbody><body name="pole"><joint name="hinge" type="hinge" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.05"/></body></worldbody>
+<actuator><motor joint="hinge" ctrllimited="true" ctrlrange="-1 1"/></actuator></mujoco>"""
+
+mjenv.register("NumpyHopper-v5", NumpyHopper)
+
+
+def flat(values: Any) -> Any:
+    """What two results must have in common: types, shapes and bits."""
+    if isinstance(values, dict):
+        return {name: flat(value) for name, value in values.items()}
+    if isinstance(values, (tuple, list)):
+        return [flat(value) for value in values]
+    if values is None:
+        return None
+    array = np.asarray(values)
+    return flat(list(array)) if array.dtype == object else (array.dtype.str, array.shape, array.tobytes())
+
+
+def pair(rows: int = 64, own: str = "NumpyHopper-v5", **options: Any) -> list[mjenv.VectorEnv]:
+    envs = [mjenv.make_vec(id, rows, **options) for id in ("Hopper-v5", own)]
+    assert flat(envs[0].reset(seed=3)) == flat(envs[1].reset(seed=3))
+    return envs
+
+
+def check_steps(envs: list[mjenv.VectorEnv], steps: int, dtype: Any = np.float32, seed: int = 0) -> int:
+    """Steps both and returns how many episodes ended."""
+    stream, ended = np.random.default_rng(seed), 0
+    for _ in range(steps):
+        action = stream.uniform(-1, 1, (envs[0].num_envs, 3)).astype(dtype)
+        built_in, own = (env.step(action) for env in envs)
+        assert flat(built_in) == flat(own)
+        ended += int((built_in[2] | built_in[3]).sum())
+    return ended
+
+
+@pytest.mark.parametrize(("threads", "mode", "dtype"), [(1, "next_step", np.float32), (2, "same_step", np.float64)])
+def test_hopper_equals_the_built_in_one(threads: int, mode: str, dtype: Any) -> None:
+    assert check_steps(pair(num_threads=threads, autoreset_mode=mode), 1000, dtype) > 1000
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+def test_options_and_time_limit(mode: str) -> None:
+    options = {"healthy_z_range": (0.2, 9.0), "exclude_current_positions_from_observation": False, "frame_skip": 3}
+    envs = pair(5, autoreset_mode=mode, max_episode_steps=10, ctrl_cost_weight=0.25, dtype=np.float32, **options)
+    assert check_steps(envs, 45) > 15
+
+
+def test_reset_by_mask() -> None:
+    envs = pair(4, autoreset_mode="disabled")
+    mask = np.array([True, False, True, False])
+    check_steps(envs, 5)
+    assert flat(envs[0].reset(options={"reset_mask": mask})) == flat(envs[1].reset(options={"reset_mask": mask}))
+    check_steps(envs, 5)
+    while not envs[1].step(np.ones((4, 3)))[2].any():
+        pass
+    with pytest.raises(mjenv.ResetNeeded, match="its episode has ended"):
+        envs[1].step(np.ones((4, 3)))
+
+
+def test_states_and_images() -> None:
+    envs = pair(6, autoreset_mode="next_step")
+    check_steps(envs, 7)
+    images = [env.snapshot() for env in envs]
+    rows = [env.snapshot(2) for env in envs]
+    check_steps(envs, 30, seed=1)
+    for env, image, row in zip(envs, images, rows, strict=True):
+        env.restore(image)
+        env.restore(row, 4)
+        env.copy_row(0, np.arange(6) == 5)
+        env.envs[1].set_state(env.envs[1].data.qpos + 0.01, env.envs[1].data.qvel)
+        env.envs[3].do_simulation([0.1, 0.2, 0.3], 2)
+    assert flat(envs[0].observe()) == flat(envs[1].observe())
+    check_steps(envs, 30, seed=2)
+    for again in (copy.deepcopy(envs), pickle.loads(pickle.dumps(envs))):
+        check_steps(again, 30, seed=3)
+    damaged = bytearray(images[1])
+    damaged[-9] ^= 1
+    with pytest.raises(mjenv.SnapshotError):
+        envs[1].restore(bytes(damaged))
+    with pytest.raises(mjenv.SnapshotError):
+        envs[1].restore(images[0])
+    with pytest.raises(mjenv.SnapshotError):
+        envs[1].restore(b"")
+
+
+def test_single_environment() -> None:
+    envs = [gymnasium.make(f"mjenv/{id}", disable_env_checker=True) for id in ("Hopper-v5", "NumpyHopper-v5")]
+    specs = [mjenv.spec(id) for id in ("Hopper-v5", "NumpyHopper-v5")]
+    assert specs[1].max_episode_steps == specs[0].max_episode_steps
+    assert specs[1].reward_threshold == specs[0].reward_threshold
+    assert envs[1].action_space == envs[0].action_space
+    assert envs[1].observation_space == envs[0].observation_space
+    action = np.array([0.1, -0.2, 0.3], np.float32)
+    for seed in range(3):
+        assert flat(envs[0].reset(seed=seed)) == flat(envs[1].reset(seed=seed))
+        ended = False
+        while not ended:
+            built_in, own = (env.step(action) for env in envs)
+            assert flat(built_in) == flat(own)
+            ended = bool(built_in[2])
+    assert flat(envs[0].reset()) == flat(envs[1].reset())
+
+
+def test_gymnasium_makes_vectors() -> None:
+    env = gymnasium.make_vec("mjenv/NumpyHopper-v5", 3)
+    other = mjenv.make_vec("Hopper-v5", 3)
+    assert flat(env.reset(seed=1)) == flat(other.reset(seed=1))
+
+
+def test_steps_of_some_rows_and_rollouts_are_refused() -> None:
+    env = mjenv.make_vec("NumpyHopper-v5", 2)
+    env.reset(seed=0)
+    with pytest.raises(mjenv.TaskError, match="send works with tasks in machine code"):
+        env.send(np.zeros((2, 3)))
+    with pytest.raises(mjenv.TaskError, match="rollout works with tasks in machine code"):
+        env.rollout(np.zeros((2, 4, 3)))
+
+
+class Pendulum(mjenv.Task):
+    """Fails as its attribute `fault` says."""
+
+    model = PENDULUM
+    needs = ("qpos", "qvel", "xpos", "time")
+    state = {"goal": (2,), "count": ()}  # noqa: RUF012
+    options = {"reach": Setting(0.5, "how far", low=0, high=1), "label": "a"}  # noqa: RUF012
+    fault = ""
+    reach: float
+
+    def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
+        if self.fault == "reset":
+            raise ZeroDivisionError("in reset")
+        qpos = rng.normal(0.0, 0.1, (rows, self.nq + (self.fault == "qpos")))
+        goal = {"goal": rng.uniform(0, self.reach, (rows, 2)), "count": rng.integers(0, 5, rows)}
+        return qpos, np.zeros((rows, self.nv)), {} if self.fault == "state" else goal
+
+    def observe(self, sim: Sim) -> Any:
+        if self.fault == "observe":
+            raise ZeroDivisionError("in observe")
+        return np.concatenate([sim.qpos, sim.qvel, sim.goal, sim.count[:, None]], 1)
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        if self.fault == "step":
+            raise ZeroDivisionError("in step")
+        if self.fault == "terminated":
+            return sim.time, np.zeros(len(action)), {}
+        if self.fault == "NaN":
+            return sim.time * np.nan, sim.time < 0, {"place": sim.xpos[:, 1]}
+        if self.fault == "write":
+            sim.qpos[0] = 1
+        if self.fault == "info":
+            return sim.time, sim.time < 0, {"place": sim.xpos[:, 0], "other": sim.time}
+        sim.count[...] += 1
+        return sim.time, sim.time > 1, {"place": sim.xpos[:, 1]}
+
+
+mjenv.register("Pendulum-v0", Pendulum)
+
+
+def test_state_belongs_to_the_row() -> None:
+    envs = mjenv.make_vec("Pendulum-v0", 3, reach=0.25)
+    first, _ = envs.reset(seed=[5, 6, 7])
+    assert (first[:, 2:4] < 0.25).all()
+    for row, seed in enumerate((5, 6, 7)):
+        stream = np.random.default_rng(seed)
+        drawn = [*stream.normal(0.0, 0.1, 1), 0, *stream.uniform(0, 0.25, 2), stream.integers(0, 5)]
+        np.testing.assert_array_equal(first[row], drawn)
+    obs, *_ = envs.step(np.zeros((3, 1)))
+    np.testing.assert_array_equal(obs[:, 2:4], first[:, 2:4])
+    np.testing.assert_array_equal(obs[:, 4], first[:, 4] + 1)
+    envs.copy_row(0, np.array([False, True, False]))
+    np.testing.assert_array_equal(envs.observe()[1], obs[0])
+
+
+@pytest.mark.parametrize(
+    ("fault", "error", "message"),
+    [
+        ("step", ZeroDivisionError, "in step"),
+        ("observe", ZeroDivisionError, "in observe"),
+        ("terminated", mjenv.TaskError, r"step: terminated is float64 of the shape \(3,\), not bool"),
+        ("NaN", mjenv.TaskError, "row 0: Pendulum-v0: step: the reward is NaN"),
+        ("info", mjenv.TaskError, r"step: the infos have the shapes \{'place': \(3, 3\), .* not \{'place': \(3, 3\)\}"),
+        ("write", ValueError, "read-only"),
+    ],
+)
+def test_a_step_that_fails(fault: str, error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    envs = mjenv.make_vec("Pendulum-v0", 3)
+    envs.reset(seed=0)
+    with monkeypatch.context() as patch:
+        patch.setattr(Pendulum, "fault", fault)
+        with pytest.raises(error, match=message):
+            envs.step(np.zeros((3, 1)))
+    envs.step(np.zeros((3, 1)))
+    envs.reset(seed=0)
+
+
+@pytest.mark.parametrize(
+    ("fault", "error", "message"),
+    [
+        ("reset", ZeroDivisionError, "in reset"),
+        ("qpos", mjenv.TaskError, r"reset: qpos is float64 of the shape \(3, 2\), not numbers of the shape \(3, 1\)"),
+        ("state", mjenv.TaskError, r"reset: the state is \[\], not a dict of \['count', 'goal'\]"),
+    ],
+)
+def test_a_reset_that_fails(fault: str, error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    envs, other = mjenv.make_vec("Pendulum-v0", 3), mjenv.make_vec("Pendulum-v0", 3)
+    envs.reset(seed=0)
+    other.reset(seed=0)
+    with monkeypatch.context() as patch:
+        patch.setattr(Pendulum, "fault", fault)
+        with pytest.raises(error, match=message):
+            envs.reset()
+        with pytest.raises(error):
+            mjenv.make_vec("Pendulum-v0", 3)
+    assert flat(envs.reset()) == flat(other.reset())
+
+
+def changed(**attributes: Any) -> type[mjenv.Task]:
+    return type("Changed", (Pendulum,), attributes)
+
+
+@pytest.mark.parametrize(
+    ("id", "task", "error", "message"),
+    [
+        ("Pendulum-v0", Pendulum, mjenv.InvalidValueError, "already registered"),
+        ("Ant-v5", Pendulum, mjenv.InvalidValueError, "built-in"),
+        ("bad id", Pendulum, mjenv.InvalidValueError, "an id is a name"),
+        ("New-v0", Pendulum(), mjenv.OptionError, "a class derived from mjenv.Task"),
+        ("New-v0", mjenv.Task, mjenv.OptionError, "does not define reset"),
+        ("New-v0", changed(state={"qpos": (1,)}), mjenv.InvalidValueError, "both in state and in needs"),
+        ("New-v0", changed(options={"step": 1}), mjenv.InvalidValueError, "a name that mjenv.Task uses"),
+        ("New-v0", changed(options={"x": None}), mjenv.OptionError, "not None"),
+        ("New-v0", changed(frame_skip=0), mjenv.InvalidValueError, "frame_skip is 0"),
+        ("New-v0", changed(observe=12345), mjenv.OptionError, "observe is machine code, so reset must be, too"),
+    ],
+)
+def test_bad_tasks(id: str, task: Any, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        mjenv.register(id, task)
+    assert "New-v0" not in mjenv.ids()
+
+
+def test_missing_needs() -> None:
+    mjenv.register("Lacking-v0", changed(needs=("qpos", "qvel", "nonsense")))
+    with pytest.raises(mjenv.Error, match="nonsense"):
+        mjenv.make_vec("Lacking-v0", 2)
+    mjenv.register("Unlisted-v0", changed(needs=("qpos", "qvel", "time")))
+    with pytest.raises(AttributeError, match="sim has no 'xpos'"):
+        mjenv.make_vec("Unlisted-v0", 2)
+
+
+# ---- machine code ----
+
+CODE = """
+#include <mjenv/task.h>
+int32_t reset(const double *self, mjenv_start *start) {
+  start->qpos[0] = mjenv_random_uniform(start->random, -self[0], self[0]);
+  start->carried[1] = start->carry_count;
+  return 0;
+}
+int32_t observe(const double *self, const mjenv_sim *sim, double *observation) {
+  observation[0] = sim->qpos[0], observation[1] = sim->qvel[0], observation[2] = sim->carried[1];
+  return 0;
+}
+int32_t step(const double *self, const mjenv_sim *sim, mjenv_outcome *outcome) {
+  if (sim->action[0] > 0.9) return mjenv_task_fail(sim->api, "too strong");
+  outcome->reward = self[0] + sim->action[0], outcome->carried[1] += 1;
+  outcome->info[0] = sim->geom_xpos[2], outcome->terminated = sim->qpos[0] > self[1];
+  return 0;
+}
+"""
+
+SIZES = r"""
+#include <mjenv/task.h>
+#include <stdio.h>
+#define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
+int main(void) {
+  SHOW(mjenv_task_option, choices); SHOW(mjenv_task_field, shape); SHOW(mjenv_task_camera, elevation);
+  SHOW(mjenv_sim, arrays); SHOW(mjenv_start, carry_count); SHOW(mjenv_outcome, random);
+  SHOW(mjenv_task_api, permutation); SHOW(mjenv_builder, random); SHOW(mjenv_task, step);
+}
+"""
+
+
+def compiled(folder: Path, source: str, *options: str) -> Path:
+    (folder / "code.c").write_text(source)
+    made = folder / "code.so"
+    subprocess.run(["cc", "-I", INCLUDE, *options, "-o", made, folder / "code.c"], check=True)
+    return made
+
+
+def test_structs_are_those_of_the_header(tmp_path: Path) -> None:
+    shown = subprocess.run([compiled(tmp_path, SIZES)], check=True, capture_output=True, text=True).stdout
+    assert len(shown.splitlines()) == 9
+    for line in shown.splitlines():
+        name, size, offset = line.split()
+        struct = getattr(_task_abi, name)
+        assert (ctypes.sizeof(struct), getattr(struct, struct._fields_[-1][0]).offset) == (int(size), int(offset)), name
+
+
+def test_functions_of_a_shared_object(tmp_path: Path) -> None:
+    code = ctypes.CDLL(str(compiled(tmp_path, CODE, "-shared", "-fPIC")))
+
+    class Coded(mjenv.Task):
+        model = PENDULUM
+        options = {"spread": 0.25}  # noqa: RUF012
+        needs = ("geom_xpos",)
+        state = {"a": (), "b": ()}  # noqa: RUF012
+        observation_fields = {"all": 3}  # noqa: RUF012
+        info_fields = {"height": Field(doc="of the geom, m")}  # noqa: RUF012
+        reset, observe, step = code.reset, code.observe, code.step
+
+        def build(self, model: Any) -> Any:
+            assert model.index("body", "pole") == 1
+            return [self.spread, 0.1]  # type: ignore[attr-defined]
+
+    mjenv.register("Coded-v0", Coded)
+    gc.collect()
+    envs = mjenv.make_vec("Coded-v0", 4, num_threads=2, spread=0.5)
+    obs, _ = envs.reset(seed=1)
+    drawn = [np.random.default_rng(1 + row).uniform(-0.5, 0.5) for row in range(4)]
+    np.testing.assert_array_equal(obs[:, 0], drawn)
+    np.testing.assert_array_equal(obs[:, 2], 2)
+    image = envs.snapshot()
+    first = envs.step(np.full((4, 1), 0.5))
+    np.testing.assert_array_equal(first[1], 1.0)
+    np.testing.assert_array_equal(first[0][:, 2], 3)
+    np.testing.assert_array_equal(first[2], first[0][:, 0] > 0.1)
+    assert (first[4]["height"] < 0).all()
+    envs.restore(image)
+    assert flat(envs.step(np.full((4, 1), 0.5))) == flat(first)
+    with pytest.raises(mjenv.TaskError, match="too strong"):
+        envs.step(np.ones((4, 1)))
+
+    class Refused(Coded):
+        def build(self, model: Any) -> Any:
+            return [model.index("body", "leg")]
+
+    mjenv.register("Refused-v0", Refused)
+    with pytest.raises(mjenv.ModelError, match="leg"):
+        mjenv.make_vec("Refused-v0", 1)
