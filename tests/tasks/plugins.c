@@ -45,6 +45,18 @@ static void test_loaded(void** state) {
   mjenv_destroy(env_of_id("CppHopper-v5", 1));
 }
 
+static void test_names_alike(void** state) {
+  (void)state;
+  assert_ok(mjenv_load_tasks(PLUGINS "/libdoubles.so"));
+  static const char* const ids[][2] = {{"TwoFields-v0", "\"speed\""}, {"TwoTerms-v0", "\"qpos\""}};
+  for (size_t i = 0; i < COUNT(ids); ++i) {
+    mjenv_options* options = options_of_id(ids[i][0]);
+    mjenv_env* env = NULL;
+    assert_refused(MJENV_E_TASK, mjenv_create(options, 1, &env), ids[i][0], "two", ids[i][1]);
+    mjenv_options_destroy(options);
+  }
+}
+
 // What a child that starts with MJENV_TASKS=paths gives back: it runs this program with an argument.
 static int child(const char* program, const char* paths) {
   const pid_t pid = fork();
@@ -92,10 +104,8 @@ int main(int count, char** arguments) {
   program = arguments[0];
   unsetenv("MJENV_TASKS");
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_refused),
-      cmocka_unit_test(test_loaded),
-      cmocka_unit_test(test_environment),
-      cmocka_unit_test(test_no_environment),
+      cmocka_unit_test(test_refused),     cmocka_unit_test(test_loaded),         cmocka_unit_test(test_names_alike),
+      cmocka_unit_test(test_environment), cmocka_unit_test(test_no_environment),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

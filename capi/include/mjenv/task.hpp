@@ -350,6 +350,8 @@ class Info {
     return to;
   }
   void learn(const char *name, mjenv_type type, std::int32_t ndim, Eigen::Index count, const char *doc) {
+    for (const auto &entry : *learned_)
+      if (entry.text == name) throw std::logic_error("the info has two fields \"" + entry.text + '"');
     mjenv_task_field field{};
     field.struct_size = sizeof field;
     field.role = role_;
@@ -655,6 +657,8 @@ class Robot {
     const Sim sim(builder_->sim, builder_);
     if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", 0, 1, skipped_qpos_);
     for (auto &term : functions_.terms) {
+      for (const auto *other = functions_.terms.data(); other != &term; ++other)
+        if (other->name == term.name) throw std::logic_error("the observation has two terms \"" + term.name + '"');
       term.count = term.write(sim, nullptr, 0);
       if (term.count > 0) describe(MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
       if (structured_) describe(MJENV_ROLE_STRUCTURE, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);

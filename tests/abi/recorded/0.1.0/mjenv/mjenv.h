@@ -337,7 +337,9 @@ MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t cap
 
 /* ---- Ids ---- */
 
-/* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). */
+/* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It leaves out
+ * "Model-v0", which steps a model without a task and is known all the same: it needs the option xml_file or xml_string,
+ * observes qpos and qvel, has the reward 0 and never terminates. */
 MJENV_API int64_t mjenv_id_count(void);
 
 /* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task
