@@ -10,10 +10,10 @@ namespace mjenv::core {
 bool prepare_thread_locals() noexcept {
   // MuJoCo's variables take 1.2 KB; glibc's table of all libraries' variables takes 1 KB or more.
   constexpr std::size_t kEnough = 16384;
-  void* room = std::malloc(kEnough);
-  __asm__ volatile("" : "+r"(room));  // else the compiler drops the allocation
+  void* const volatile room = std::malloc(kEnough);  // volatile: otherwise the compiler drops the allocation
+  const bool enough = room != nullptr;
   std::free(room);
-  if (!room) return false;
+  if (!enough) return false;
   const ErrorTrap of_mujoco;
   static_cast<void>(std::uncaught_exceptions());
   return true;

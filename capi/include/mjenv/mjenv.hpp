@@ -6,13 +6,13 @@
  *
  * Errors
  *   A call that fails throws mjenv::Error, which has the status and the reason. This header itself refuses:
- *     - a mask or a list of seeds with another length than the rows (MJENV_E_SIZE),
+ *     - a mask or a list of seeds whose length is not the number of rows (MJENV_E_SIZE),
  *     - a row that a Batch does not have, and an integer beyond int64_t (MJENV_E_VALUE),
  *     - a std::string with a NUL inside (MJENV_E_ARGUMENT),
  *     - a library with another MJENV_ABI_VERSION, when Options are created (MJENV_E_INTERNAL).
- *   Without exceptions (-fno-exceptions), functions that have no result return the status, and the others return an
+ *   Without exceptions (-fno-exceptions), functions with no other result return the status, and the others return an
  *   empty result when they fail. status() of Options returns the first failure, so that set() can be chained; status()
- *   of the other classes returns the status of the last call that was not const.
+ *   of the other classes returns the status of the last call of a non-const method.
  * Moved-from objects may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
@@ -204,7 +204,8 @@ struct Batch {
   Span<const double> obs_of(std::size_t row) const { return part(obs, row); }
   Span<const double> final_obs_of(std::size_t row) const { return part(final_obs, row); }
 
-  /* The same arrays, for the functions of mjenv.h. It is valid until a vector is resized. */
+  /* The same arrays as a mjenv_batch, for the functions of mjenv.h. Its pointers are valid until a vector is resized.
+   */
   mjenv_batch raw() {
     mjenv_batch batch{};
     batch.struct_size = sizeof batch;

@@ -4,27 +4,22 @@
  *   A task is a struct mjenv_task: a description and callbacks. mjenv_register_task adds its id to the ids that
  *   mjenv_options_create and the other functions of mjenv.h know.
  * Plug-in
- *   A plug-in is a shared object that exports tasks (MJENV_PLUGIN). mjenv_load_tasks loads it in any language. It needs
- *   only this header and does not link with libmjenv.
- * Threads
- *   build and destroy run on the thread that creates or destroys the environment. The other callbacks run on the
- *   threads that step the rows. One call concerns one row, and calls for different rows run at the same time. So a
- *   callback must not change anything but the memory that it is given to write. Numbers that a task needs to remember
- *   from step to step are "carried" by the row (carry_count): snapshots save them, and mjenv_copy_row copies them.
- * Errors
- *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. mjenv.h's function then returns
- *   MJENV_E_TASK with a message that names the id, the callback and the row; it steps the other rows. A row whose
- *   reset, step or carry fails keeps its state. A callback need not check this header's functions for errors: if it
- *   passes them an unknown name, an option of another kind or an impossible range, the library makes it fail.
- * Forbidden
- *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
- *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
- * Numbers
- *   After a step, a callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and
- *   time are new, but what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because
- *   mj_step computes it before it integrates. After a reset, everything belongs to the same state.
- * Compatibility
- *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
+ *   A plug-in is a shared object that exports tasks (MJENV_PLUGIN). mjenv_load_tasks loads it in any language. A
+ * plug-in needs only this header and does not link with libmjenv. Threads build and destroy run on the thread that
+ * creates or destroys the environment. The other callbacks run on the threads that step the rows. One call concerns one
+ * row, and calls for different rows run at the same time. So a callback must not change anything but the memory that it
+ * is given to write. Numbers that a task needs to remember from step to step are "carried" by the row (carry_count):
+ * snapshots save them, and mjenv_copy_row copies them. Errors A callback returns 0, or fails with `return
+ * mjenv_task_fail(api, "the reason")`. The function of mjenv.h that the program called then returns MJENV_E_TASK with a
+ * message that names the id, the callback and the row; the other rows are computed. A row whose reset, step or carry
+ * fails keeps its state. A callback need not check this header's functions for errors: if it passes them an unknown
+ * name, an option of another kind or an impossible range, the library makes it fail. Forbidden A callback must not be
+ * left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step or change the environment
+ * that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever. Numbers After a step, a
+ * callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and time are new, but
+ * what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because mj_step computes it
+ * before it integrates. After a reset, everything belongs to the same state. Compatibility As in mjenv.h. In an array
+ * of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
 #define MJENV_TASK_H
 
@@ -55,8 +50,9 @@ typedef struct mjenv_task_option {
   const char *choices;  /* the valid texts, separated by blanks; NULL: any text is valid */
 } mjenv_task_option;
 
-/* One named part of the observation, the info, the reset info or the observation_structure, or the reward's type. The
- * fields of a role are stored one after the other, in the order in which they are described. */
+/* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
+ * only sets the reward's type. The fields of a role are stored one after the other, in the order in which they are
+ * described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;  /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
@@ -89,8 +85,8 @@ typedef struct mjenv_contact {
 } mjenv_contact;
 
 /* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one
- * such struct, whose arrays stay at their addresses; in another call they hold another row. Arrays marked "on demand"
- * cost time in each step, so they are NULL unless build asked for them with mjenv_build_need. */
+ * such struct. Its pointers stay the same from call to call, but the arrays then hold another row. Arrays marked "on
+ * demand" cost time in each step, so they are NULL unless build asked for them with mjenv_build_need. */
 typedef struct mjenv_sim {
   uint32_t struct_size;
   mjenv_dtype action_dtype; /* the dtype of the action that the caller passed */
@@ -146,7 +142,8 @@ typedef struct mjenv_sim {
   const void *const *arrays; /* arrays[i] is the array for which mjenv_build_array returned i */
 } mjenv_sim;
 
-/* The initial state of an episode, which the callback reset changes. The comments say what it holds before the call. */
+/* The initial state of an episode, which the reset callback changes. The comments say what each member holds before the
+ * call. */
 typedef struct mjenv_start {
   uint32_t struct_size;
   int32_t reserved; /* 0 */
@@ -162,7 +159,7 @@ typedef struct mjenv_start {
   int32_t carry_count;
 } mjenv_start;
 
-/* The result of a step, which the callback step writes. The comments say what it holds before the call. */
+/* The result of a step, which the step callback writes. The comments say what each member holds before the call. */
 typedef struct mjenv_outcome {
   uint32_t struct_size;
   int32_t terminated;   /* 0. Any other number terminates the episode */
@@ -197,7 +194,8 @@ typedef struct mjenv_task {
   void *user; /* passed to build; if build is NULL, passed to the other callbacks as self */
 
   /* Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores
-   * in *self what the other callbacks need. If it fails, it frees what it allocated. NULL: nothing to prepare. */
+   * in *self what the other callbacks need. If it fails, it must free what it allocated, because destroy is then not
+   * called. NULL: nothing to prepare. */
   int32_t (*build)(mjenv_builder *builder, void *user, void **self);
 
   /* Frees self when the environment is destroyed. Not called if build failed. NULL: nothing to free. */
@@ -227,9 +225,9 @@ typedef struct mjenv_task {
 /* Registers a task for the rest of the process. Any thread may call it at any time.
  * task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay
  *       valid until the process ends
- * Errors: ARGUMENT (a required pointer, name or callback is missing, or a callback has nothing to do), VALUE (the id is
- * malformed or already registered, or a number is out of its bounds), TYPE (a task cannot have this kind, type or
- * role). */
+ * Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry
+ * without build and with carry_count 0), VALUE (the id is malformed or already registered, or a number is out of its
+ * bounds), TYPE (a task cannot have this kind, type or role). */
 MJENV_API mjenv_status mjenv_register_task(const mjenv_task *task);
 
 /* ---- Plug-ins ---- */
@@ -304,7 +302,7 @@ static inline int32_t mjenv_task_fail(const mjenv_task_api *api, const char *mes
 }
 
 /* ---- Functions for build ----
- * If one of them fails, build fails, whatever it returns. The function itself then returns 0 or "". */
+ * If one of them fails, it returns 0 or "", and build fails even if build returns 0. */
 
 /* Returns the value of an option of the kind FLAG or INTEGER. */
 static inline int64_t mjenv_build_integer(mjenv_builder *builder, const char *option) {
@@ -346,13 +344,13 @@ static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const cha
   return builder->api->option_index(builder, option, type);
 }
 
-/* Returns 1 if norms are rounded as a NumPy does that fuses multiplications with additions, else 0 (the option "norm").
+/* Returns 1 if norms must be rounded as by a NumPy that uses fused multiply-add, else 0 (the option "norm").
  * See Norm in mjenv/numpy.hpp. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
-/* Makes an array that MuJoCo or the library computes only on demand available and up to date in all callbacks.
- * array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos" or
- *        "light_xdir" */
+/* Makes an array available and up to date in all callbacks that take a mjenv_sim. Without this call, it is not
+ * computed. array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat",
+ * "light_xpos" or "light_xdir" */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
 /* Makes an array of mjData or mjModel available in all callbacks, and returns its index in mjenv_sim.arrays.

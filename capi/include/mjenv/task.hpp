@@ -17,17 +17,16 @@
  *   }
  *
  * Definition
- *   This function is the task's definition. It runs once without a model, when the task is registered, to list the
- *   options; then the methods return defaults and indices of 0. It runs again whenever an environment is created, on
- *   the thread that creates it. Then the methods return the caller's values of the options and indices in the model.
- *   Afterwards one trial call of each lambda but reset's, on the model's initial state, finds out the fields and their
- *   lengths.
+ *   The body of MJENV_TASK is the task's definition. It runs once without a model, when the task is registered, to list
+ *   the options; then r's methods return defaults and indices of 0. It runs again whenever an environment is created,
+ * on the thread that creates it. Then the methods return the caller's values of the options and indices in the model.
+ *   Afterwards the library calls each lambda except reset once, on the model's initial state, to learn the fields and
+ *   their lengths (a trial call).
  * Lambdas
- *   They run for one row each, on several threads at the same time. So they capture by value and change nothing but
- *   their non-const parameters. An exception that a lambda throws is the error of its row (MJENV_E_TASK).
- * Use
- *   A file with definitions that is compiled to a shared object is a plug-in (CMake: mjenv_add_tasks). A program
- *   registers the definitions that it contains with mjenv::register_tasks().
+ *   Each call of a lambda is for one row, and calls run on several threads at the same time. So lambdas must capture by
+ *   value and must change nothing but their non-const parameters. An exception that a lambda throws is the error of its
+ * row (MJENV_E_TASK). Use A file with definitions that is compiled to a shared object is a plug-in (CMake:
+ * mjenv_add_tasks). A program registers the definitions that it contains with mjenv::register_tasks().
  *
  * This header needs Eigen, whose vectors and maps it uses. */
 #ifndef MJENV_TASK_HPP
@@ -58,8 +57,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action. Only a step has one; elsewhere its values are NaN. dtype is the dtype that the caller passed. values
- * holds a float32 exactly. */
+/* A row's action. Its values are 0 in trial calls, and NaN in all lambdas but step. dtype is the dtype that the caller
+ * passed; values holds doubles, which are equal to the caller's numbers for float32, too. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -471,8 +470,8 @@ class Robot {
   Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
   /* Refuses models whose qpos or qvel has another length. */
   Robot &needs_exactly(int nq, int nv) { return require(this->nq() == nq && this->nv() == nv, "", nq, nv); }
-  /* Makes an array that is computed on demand available ("contacts", "cfrc_ext", "geom_xpos"). The trial calls find out
-   * the arrays that they use. Call this for an array that a lambda uses in some calls only. */
+  /* Makes an array available that is computed on demand ("contacts", "cfrc_ext", "geom_xpos"). Only needed if no trial
+   * call uses the array, because the lambda uses it in some calls only. */
   Robot &needs(const char *array) {
     if (builder_) mjenv_build_need(builder_, array);
     return *this;
@@ -615,7 +614,7 @@ class Robot {
   }
 
   /* Makes the row keep count numbers from step to step. They are 0 at the start of an episode. reset changes them with
-   * start[kept] and step with row[kept]; all lambdas read them with s[kept]. */
+   * start[kept] and step with row[kept]; all lambdas that take a Sim s read them with s[kept]. */
   Kept keep(Eigen::Index count) {
     const Kept kept{kept_, count};
     kept_ += count;
@@ -626,7 +625,7 @@ class Robot {
   void reset(std::function<void(Start &, Rng &)> draw) { functions_.reset = std::move(draw); }
   /* Sets the lambda that writes the info of a reset. */
   void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
-  /* Sets the lambda before(sim) that returns what a step needs to know of the state before it: a vector of fixed
+  /* Sets a lambda before(sim). It returns what the next step needs to know of the present state: a vector of fixed
    * length. It is called at the end of each reset and step. */
   template <typename F>
   void carry(const F &before) {

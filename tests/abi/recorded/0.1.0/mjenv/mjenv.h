@@ -31,19 +31,15 @@
  * Errors
  *   A function that can fail returns MJENV_OK (0) or a negative mjenv_status, and the handle stays usable.
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
- *   one exception: if a call computes several rows and some of them fail, it computes the others, writes their outputs,
- *   and then returns an error. mjenv_batch.status tells which rows failed. If MuJoCo fails in a row, the row keeps the
- *   state that it had before the failed step or reset.
- *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
- *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
- *               small
- *     BUSY      another thread is inside a call with the same handle
- *     MEMORY    there is not enough memory
- *     INTERNAL  the library has a bug
- *   Functions that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv.
- *   Functions with FORKED among their errors return it in a forked child if the environment has more than one thread,
- *   because the child does not have these threads.
- * Ownership
+ *   one exception: if some rows fail (PHYSICS, TASK), the call still computes the other rows, writes their outputs, and
+ *   then returns an error. mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo
+ * fails in a row, the row keeps the state that it had before the failed step or reset. The comments below list errors
+ * without their prefix MJENV_E_, and leave out those that any function may return: ARGUMENT  a required pointer is
+ * NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too small BUSY      another thread is
+ * inside a call with the same handle MEMORY    there is not enough memory INTERNAL  the library has a bug Functions
+ * that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv. Functions
+ * with FORKED among their errors return it in a forked child if the environment has more than one thread, because the
+ * child does not have these threads. Ownership
  *   *_create gives the caller a handle, which the caller passes to *_destroy. *_destroy does nothing for NULL and for
  *   destroyed handles, and cannot fail. It waits for the calls that other threads are making with the handle. Later
  *   calls with the handle return ARGUMENT. Functions that return no status return 0 or NULL instead.
@@ -53,9 +49,9 @@
  * Threads
  *   Different threads can use different handles at the same time. A handle can be used on any thread, by one thread at
  *   a time: while one thread is inside a call with a handle, a call with it on another thread returns BUSY.
- *   mjenv_render and mjenv_window_draw also use the environment while they read its row. Exceptions:
- *     - Functions that take a const mjenv_env *, mjenv_renderer * or mjenv_window *, mjenv_renderer_create,
- *       mjenv_window_create and mjenv_error_of can be called at any time, and never return BUSY.
+ *   While mjenv_render or mjenv_window_draw reads the row, it counts as a call with the environment, too. Exceptions:
+ *     - Functions whose mjenv_env *, mjenv_renderer * or mjenv_window * is const, and mjenv_renderer_create,
+ *       mjenv_window_create and mjenv_error_of, can be called at any time, and never return BUSY.
  *     - Several threads can read the same options, or create environments from them, at the same time. BUSY means that
  *       one thread sets options while another uses them.
  *     - Windows belong to the main thread. Renderers of MJENV_GL_GLFW are created and destroyed on it.
@@ -111,7 +107,7 @@ enum mjenv_status_value {
   MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read */
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
-  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or its id, model, options or rows are others */
+  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options or number of rows */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
@@ -212,7 +208,7 @@ typedef struct mjenv_spec {
 /* The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays
  * that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays
  * have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count].
- * For mjenv_rollout, all arrays have mjenv_rows * steps elements. The other functions can share one batch. */
+ * For mjenv_rollout, [rows] is mjenv_rows * steps. The other functions can share one batch. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
   mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest */
@@ -228,10 +224,10 @@ typedef struct mjenv_batch {
   double *reward;      /* [rows] */
   uint8_t *terminated; /* [rows] 0 or 1 */
   uint8_t *truncated;  /* [rows] 0 or 1 */
-  int32_t *status;     /* [rows] MJENV_OK, or why the row failed: MJENV_E_TASK if a callback of a registered task
-                          failed, else MJENV_E_PHYSICS. The other outputs of a row that failed are undefined. If the
-                          call itself returns MJENV_OK, MJENV_E_PHYSICS means that the row's state diverged and MuJoCo
-                          reset the simulation; then the other outputs are valid */
+  int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo
+                          failed, or the row's state diverged and MuJoCo reset the simulation. A diverged row's other
+                          outputs are valid, those of a failed row are undefined. If the call returns MJENV_OK, no row
+                          failed; otherwise MJENV_E_PHYSICS can mean either */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -286,8 +282,8 @@ enum mjenv_visual_value {
   MJENV_VISUAL_SKIN = 22
 };
 
-/* How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want: 0 is a valid value of most
- * fields, and not the default. */
+/* How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want. Do not leave fields 0: for
+ * most, 0 is valid but not the default. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
   mjenv_gl gl;
@@ -317,7 +313,7 @@ MJENV_API uint32_t mjenv_abi_version(void);
 /* Returns "major.minor.patch (MuJoCo x.y.z)"; static. */
 MJENV_API const char *mjenv_version(void);
 
-/* Returns the version as a number that grows: 1000000 * major + 1000 * minor + patch. */
+/* Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch. */
 MJENV_API uint32_t mjenv_version_number(void);
 
 /* Returns the name of a status, such as "MJENV_E_VALUE"; "unknown status" for other numbers; static. */
@@ -337,9 +333,9 @@ MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t cap
 
 /* ---- Ids ---- */
 
-/* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It leaves out
- * "Model-v0", which steps a model without a task and is known all the same: it needs the option xml_file or xml_string,
- * observes qpos and qvel, has the reward 0 and never terminates. */
+/* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count
+ * "Model-v0", which can be used like the others. "Model-v0" steps a model without a task: it needs the option xml_file
+ * or xml_string, observes qpos and qvel, has the reward 0 and never terminates. */
 MJENV_API int64_t mjenv_id_count(void);
 
 /* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task
@@ -367,8 +363,9 @@ MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 /* Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
-/* Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. Setting REALS by an
- * integer changes the types of infos and rewards as a Python int does in Gymnasium. Errors: NAME, TYPE, VALUE. */
+/* Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. After that, infos
+ * and rewards computed from a REALS option have the types that Gymnasium gives them for a Python int. Errors: NAME,
+ * TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
 /* Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE (another count). */
@@ -466,8 +463,9 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
  * The option "autoreset_mode" resets rows whose episode has ended as Gymnasium's vector environments do: next_step
  * resets them in their next step, whose action is ignored; same_step resets them at the end of the step that ends the
  * episode. The default, disabled, leaves it to the caller.
- * If the option "strict" is 1 (the default), actions must be finite and rows whose episode has ended must be reset; a
- * call with a row that violates this steps no row. If it is 0, such rows are stepped as in Gymnasium.
+ * If the option "strict" is 1 (the default), actions must be finite, and without autoreset, rows whose episode has
+ * ended must be reset first; a call with a row that violates this steps no row. With "strict" 0, such rows are stepped
+ * as in Gymnasium.
  * A state that diverges is no error of the call: see mjenv_batch.status and the option "on_divergence".
  * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED. */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,
@@ -476,7 +474,7 @@ MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const voi
 /* Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported
  * them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment
  * has one thread only (num_threads 1), the rows are stepped in mjenv_recv.
- *   rows      [row_count] the rows to step, each at most once; NULL: all rows, and row_count is ignored
+ *   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were mjenv_rows
  *   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied
  * Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way
  * already, or listed twice), FORKED. After an error, no row was sent. */
@@ -506,13 +504,13 @@ MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, 
  *   steps     >= 1
  *   out       has mjenv_rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and
  *             final_info are not written. May be NULL
- * If a row fails in step t, its later elements are not written, its status included.
+ * If a row fails in step t, status of step t has the reason. Nothing is written for its later steps, not even status.
  * Errors: as mjenv_step, and VALUE (steps). */
 MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
                                      const mjenv_batch *out);
 
-/* Writes obs and arrays of all rows for their present states, without a step; for instance after mjenv_restore. It does
- * not write the other arrays of `out`, which must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED. */
+/* Writes mjenv_batch.obs and mjenv_batch.arrays of all rows for their present states, without a step; for instance
+ * after mjenv_restore. It writes no other member's array. out must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* ---- State of one row ---- */
@@ -521,7 +519,8 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
  * env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are
  * undefined.
  *   row       must be valid even if the array belongs to the mjModel
- *   array     its name in MuJoCo: "xpos", "body_mass", "nq", "opt.timestep" (MJENV_ROLE_DATA, MJENV_ROLE_MODEL)
+ *   array     its name in MuJoCo: "xpos", "body_mass", "nq", "opt.timestep" (mjenv_field_at lists them: MJENV_ROLE_DATA
+ *             and MJENV_ROLE_MODEL)
  *   values    [capacity] receives the elements
  *   count     receives the number of elements. To get it alone, pass values NULL and capacity 0
  * Errors: NAME, VALUE (row), SIZE (capacity is too small, and not 0; count is not written), PHYSICS. */
@@ -599,8 +598,8 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
  *             depth d is near / (1 - d * (1 - near / far)) metres along the optical axis, where near and far are the
  *             model's vis.map.znear and vis.map.zfar times stat.extent
  * Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the
- * environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: a picture takes more than 2^30 vertices and pixels
- * of shadow maps, and "trust_xml" is 0; each light that casts shadows draws everything twice). */
+ * environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: drawing processes more than 2^30 vertices
+ * and shadow-map pixels in total, and "trust_xml" is 0; each light that casts shadows draws everything twice). */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
 
