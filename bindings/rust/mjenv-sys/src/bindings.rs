@@ -56,7 +56,7 @@ pub const MJENV_E_FILE: mjenv_status = -12;
 pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged, or its id, model, options or rows are others"]
+#[doc = " the image is damaged, or was made with another id, model, options or number of rows"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -847,7 +847,7 @@ impl Default for mjenv_spec {
 #[doc = " The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays"]
 #[doc = " that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays"]
 #[doc = " have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count]."]
-#[doc = " For mjenv_rollout, all arrays have mjenv_rows * steps elements. The other functions can share one batch."]
+#[doc = " For mjenv_rollout, [rows] is mjenv_rows * steps. The other functions can share one batch."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
@@ -871,10 +871,10 @@ pub struct mjenv_batch {
     pub terminated: *mut u8,
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK, or why the row failed: MJENV_E_TASK if a callback of a registered task"]
-    #[doc = "failed, else MJENV_E_PHYSICS. The other outputs of a row that failed are undefined. If the"]
-    #[doc = "call itself returns MJENV_OK, MJENV_E_PHYSICS means that the row's state diverged and MuJoCo"]
-    #[doc = "reset the simulation; then the other outputs are valid"]
+    #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo"]
+    #[doc = "failed, or the row's state diverged and MuJoCo reset the simulation. A diverged row's other"]
+    #[doc = "outputs are valid, those of a failed row are undefined. If the call returns MJENV_OK, no row"]
+    #[doc = "failed; otherwise MJENV_E_PHYSICS can mean either"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -1254,8 +1254,8 @@ pub const MJENV_VISUAL_COM: mjenv_visual = 19;
 pub const MJENV_VISUAL_SELECT: mjenv_visual = 20;
 pub const MJENV_VISUAL_STATIC: mjenv_visual = 21;
 pub const MJENV_VISUAL_SKIN: mjenv_visual = 22;
-#[doc = " How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want: 0 is a valid value of most"]
-#[doc = " fields, and not the default."]
+#[doc = " How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want. Do not leave fields 0: for"]
+#[doc = " most, 0 is valid but not the default."]
 #[repr(C)]
 pub struct mjenv_render_settings {
     pub struct_size: u32,
@@ -1593,7 +1593,7 @@ extern "C" {
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the version as a number that grows: 1000000 * major + 1000 * minor + patch."]
+    #[doc = " Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch."]
     pub fn mjenv_version_number() -> u32;
 }
 extern "C" {
@@ -1620,9 +1620,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It leaves out"]
-    #[doc = " \"Model-v0\", which steps a model without a task and is known all the same: it needs the option xml_file or xml_string,"]
-    #[doc = " observes qpos and qvel, has the reward 0 and never terminates."]
+    #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count"]
+    #[doc = " \"Model-v0\", which can be used like the others. \"Model-v0\" steps a model without a task: it needs the option xml_file"]
+    #[doc = " or xml_string, observes qpos and qvel, has the reward 0 and never terminates."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
@@ -1666,8 +1666,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. Setting REALS by an"]
-    #[doc = " integer changes the types of infos and rewards as a Python int does in Gymnasium. Errors: NAME, TYPE, VALUE."]
+    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. After that, infos"]
+    #[doc = " and rewards computed from a REALS option have the types that Gymnasium gives them for a Python int. Errors: NAME,"]
+    #[doc = " TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1841,8 +1842,9 @@ extern "C" {
     #[doc = " The option \"autoreset_mode\" resets rows whose episode has ended as Gymnasium's vector environments do: next_step"]
     #[doc = " resets them in their next step, whose action is ignored; same_step resets them at the end of the step that ends the"]
     #[doc = " episode. The default, disabled, leaves it to the caller."]
-    #[doc = " If the option \"strict\" is 1 (the default), actions must be finite and rows whose episode has ended must be reset; a"]
-    #[doc = " call with a row that violates this steps no row. If it is 0, such rows are stepped as in Gymnasium."]
+    #[doc = " If the option \"strict\" is 1 (the default), actions must be finite, and without autoreset, rows whose episode has"]
+    #[doc = " ended must be reset first; a call with a row that violates this steps no row. With \"strict\" 0, such rows are stepped"]
+    #[doc = " as in Gymnasium."]
     #[doc = " A state that diverges is no error of the call: see mjenv_batch.status and the option \"on_divergence\"."]
     #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED."]
     pub fn mjenv_step(
@@ -1858,7 +1860,7 @@ extern "C" {
     #[doc = " Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported"]
     #[doc = " them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment"]
     #[doc = " has one thread only (num_threads 1), the rows are stepped in mjenv_recv."]
-    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, and row_count is ignored"]
+    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were mjenv_rows"]
     #[doc = "   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
     #[doc = " Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way"]
     #[doc = " already, or listed twice), FORKED. After an error, no row was sent."]
@@ -1903,7 +1905,7 @@ extern "C" {
     #[doc = "   steps     >= 1"]
     #[doc = "   out       has mjenv_rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and"]
     #[doc = "             final_info are not written. May be NULL"]
-    #[doc = " If a row fails in step t, its later elements are not written, its status included."]
+    #[doc = " If a row fails in step t, status of step t has the reason. Nothing is written for its later steps, not even status."]
     #[doc = " Errors: as mjenv_step, and VALUE (steps)."]
     pub fn mjenv_rollout(
         env: *mut mjenv_env,
@@ -1915,8 +1917,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes obs and arrays of all rows for their present states, without a step; for instance after mjenv_restore. It does"]
-    #[doc = " not write the other arrays of `out`, which must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED."]
+    #[doc = " Writes mjenv_batch.obs and mjenv_batch.arrays of all rows for their present states, without a step; for instance"]
+    #[doc = " after mjenv_restore. It writes no other member's array. out must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED."]
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
@@ -1924,7 +1926,8 @@ extern "C" {
     #[doc = " env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are"]
     #[doc = " undefined."]
     #[doc = "   row       must be valid even if the array belongs to the mjModel"]
-    #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (MJENV_ROLE_DATA, MJENV_ROLE_MODEL)"]
+    #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (mjenv_field_at lists them: MJENV_ROLE_DATA"]
+    #[doc = "             and MJENV_ROLE_MODEL)"]
     #[doc = "   values    [capacity] receives the elements"]
     #[doc = "   count     receives the number of elements. To get it alone, pass values NULL and capacity 0"]
     #[doc = " Errors: NAME, VALUE (row), SIZE (capacity is too small, and not 0; count is not written), PHYSICS."]
@@ -2058,8 +2061,8 @@ extern "C" {
     #[doc = "             depth d is near / (1 - d * (1 - near / far)) metres along the optical axis, where near and far are the"]
     #[doc = "             model's vis.map.znear and vis.map.zfar times stat.extent"]
     #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the"]
-    #[doc = " environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: a picture takes more than 2^30 vertices and pixels"]
-    #[doc = " of shadow maps, and \"trust_xml\" is 0; each light that casts shadows draws everything twice)."]
+    #[doc = " environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: drawing processes more than 2^30 vertices"]
+    #[doc = " and shadow-map pixels in total, and \"trust_xml\" is 0; each light that casts shadows draws everything twice)."]
     pub fn mjenv_render(
         renderer: *mut mjenv_renderer,
         row: i64,
@@ -2327,8 +2330,9 @@ impl Default for mjenv_task_option {
         }
     }
 }
-#[doc = " One named part of the observation, the info, the reset info or the observation_structure, or the reward's type. The"]
-#[doc = " fields of a role are stored one after the other, in the order in which they are described."]
+#[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
+#[doc = " only sets the reward's type. The fields of a role are stored one after the other, in the order in which they are"]
+#[doc = " described."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
@@ -2766,8 +2770,8 @@ impl Default for mjenv_contact {
     }
 }
 #[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one"]
-#[doc = " such struct, whose arrays stay at their addresses; in another call they hold another row. Arrays marked \"on demand\""]
-#[doc = " cost time in each step, so they are NULL unless build asked for them with mjenv_build_need."]
+#[doc = " such struct. Its pointers stay the same from call to call, but the arrays then hold another row. Arrays marked \"on"]
+#[doc = " demand\" cost time in each step, so they are NULL unless build asked for them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
@@ -3806,7 +3810,8 @@ impl Default for mjenv_sim {
         }
     }
 }
-#[doc = " The initial state of an episode, which the callback reset changes. The comments say what it holds before the call."]
+#[doc = " The initial state of an episode, which the reset callback changes. The comments say what each member holds before the"]
+#[doc = " call."]
 #[repr(C)]
 pub struct mjenv_start {
     pub struct_size: u32,
@@ -4092,7 +4097,7 @@ impl Default for mjenv_start {
         }
     }
 }
-#[doc = " The result of a step, which the callback step writes. The comments say what it holds before the call."]
+#[doc = " The result of a step, which the step callback writes. The comments say what each member holds before the call."]
 #[repr(C)]
 pub struct mjenv_outcome {
     pub struct_size: u32,
@@ -4265,7 +4270,8 @@ pub struct mjenv_task {
     #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
     pub user: *mut ::std::os::raw::c_void,
     #[doc = " Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores"]
-    #[doc = " in *self what the other callbacks need. If it fails, it frees what it allocated. NULL: nothing to prepare."]
+    #[doc = " in *self what the other callbacks need. If it fails, it must free what it allocated, because destroy is then not"]
+    #[doc = " called. NULL: nothing to prepare."]
     pub build: ::std::option::Option<
         unsafe extern "C" fn(
             builder: *mut mjenv_builder,
@@ -4734,9 +4740,9 @@ extern "C" {
     #[doc = " Registers a task for the rest of the process. Any thread may call it at any time."]
     #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay"]
     #[doc = "       valid until the process ends"]
-    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or a callback has nothing to do), VALUE (the id is"]
-    #[doc = " malformed or already registered, or a number is out of its bounds), TYPE (a task cannot have this kind, type or"]
-    #[doc = " role)."]
+    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry"]
+    #[doc = " without build and with carry_count 0), VALUE (the id is malformed or already registered, or a number is out of its"]
+    #[doc = " bounds), TYPE (a task cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]
