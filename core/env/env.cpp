@@ -29,10 +29,12 @@ bool is_selected(const std::uint8_t* mask, std::int64_t row) { return !mask || m
 
 void declare_env_options(Options& options) {
   options.flag("strict", true,
-               "refuse non-finite actions and steps after the end of an episode, which Gymnasium accepts");
-  options.text("autoreset_mode", "disabled",
-               "when a row whose episode has ended is reset: by the caller, in its next step, or in the same step",
-               "disabled next_step same_step");
+               "refuse non-finite actions and steps after the end of an episode, which Gymnasium accepts, and NaN from "
+               "own tasks");
+  options.text(
+      "autoreset_mode", "disabled",
+      "what resets a row whose episode has ended: the caller, the row's next step, or the step that ended the episode",
+      "disabled next_step same_step");
   options.text("on_divergence", "continue",
                "what happens when a row's state diverges: it continues from MuJoCo's reset, or it terminates",
                "continue terminate");

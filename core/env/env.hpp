@@ -18,7 +18,7 @@
 
 namespace mjenv::core {
 
-// Checks the arguments of a call, then passes the call to the parts. Behind each handle mjenv_env is an Env.
+// Each mjenv_env handle holds an Env. It checks the arguments of a call, then lets its members below do the work.
 class Env {
  public:
   Env(const Options& options, std::int64_t rows);
@@ -54,7 +54,7 @@ class Env {
 
   // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls draw with the row's mjData as Gymnasium's would be after the last step. draw must not change it.
+  // Calls draw with an mjData that equals Gymnasium's in the row's present state. draw must not change it.
   void show(std::int64_t row, const std::function<void(mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);

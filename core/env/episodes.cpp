@@ -9,7 +9,7 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If the task fails, writes that status for the row.
+// Calls body. If it throws MJENV_E_TASK, writes this status for the row.
 template <typename Body>
 void report_task_failure(const Place& place, const Body& body) {
   try {

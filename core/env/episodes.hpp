@@ -22,7 +22,8 @@ class Episodes {
   // Plays one step and writes its outputs. An automatic reset takes the step's place (next_step) or follows it
   // (same_step).
   void step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
-  // Plays `steps` steps without resets. Writes the outputs of step t to element row * steps + t.
+  // Plays up to `steps` steps without resets. After the end of the episode the row keeps its state. Writes the outputs
+  // of step t to element row * steps + t.
   void rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
   // Writes the observation and the exported arrays of the row's present state.
@@ -32,9 +33,10 @@ class Episodes {
   bool autoresets() const { return autoreset_ != Autoreset::disabled; }
   // True if the step that ends an episode also resets the row.
   bool autoresets_in_same_step() const { return autoreset_ == Autoreset::same_step; }
-  // Throws if the row was never reset, or if its episode has ended and the call does not reset it (`resets`).
+  // Throws if the row was neither reset nor set. If "strict" is 1, also throws if its episode has ended, unless the
+  // call resets it (`resets`).
   void check_steppable(std::int64_t row, bool resets) const;
-  // Throws if the action is not finite, unless it is ignored or the option "strict" is 0.
+  // Throws if the action is not finite, unless "strict" is 0 or the step resets the row, which ignores the action.
   void check_finite(std::int64_t row, const Action& action) const;
 
  private:
@@ -50,7 +52,8 @@ class Episodes {
   bool strict_, ends_on_divergence_;
   Autoreset autoreset_;
 
-  // True if the next step resets the row. In same_step mode this is so after a failed reset and after a rollout.
+  // True if the next step resets the row. In same_step mode this happens only after a step that ended the episode but
+  // failed to reset the row, or after a rollout in which the episode ended.
   bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
   void begin(Worker& worker, std::int64_t row) const;
   void step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;

@@ -108,12 +108,13 @@ void read_image(Rows& rows, const Identity& identity, const std::string& id, std
   if (size < sizeof header) fail(MJENV_E_SNAPSHOT, "an image of " + std::to_string(size) + " bytes is too short");
   const auto* from = static_cast<const unsigned char*>(image);
   std::memcpy(&header, from, sizeof header);
-  if (header.magic != expected.magic) fail(MJENV_E_SNAPSHOT, "not an image of rows");
+  if (header.magic != expected.magic) fail(MJENV_E_SNAPSHOT, "this is not an image that mjenv_snapshot wrote");
   if (header.version != expected.version)
     fail(MJENV_E_SNAPSHOT, "the image has version " + std::to_string(header.version) +
                                ", but this library reads version " + std::to_string(expected.version));
   if (header.identity != identity.hash)
-    fail(MJENV_E_SNAPSHOT, "the image is of another id, other options or another model than this " + id);
+    fail(MJENV_E_SNAPSHOT,
+         "the image was made with another id, model, task revision or other options than this environment, " + id);
   const Range range(rows, row);
   if (header.rows != range.count())
     fail(MJENV_E_SNAPSHOT,
@@ -130,7 +131,7 @@ void read_image(Rows& rows, const Identity& identity, const std::string& id, std
     return row_header;
   };
   for (std::int64_t i = range.first; intact && i < range.end; ++i) intact = is_valid(row_header_at(i));
-  if (!intact) fail(MJENV_E_SNAPSHOT, "the image is damaged");
+  if (!intact) fail(MJENV_E_SNAPSHOT, "the image is damaged, or size_bytes is not its size");
   check_rounding(header.rounding, identity.rounding);
 
   for (std::int64_t i = range.first; i < range.end; ++i) {

@@ -15,8 +15,9 @@ namespace mjenv::core {
 struct Identity {
   enum class Rounding : std::uint32_t { any, plain, fused };
 
-  std::uint64_t hash;  // of the id, the options and the model
-  Rounding rounding;   // of norms; `any` if the task computes no norms
+  // of the id, the model, the task's revision and the options of Scope::episodes
+  std::uint64_t hash;
+  Rounding rounding;  // of norms; `any` if the task computes no norms
 };
 
 Identity identity_of(const Options& options, const Task& task);

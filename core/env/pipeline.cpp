@@ -138,7 +138,7 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
          "capacity is " + std::to_string(capacity) + ", less than " + std::to_string(std::max<std::size_t>(least, 1)));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
-  // Without other threads, this call steps at least one row. Otherwise a caller that polls would wait forever.
+  // Without other threads, this call steps at least one row even if least is 0: nobody else would step it.
   const std::size_t wanted = workers_.count() == 1 ? std::max<std::size_t>(least, 1) : least;
   serve(workers_[0], Deadline(timeout), [&] { return ready_.size() >= wanted; });
 

@@ -52,7 +52,8 @@ class Pipeline {
   std::vector<mjenv_dtype> dtypes_;
   std::optional<Outputs> outputs_;
   std::size_t count_ = 0;
-  bool open_ = false;  // the pool's threads are inside serve
+  // from the first send until all rows are reported; meanwhile the pool's threads run serve
+  bool open_ = false;
   Failures failures_;
 
   void allocate();

@@ -40,7 +40,7 @@ struct Place {
     if (!from || !to) return;
     for (const auto& f : fields) std::copy_n(from + start(f), f.count, to + start(f));
   }
-  // The index in such an array of this element's first number of the field.
+  // Where this element's numbers of the field begin in such an array.
   std::int64_t start(const Field& f) const { return f.offset * rows + index * f.count; }
 };
 

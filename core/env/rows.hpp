@@ -10,8 +10,9 @@
 
 namespace mjenv::core {
 
-// Which computation last produced the row's derived arrays (xpos, cfrc_ext and so on). `set` is the mj_forward of
-// set_state after a step: the forces are still those of that step.
+// Which computation last produced the row's derived arrays (xpos and so on): mj_resetData (cleared), the mj_forward of
+// a reset or of set_state before any step (forward), the last mj_step (step), or the mj_forward of set_state after a
+// step (set), which keeps that step's forces (cacc, cfrc_int, cfrc_ext).
 enum class Origin : std::uint8_t { cleared, forward, step, set };
 
 class Rows {
@@ -34,8 +35,8 @@ class Rows {
   const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
 
   // A record has four parts, one after the other: the state; the state before the computation that Origin names (for
-  // `set`: before the last step); the numbers that the task carries; and, for `set`, the qpos and qacc_warmstart that
-  // its mj_forward began with, because mj_forward changes them.
+  // `set`: before the last mj_step); the numbers that the task carries; and room for the qpos and qacc_warmstart with
+  // which the mj_forward of `set` began, because mj_forward changes them.
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   const double* state(std::int64_t row) const { return const_cast<Rows*>(this)->state(row); }
   double* before(std::int64_t row) { return state(row) + state_size_; }

@@ -82,7 +82,7 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
               carried(),
               work_.sim()};
   task_.reset(drawn, rng);
-  // Before mj_forward, which may fail: the next reset must draw another initial state.
+  // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
   rows.head(row).rng = rng;
   rows.head(row).seeded = true;
   work_.load(start);

@@ -60,7 +60,7 @@ class Worker {
   void write_arrays(const Schema& schema, const Place& place);
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls draw with the row's mjData as Gymnasium's would be after the last step. draw must not change it.
+  // Calls draw with an mjData that equals Gymnasium's in the row's present state. draw must not change it.
   void show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& draw);
 
  private:

@@ -110,7 +110,7 @@ void Options::set_string(const std::string& name, const std::string& value) {
     std::vector<std::string> names;
     for (std::string choice; choices >> choice;) names.push_back(choice);
     if (std::find(names.begin(), names.end(), value) == names.end())
-      fail(MJENV_E_VALUE, "option " + quoted(name) + " is one of " + listed(names) + ", not " + quoted(value));
+      fail(MJENV_E_VALUE, "option " + quoted(name) + " must be one of " + listed(names) + ", not " + quoted(value));
   }
   option.text = value;
   option.integer = 0;

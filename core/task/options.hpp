@@ -14,7 +14,7 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What an option changes. An image of a row can be restored if all options of Scope::episodes have the same values.
+// What an option changes. An image of a row can be restored only if all options of Scope::episodes are equal.
 enum class Scope {
   episodes,  // the results of steps and resets
   service    // only how they are computed and returned, or something that the image's identity contains in another way
@@ -34,7 +34,7 @@ struct Option {
   std::int64_t integer = 0;
   std::vector<double> reals;
   std::string text;
-  bool given_as_integer = false;  // the caller set a real to an integer, or gave an index instead of a name
+  bool given_as_integer = false;  // the value of a real was set as an integer, or the value is an index, not a name
 };
 
 // "an integer", for messages.

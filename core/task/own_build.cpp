@@ -19,7 +19,8 @@ OwnBuild::OwnBuild(const Options& options, const Model& model, Work& work, std::
 }
 
 void OwnBuild::carry(std::int64_t count) {
-  if (count < 0 || count > kMaxCarried) fail(MJENV_E_VALUE, "carry: the count is " + std::to_string(count));
+  if (count < 0 || count > kMaxCarried)
+    fail(MJENV_E_VALUE, "carry: the count is " + std::to_string(count) + ", not 0 to " + std::to_string(kMaxCarried));
   work_.carry(static_cast<std::size_t>(count));
 }
 
@@ -61,7 +62,8 @@ int OwnBuild::option_index(const std::string& name, const std::string& type) con
   const int count = model_.count(type);
   if (option.integer >= count)
     fail(MJENV_E_MODEL, "option " + quoted(name) + " is " + std::to_string(option.integer) + ", but model " +
-                            quoted(model_.label()) + " has " + std::to_string(count) + " of type " + quoted(type));
+                            quoted(model_.label()) + " has " + std::to_string(count) + " objects of type " +
+                            quoted(type));
   return static_cast<int>(option.integer);
 }
 

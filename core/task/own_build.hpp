@@ -1,4 +1,4 @@
-// The mjenv_builder that the callback build of a registered task gets.
+// The mjenv_builder that a registered task's callback `build` is given.
 #pragma once
 
 #include <string>

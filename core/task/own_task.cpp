@@ -28,7 +28,8 @@ constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds
 // Calls visit(element) for each struct of an array whose elements all have the struct_size of the first.
 template <typename T, typename Visit>
 void for_each_struct(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
-  if (count < 0 || count > kMaxCount) fail(MJENV_E_VALUE, what + "_count is " + std::to_string(count));
+  if (count < 0 || count > kMaxCount)
+    fail(MJENV_E_VALUE, what + "_count is " + std::to_string(count) + ", not 0 to " + std::to_string(kMaxCount));
   if (count > 0 && !array) fail(MJENV_E_ARGUMENT, what + "s is NULL");
   const auto* at = reinterpret_cast<const unsigned char*>(array);
   std::uint32_t step = 0;
@@ -337,7 +338,7 @@ void OwnTask::take_id(const char* id) {
 }
 
 void OwnTask::take_model(const mjenv_task& given) {
-  if (!given.model == !given.model_text) fail(MJENV_E_ARGUMENT, "set one of model and model_text");
+  if (!given.model == !given.model_text) fail(MJENV_E_ARGUMENT, "set exactly one of model and model_text");
   if (given.model_text) {
     model_text_ = given.model_text;
     if (model_text_.empty()) fail(MJENV_E_VALUE, "model_text is empty");
@@ -346,7 +347,7 @@ void OwnTask::take_model(const mjenv_task& given) {
   model_ = given.model;
   if (model_.empty()) fail(MJENV_E_VALUE, "model is empty");
   if (model_[0] != '.') return;
-  // Makes the path relative to the plug-in's folder, so that it does not depend on the current folder.
+  // Looks the path up from the folder of the task's code, so that it does not depend on the current folder.
   const auto code = reinterpret_cast<const void*>(given.step);
   model_ = folder_of(code) + (model_.rfind("./", 0) == 0 ? model_.substr(2) : model_);
 }
@@ -370,13 +371,15 @@ void OwnTask::take_options(const mjenv_task& given) {
       option.integer = static_cast<std::int64_t>(from.value);
     };
     if (std::isnan(from.low) || std::isnan(from.high) || from.low > from.high)
-      fail(MJENV_E_VALUE, what + " has the bounds [" + number(from.low) + ", " + number(from.high) + "]");
+      fail(MJENV_E_VALUE, what + " has the bounds [" + number(from.low) + ", " + number(from.high) +
+                              "], which are NaN or in the wrong order");
     switch (from.kind) {
       case MJENV_KIND_FLAG: set_integer(0, 1); break;
       case MJENV_KIND_INTEGER: set_integer(-static_cast<double>(kMaxInteger), static_cast<double>(kMaxInteger)); break;
       case MJENV_KIND_REALS:
         if (from.count < 0 || from.count > kMaxCount)
-          fail(MJENV_E_VALUE, what + ": its count is " + std::to_string(from.count));
+          fail(MJENV_E_VALUE,
+               what + ": its count is " + std::to_string(from.count) + ", not 0 to " + std::to_string(kMaxCount));
         if (from.count > 0 && !from.values) fail(MJENV_E_ARGUMENT, what + ": values is NULL");
         if (from.count == 0)
           option.reals = {from.value};
@@ -398,7 +401,7 @@ void OwnTask::take_options(const mjenv_task& given) {
       default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which does not exist");
     }
     if (from.kind == MJENV_KIND_FLAG && (option.low != 0 || option.high != 1))
-      fail(MJENV_E_VALUE, what + ": a flag is 0 or 1");
+      fail(MJENV_E_VALUE, what + ": the bounds of a flag are 0 and 1, or both 0");
     options_.push_back(std::move(option));
   });
   // Names must differ from each other and from the options that every task has.

@@ -77,11 +77,12 @@ class OwnTask {
   std::shared_ptr<const Model> open(const Options& options) const;
 };
 
-// Reads a struct that may have been compiled with an older or newer header.
+// Copies the struct of a caller that may have been compiled with an older or newer header.
 std::unique_ptr<OwnTask> own_task(const mjenv_task* given, const void* plugin);
-// Throws if a task cannot have this field. A length may be -1.
+// Copies the field, whose lengths may be -1. Throws if a task cannot have it.
 OwnField own_field(const mjenv_task_field& given);
-// Replaces the field with the same role and name, or adds the field at the end.
+// Replaces the field with the same role and name (a reward: with any name), or adds the field at the end. A new field
+// without a doc takes over the old one's.
 void replace_or_add(std::vector<OwnField>& fields, OwnField field);
 
 // A row's random stream, as callbacks get it.

@@ -69,8 +69,8 @@ mjenv_plugin call_entry(void* handle) {
 
 // ---- MJENV_TASKS ----
 
-// The state is unread, done, or the process and the thread that is reading. If a process forks while a thread is
-// reading, the child sees another process's number and reads again.
+// `state` is unread, done, or the ids of the process (upper half) and the thread that is reading. If a process forks
+// meanwhile, the child sees that the process id is not its own, and reads again.
 constexpr std::uint64_t unread = 0, done = 1;
 std::atomic<std::uint64_t> state{unread};
 std::atomic<const std::string*> failure{nullptr};  // never freed, like the ids

@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// Loads a plug-in and registers its tasks: all of them, or none if one is refused. It is never unloaded.
+// Loads a plug-in and registers its tasks, or throws and unloads it if one is refused. Registered, it stays loaded.
 void load_tasks(const std::string& path);
 
 // Loads the plug-ins that the environment variable MJENV_TASKS lists, when it is first called in the process.

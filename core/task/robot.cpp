@@ -118,7 +118,8 @@ int Robot::body(const char* name) const {
 int Robot::site(int index) const {
   if (task_.model && task_.model->count("site") <= index)
     fail(MJENV_E_MODEL, options_.id() + " needs site " + std::to_string(index) + "; model " +
-                            quoted(task_.model->label()) + " has " + std::to_string(task_.model->count("site")));
+                            quoted(task_.model->label()) + " has " + std::to_string(task_.model->count("site")) +
+                            " site(s)");
   return index;
 }
 
@@ -137,7 +138,8 @@ void declare_common(Options& options, bool takes_xml, std::int64_t time_limit) {
                  Scope::service);
     options.flag(
         "trust_xml", false,
-        "let the model be of any size and read any file; otherwise only files in its folder, and none for xml_string",
+        "let the model be of any size and read any file; otherwise its size is limited, and it reads files only in its "
+        "folder (xml_string: none)",
         Scope::service);
   }
   options.integer("max_episode_steps", time_limit, 0, max,

@@ -1,5 +1,5 @@
-// The methods and types with which core/robots/ defines the robots. A definition is a function of a Robot. It runs
-// without a model to declare the options, and again with the caller's options and model to build the task.
+// The methods and types with which core/robots/ defines the robots. A definition is a function that takes a Robot&.
+// It runs without a model to declare the options, and again with the caller's options and model to build the task.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,10 +43,11 @@ struct Typed {
   mjenv_type type;
 };
 
-// Receives the info of one row: info(name, value). Each call must write the same fields in the same order.
+// Receives the info of one row: info(name, value) for each field. Every step must write the same fields in the same
+// order; so must every reset_info.
 class Info {
  public:
-  // For a trial call: appends the fields that the call writes to `found`.
+  // For a trial call: appends to `found` the fields that the call writes.
   explicit Info(std::vector<Field>& found) : found_(&found) {}
   // For other calls: writes the values to element `row` of `rows` in the array `base`, if it is not null.
   Info(const std::vector<Field>& fields, double* base, std::int64_t rows, std::int64_t row)
@@ -102,7 +103,7 @@ struct Outcome {
 // The initial state of an episode. It holds the model's initial state, which the task's reset function changes.
 struct Start {
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act, carried;
-  const Sim& sim;  // only its sizes and the model's arrays are valid: its state is not this one
+  const Sim& sim;  // only its sizes and the model's arrays are valid: it does not show this initial state
 };
 
 // The vector that carry returned for the state before the step.
@@ -177,8 +178,9 @@ struct Task {
 
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
-// Declares the option xml_file, and the options that every id has after its own.
+// Declares the option xml_file.
 const Option& declare_model(Options& options, const char* xml_file);
+// Declares max_episode_steps and norm, and if takes_xml also xml_string and trust_xml.
 void declare_common(Options& options, bool takes_xml, std::int64_t time_limit);
 
 class Robot {
@@ -205,7 +207,7 @@ class Robot {
   // Refuses models with other sizes, because Gymnasium declares an observation of fixed size.
   Robot& needs_exactly(int nq, int nv);
 
-  // ---- Options. Each call declares an option with its default and documentation, and returns its value. ----
+  // ---- Options. Each call but norm() declares an option with its default and doc, and returns its value. ----
   Real real(const char* name, double value, const char* doc);
   std::array<double, 2> range(const char* name, std::array<double, 2> value, const char* doc);
   bool flag(const char* name, bool value, const char* doc);
@@ -247,8 +249,8 @@ class Robot {
   // Sets the function that draws the initial state of an episode. It draws in Gymnasium's order.
   void reset(std::function<void(Start&, Rng&)> draw) { task_.reset = std::move(draw); }
   void reset_info(std::function<void(const Sim&, Info&)> info) { task_.reset_info = std::move(info); }
-  // Sets the function before(sim), which returns what a step needs to know of the state before it: a vector of fixed
-  // length. It is called at the end of each reset and step. The row stores the vector.
+  // Sets the function before(sim), which returns a vector of fixed length: what the next step needs to know of the
+  // present state. It is called after each reset, step, set_state and simulate. The row stores the vector.
   template <typename F>
   void carry(const F& before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim&>()).eval())>;
@@ -265,7 +267,7 @@ class Robot {
     };
   }
 
-  // Declares the options that every id has. Called after the definition, so that they come last.
+  // Declares the options that core::declare_common names. Called after the definition, so they follow the robot's own.
   void declare_common() { core::declare_common(options_, takes_xml_, task_.time_limit); }
   Task take() { return std::move(task_); }
 

@@ -231,7 +231,7 @@ def test_snapshots_of_other_options(tmp_path: Path, capsys: pytest.CaptureFixtur
         file = tmp_path / "image"
         file.write_bytes(env._rows.snapshot(0))
     assert "name its id and options" in refusal(capsys, "snapshot", "show", file)
-    assert "another id, other options" in refusal(capsys, "snapshot", "show", file, "--id", "Hopper-v5")
+    assert "another id, model" in refusal(capsys, "snapshot", "show", file, "--id", "Hopper-v5")
     chosen = "--id", "Hopper-v5", "--option", "ctrl_cost_weight=0.5", "--option", "frame_skip=2"
     assert output(capsys, "snapshot", "diff", file, file, *chosen)["equal"]
 
