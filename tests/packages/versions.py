@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # Each file and what stands around its version.
 PLACES = (
     ("bindings/rust/mjenv/Cargo.toml", r'(?m)^version = "(.+)"$'),
-    ("bindings/rust/mjenv/Cargo.toml", r'mjenv-sys = \{ path = "../mjenv-sys", version = "(.+)" \}'),
+    ("bindings/rust/mjenv/Cargo.toml", r'mjenv-sys = \{ path = "../mjenv-sys", version = "(.+?)"'),
     ("bindings/rust/mjenv-sys/Cargo.toml", r'(?m)^version = "(.+)"$'),
     ("bindings/rust/mjenv-ndarray/Cargo.toml", r'(?m)^version = "(.+)"$'),
     ("bindings/rust/mjenv-ndarray/Cargo.toml", r'mjenv = \{ path = "../mjenv", version = "(.+)" \}'),
