@@ -1,6 +1,6 @@
 # leg.jl GOLDEN FIRST END IN OUT THREADS: as leg.c, from Julia.
 
-using MJEnv
+using MJEnv, Test  # goldens.jl uses Test
 
 const GOLDEN = joinpath(@__DIR__, "..", "golden")
 include(joinpath(@__DIR__, "..", "..", "bindings", "julia", "test", "goldens.jl"))

@@ -269,7 +269,7 @@ end
     @test same(read(env, :qpos; row = 1), read(env, :qpos; row = 2))
     @test MJEnv.stream(env; row = 1) === MJEnv.stream(env; row = 2)
     @test MJEnv.stream(env; row = 1) !== words
-    @test refuses(() -> set_stream!(env, (UInt64(1), UInt64(2), UInt64(4), UInt64(3))), MJENV_E_VALUE, "even")
+    @test refuses(() -> set_stream!(env, (UInt64(1), UInt64(2), UInt64(4), UInt64(3))), MJENV_E_VALUE, "odd")
     @test refuses(() -> set_stream!(env, UInt64[1, 2, 3]), DimensionMismatch, "words", "4")
     @test refuses(() -> set_stream!(env, words; row = 3), ArgumentError, "row 3")
 end
