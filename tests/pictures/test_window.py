@@ -261,8 +261,8 @@ def test_pictures_of_an_invisible_window() -> None:
     with closing(env):
         for width, height in ((WIDTH, HEIGHT), (1500, 1100)):
             with (
-                closing(Renderer(env, width, height, gl=_abi.Gl.GL_GLFW)) as ours,
-                closing(Renderer(env, width, height, gl=_abi.Gl.GL_EGL)) as other,
+                closing(Renderer(env, width, height, gl=_abi.Gl.GLFW)) as ours,
+                closing(Renderer(env, width, height, gl=_abi.Gl.EGL)) as other,
             ):
                 for mine, theirs in zip(ours.render(), other.render(), strict=True):
                     assert np.array_equal(mine, theirs)
@@ -272,4 +272,4 @@ def test_pictures_of_an_invisible_window() -> None:
 def test_sizes_refused_of_an_invisible_window(width: int, height: int) -> None:
     env = Env("Reacher-v5")
     with closing(env), pytest.raises(RuntimeError, match=r"E_VALUE: .* more than .* this OpenGL draws \(glfw,"):
-        Renderer(env, width, height, gl=_abi.Gl.GL_GLFW)
+        Renderer(env, width, height, gl=_abi.Gl.GLFW)
