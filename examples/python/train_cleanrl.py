@@ -3,14 +3,21 @@
     train_cleanrl.py Hopper-v5 [--backend mjenv|gymnasium] [--steps N] [--seed 1] [--out FOLDER]
 
 Writes curve.csv (steps, wall time, mean return of the last 20 episodes) and policy.txt for deployment.
+
+Tasks of your own come from plug-ins (--tasks). A training can have stages with other options of the task, a curriculum:
+
+    train_cleanrl.py MyRobot-v0 --tasks libmy_robots.so --stage 500000 speed=0,0.5 --stage 500000 speed=0,1
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
+import math
 import time
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +44,15 @@ class Settings:
     clip: float = 0.2
     value_weight: float = 0.5
     greatest_gradient: float = 0.5
+    deviation: float = 1.0  # the standard deviation of the actions at the beginning
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A part of a training, and the options of the environments in it."""
+
+    steps: int
+    options: dict[str, Any]
 
 
 SETTINGS = {
@@ -46,15 +62,15 @@ SETTINGS = {
 }
 
 
-def make(id: str, envs: int, backend: str) -> Any:
+def make(id: str, envs: int, backend: str, **options: Any) -> Any:
     if backend == "mjenv":
         import mjenv
 
-        return mjenv.make_vec(id, envs, autoreset_mode=AutoresetMode.SAME_STEP)
+        return mjenv.make_vec(id, envs, autoreset_mode=AutoresetMode.SAME_STEP, **options)
     import gymnasium
 
     return gymnasium.make_vec(
-        id, envs, vectorization_mode="sync", vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP}
+        id, envs, vectorization_mode="sync", vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP}, **options
     )
 
 
@@ -111,10 +127,10 @@ def network(inputs: int, outputs: int, gain: float) -> nn.Sequential:
 
 
 class Agent(nn.Module):
-    def __init__(self, observations: int, actions: int) -> None:
+    def __init__(self, observations: int, actions: int, deviation: float = 1.0) -> None:
         super().__init__()
         self.actor, self.critic = network(observations, actions, 0.01), network(observations, 1, 1.0)
-        self.log_deviation = nn.Parameter(torch.zeros(actions))
+        self.log_deviation = nn.Parameter(torch.full((actions,), math.log(deviation)))
 
     def value(self, observations: Tensor) -> Tensor:
         return self.critic(observations).squeeze(-1)
@@ -148,10 +164,13 @@ class Experience:
 
 
 class Rollout:
-    """Plays rollouts in all environments."""
+    """Plays rollouts in all environments. watched is the mean of the info `watch` in the last one."""
 
-    def __init__(self, envs: Any, agent: Agent, normalizer: Normalizer, settings: Settings, seed: int) -> None:
+    def __init__(
+        self, envs: Any, agent: Agent, normalizer: Normalizer, settings: Settings, seed: int, watch: str | None = None
+    ) -> None:
         self._envs, self._agent, self._normalizer, self._settings = envs, agent, normalizer, settings
+        self._watch, self.watched = watch, math.nan
         sizes = envs.single_observation_space.shape[0], envs.single_action_space.shape[0]
         self.experience = Experience(settings.rollout, settings.envs, *sizes)
         self.returns: deque[float] = deque(maxlen=WINDOW)
@@ -163,7 +182,7 @@ class Rollout:
     def collect(self) -> Tensor:
         """Plays a rollout and returns the values of the observations after it."""
         low, high = self._envs.single_action_space.low, self._envs.single_action_space.high
-        kept = self.experience
+        kept, watched = self.experience, 0.0
         for step in range(self._settings.rollout):
             action = self._agent.sample(self._now)
             kept.observations[step], kept.actions[step] = self._now, action
@@ -172,10 +191,13 @@ class Rollout:
             after, rewards, terminated, truncated, infos = self._envs.step(action.numpy().clip(low, high))
             ended = terminated | truncated
             self._note_returns(rewards, ended)
+            if self._watch:
+                watched += float(np.mean(infos[self._watch])) / self._settings.rollout
             kept.rewards[step] = self._normalizer.reward(rewards, ended)
             self._add_values_cut_off(step, truncated & ~terminated, infos)
             kept.going_on[step] = torch.as_tensor(~ended, dtype=torch.float32)
             self._now = self._normalizer.observe(after)
+        self.watched = watched
         return self._agent.value(self._now)
 
     def _note_returns(self, rewards: np.ndarray[Any, Any], ended: np.ndarray[Any, Any]) -> None:
@@ -209,27 +231,36 @@ def update(agent: Agent, optimizer: torch.optim.Optimizer, kept: Experience, las
             optimizer.step()
 
 
-def train(id: str, backend: str, steps: int | None, seed: int, out: Path) -> None:
-    s = SETTINGS.get(id, Settings())
+def train(
+    id: str, backend: str, stages: Sequence[Stage], seed: int, out: Path, s: Settings, watch: str | None = None
+) -> None:
     torch.manual_seed(seed)
-    envs = make(id, s.envs, backend)
+    envs = make(id, s.envs, backend, **stages[0].options)
     (observations,), (actions,) = envs.single_observation_space.shape, envs.single_action_space.shape
-    agent = Agent(observations, actions)
+    agent = Agent(observations, actions, s.deviation)
     optimizer = torch.optim.Adam(agent.parameters(), s.rate, eps=1e-5)
     normalizer = Normalizer(observations, s.envs, s.gamma)
-    rollout = Rollout(envs, agent, normalizer, s, seed)
-    updates = -(-(steps or s.steps) // (s.rollout * s.envs))
+    batch = s.rollout * s.envs
+    updates = [-(-stage.steps // batch) for stage in stages]
+    done = 0
     out.mkdir(parents=True, exist_ok=True)
     with (out / "curve.csv").open("w", buffering=1) as curve:
-        print("steps,seconds,mean_return", file=curve)
+        print("steps,seconds,mean_return" + (f",{watch}" if watch else ""), file=curve)
         start = time.perf_counter()
-        for index in range(updates):
-            optimizer.param_groups[0]["lr"] = s.rate * (1 - index / updates)
-            last_value = rollout.collect()
-            seconds = time.perf_counter() - start
-            mean = float(np.mean(rollout.returns)) if rollout.returns else float("nan")
-            print((index + 1) * s.rollout * s.envs, f"{seconds:.3f}", repr(mean), sep=",", file=curve)
-            update(agent, optimizer, rollout.experience, last_value, s)
+        for number, stage in enumerate(stages):
+            if number:
+                envs.close()
+                envs = make(id, s.envs, backend, **stage.options)
+            rollout = Rollout(envs, agent, normalizer, s, seed + number, watch)
+            for _ in range(updates[number]):
+                optimizer.param_groups[0]["lr"] = s.rate * (1 - done / sum(updates))
+                last_value = rollout.collect()
+                done += 1
+                seconds = time.perf_counter() - start
+                mean = float(np.mean(rollout.returns)) if rollout.returns else float("nan")
+                columns = [str(done * batch), f"{seconds:.3f}", repr(mean)] + ([repr(rollout.watched)] if watch else [])
+                print(*columns, sep=",", file=curve)
+                update(agent, optimizer, rollout.experience, last_value, s)
     first, _, second, _, third = agent.actor
     Policy(
         id=id,
@@ -243,16 +274,43 @@ def train(id: str, backend: str, steps: int | None, seed: int, out: Path) -> Non
     envs.close()
 
 
+def options_of(texts: Sequence[str]) -> dict[str, Any]:
+    """NAME=VALUE texts as options of make; the values are written as in Python."""
+    return {name: ast.literal_eval(value) for name, _, value in (text.partition("=") for text in texts)}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("id")
     parser.add_argument("--backend", choices=("mjenv", "gymnasium"), default="mjenv")
-    parser.add_argument("--steps", type=int, help="environment steps; the default depends on the id")
+    parser.add_argument("--tasks", type=Path, action="append", default=[], help="a plug-in with tasks of your own")
+    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE", help="of make")
+    parser.add_argument(
+        "--stage",
+        nargs="+",
+        action="append",
+        metavar=("STEPS", "NAME=VALUE"),
+        help="a part of the training and its options, in addition to those of --option; can be repeated",
+    )
+    parser.add_argument("--watch", metavar="INFO", help="adds the mean of this info in each rollout to curve.csv")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("trained"))
+    for field in fields(Settings):
+        parser.add_argument(f"--{field.name.replace('_', '-')}", type=type(field.default), help="depends on the id")
     given = parser.parse_args()
+    for plugin in given.tasks:
+        import mjenv
+
+        mjenv.load_tasks(plugin)
+    changed = {field.name: getattr(given, field.name) for field in fields(Settings)}
+    settings = replace(
+        SETTINGS.get(given.id, Settings()), **{name: value for name, value in changed.items() if value is not None}
+    )
+    common = options_of(given.option)
+    stages = [Stage(int(steps), {**common, **options_of(texts)}) for steps, *texts in given.stage or []]
     torch.set_num_threads(1)
-    train(given.id, given.backend, given.steps, given.seed, given.out)
+    stages = stages or [Stage(settings.steps, common)]
+    train(given.id, given.backend, stages, given.seed, given.out, settings, given.watch)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,68 @@
+"""Plays 20 episodes in which the robot has to walk forward at 0.5 m/s, and prints how far from that it walks.
+
+python evaluate.py PLUGIN [POLICY]
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mjenv
+from mjenv.policy import Policy
+
+HERE = Path(__file__).resolve().parent
+ID = "QuadrupedVelocity-v0"
+COMMANDED = 0.5  # m/s
+FORWARD = {"command_forward": (COMMANDED, COMMANDED), "command_left": (0, 0), "command_turn": (0, 0)}
+EPISODES, STEPS, STARTING = 20, 500, 50
+
+
+def actions(policy: Policy, observations: NDArray[Any]) -> NDArray[Any]:
+    """The actions of many rows."""
+    values = ((observations - policy.mean) / policy.scale).clip(-policy.clip, policy.clip)
+    for layer in policy.layers:
+        values = values @ np.array(layer.weights).T + layer.bias
+        if layer.activation == "tanh":
+            values = np.tanh(values)
+    return values.clip(policy.low, policy.high)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What 20 episodes gave. The errors are means over rows and time of the distance from 0.5 m/s."""
+
+    falls: int
+    error: float  # of whole episodes
+    error_after_start: float  # without the first second
+    mean_speed: float  # after the first second
+
+
+def evaluate(policy: Policy, seed: int = 1000, **options: Any) -> Result:
+    envs = mjenv.make_vec(ID, EPISODES, **FORWARD, **options)
+    obs, _ = envs.reset(seed=seed)
+    speeds, fallen = [], np.zeros(EPISODES, bool)
+    for _ in range(STEPS):
+        obs, _, terminated, _, infos = envs.step(actions(policy, obs))
+        fallen |= terminated
+        speeds.append(infos["forward"])
+    speed = np.array(speeds)
+    error = np.abs(speed - COMMANDED)
+    return Result(int(fallen.sum()), error.mean(), error[STARTING:].mean(), speed[STARTING:].mean())
+
+
+def main() -> None:
+    mjenv.load_tasks(sys.argv[1])
+    result = evaluate(Policy.load(Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "policy.txt"))
+    print(f"{result.falls} of {EPISODES} episodes ended in a fall")
+    print(f"mean error {result.error:.3f} m/s; without the first second {result.error_after_start:.3f} m/s")
+    print(f"mean velocity forward without the first second {result.mean_speed:.3f} m/s")
+
+
+if __name__ == "__main__":
+    main()
