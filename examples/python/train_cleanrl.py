@@ -163,6 +163,12 @@ class Experience:
         return found
 
 
+def info_of_step(infos: dict[str, Any], name: str, ended: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """An info of a step in all rows. Where the episode ended, the new one has begun, and final_info has the info."""
+    going = infos.get(name, np.zeros(len(ended)))
+    return np.where(ended, infos.get("final_info", {}).get(name, going), going)
+
+
 class Rollout:
     """Plays rollouts in all environments. watched is the mean of the info `watch` in the last one."""
 
@@ -192,12 +198,12 @@ class Rollout:
             ended = terminated | truncated
             self._note_returns(rewards, ended)
             if self._watch:
-                watched += float(np.mean(infos[self._watch])) / self._settings.rollout
+                watched += info_of_step(infos, self._watch, ended).mean() / self._settings.rollout
             kept.rewards[step] = self._normalizer.reward(rewards, ended)
             self._add_values_cut_off(step, truncated & ~terminated, infos)
             kept.going_on[step] = torch.as_tensor(~ended, dtype=torch.float32)
             self._now = self._normalizer.observe(after)
-        self.watched = watched
+        self.watched = float(watched)
         return self._agent.value(self._now)
 
     def _note_returns(self, rewards: np.ndarray[Any, Any], ended: np.ndarray[Any, Any]) -> None:

@@ -5,6 +5,7 @@ Needs the Python of `tools/setup training`.
 
 from __future__ import annotations
 
+import csv
 import math
 import sys
 from pathlib import Path
@@ -86,3 +87,22 @@ def test_the_committed_curves(trainer: str, tmp_path: Path) -> None:
         assert last[id].mean_return >= least
     compare.draw(tmp_path / "again.svg", points)
     assert (tmp_path / "again.svg").read_bytes() == table.with_suffix(".svg").read_bytes()
+
+
+def test_stages_have_their_own_options(tmp_path: Path) -> None:
+    """A stage begins where the one before ended, in environments with other options."""
+    settings = train_cleanrl.Settings(envs=2, rollout=64, epochs=1, minibatch=64)
+    short, long = train_cleanrl.Stage(256, {}), train_cleanrl.Stage(128, {"max_episode_steps": 1})
+    curves = []
+    for name, stages in (("one", [short]), ("two", [short, long])):
+        train_cleanrl.train(
+            "InvertedPendulum-v5", "mjenv", stages, 1, tmp_path / name, settings, watch="reward_survive"
+        )
+        with (tmp_path / name / "curve.csv").open() as file:
+            curves.append([*csv.DictReader(file)])
+    one, two = curves
+    assert [int(row["steps"]) for row in two] == [128, 256, 384]
+    # The rate falls more slowly in the longer training, so that only the first update has the same data.
+    assert two[0]["mean_return"] == one[0]["mean_return"]
+    assert float(two[2]["mean_return"]) == 1
+    assert 0 < float(two[0]["reward_survive"]) <= 1
