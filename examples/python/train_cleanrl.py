@@ -59,6 +59,8 @@ SETTINGS = {
     "InvertedPendulum-v5": Settings(steps=100_000, rollout=256, epochs=5, minibatch=128, rate=1e-3),
     "Reacher-v5": Settings(steps=150_000, rollout=256, rate=1e-3, gamma=0.9),
     "Hopper-v5": Settings(steps=300_000),
+    # Of examples/tasks/quadruped.
+    "QuadrupedVelocity-v0": Settings(envs=64, rollout=64, epochs=6, minibatch=1024, rate=1e-3, deviation=0.5),
 }
 
 
