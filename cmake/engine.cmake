@@ -1,14 +1,21 @@
-# Defines mjenv_engine, which is MuJoCo 2.2.2: compiled from its sources, or a library that is there already.
-set(MJENV_ENGINE auto CACHE STRING "MuJoCo 2.2.2: source (compiled into the library), system (an installed one), auto \
-(source where the sources can be had, else system), or the folder of an unpacked official release or wheel")
+# Defines mjenv_engine, which is MuJoCo: 2.2.2 compiled from its sources, a library of 2.2.2 that is there already, or 4.0,
+# whose library is opened at run time. Sets MJENV_ENGINE_VERSION, MJENV_LIBRARY_NAME, and MJENV_LOADER, the source files
+# in core/engine that only this kind of engine needs.
+set(MJENV_ENGINE auto CACHE STRING "MuJoCo: source (2.2.2, compiled into the library), system (the installed 2.2.2), auto \
+(source where the sources can be had, else system), or the folder of an unpacked official release or wheel of 2.2.2 or 4.0")
 set(MJENV_ENGINE_SOURCES "" CACHE PATH "Folder with mujoco, libccd, lodepng, qhull, tinyxml2 and tinyobjloader; empty: \
 tools/engine-sources fetches them")
 include(engine/tune)
 
-function(mjenv_check_version include_folder)
-  file(STRINGS ${include_folder}/mujoco/mujoco.h version REGEX "define mjVERSION_HEADER 222$")
-  if(NOT version)
-    message(FATAL_ERROR "${include_folder}/mujoco is not MuJoCo 2.2.2")
+# Sets output to "2.2.2" or "4.0".
+function(mjenv_find_version include_folder output)
+  file(STRINGS ${include_folder}/mujoco/mujoco.h header REGEX "define mjVERSION_HEADER ")
+  if(header MATCHES " 222$")
+    set(${output} 2.2.2 PARENT_SCOPE)
+  elseif(header MATCHES " 4000[0-9][0-9][0-9]$")
+    set(${output} 4.0 PARENT_SCOPE)
+  else()
+    message(FATAL_ERROR "${include_folder}/mujoco is neither MuJoCo 2.2.2 nor 4.0: ${header}")
   endif()
 endfunction()
 
@@ -25,26 +32,42 @@ function(mjenv_find_sources output)
   set(${output} "${folder}" PARENT_SCOPE)
 endfunction()
 
-# Links a built library. It is in the given folder, laid out as an official release (lib, include) or a wheel (mujoco,
+# Uses a built library. It is in the given folder, laid out as an official release (lib, include) or a wheel (mujoco,
 # mujoco/include), or it is the system's if no folder is given. Debian's mujocoConfig.cmake is not used, because it asks for
 # OpenGL, which the library does not need.
-function(mjenv_link_engine)
+function(mjenv_use_library)
   set(where "")
   if(ARGV)
     set(where PATHS ${ARGV} PATH_SUFFIXES lib include mujoco mujoco/include NO_DEFAULT_PATH)
   endif()
   find_path(headers mujoco/mujoco.h ${where} NO_CACHE)
-  find_library(library NAMES mujoco libmujoco.so.2.2.2 ${where} NO_CACHE)
+  find_library(library NAMES mujoco libmujoco.so.2.2.2 libmujoco.so.4.0.1 libmujoco.so.4.0.0 ${where} NO_CACHE)
   if(NOT headers OR NOT library)
-    message(FATAL_ERROR "MuJoCo 2.2.2 was not found: install it, or set MJENV_ENGINE to source or to the folder of an "
+    message(FATAL_ERROR "MuJoCo was not found: install 2.2.2, or set MJENV_ENGINE to source or to the folder of an "
                         "official release, or set MJENV_ENGINE_SOURCES to a folder of sources")
   endif()
-  mjenv_check_version(${headers})
+  mjenv_find_version(${headers} version)
+  set(MJENV_ENGINE_VERSION ${version} PARENT_SCOPE)
   add_library(mjenv_engine INTERFACE)
   target_include_directories(mjenv_engine SYSTEM INTERFACE ${headers})
-  target_link_libraries(mjenv_engine INTERFACE ${library})
+  if(version STREQUAL "4.0")
+    # The library is opened at run time: where it was at build time, unless another is found first.
+    get_filename_component(folder ${library} DIRECTORY)
+    target_link_options(mjenv_engine INTERFACE $<BUILD_INTERFACE:-Wl,-rpath,${folder}>)
+  else()
+    target_link_libraries(mjenv_engine INTERFACE ${library})
+  endif()
   # The core reads models and pictures with the libraries that MuJoCo reads them with.
+  mjenv_find_sources(sources)
   foreach(name tinyxml2 lodepng)
+    if(version STREQUAL "4.0" AND sources)
+      add_library(mjenv_${name} STATIC ${sources}/${name}/${name}.cpp)
+      mjenv_tune(mjenv_${name})
+      target_compile_options(mjenv_${name} PRIVATE -w)
+      target_include_directories(mjenv_${name} SYSTEM PUBLIC ${sources}/${name})
+      target_link_libraries(mjenv_engine INTERFACE mjenv_${name})
+      continue()
+    endif()
     find_path(${name}_headers ${name}.h NO_CACHE)
     find_library(${name} ${name} NO_CACHE)
     if(NOT ${name}_headers OR NOT ${name})
@@ -61,6 +84,7 @@ if(MJENV_ENGINE MATCHES "^(source|auto)$")
 endif()
 if(sources)
   message(STATUS "Engine: compiled in, from ${sources}")
+  set(MJENV_ENGINE_VERSION 2.2.2)
   include(engine/source)
 elseif(MJENV_ENGINE STREQUAL "source")
   message(FATAL_ERROR "The engine's sources could not be had, see above")
@@ -69,12 +93,25 @@ elseif(MJENV_ENGINE MATCHES "^(system|auto)$")
     message(WARNING "The engine's sources could not be had, see above: the system's libmujoco is half as fast")
   endif()
   message(STATUS "Engine: the system's libmujoco")
-  mjenv_link_engine()
+  mjenv_use_library()
 elseif(IS_DIRECTORY ${MJENV_ENGINE})
   message(STATUS "Engine: the library in ${MJENV_ENGINE}")
-  mjenv_link_engine(${MJENV_ENGINE})
+  mjenv_use_library(${MJENV_ENGINE})
 else()
   message(FATAL_ERROR "MJENV_ENGINE is ${MJENV_ENGINE}: neither source, system nor auto, nor a folder")
+endif()
+
+if(MJENV_ENGINE_VERSION STREQUAL "4.0")
+  set(MJENV_LIBRARY_NAME mjenv-mujoco4)
+  set(MJENV_LOADER load_shared mujoco4)
+else()
+  set(MJENV_LIBRARY_NAME mjenv)
+  get_target_property(engine_type mjenv_engine TYPE)
+  if(engine_type STREQUAL STATIC_LIBRARY)  # brings its own loader of models, cmake/engine/load.cc
+    set(MJENV_LOADER "")
+  else()
+    set(MJENV_LOADER load_shared)
+  endif()
 endif()
 
 if(IS_DIRECTORY "${sources}/eigen3")

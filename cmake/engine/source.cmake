@@ -4,7 +4,10 @@ foreach(library mujoco libccd lodepng qhull tinyxml2 tinyobjloader)
     message(FATAL_ERROR "The engine's sources lack a folder ${sources}/${library}")
   endif()
 endforeach()
-mjenv_check_version(${sources}/mujoco/include)
+mjenv_find_version(${sources}/mujoco/include version)
+if(NOT version STREQUAL "2.2.2")
+  message(FATAL_ERROR "${sources}/mujoco is MuJoCo ${version}; only 2.2.2 is compiled in")
+endif()
 
 set(generated ${CMAKE_CURRENT_BINARY_DIR}/generated/engine)
 # libccd's own build would generate this file. MuJoCo needs double precision.

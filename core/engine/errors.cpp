@@ -4,18 +4,8 @@
 #include <new>
 #include <string>
 
+#include "engine/mujoco.hpp"
 #include "error.hpp"
-
-// MuJoCo exports these functions for its own language bindings. They set handlers for one thread only.
-// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
-extern "C" {
-using mjenv_mju_handler = void (*)(const char*);
-mjenv_mju_handler _mjPRIVATE__get_tls_error_fn();
-void _mjPRIVATE__set_tls_error_fn(mjenv_mju_handler);
-mjenv_mju_handler _mjPRIVATE__get_tls_warning_fn();
-void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
-}
-// NOLINTEND(bugprone-reserved-identifier)
 
 namespace mjenv::core {
 namespace {
@@ -30,22 +20,14 @@ void throw_later(const char* message) {
   if (std::strcmp(message, "Could not allocate memory") != 0) throw_error(message);
 }
 
-void ignore_warning(const char*) {}
-
 }  // namespace
 
 // MuJoCo's messages about failed allocations are "Could not allocate ..." and "mj_...: could not allocate ...".
 bool lacks_memory(const char* message) { return std::strstr(message, "ould not allocate") != nullptr; }
 
 ErrorTrap::ErrorTrap(Memory memory)
-    : previous_error_(_mjPRIVATE__get_tls_error_fn()), previous_warning_(_mjPRIVATE__get_tls_warning_fn()) {
-  _mjPRIVATE__set_tls_error_fn(memory == Memory::is_checked ? throw_later : throw_error);
-  _mjPRIVATE__set_tls_warning_fn(ignore_warning);
-}
+    : previous_(memory == Memory::is_checked ? set_handlers<throw_later>() : set_handlers<throw_error>()) {}
 
-ErrorTrap::~ErrorTrap() {
-  _mjPRIVATE__set_tls_error_fn(previous_error_);
-  _mjPRIVATE__set_tls_warning_fn(previous_warning_);
-}
+ErrorTrap::~ErrorTrap() { restore_handlers(previous_); }
 
 }  // namespace mjenv::core

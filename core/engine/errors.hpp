@@ -1,7 +1,12 @@
 // Handles MuJoCo's errors and warnings.
 #pragma once
 
+#include <array>
+
 namespace mjenv::core {
+
+// What MuJoCo calls on a thread when it fails or warns. Each version of MuJoCo has other types of functions.
+using Handlers = std::array<void (*)(), 2>;
 
 // While it lives, MuJoCo's errors on this thread become exceptions, and its warnings are ignored.
 class ErrorTrap {
@@ -14,8 +19,7 @@ class ErrorTrap {
   ErrorTrap& operator=(const ErrorTrap&) = delete;
 
  private:
-  void (*previous_error_)(const char*);
-  void (*previous_warning_)(const char*);
+  Handlers previous_;
 };
 
 // Whether this message of MuJoCo is about a failed allocation.

@@ -1,5 +1,4 @@
 // Loads models with a shared library of MuJoCo.
-#include <mujoco/mujoco.h>
 #include <pthread.h>
 
 #include <array>
@@ -10,6 +9,7 @@
 
 #include "engine/load.hpp"
 #include "engine/memory_file.hpp"
+#include "engine/mujoco.hpp"
 #include "error.hpp"
 
 namespace mjenv::core {
@@ -44,13 +44,13 @@ OwnedModel load_in_any_locale(const char* path, const mjVFS& files, std::string&
   return model;
 }
 
-// MuJoCo 2.2.2 reads numbers by streams in the global locale of C++, if it uses the same C++ library as the host. Only
+// MuJoCo reads numbers by streams in the global locale of C++, if it uses the same C++ library as the host. Only
 // the host can set that locale, so all models are refused while it changes numbers.
 void check_global_locale() {
   if (std::locale() == std::locale::classic()) return;
-  const MemoryFile file("<mujoco><option timestep='1234.5'/></mujoco>");
+  const MemoryFile file("", "<mujoco><option timestep='1234.5'/></mujoco>");
   std::string reason;
-  const OwnedModel model = load_in_any_locale(MemoryFile::kName, file.files(), reason);
+  const OwnedModel model = load_in_any_locale(file.path().c_str(), file.files(), reason);
   if (!model || model->opt.timestep != 1234.5)
     fail(MJENV_E_MODEL,
          "in the global locale " + quoted(std::locale().name()) +

@@ -1,30 +1,27 @@
 #pragma once
 
-#include <mujoco/mujoco.h>
-
-#include <cstring>
 #include <memory>
-#include <new>
 #include <string>
 
+#include "engine/mujoco.hpp"
 #include "error.hpp"
 
 namespace mjenv::core {
 
-// Gives MuJoCo a text in place of a file with the name kName, in any folder.
+// Gives MuJoCo a text in place of a file in the folder, which need not exist.
 class MemoryFile {
  public:
-  static constexpr const char* kName = "<model>";
-
-  explicit MemoryFile(const std::string& text) : files_(new mjVFS, release) {
+  MemoryFile(const std::string& folder, const std::string& text)
+      : path_(folder + "<model>"), files_(new mjVFS, release) {
     mj_defaultVFS(files_.get());
     if (text.empty()) fail(MJENV_E_MODEL, "it is empty");
-    if (mj_makeEmptyFileVFS(files_.get(), kName, static_cast<int>(text.size())) != 0) throw std::bad_alloc();
-    std::memcpy(files_->filedata[0], text.data(), text.size());
+    add_file(*files_, path_, text);
   }
+  const std::string& path() const { return path_; }
   const mjVFS& files() const { return *files_; }
 
  private:
+  std::string path_;
   static void release(mjVFS* files) {
     mj_deleteVFS(files);
     delete files;

@@ -1,13 +1,11 @@
 #include "engine/model.hpp"
 
-#include <mujoco/mjxmacro.h>
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <new>
 
+#include "engine/mujoco.hpp"
 #include "error.hpp"
 #include "hash.hpp"
 
@@ -17,7 +15,7 @@ namespace {
 struct Kind {
   const char* name;
   mjtObj type;
-  int mjModel::*count;
+  mjtSize mjModel::*count;
 };
 
 constexpr std::array<Kind, 9> kinds{{{"body", mjOBJ_BODY, &mjModel::nbody},
@@ -42,42 +40,25 @@ const Kind& kind_of(const std::string& type) {
 constexpr mjenv_type type_of(const mjtNum*) { return MJENV_TYPE_FLOAT64; }
 constexpr mjenv_type type_of(const float*) { return MJENV_TYPE_FLOAT32; }
 constexpr mjenv_type type_of(const int*) { return MJENV_TYPE_INT32; }
+constexpr mjenv_type type_of(const std::int64_t*) { return MJENV_TYPE_INT64; }
 constexpr mjenv_type type_of(const mjtByte*) { return MJENV_TYPE_UINT8; }
 constexpr mjenv_type type_of(const char*) { return MJENV_TYPE_UINT8; }
-
-template <typename T>
-Array array(const char* name, const T* data, std::vector<std::int64_t> shape) {
-  return {name, type_of(data), std::move(shape), data};
-}
-
-template <typename T>
-Array matrix(const char* name, const T* data, std::int64_t rows, std::int64_t columns, bool flat) {
-  return flat ? array(name, data, {rows}) : array(name, data, {rows, columns});
-}
+constexpr mjenv_type type_of(const bool*) { return MJENV_TYPE_UINT8; }
 
 std::vector<Array> arrays_of(const mjModel* m) {
   std::vector<Array> list;
-#define X(name) list.push_back(array(#name, &m->name, {}));
-  MJMODEL_INTS
-#undef X
-#define X(type, name) list.push_back(array("opt." #name, &m->opt.name, {}));
-  MJOPTION_FLOATS
-  MJOPTION_INTS
-#undef X
-#define X(name, size) list.push_back(array("opt." #name, m->opt.name, {size}));
-  MJOPTION_VECTORS
-#undef X
-  list.push_back(array("stat.meaninertia", &m->stat.meaninertia, {}));
-  list.push_back(array("stat.meanmass", &m->stat.meanmass, {}));
-  list.push_back(array("stat.meansize", &m->stat.meansize, {}));
-  list.push_back(array("stat.extent", &m->stat.extent, {}));
-  list.push_back(array("stat.center", m->stat.center, {3}));
-  MJMODEL_POINTERS_PREAMBLE(m)
-  static_cast<void>(na), static_cast<void>(nmocap);
-#define X(type, name, rows, columns) \
-  list.push_back(matrix(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0));
-  MJMODEL_POINTERS
-#undef X
+  const auto add = [&](std::string name, const auto* data, std::vector<std::int64_t> shape) {
+    list.push_back({std::move(name), type_of(data), std::move(shape), data});
+  };
+  for_each_number(*m, [&](const char* name, const auto* data, auto... count) { add(name, data, {count...}); });
+  add("stat.meaninertia", &m->stat.meaninertia, {});
+  add("stat.meanmass", &m->stat.meanmass, {});
+  add("stat.meansize", &m->stat.meansize, {});
+  add("stat.extent", &m->stat.extent, {});
+  add("stat.center", m->stat.center, {3});
+  for_each_array(*m, [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool is_vector) {
+    add(name, data, is_vector ? std::vector{rows} : std::vector{rows, columns});
+  });
   return list;
 }
 
@@ -101,7 +82,7 @@ std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<
   const bool frames = !frames_unread(model);
   if (!frames) view->ncam = view->nlight = 0;
   if (!pairs) return view;
-  view->opt.collision = mjCOL_PAIR;
+  use_pairs(*view, *pairs);
   view->npair = static_cast<int>(pairs->dim.size());
   view->pair_dim = pairs->dim.data();
   view->pair_geom1 = pairs->geom1.data();
@@ -117,7 +98,7 @@ std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<
   for (const auto& geoms : {pairs->geom1, pairs->geom2})
     for (const int g : geoms) {
       sameframe[g] = model.geom_sameframe[g];
-      view->ngeom = std::max(view->ngeom, g + 1);
+      view->ngeom = std::max<mjtSize>(view->ngeom, g + 1);
     }
   view->geom_sameframe = sameframe.data();
   return view;
@@ -137,7 +118,7 @@ void Array::read(double* values) const {
   };
   const auto copy = [&](const auto* from) {
     if (stride == 0) return convert(from, count(), values);
-    const auto rows = static_cast<std::size_t>(*held);
+    const auto rows = static_cast<std::size_t>(std::min<std::int64_t>(*held, shape[0]));
     const std::size_t columns = rows == 0 ? 0 : count() / static_cast<std::size_t>(shape[0]);
     const auto* row = reinterpret_cast<const char*>(from);
     for (std::size_t i = 0; i < rows; ++i, row += stride)
@@ -147,6 +128,7 @@ void Array::read(double* values) const {
   switch (type) {
     case MJENV_TYPE_FLOAT32: return copy(static_cast<const float*>(data));
     case MJENV_TYPE_INT32: return copy(static_cast<const int*>(data));
+    case MJENV_TYPE_INT64: return copy(static_cast<const std::int64_t*>(data));
     case MJENV_TYPE_UINT8: return copy(static_cast<const unsigned char*>(data));
     default: return copy(static_cast<const double*>(data));
   }
@@ -163,21 +145,21 @@ Model::Model(std::string label, Compiled model, Origin origin)
       pairs_(explicit_pairs(*model_, origin == Origin::built_in)),
       stepped_(stepped_view(*model_, pairs_, sameframe_)),
       arrays_(arrays_of(model_.get())),
-      nq_(model_->nq),
-      nv_(model_->nv),
-      na_(model_->na),
-      nu_(model_->nu),
-      nbody_(model_->nbody) {}
+      nq_(static_cast<int>(model_->nq)),
+      nv_(static_cast<int>(model_->nv)),
+      na_(static_cast<int>(model_->na)),
+      nu_(static_cast<int>(model_->nu)),
+      nbody_(static_cast<int>(model_->nbody)) {}
 
 double Model::timestep() const { return model_->opt.timestep; }
 
+int Model::more_state() const { return core::more_state(*model_); }
+
 std::size_t Model::work_bytes() const {
-  const mjModel* m = model_.get();
-  MJDATA_POINTERS_PREAMBLE(m)
   std::size_t bytes = sizeof(mjData);
-#define X(type, name, rows, columns) bytes += sizeof(type) * static_cast<std::size_t>(m->rows) * (columns);
-  MJDATA_POINTERS
-#undef X
+  for_each_array(*model_, nullptr, [&](const char*, const auto* data, std::int64_t rows, std::int64_t columns, bool) {
+    bytes += sizeof(*data) * static_cast<std::size_t>(rows * columns);
+  });
   return bytes;
 }
 
@@ -187,7 +169,7 @@ std::vector<double> Model::action_bound(int side) const {
   return bound;
 }
 
-int Model::count(const std::string& type) const { return model_.get()->*kind_of(type).count; }
+int Model::count(const std::string& type) const { return static_cast<int>(model_.get()->*kind_of(type).count); }
 
 int Model::index(const std::string& type, const std::string& name) const {
   const int found = mj_name2id(model_.get(), kind_of(type).type, name.c_str());
@@ -200,7 +182,7 @@ int Model::index(const std::string& type, const std::string& name) const {
 
 const char* Model::name(const std::string& type, std::int64_t index) const {
   const Kind& kind = kind_of(type);
-  const int total = model_.get()->*kind.count;
+  const int total = static_cast<int>(model_.get()->*kind.count);
   if (index < 0 || index >= total)
     fail(MJENV_E_VALUE, type + " index " + std::to_string(index) + " is outside 0.." + std::to_string(total - 1));
   const char* found = mj_id2name(model_.get(), kind.type, static_cast<int>(index));
@@ -215,10 +197,10 @@ std::string Model::actuator_label(int i) const {
 std::uint64_t Model::fingerprint() const {
   const ErrorTrap trap;
   std::vector<unsigned char> image(static_cast<std::size_t>(mj_sizeModel(model_.get())));
-  mj_saveModel(model_.get(), nullptr, image.data(), static_cast<int>(image.size()));
+  mj_saveModel(model_.get(), nullptr, image.data(), static_cast<mjtSize>(image.size()));
   return hash(image.data(), image.size());
 }
 
-const char* mujoco_version() { return mj_versionString(); }
+const char* mujoco_version() { return open_mujoco(); }
 
 }  // namespace mjenv::core

@@ -56,6 +56,8 @@ class Model {
   int na() const { return na_; }
   int nu() const { return nu_; }
   int nbody() const { return nbody_; }
+  // How many numbers belong to a row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl.
+  int more_state() const;
   double timestep() const;
   // How much memory an mjData of the model takes.
   std::size_t work_bytes() const;

@@ -1,10 +1,10 @@
 #include "engine/pairs.hpp"
 
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <array>
 #include <utility>
+
+#include "engine/mujoco.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -18,8 +18,7 @@ bool is_surface(const mjModel& m, int geom) {
 
 // Whether a list can replace MuJoCo's search: the model has no setting that changes what the search finds.
 bool searchable(const mjModel& m) {
-  if (m.npair > 0 || m.nexclude > 0 || m.opt.collision == mjCOL_PAIR || m.opt.enableflags & mjENBL_OVERRIDE)
-    return false;
+  if (m.npair > 0 || m.nexclude > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)
     if (is_surface(m, g) && m.geom_bodyid[g] != 0) return false;
   return true;
@@ -45,16 +44,17 @@ double mix_of(const mjModel& m, int g1, int g2) {
 }
 
 // Appends a pair with the parameters that MuJoCo would compute at each contact from those of the two geoms.
+// geom_type[g1] must not be greater than geom_type[g2].
 void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
-  if (m.geom_type[g1] > m.geom_type[g2]) std::swap(g1, g2);
   const bool equal = m.geom_priority[g1] == m.geom_priority[g2];
   const int first = m.geom_priority[g1] > m.geom_priority[g2] ? g1 : g2;
 
   pairs.geom1.push_back(g1);
   pairs.geom2.push_back(g2);
   pairs.dim.push_back(equal ? std::max(m.geom_condim[g1], m.geom_condim[g2]) : m.geom_condim[first]);
-  pairs.margin.push_back(std::max(m.geom_margin[g1], m.geom_margin[g2]));
-  pairs.gap.push_back(std::max(m.geom_gap[g1], m.geom_gap[g2]));
+  pairs.margin.push_back(mixed_margin(m.geom_margin[g1], m.geom_margin[g2]));
+  pairs.gap.push_back(mixed_margin(m.geom_gap[g1], m.geom_gap[g2]));
+  append_more(pairs, m, g1, g2, first, equal);
 
   std::array<double, 3> friction{};
   for (int i = 0; i < 3; ++i)
@@ -81,14 +81,18 @@ std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
   Pairs pairs;
   // MuJoCo sorts the pairs by bodies. This loop gives the same order, because geoms are numbered body by body.
   for (int b1 = 0; b1 < m.nbody; ++b1)
-    for (int b2 = b1 + 1; b2 < m.nbody; ++b2)
+    for (int b2 = b1 + 1; b2 < m.nbody; ++b2) {
+      std::vector<std::pair<int, int>> found;
       for (int g1 = m.body_geomadr[b1]; g1 < m.body_geomadr[b1] + m.body_geomnum[b1]; ++g1)
         for (int g2 = m.body_geomadr[b2]; g2 < m.body_geomadr[b2] + m.body_geomnum[b2]; ++g2) {
           if (!can_touch(m, g1, g2)) continue;
           if (!trusted && b1 != 0) return std::nullopt;
-          if (pairs.dim.size() == kMaxPairs) return std::nullopt;
-          append(pairs, m, g1, g2);
+          if (pairs.dim.size() + found.size() == kMaxPairs) return std::nullopt;
+          found.push_back(m.geom_type[g1] > m.geom_type[g2] ? std::pair(g2, g1) : std::pair(g1, g2));
         }
+      if (kSortsPairs) std::sort(found.begin(), found.end());
+      for (const auto& [g1, g2] : found) append(pairs, m, g1, g2);
+    }
   return pairs;
 }
 

@@ -14,6 +14,9 @@ namespace mjenv::core {
 struct Pairs {
   std::vector<int> dim, geom1, geom2;
   std::vector<double> solref, solimp, margin, gap, friction;
+  // Only MuJoCo 4 has these. no_type is the contype and conaffinity of bodies that take part in no search.
+  std::vector<int> signature, no_type;
+  std::vector<double> solreffriction, adhesion;
 };
 
 // Returns no value if MuJoCo's search might find other contacts than a list gives. MuJoCo excludes pairs of moving

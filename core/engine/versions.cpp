@@ -1,11 +1,11 @@
 #include "engine/versions.hpp"
 
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <string_view>
+
+#include "engine/mujoco.hpp"
 
 namespace mjenv::core {
 namespace {

@@ -1,14 +1,12 @@
 #include "engine/work.hpp"
 
-#include <mujoco/mjxmacro.h>
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <new>
 
+#include "engine/mujoco.hpp"
 #include "error.hpp"
 
 namespace mjenv::core {
@@ -59,13 +57,14 @@ Work::Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& need
 void Work::expose() {
   const mjModel* m = model_->get();
   const mjData* d = data_.get();
-  if (needs_.contacts) contacts_.resize(static_cast<std::size_t>(m->nconmax));
+  if (needs_.contacts) contacts_.resize(static_cast<std::size_t>(max_contacts(*m)));
   mjenv_sim& c = sim_.c_;
   c.struct_size = sizeof c;
   c.api = needs_.api;
-  c.nq = m->nq, c.nv = m->nv, c.na = m->na, c.nu = m->nu;
-  c.nbody = m->nbody, c.njnt = m->njnt, c.ngeom = m->ngeom, c.nsite = m->nsite;
-  c.ntendon = m->ntendon, c.nsensordata = m->nsensordata;
+  const auto size = [](mjtSize count) { return static_cast<std::int32_t>(count); };
+  c.nq = size(m->nq), c.nv = size(m->nv), c.na = size(m->na), c.nu = size(m->nu);
+  c.nbody = size(m->nbody), c.njnt = size(m->njnt), c.ngeom = size(m->ngeom), c.nsite = size(m->nsite);
+  c.ntendon = size(m->ntendon), c.nsensordata = size(m->nsensordata);
   c.timestep = sim_.timestep, c.dt = sim_.dt;
   c.time = &d->time;
   c.action = action_.data();
@@ -129,24 +128,23 @@ std::vector<Array> Work::arrays() const {
                           {"energy", MJENV_TYPE_FLOAT64, {2}, d->energy},
                           {"ncon", MJENV_TYPE_INT32, {}, &d->ncon},
                           {"nefc", MJENV_TYPE_INT32, {}, &d->nefc},
-                          {"solver_iter", MJENV_TYPE_INT32, {}, &d->solver_iter}};
-  MJDATA_POINTERS_PREAMBLE(m)
-  const auto add = [&](const char* name, const auto* data, int rows, int columns, bool flat) {
-    using T = std::decay_t<decltype(*data)>;
-    if constexpr (!std::is_same_v<T, mjContact>) {
-      const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
-      list.push_back(
-          {name, type, flat ? std::vector<std::int64_t>{rows} : std::vector<std::int64_t>{rows, columns}, data});
-    }
-  };
-#define X(type, name, rows, columns) add(#name, d->name, m->rows, columns, std::string(#columns) == "1");
-  MJDATA_POINTERS
-#undef X
+                          {kSolverIterations, MJENV_TYPE_INT32, {}, solver_iterations(*d)}};
+  if (kSolverIterationsCount > 1) list.back().shape = {kSolverIterationsCount};
+  for_each_array(*m, d,
+                 [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool is_vector) {
+                   using T = std::decay_t<decltype(*data)>;
+                   if constexpr (!std::is_same_v<T, mjContact> && !std::is_same_v<T, std::uintptr_t>) {
+                     const auto type = std::is_same_v<T, int>       ? MJENV_TYPE_INT32
+                                       : std::is_same_v<T, mjtBool> ? MJENV_TYPE_UINT8
+                                                                    : MJENV_TYPE_FLOAT64;
+                     list.push_back({name, type, is_vector ? std::vector{rows} : std::vector{rows, columns}, data});
+                   }
+                 });
   // Without mu and H, which MuJoCo computes only for elliptic cones: else they hold what was there before.
   const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
     using T = std::decay_t<decltype(*data)>;
     const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
-    std::vector<std::int64_t> shape{m->nconmax};
+    std::vector<std::int64_t> shape{max_contacts(*m)};
     if (columns > 1) shape.push_back(columns);
     list.push_back({name, type, std::move(shape), data, sizeof(mjContact), &d->ncon});
   };
@@ -173,16 +171,17 @@ void Work::clear() {
 }
 
 void Work::begin() {
+  if (layout_.more > 0) return clear();
   const mjModel* m = model_->get();
   mjData* d = data_.get();
-  d->pstack = 0;
+  clear_stack(*d);
   d->time = 0;
   put(d->qpos, m->qpos0, layout_.nq);
   for (mjtNum* array : {d->qvel, d->qacc_warmstart}) std::fill_n(array, layout_.nv, 0.0);
   std::fill_n(d->act, layout_.na, 0.0);
   std::fill_n(d->ctrl, layout_.nu, 0.0);
   for (mjtNum* array : {d->cacc, d->cfrc_int, d->cfrc_ext}) std::fill_n(array, 6 * m->nbody, 0.0);
-  std::fill_n(d->qH, m->nM, 0.0);  // mj_Euler alone writes these two arrays
+  clear_caches(*m, *d);
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
   forces_lag_ = false;
@@ -190,7 +189,7 @@ void Work::begin() {
 
 void Work::load(const double* state) {
   mjData* d = data_.get();
-  d->pstack = 0;  // an error that is thrown out of MuJoCo does not reset its stack
+  clear_stack(*d);  // an error that is thrown out of MuJoCo does not reset its stack
   d->time = *state++;
   for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq},
                                      {d->qvel, layout_.nv},
@@ -200,6 +199,7 @@ void Work::load(const double* state) {
     put(array, state, count);
     state += count;
   }
+  if (layout_.more > 0) load_more(*model_->get(), *d, state);
 }
 
 void Work::save(double* state) const {
@@ -209,7 +209,8 @@ void Work::save(double* state) const {
   state = put(state, static_cast<const mjtNum*>(d->qvel), layout_.nv);
   state = put(state, static_cast<const mjtNum*>(d->act), layout_.na);
   state = put(state, static_cast<const mjtNum*>(d->qacc_warmstart), layout_.nv);
-  put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
+  state = put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
+  if (layout_.more > 0) save_more(*model_->get(), *d, state);
 }
 
 void Work::forward() {
@@ -244,9 +245,7 @@ void Work::complete_frames() {
   if (!frames_lag_) return;
   const mjModel* m = model_->get();
   mjData* d = data_.get();
-  for (int g = 0; g < m->ngeom; ++g)
-    mj_local2Global(d, d->geom_xpos + 3 * g, d->geom_xmat + 9 * g, m->geom_pos + 3 * g, m->geom_quat + 4 * g,
-                    m->geom_bodyid[g], m->geom_sameframe[g]);
+  for (int g = 0; g < m->ngeom; ++g) update_frame(*m, *d, g);
   mj_camlight(m, d);
   frames_lag_ = false;
 }
@@ -266,7 +265,8 @@ void Work::complete_needs() {
 void Work::list_contacts() {
   const mjModel* m = model_->get();
   const mjData* d = data_.get();
-  for (int i = 0; i < d->ncon; ++i) {
+  const int count = std::min(d->ncon, max_contacts(*m));
+  for (int i = 0; i < count; ++i) {
     const mjContact& from = d->contact[i];
     mjenv_contact& to = contacts_[static_cast<std::size_t>(i)];
     to.geom1 = from.geom1;
@@ -276,7 +276,7 @@ void Work::list_contacts() {
     std::copy_n(from.frame, 9, to.frame);
     mj_contactForce(m, d, i, to.force);
   }
-  sim_.c_.contact_count = d->ncon;
+  sim_.c_.contact_count = count;
   contacts_lag_ = false;
 }
 

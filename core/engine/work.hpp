@@ -12,14 +12,19 @@
 
 namespace mjenv::core {
 
-// The state from which MuJoCo continues a simulation exactly: time, qpos, qvel, act, qacc_warmstart, ctrl, in this
-// order.
+// The state from which MuJoCo continues a simulation exactly: time, qpos, qvel, act, qacc_warmstart, ctrl, and what
+// else the version of MuJoCo has (Model::more_state), in this order.
 class StateLayout {
  public:
   explicit StateLayout(const Model& model)
-      : nq(model.nq()), nv(model.nv()), na(model.na()), nu(model.nu()), size(1 + nq + nv + na + nv + nu) {}
+      : nq(model.nq()),
+        nv(model.nv()),
+        na(model.na()),
+        nu(model.nu()),
+        more(model.more_state()),
+        size(1 + nq + nv + na + nv + nu + more) {}
 
-  std::size_t nq, nv, na, nu, size;
+  std::size_t nq, nv, na, nu, more, size;
 
   double* qpos(double* state) const { return state + 1; }
   double* qvel(double* state) const { return state + 1 + nq; }

@@ -2,9 +2,9 @@
 // picture of an untrusted model must not take hours.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include <vector>
+
+#include "engine/mujoco.hpp"
 
 namespace mjenv::core {
 

@@ -7,8 +7,8 @@ namespace mjenv::core {
 namespace {
 
 constexpr int kMaxPixelsPerSide = 1 << 16, kMaxGeoms = 1 << 20;
-static_assert(mjNVISFLAG <= sizeof(mjenv_render_settings::visual));
-static_assert(mjNVISFLAG == MJENV_VISUAL_SKIN + 1);
+static_assert(MJENV_VISUAL_SKIN < sizeof(mjenv_render_settings::visual));
+static_assert(visual_flag(MJENV_VISUAL_SKIN) == mjVIS_SKIN);
 
 // A copy of the model with the settings applied to its visual options.
 mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
@@ -40,7 +40,7 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
   camera.azimuth = or_default(settings.azimuth, camera.azimuth);
   camera.elevation = or_default(settings.elevation, camera.elevation);
   mjv_defaultOption(&options);
-  for (int i = 0; i < mjNVISFLAG; ++i) options.flags[i] = settings.visual[i] != 0;
+  for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) options.flags[visual_flag(i)] = settings.visual[i] != 0;
   mjv_defaultPerturb(&perturbation);
   mjr_defaultContext(&context);
   mjv_defaultScene(&scene);

@@ -1,11 +1,10 @@
 // MuJoCo's structures for drawing one model, which renderers and windows share.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
 #include <string>
 
 #include "engine/model.hpp"
+#include "engine/mujoco.hpp"
 #include "error.hpp"
 #include "mjenv/mjenv.h"
 #include "render/budget.hpp"

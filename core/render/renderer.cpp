@@ -60,7 +60,7 @@ mjenv_render_settings render_defaults(const Model& model, const Camera& camera) 
   settings.elevation = camera.elevation;
   mjvOption options;
   mjv_defaultOption(&options);
-  std::copy_n(options.flags, mjNVISFLAG, settings.visual);
+  for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) settings.visual[i] = options.flags[visual_flag(i)];
   return settings;
 }
 

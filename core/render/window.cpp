@@ -80,7 +80,7 @@ void Window::begin() {
 }
 
 void Window::look_at(mjData* data) {
-  iterations_ = data->solver_iter;
+  iterations_ = *solver_iterations(*data);
   time_ = data->time;
   drawing_.update(data);
 }
@@ -209,12 +209,12 @@ void Window::move_mouse(double x, double y) {
   int width = 0, height = 0;
   glfw_.get_framebuffer_size(window, &width, &height);
   if (width > 0 && height > 0)
-    mjv_moveCamera(&drawing_.model, action, static_cast<double>(mouse_x_ - last_x) / width,
-                   static_cast<double>(mouse_y_ - last_y) / height, &drawing_.scene, &drawing_.camera);
+    move_camera(drawing_.model, action, static_cast<double>(mouse_x_ - last_x) / width,
+                static_cast<double>(mouse_y_ - last_y) / height, drawing_.scene, drawing_.camera);
 }
 
 void Window::zoom(double amount) {
-  mjv_moveCamera(&drawing_.model, mjMOUSE_ZOOM, 0, amount, &drawing_.scene, &drawing_.camera);
+  move_camera(drawing_.model, mjMOUSE_ZOOM, 0, amount, drawing_.scene, drawing_.camera);
 }
 
 }  // namespace mjenv::core

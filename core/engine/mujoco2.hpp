@@ -1,0 +1,151 @@
+// MuJoCo 2.2.2 under the names that mujoco.hpp lists.
+#pragma once
+
+#include <mujoco/mjxmacro.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <string>
+
+#include "engine/errors.hpp"
+#include "engine/pairs.hpp"
+
+// MuJoCo exports these functions for its own language bindings. They set handlers for one thread only.
+// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
+extern "C" {
+using mjenv_mju_handler = void (*)(const char*);
+mjenv_mju_handler _mjPRIVATE__get_tls_error_fn();
+void _mjPRIVATE__set_tls_error_fn(mjenv_mju_handler);
+mjenv_mju_handler _mjPRIVATE__get_tls_warning_fn();
+void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
+}
+// NOLINTEND(bugprone-reserved-identifier)
+
+using mjtSize = int;
+using mjtBool = mjtByte;
+
+namespace mjenv::core {
+
+// Makes MuJoCo's functions ready to be called, and returns its version.
+inline const char* open_mujoco() { return mj_versionString(); }
+
+// ---- Errors ----
+
+// Sets what MuJoCo calls on this thread when it fails. Warnings are ignored. Returns the previous handlers.
+template <void (*on_error)(const char*)>
+Handlers set_handlers() {
+  const Handlers previous{reinterpret_cast<void (*)()>(_mjPRIVATE__get_tls_error_fn()),
+                          reinterpret_cast<void (*)()>(_mjPRIVATE__get_tls_warning_fn())};
+  _mjPRIVATE__set_tls_error_fn(on_error);
+  _mjPRIVATE__set_tls_warning_fn([](const char*) {});
+  return previous;
+}
+
+inline void restore_handlers(const Handlers& previous) {
+  _mjPRIVATE__set_tls_error_fn(reinterpret_cast<mjenv_mju_handler>(previous[0]));
+  _mjPRIVATE__set_tls_warning_fn(reinterpret_cast<mjenv_mju_handler>(previous[1]));
+}
+
+// ---- Models ----
+
+// Makes the text available under the path's name.
+inline void add_file(mjVFS& files, const std::string& path, const std::string& text) {
+  const std::string name = path.substr(path.find_last_of("/\\") + 1);
+  if (mj_makeEmptyFileVFS(&files, name.c_str(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();
+  std::memcpy(files.filedata[0], text.data(), text.size());
+}
+
+// MuJoCo 2.2.2 has no models whose simulation depends on more than a row stores.
+inline void check_supported(const mjModel&) {}
+
+// Calls visit(name, pointer) for each number of mjModel, and visit(name, pointer, count) for each short vector.
+template <typename Visit>
+void for_each_number(const mjModel& m, const Visit& visit) {
+#define X(name) visit(#name, &m.name);
+  MJMODEL_INTS
+#undef X
+#define X(type, name) visit("opt." #name, &m.opt.name);
+  MJOPTION_FLOATS
+  MJOPTION_INTS
+#undef X
+#define X(name, size) visit("opt." #name, m.opt.name, size);
+  MJOPTION_VECTORS
+#undef X
+}
+
+// Calls visit(name, pointer, rows, columns, is_vector) for each array of mjModel.
+template <typename Visit>
+void for_each_array(const mjModel& model, const Visit& visit) {
+  const mjModel* m = &model;
+  MJMODEL_POINTERS_PREAMBLE(m)
+  static_cast<void>(na), static_cast<void>(nmocap);
+#define X(type, name, rows, columns) visit(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0);
+  MJMODEL_POINTERS
+#undef X
+}
+
+// The same for each array of mjData, which must belong to the model. data may be null.
+template <typename Visit>
+void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
+  const mjModel* m = &model;
+  MJDATA_POINTERS_PREAMBLE(m)
+#define X(type, name, rows, columns) \
+  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, std::strcmp(#columns, "1") == 0);
+  MJDATA_POINTERS
+#undef X
+}
+
+// How many contacts mjData can hold.
+inline int max_contacts(const mjModel& m) { return m.nconmax; }
+
+// ---- State ----
+
+// A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: MuJoCo 2.2.2 has none.
+inline int more_state(const mjModel&) { return 0; }
+inline void save_more(const mjModel&, const mjData&, double*) {}
+inline void load_more(const mjModel&, mjData&, const double*) {}
+
+// Discards what an interrupted or an earlier computation left on MuJoCo's stack.
+inline void clear_stack(mjData& d) { d.pstack = 0; }
+inline void clear_caches(const mjModel& m, mjData& d) { std::fill_n(d.qH, m.nM, 0.0); }
+
+// Iterations of the constraint solver in the last step.
+inline const int* solver_iterations(const mjData& d) { return &d.solver_iter; }
+constexpr const char* kSolverIterations = "solver_iter";
+constexpr int kSolverIterationsCount = 1;
+
+// mj_kinematics for the frame of one geom.
+inline void update_frame(const mjModel& m, mjData& d, int geom) {
+  mj_local2Global(&d, d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom, m.geom_pos + 3 * geom, m.geom_quat + 4 * geom,
+                  m.geom_bodyid[geom], m.geom_sameframe[geom]);
+}
+
+// ---- Geom pairs ----
+
+// Whether collision detection sorts the geom pairs of two bodies by their types.
+constexpr bool kSortsPairs = false;
+
+// Whether the model has a setting that changes which pairs this version finds.
+inline bool has_search_settings(const mjModel& m) { return m.opt.collision == mjCOL_PAIR; }
+
+inline double mixed_margin(double a, double b) { return std::max(a, b); }
+
+// Appends to the arrays of pairs that only this version has. `first` is the geom whose parameters count if `equal` is
+// false.
+inline void append_more(Pairs&, const mjModel&, int /*g1*/, int /*g2*/, int /*first*/, bool /*equal*/) {}
+
+// Makes collision detection use the pairs alone.
+inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; }
+
+// ---- Drawing ----
+
+// The index in mjvOption.flags of a flag of mjenv_render_settings.visual.
+constexpr int visual_flag(int flag) { return flag; }
+
+inline void move_camera(const mjModel& m, int action, double dx, double dy, const mjvScene& scene, mjvCamera& camera) {
+  mjv_moveCamera(&m, action, dx, dy, &scene, &camera);
+}
+
+}  // namespace mjenv::core

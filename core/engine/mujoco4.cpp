@@ -1,0 +1,84 @@
+// Opens MuJoCo's library at run time.
+#include "engine/mujoco4.hpp"
+
+#include <dlfcn.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <string>
+
+#include "error.hpp"
+
+namespace mjenv::core {
+
+#define MJENV_POINTER(name) decltype(&::name) name = nullptr;
+MJENV_MUJOCO_FUNCTIONS(MJENV_POINTER)
+#undef MJENV_POINTER
+const mjfCollision (*mjCOLLISIONFUNC)[mjNGEOMTYPES] = nullptr;
+
+namespace {
+
+std::atomic<bool> is_open = false;
+
+// The environment variable with the path of MuJoCo's library.
+constexpr const char* kVariable = "MJENV_MUJOCO";
+// These versions have the same layout of mjModel and mjData.
+constexpr const char* kNames[] = {"libmujoco.so.4.0.1", "libmujoco.so.4.0.0"};
+
+constexpr const char* kAdvice =
+    "install MuJoCo 4.0 (pip install 'mujoco-core>=4.0,<4.1', or an official release), or set MJENV_MUJOCO to the path "
+    "of its libmujoco.so.4.0.x";
+
+[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_FILE, why + "; " + kAdvice); }
+
+void* open_named(const char* path) {
+  if (void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL)) return library;
+  const char* reason = dlerror();
+  refuse(std::string(kVariable) + ": " + (reason ? reason : path));
+}
+
+// Prefers a library that the process has already loaded, because then both use the same one.
+void* find() {
+  const char* path = std::getenv(kVariable);
+  if (path && *path) return open_named(path);
+  for (const int mode : {RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD, RTLD_NOW | RTLD_LOCAL})
+    for (const char* name : kNames)
+      if (void* library = dlopen(name, mode)) return library;
+  refuse("there is no library of MuJoCo 4.0");
+}
+
+template <typename Pointer>
+void look_up(void* library, const char* name, Pointer& pointer) {
+  void* const found = dlsym(library, name);
+  if (!found) refuse(std::string("MuJoCo's library has no ") + name);
+  static_assert(sizeof pointer == sizeof found);
+  std::memcpy(&pointer, &found, sizeof found);
+}
+
+// MuJoCo is never closed, because closing it would end what other users of the process compute with it.
+void open_library() {
+  void* const library = find();
+  look_up(library, "mj_version", mj_version);
+  look_up(library, "mj_versionString", mj_versionString);
+  if (mj_version() / 1000 != mjVERSION_HEADER / 1000)
+    refuse(std::string("MuJoCo's library is ") + mj_versionString() + ", and this mjenv is for MuJoCo 4.0");
+#define MJENV_LOOK_UP(name) look_up(library, #name, name);
+  MJENV_MUJOCO_FUNCTIONS(MJENV_LOOK_UP)
+#undef MJENV_LOOK_UP
+  look_up(library, "mjCOLLISIONFUNC", mjCOLLISIONFUNC);
+  is_open = true;
+}
+
+}  // namespace
+
+const char* open_mujoco() {
+  static std::once_flag once;
+  std::call_once(once, open_library);
+  return mj_versionString();
+}
+
+bool mujoco_is_open() { return is_open; }
+
+}  // namespace mjenv::core

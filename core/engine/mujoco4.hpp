@@ -1,0 +1,195 @@
+// MuJoCo 4.0 under the names that mujoco.hpp lists. Its library is opened at run time, so that mjenv works with the one
+// that the process has already loaded, with that of an installed Python package, or with one that the caller names.
+#pragma once
+
+#include <mujoco/mjxmacro.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "engine/errors.hpp"
+#include "engine/pairs.hpp"
+#include "error.hpp"
+
+// MuJoCo exports this function for its own language bindings. It sets a handler for one thread only.
+// NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
+extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
+
+// All functions of MuJoCo that the core calls.
+#define MJENV_MUJOCO_FUNCTIONS(X)                                                                                    \
+  X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML)                \
+  X(mj_freeLastXML) X(mj_saveModel) X(mj_sizeModel) X(mj_deleteModel) X(mj_makeData) X(mj_resetData)                 \
+  X(mj_deleteData) X(mj_step) X(mj_forward) X(mj_camlight) X(mj_rnePostConstraint) X(mj_contactForce)                \
+  X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) X(mju_mulQuat)        \
+  X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption) X(mjv_defaultScene)  \
+  X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) X(mjr_freeContext)   \
+  X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
+
+namespace mjenv::core {
+
+// Pointers to MuJoCo's functions. The core calls them as it would call the functions, because names in this namespace
+// hide the global ones. They are null until open_mujoco() has returned.
+#define MJENV_POINTER(name) extern decltype(&::name) name;
+MJENV_MUJOCO_FUNCTIONS(MJENV_POINTER)
+#undef MJENV_POINTER
+extern const mjfCollision (*mjCOLLISIONFUNC)[mjNGEOMTYPES];
+
+// Opens MuJoCo's library once, and returns its version. Throws MJENV_E_FILE if there is none, or if it is not a 4.0.
+const char* open_mujoco();
+bool mujoco_is_open();
+
+// ---- Errors ----
+
+// Sets what MuJoCo calls on this thread when it fails. Warnings are ignored. Returns the previous handlers.
+template <void (*on_error)(const char*)>
+Handlers set_handlers() {
+  if (!mujoco_is_open()) return {};
+  const mjfLogHandler log = [](const mjLogMessage* message) {
+    if (message->level == mjLOG_ERROR) on_error(message->subject);
+  };
+  return {reinterpret_cast<void (*)()>(_mjPRIVATE_setTlsLogHandler(log))};
+}
+
+// MuJoCo may have been opened meanwhile; then there was no handler before.
+inline void restore_handlers(const Handlers& previous) {
+  if (mujoco_is_open()) _mjPRIVATE_setTlsLogHandler(reinterpret_cast<mjfLogHandler>(previous[0]));
+}
+
+// ---- Models ----
+
+// Makes the text available under the path.
+inline void add_file(mjVFS& files, const std::string& path, const std::string& text) {
+  if (mj_addBufferVFS(&files, path.c_str(), text.data(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();
+}
+
+// Refuses models whose simulation depends on more than a row stores.
+inline void check_supported(const mjModel& m) {
+  const auto refuse = [](const char* what) {
+    fail(MJENV_E_MODEL, std::string(what) + ", and MuJoCo does not make that part of a simulation's state, so rows "
+                                            "could not share an mjData");
+  };
+  if (m.opt.enableflags & mjENBL_SLEEP) refuse("the model enables sleeping");
+  if (m.nflex > 0 && m.opt.enableflags & mjENBL_IPC) refuse("the contacts of flexes depend on earlier steps (ipc)");
+  if (m.nplugin > 0) refuse("the model has plugins, which keep data of their own");
+}
+
+// Calls visit(name, pointer) for each number of mjModel, and visit(name, pointer, count) for each short vector.
+template <typename Visit>
+void for_each_number(const mjModel& m, const Visit& visit) {
+#define X(name) visit(#name, &m.name);
+  MJMODEL_SIZES
+#undef X
+#pragma push_macro("XVEC")
+#undef XVEC
+#define X(type, name, size) visit("opt." #name, &m.opt.name);
+#define XVEC(type, name, size) visit("opt." #name, m.opt.name, size);
+  MJOPTION_FIELDS
+#undef X
+#pragma pop_macro("XVEC")
+}
+
+// Calls visit(name, pointer, rows, columns, is_vector) for each array of mjModel.
+template <typename Visit>
+void for_each_array(const mjModel& model, const Visit& visit) {
+  const mjModel* m = &model;
+  MJMODEL_POINTERS_PREAMBLE(m)
+  static_cast<void>(na), static_cast<void>(nmocap), static_cast<void>(nplastic);
+#define X(type, name, rows, columns) visit(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0);
+  MJMODEL_POINTERS
+#undef X
+}
+
+// The same for each array of mjData, which must belong to the model. data may be null.
+template <typename Visit>
+void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
+  const mjModel* m = &model;
+#define X(type, name, rows, columns) \
+  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, std::strcmp(#columns, "1") == 0);
+  MJDATA_POINTERS
+#undef X
+}
+
+// How many contacts of a row can be listed. mjData can hold more if the model does not limit them, because it has room
+// for them until its arena is full.
+inline int max_contacts(const mjModel& m) {
+  constexpr mjtSize kDefault = 500;
+  return static_cast<int>(m.nconmax >= 0 ? m.nconmax : std::min<mjtSize>(kDefault, m.narena / sizeof(mjContact)));
+}
+
+// ---- State ----
+
+// A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: of delays, plugins and plasticity.
+constexpr int kMoreState = mjSTATE_HISTORY | mjSTATE_PLUGIN | mjSTATE_PLASTIC;
+inline int more_state(const mjModel& m) { return mj_stateSize(&m, kMoreState); }
+inline void save_more(const mjModel& m, const mjData& d, double* state) { mj_getState(&m, &d, state, kMoreState); }
+inline void load_more(const mjModel& m, mjData& d, const double* state) { mj_setState(&m, &d, state, kMoreState); }
+
+// Discards what an interrupted or an earlier computation left on MuJoCo's stack.
+inline void clear_stack(mjData& d) { d.pstack = d.pbase = 0; }
+inline void clear_caches(const mjModel& m, mjData& d) {
+  std::fill_n(d.qH, m.nC, 0.0);
+  d.flg_rnepost = d.flg_subtreevel = d.flg_energypos = d.flg_energyvel = false;
+}
+
+// Iterations of the constraint solver in the last step, of each island.
+inline const int* solver_iterations(const mjData& d) { return d.solver_niter; }
+constexpr const char* kSolverIterations = "solver_niter";
+constexpr int kSolverIterationsCount = mjNISLAND;
+
+// mj_kinematics for the frame of one geom.
+inline void update_frame(const mjModel& m, mjData& d, int geom) {
+  const int body = m.geom_bodyid[geom];
+  mj_local2Global(&d, d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom, m.geom_pos + 3 * geom, m.geom_quat + 4 * geom,
+                  body, m.geom_sameframe[geom]);
+  mju_mulQuat(d.geom_xquat + 4 * geom, d.xquat + 4 * body, m.geom_quat + 4 * geom);
+}
+
+// ---- Geom pairs ----
+
+// Whether collision detection sorts the geom pairs of two bodies by their types.
+constexpr bool kSortsPairs = true;
+
+// Whether the model has a setting that changes which pairs this version finds.
+inline bool has_search_settings(const mjModel& m) {
+  constexpr mjtSize kMaxBodies = 0x7fff;  // the signature of a pair has 16 bits for each body
+  const double* surfacevel = m.geom_surfacevel;
+  return m.nflex > 0 || m.nbody > kMaxBodies || m.opt.enableflags & (mjENBL_SLEEP | mjENBL_IPC | mjENBL_SPECULATIVE) ||
+         m.opt.disableflags & mjDSBL_MIDPHASE ||
+         std::any_of(surfacevel, surfacevel + 6 * m.ngeom, [](double v) { return v != 0; });
+}
+
+inline double mixed_margin(double a, double b) { return a + b; }
+
+// Appends to the arrays of pairs that only this version has. `first` is the geom whose parameters count if `equal` is
+// false.
+inline void append_more(Pairs& pairs, const mjModel& m, int g1, int g2, int first, bool equal) {
+  pairs.adhesion.push_back(equal ? m.geom_adhesion[g1] + m.geom_adhesion[g2] : m.geom_adhesion[first]);
+  pairs.solreffriction.insert(pairs.solreffriction.end(), mjNREF, 0.0);
+  const auto bodies = std::minmax(m.geom_bodyid[g1], m.geom_bodyid[g2]);
+  pairs.signature.push_back((bodies.first << 16) + bodies.second);
+}
+
+// Makes collision detection use the pairs alone: no body takes part in the search.
+inline void use_pairs(mjModel& view, Pairs& pairs) {
+  pairs.no_type.assign(static_cast<std::size_t>(view.nbody), 0);
+  view.body_contype = view.body_conaffinity = pairs.no_type.data();
+  view.pair_signature = pairs.signature.data();
+  view.pair_solreffriction = pairs.solreffriction.data();
+  view.pair_adhesion = pairs.adhesion.data();
+}
+
+// ---- Drawing ----
+
+// The index in mjvOption.flags of a flag of mjenv_render_settings.visual, which lists those of MuJoCo 2.2.2.
+constexpr int visual_flag(int flag) { return flag < mjVIS_ISLAND ? flag : flag + 1; }
+
+inline void move_camera(const mjModel& m, int action, double dx, double dy, const mjvScene&, mjvCamera& camera) {
+  mjv_moveCamera(&m, action, dx, dy, &camera);
+}
+
+}  // namespace mjenv::core
