@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 ROBOTS = (
@@ -18,3 +22,41 @@ def cpu_model() -> str:
     if "model name" not in found:
         return "unknown"
     return f"{found['model name']} (family {found.get('cpu family', '?')}, model {found.get('model', '?')})"
+
+
+class Worker:
+    """A process that steps one peer or task on request; peers/worker.py describes its commands."""
+
+    def __init__(self, name: str, command: list[str], environment: dict[str, str]) -> None:
+        self.name = name
+        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 it lives as long as the process
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+            env={**os.environ, **environment},
+            cwd=tempfile.gettempdir(),  # MuJoCo writes a log of warnings where it runs
+        )
+        self.about = self.ask("about")
+
+    def ask(self, command: str) -> str:
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+        answer = self._process.stdout.readline()
+        if not answer:
+            self._errors.seek(0)
+            sys.exit(f"{self._errors.read()}{self.name} failed at '{command}', see above")
+        return answer.strip()
+
+    def rate(self, seconds: float) -> float:
+        steps, taken = self.ask(f"run {seconds}").split()
+        return int(steps) / float(taken)
+
+    def end(self) -> None:
+        assert self._process.stdin
+        self._process.stdin.close()
+        self._process.wait()

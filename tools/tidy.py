@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Runs clang-tidy on the sources in core/ and capi/, after they were compiled by Ninja.
 
-    tidy.py BUILD
+    tidy.py BUILD [CACHE]
 
 A file that passed is checked again when a file that it reads, its compiler options or clang-tidy's settings change.
-BUILD/lint/passed has an empty file for each check that passed, named by a hash of all that the check depends on.
+The folder CACHE (BUILD/lint/passed) has an empty file for each check that passed, named by a hash of all that the check
+depends on. Clones on the same machine can share it.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ def inputs(build: Path) -> dict[str, list[Path]]:
 def main() -> int:
     build = Path(sys.argv[1]).resolve()
     folder = build / "lint"
-    passed = folder / "passed"
+    passed = Path(sys.argv[2]) if len(sys.argv) > 2 else folder / "passed"
+    folder.mkdir(exist_ok=True)
     passed.mkdir(parents=True, exist_ok=True)
     commands = json.loads(GCC_OPTIONS.sub("", (build / "compile_commands.json").read_text()))
     (folder / "compile_commands.json").write_text(json.dumps(commands))
@@ -57,7 +59,9 @@ def main() -> int:
         if not files:
             raise SystemExit(f"tidy.py: {command['file']} is not compiled: run cmake --build {build}")
         contents = b"".join(digest(file) for file in files)
-        return passed / hashlib.sha256(settings + command["command"].encode() + contents).hexdigest()
+        # Without the paths of this clone and of this build.
+        options = command["command"].replace(str(build), "BUILD").replace(str(ROOT), "ROOT")
+        return passed / hashlib.sha256(settings + options.encode() + contents).hexdigest()
 
     def check(command: dict[str, str]) -> bool:
         done = subprocess.run(

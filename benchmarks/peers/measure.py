@@ -9,15 +9,12 @@ from __future__ import annotations
 import argparse
 import datetime
 import os
-import subprocess
-import sys
-import tempfile
 import time
 from pathlib import Path
 from statistics import median
 
 import report
-from common import ROBOTS, cpu_model
+from common import ROBOTS, Worker, cpu_model
 from results import PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
@@ -36,44 +33,6 @@ def applies(peer: str, envs: int, threads: int) -> bool:
     return True
 
 
-class Worker:
-    """A process that steps one peer."""
-
-    def __init__(self, peer: str, command: list[str], environment: dict[str, str]) -> None:
-        self.peer = peer
-        self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 it lives as long as the process
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            text=True,
-            env={**os.environ, **environment},
-            cwd=tempfile.gettempdir(),  # MuJoCo writes a log of warnings where it runs
-        )
-        self.about = self.ask("about")
-
-    def ask(self, command: str) -> str:
-        assert self._process.stdin
-        assert self._process.stdout
-        self._process.stdin.write(command + "\n")
-        self._process.stdin.flush()
-        answer = self._process.stdout.readline()
-        if not answer:
-            self._errors.seek(0)
-            sys.exit(f"{self._errors.read()}{self.peer} failed at '{command}', see above")
-        return answer.strip()
-
-    def rate(self, seconds: float) -> float:
-        steps, taken = self.ask(f"run {seconds}").split()
-        return int(steps) / float(taken)
-
-    def end(self) -> None:
-        assert self._process.stdin
-        self._process.stdin.close()
-        self._process.wait()
-
-
 def start(peer: str, arguments: argparse.Namespace) -> Worker:
     environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
     if peer == "mjenv-c":
@@ -87,10 +46,10 @@ def start(peer: str, arguments: argparse.Namespace) -> Worker:
 def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds: float, rounds: int) -> list[Row]:
     for worker in workers:
         worker.ask(f"open {robot}-v5 {envs} {threads} 1")
-    rates: dict[str, list[float]] = {worker.peer: [] for worker in workers}
+    rates: dict[str, list[float]] = {worker.name: [] for worker in workers}
     for turn in range(rounds):
         for worker in workers if turn % 2 == 0 else reversed(workers):
-            rates[worker.peer].append(worker.rate(seconds))
+            rates[worker.name].append(worker.rate(seconds))
     for worker in workers:
         worker.ask("close")
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
@@ -99,10 +58,10 @@ def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds:
             "robot": robot,
             "envs": str(envs),
             "threads": str(threads),
-            "peer": worker.peer,
-            "steps_per_second": f"{median(rates[worker.peer]):.0f}",
+            "peer": worker.name,
+            "steps_per_second": f"{median(rates[worker.name]):.0f}",
             "block_seconds": str(seconds),
-            "blocks": " ".join(f"{rate:.0f}" for rate in rates[worker.peer]),
+            "blocks": " ".join(f"{rate:.0f}" for rate in rates[worker.name]),
             "about": worker.about,
             "cpu": cpu_model(),
             "cpus": str(len(os.sched_getaffinity(0))),
@@ -143,7 +102,7 @@ def main() -> None:
     ]
     began = time.monotonic()
     for done, (robot, envs, threads) in enumerate(cases):
-        chosen = [worker for worker in workers if applies(worker.peer, envs, threads)]
+        chosen = [worker for worker in workers if applies(worker.name, envs, threads)]
         measured = measure(chosen, robot, envs, threads, arguments.seconds, arguments.rounds)
         write(path, rows := rows + measured)
         elapsed = time.monotonic() - began

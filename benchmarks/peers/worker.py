@@ -255,8 +255,8 @@ PEERS: dict[str, type[Peer]] = {
 }
 
 
-def about(name: str) -> str:
-    modules = [importlib.import_module(package) for package in PEERS[name].packages]
+def about(peer: type[Peer]) -> str:
+    modules = [importlib.import_module(package) for package in peer.packages]
     versions = [f"{m.__name__} {getattr(m, '__version__', None) or m.version()}" for m in modules]
     return ", ".join([*versions, f"Python {platform.python_version()}"])
 
@@ -273,20 +273,20 @@ def run(peer: Peer, seconds: float, least: int = 1) -> tuple[int, float]:
     return steps, clock() - start
 
 
-def main() -> None:
+def serve(kind: type[Peer]) -> None:
+    """Answers the commands in stdin for one kind of peer."""
     # The answers go to what is stdout now; what the peers print goes to stderr.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
-    name = sys.argv[1]
     peer: Peer | None = None
     for line in sys.stdin:
         command, *arguments = line.split()
         answer = "ok"
         if command == "about":
-            answer = about(name)
+            answer = about(kind)
         elif command == "open":
             id, envs, threads, seed = arguments[0], *map(int, arguments[1:])
-            peer = PEERS[name](id, envs, threads, seed)
+            peer = kind(id, envs, threads, seed)
             run(peer, 0, WARM_UP * envs)
         elif peer is None:
             answer = "nothing is open"
@@ -301,4 +301,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    serve(PEERS[sys.argv[1]])

@@ -1,0 +1,98 @@
+"""Measures Hopper-v5 as a built-in task and as tasks from outside of the library; benchmarks/tasks/run calls it.
+
+All kinds take turns in short blocks. For each block the ratio of a kind's speed to that of the built-in task in the
+same round is taken; the tables show the median of the ratios.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import datetime
+import os
+from pathlib import Path
+from statistics import median
+
+from common import Worker, cpu_model
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+KINDS = "built-in c cpp rust numba numpy gymnasium mujoco-batch".split()
+FIELDS = "kind envs threads steps_per_second ratio_to_built_in ratios about cpu date".split()
+
+
+def start(kind: str, arguments: argparse.Namespace) -> Worker:
+    path = [ROOT / "benchmarks"]
+    environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
+    python = {"gymnasium": arguments.reference_python, "mujoco-batch": arguments.peers_python}.get(kind)
+    if python is None:
+        python = arguments.numba_python
+        path += [Path(arguments.package), ROOT / "bindings" / "python" / "tests"]
+        environment["MJENV_LIBRARY"] = arguments.library
+    environment["PYTHONPATH"] = os.pathsep.join(map(str, path))
+    return Worker(kind, [python, str(HERE / "worker.py"), kind, arguments.plugins], environment)
+
+
+def measure(workers: list[Worker], envs: int, threads: int, seconds: float, rounds: int) -> dict[str, list[float]]:
+    """The rates of each kind, a block after the other."""
+    for worker in workers:
+        worker.ask(f"open Hopper-v5 {envs} {threads} 1")
+    rates: dict[str, list[float]] = {worker.name: [] for worker in workers}
+    for turn in range(rounds):
+        for worker in workers if turn % 2 == 0 else reversed(workers):
+            rates[worker.name].append(worker.rate(seconds))
+    for worker in workers:
+        worker.ask("close")
+    return rates
+
+
+def parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="benchmarks/tasks/run", description=__doc__)
+    add = parser.add_argument
+    add("--kinds", nargs="+", choices=KINDS, default=KINDS, metavar="KIND", help=" ".join(KINDS))
+    add("--envs", nargs="+", type=int, default=[64, 1024], help="numbers of environments (64 1024)")
+    add("--threads", nargs="+", type=int, default=[1, 2], help="numbers of threads (1 2)")
+    add("--seconds", type=float, default=0.3, help="of a block (0.3)")
+    add("--rounds", type=int, default=15, help="blocks of each kind (15)")
+    add("--output", type=Path, default=Path("build/tasks"), help="folder of the CSV and the table")
+    for name in ("library", "package", "program", "plugins", "reference-python", "peers-python", "numba-python"):
+        add(f"--{name}", required=True, type=os.path.abspath, help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def main() -> None:
+    arguments = parse()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    kinds = list(dict.fromkeys(["built-in", *arguments.kinds]))
+    workers = [start(kind, arguments) for kind in kinds]
+    date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    cases = [(envs, threads) for envs in arguments.envs for threads in arguments.threads]
+    table: dict[str, list[str]] = {kind: [] for kind in kinds}
+    with (arguments.output / "tasks.csv").open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(FIELDS)
+        for envs, threads in cases:
+            chosen = [worker for worker in workers if worker.name != "gymnasium" or threads == 1]
+            rates = measure(chosen, envs, threads, arguments.seconds, arguments.rounds)
+            for worker in workers:
+                if worker.name not in rates:  # Gymnasium's SyncVectorEnv has only one thread
+                    table[worker.name].append("")
+                    continue
+                ratios = [a / b for a, b in zip(rates[worker.name], rates["built-in"], strict=True)]
+                ratio = f"{median(ratios):.3f}"
+                table[worker.name].append(ratio)
+                listed = " ".join(f"{r:.3f}" for r in ratios)
+                rate = f"{median(rates[worker.name]):.0f}"
+                writer.writerow([worker.name, envs, threads, rate, ratio, listed, worker.about, cpu_model(), date])
+            print(f"{envs} x {threads}: " + ", ".join(f"{k} {v[-1]}" for k, v in table.items()), flush=True)
+    for worker in workers:
+        worker.end()
+    header = ["speed / built-in", *(f"{envs} x {threads}" for envs, threads in cases)]
+    lines = [header, ["---", *("---:" for _ in cases)], *([kind, *cells] for kind, cells in table.items())]
+    text = "".join(f"| {' | '.join(line)} |\n" for line in lines) + f"\nCPU: {cpu_model()}. {date}.\n"
+    (arguments.output / "tasks.md").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
