@@ -91,8 +91,9 @@ template <typename Visit>
 void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
   const mjModel* m = &model;
   MJDATA_POINTERS_PREAMBLE(m)
-#define X(type, name, rows, columns) \
-  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, std::strcmp(#columns, "1") == 0);
+#define X(type, name, rows, columns)                                                    \
+  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, \
+        std::strcmp(#columns, "1") == 0);
   MJDATA_POINTERS
 #undef X
 }

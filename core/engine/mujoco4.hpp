@@ -22,13 +22,15 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 
 // All functions of MuJoCo that the core calls.
 #define MJENV_MUJOCO_FUNCTIONS(X)                                                                                    \
-  X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML)                \
-  X(mj_freeLastXML) X(mj_saveModel) X(mj_sizeModel) X(mj_deleteModel) X(mj_makeData) X(mj_resetData)                 \
-  X(mj_deleteData) X(mj_step) X(mj_forward) X(mj_camlight) X(mj_rnePostConstraint) X(mj_contactForce)                \
-  X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) X(mju_mulQuat)        \
-  X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption) X(mjv_defaultScene)  \
-  X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) X(mjr_freeContext)   \
-  X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
+  X(mj_version)                                                                                                      \
+  X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML) X(mj_freeLastXML)            \
+      X(mj_saveModel) X(mj_sizeModel) X(mj_deleteModel) X(mj_makeData) X(mj_resetData) X(mj_deleteData) X(mj_step)   \
+          X(mj_forward) X(mj_camlight) X(mj_rnePostConstraint) X(mj_contactForce) X(mj_local2Global) X(mj_name2id)   \
+              X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) X(mju_mulQuat) X(mju_free)                 \
+                  X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption)                  \
+                      X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) \
+                          X(mjr_makeContext) X(mjr_freeContext) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render)     \
+                              X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
 
 namespace mjenv::core {
 
@@ -70,8 +72,9 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
 // Refuses models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel& m) {
   const auto refuse = [](const char* what) {
-    fail(MJENV_E_MODEL, std::string(what) + ", and MuJoCo does not make that part of a simulation's state, so rows "
-                                            "could not share an mjData");
+    fail(MJENV_E_MODEL, std::string(what) +
+                            ", and MuJoCo does not make that part of a simulation's state, so rows "
+                            "could not share an mjData");
   };
   if (m.opt.enableflags & mjENBL_SLEEP) refuse("the model enables sleeping");
   if (m.nflex > 0 && m.opt.enableflags & mjENBL_IPC) refuse("the contacts of flexes depend on earlier steps (ipc)");
@@ -108,8 +111,9 @@ void for_each_array(const mjModel& model, const Visit& visit) {
 template <typename Visit>
 void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
   const mjModel* m = &model;
-#define X(type, name, rows, columns) \
-  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, std::strcmp(#columns, "1") == 0);
+#define X(type, name, rows, columns)                                                    \
+  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, \
+        std::strcmp(#columns, "1") == 0);
   MJDATA_POINTERS
 #undef X
 }
