@@ -262,7 +262,7 @@ def test_options_say_the_defaults_of_both_makers() -> None:
 @pytest.mark.parametrize("name", ["_get_obs", "_get_rew", "reset_model"])
 def test_a_subclass_hears_what_is_never_called(name: str) -> None:
     with pytest.warns(
-        UserWarning, match=rf"Own defines {name}, which mjenv\.MujocoEnv never calls.*'Your own robot and task'"
+        UserWarning, match=rf"Own defines {name}, which mjenv\.MujocoEnv never calls.*'From your MujocoEnv class'"
     ) as told:
         type("Own", (mjenv.MujocoEnv,), {name: lambda self: None})
     assert told[0].filename == __file__

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 import mjenv
 from mjenv.task import Model, Random, Sim
 
+ID = "Reach-v0"
 LENGTHS = (0.4, 0.3)  # of the links, m
 SHOULDER = 0.5  # its height, m
 
@@ -27,8 +28,8 @@ class Reach(mjenv.Task):
     frame_skip = 2
     time_limit = 100
     needs = ("qpos", "qvel", "site_xpos", "site_xmat")
-    options = {"effort": 0.01, "spread": 1.0}  # noqa: RUF012  # each becomes an attribute
-    state = {"goal": (3,)}  # noqa: RUF012  # what a row remembers
+    options = {"effort": 0.01, "spread": 1.0}  # each becomes an attribute
+    state = {"goal": (3,)}  # what a row remembers
 
     effort: float  # weight of the squared action
     spread: float  # how far the goals are from the first pose: 0 to 1
@@ -59,4 +60,4 @@ class Reach(mjenv.Task):
         return reward, np.zeros(len(action), bool), {"distance": distance}  # reward, terminated, info
 
 
-mjenv.register("Reach-v0", Reach)
+mjenv.register(ID, Reach)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-import reach  # noqa: F401  # registers Reach-v0
 from mjenv.policy import Layer, Policy
+from reach import ID
 
 ROWS, KEPT, GOALS, ROUNDS, STEPS = 256, 32, 4, 25, 100
 
@@ -24,16 +24,16 @@ def play(
 ) -> tuple[NDArray[np.float64], ...]:
     """Returns and last distances of an episode of each row. policies: (rows, actions, observations)."""
     obs, _ = envs.reset(seed=seed)
-    returns, infos = np.zeros(len(policies)), {}
+    returns, distances = np.zeros((2, len(policies)))
     for _ in range(STEPS):
         obs, rewards, _, _, infos = envs.step(np.einsum("rao,ro->ra", policies, obs).clip(-1, 1))
-        returns += rewards
-    return returns, infos["distance"]
+        returns, distances = returns + rewards, infos["distance"]
+    return returns, distances
 
 
 def solve(rounds: int = ROUNDS) -> NDArray[np.float64]:
     """The policy, and prints how it gets better."""
-    envs, stream = mjenv.make_vec("Reach-v0", ROWS), np.random.default_rng(0)
+    envs, stream = mjenv.make_vec(ID, ROWS), np.random.default_rng(0)
     shape = (envs.single_action_space.shape[0], envs.single_observation_space.shape[0])
     mean, spread = np.zeros(shape), np.ones(shape)
     for number in range(rounds):
@@ -42,6 +42,7 @@ def solve(rounds: int = ROUNDS) -> NDArray[np.float64]:
         played = [play(envs, policies, [GOALS * number + goal] * ROWS) for goal in range(GOALS)]
         returns, distances = np.sum(played, axis=0)
         best = np.argsort(returns)[-KEPT:]
+        # The spread never becomes 0, so that the search goes on.
         mean, spread = policies[best].mean(axis=0), policies[best].std(axis=0) + 0.02
         if number % 5 == 4:
             print(f"round {number + 1}: the best end {distances[best].mean() / GOALS:.3f} m from their goals")
@@ -50,10 +51,8 @@ def solve(rounds: int = ROUNDS) -> NDArray[np.float64]:
 
 if __name__ == "__main__":
     policy = solve()
-    envs = mjenv.make_vec("Reach-v0", 100)
+    envs = mjenv.make_vec(ID, 100)
     _, distances = play(envs, np.broadcast_to(policy, (100, *policy.shape)), seed=1000)
     layer = Layer("identity", policy.tolist(), [0.0] * 3)
-    Policy("Reach-v0", [0.0] * 8, [1.0] * 8, 100.0, [-1.0] * 3, [1.0] * 3, [layer]).save(
-        Path(__file__).with_name("policy.txt")
-    )
+    Policy(ID, [0.0] * 8, [1.0] * 8, 100.0, [-1.0] * 3, [1.0] * 3, [layer]).save(Path(__file__).with_name("policy.txt"))
     print(f"100 new goals: the hand ends {distances.mean():.3f} m from them")

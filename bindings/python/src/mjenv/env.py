@@ -109,8 +109,8 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         if uncalled:
             warnings.warn(
                 f"{cls.__name__} defines {', '.join(uncalled)}, which mjenv.MujocoEnv never calls, because the "
-                "library computes observations, rewards and resets: wrap the environment, or see 'Your own robot and "
-                "task' in mjenv's documentation",
+                "library computes observations, rewards and resets: wrap the environment, or see 'From your MujocoEnv "
+                "class' in mjenv's documentation",
                 stacklevel=2,
             )
 
