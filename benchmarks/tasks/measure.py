@@ -1,7 +1,8 @@
 """Measures Hopper-v5 as a built-in task and as tasks from outside of the library; benchmarks/tasks/run calls it.
 
 All kinds take turns in short blocks. For each block the ratio of a kind's speed to that of the built-in task in the
-same round is taken; the tables show the median of the ratios.
+same round is taken; the tables show the median of the ratios. Tasks in Julia are compared with the built-in task that
+Julia steps.
 """
 
 from __future__ import annotations
@@ -17,11 +18,16 @@ from common import Worker, cpu_model
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-KINDS = "built-in c cpp rust numba numpy gymnasium mujoco-batch".split()
+KINDS = "built-in c cpp rust numba numpy gymnasium mujoco-batch julia-built-in julia".split()
+JULIA = {"julia-built-in": "Hopper-v5", "julia": "JuliaHopper-v5"}
 FIELDS = "kind envs threads steps_per_second ratio_to_built_in ratios about cpu date".split()
 
 
 def start(kind: str, arguments: argparse.Namespace) -> Worker:
+    if kind in JULIA:
+        package = ROOT / "bindings" / "julia"
+        environment = {"MJENV_LIBRARY": arguments.library, "JULIA_LOAD_PATH": f"{package}:@stdlib"}
+        return Worker(kind, [arguments.julia, str(HERE / "worker.jl"), JULIA[kind]], environment)
     path = [ROOT / "benchmarks"]
     environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
     python = {"gymnasium": arguments.reference_python, "mujoco-batch": arguments.peers_python}.get(kind)
@@ -55,7 +61,16 @@ def parse() -> argparse.Namespace:
     add("--seconds", type=float, default=0.3, help="of a block (0.3)")
     add("--rounds", type=int, default=15, help="blocks of each kind (15)")
     add("--output", type=Path, default=Path("build/tasks"), help="folder of the CSV and the table")
-    for name in ("library", "package", "program", "plugins", "reference-python", "peers-python", "numba-python"):
+    for name in (
+        "library",
+        "package",
+        "program",
+        "plugins",
+        "reference-python",
+        "peers-python",
+        "numba-python",
+        "julia",
+    ):
         add(f"--{name}", required=True, type=os.path.abspath, help=argparse.SUPPRESS)
     return parser.parse_args()
 
@@ -63,7 +78,8 @@ def parse() -> argparse.Namespace:
 def main() -> None:
     arguments = parse()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    kinds = list(dict.fromkeys(["built-in", *arguments.kinds]))
+    base = ["built-in", "julia-built-in"] if "julia" in arguments.kinds else ["built-in"]
+    kinds = list(dict.fromkeys([*base, *arguments.kinds]))
     workers = [start(kind, arguments) for kind in kinds]
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     cases = [(envs, threads) for envs in arguments.envs for threads in arguments.threads]
@@ -72,13 +88,15 @@ def main() -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(FIELDS)
         for envs, threads in cases:
-            chosen = [worker for worker in workers if worker.name != "gymnasium" or threads == 1]
+            single = {"gymnasium", *JULIA}  # these have only one thread
+            chosen = [worker for worker in workers if worker.name not in single or threads == 1]
             rates = measure(chosen, envs, threads, arguments.seconds, arguments.rounds)
             for worker in workers:
-                if worker.name not in rates:  # Gymnasium's SyncVectorEnv has only one thread
+                if worker.name not in rates:
                     table[worker.name].append("")
                     continue
-                ratios = [a / b for a, b in zip(rates[worker.name], rates["built-in"], strict=True)]
+                base = "julia-built-in" if worker.name in JULIA else "built-in"
+                ratios = [a / b for a, b in zip(rates[worker.name], rates[base], strict=True)]
                 ratio = f"{median(ratios):.3f}"
                 table[worker.name].append(ratio)
                 listed = " ".join(f"{r:.3f}" for r in ratios)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from peers.worker import GymnasiumSync, Mjenv, Vector, drawn, serve
 
 
