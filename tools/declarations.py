@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import header
@@ -111,7 +112,7 @@ JULIA_TYPES = {
 
 def julia_type(ctype: header.CType) -> str:
     """Cstring for `const char *`, NTuple for an array, Ptr for every other pointer."""
-    name = JULIA_TYPES.get(ctype.base, ctype.base)
+    name = "Cvoid" if ctype.callback else JULIA_TYPES.get(ctype.base, ctype.base)
     pointers = ctype.pointers
     if ctype.base == "char" and ctype.const and pointers > 0:
         name = "Cstring"
@@ -148,32 +149,50 @@ def julia_struct(api: header.Header, struct: header.Struct) -> Iterator[str]:
     yield "end"
 
 
-def julia_function(index: int, function: header.Function) -> Iterator[str]:
+def julia_structs(api: header.Header) -> Iterator[header.Struct]:
+    """The structs, each behind those that it contains or points to, because Julia reads from top to bottom."""
+    waiting = list(api.structs)
+    while waiting:
+        names = {struct.name for struct in waiting}
+        ready = next(one for one in waiting if not names & {f.type.base for f in one.fields if f.type.base != one.name})
+        waiting.remove(ready)
+        yield ready
+
+
+def julia_function(function: header.Function, address: str, *first: str) -> Iterator[str]:
+    """first: a parameter of the Julia function that the C function does not have."""
     names = [parameter.name for parameter in function.parameters]
     types = [julia_type(parameter.type) for parameter in function.parameters]
-    yield f"{function.name}({', '.join(names)}) = ccall("
-    yield f"    address({index}),"
+    yield f"{function.name}({', '.join((*first, *names))}) = ccall("
+    yield f"    {address},"
     yield f"    {julia_type(function.result)},"
     yield f"    ({', '.join(types)}{',' if len(types) == 1 else ''}),"
     yield from (f"    {name}," for name in names)
     yield ")"
 
 
-def julia_module(api: header.Header) -> str:
+def julia_module(_: header.Header) -> str:
     """The text of capi.jl."""
-    lines = ["# Written by tools/declarations.py from capi/include/mjenv/mjenv.h: do not edit."]
+    api = header.parse(header.PATH, header.TASK)
+    lines = ["# Written by tools/declarations.py from mjenv.h and task.h in capi/include/mjenv: do not edit."]
     lines.append("")
     lines.extend(f"const {name} = {value}" for name, value in api.constants)
     lines.append("")
     lines.extend(f"struct {name} end" for name in api.opaques)
     for enum in api.enums:
         lines.extend(["", *julia_enum(enum)])
-    for struct in api.structs:
+    for struct in julia_structs(api):
         lines.extend(["", *julia_struct(api, struct)])
     lines.extend(["", "# In the order of the indices given to address."])
     lines.extend(["const FUNCTIONS = (", *(f"    :{function.name}," for function in api.functions), ")"])
     for index, function in enumerate(api.functions, start=1):
-        lines.extend(["", *julia_function(index, function)])
+        lines.extend(["", *julia_function(function, f"address({index})")])
+    lines.extend(["", "# The library's functions for callbacks; api is a Ptr{mjenv_task_api}."])
+    (task_api,) = (struct for struct in api.structs if struct.name == "mjenv_task_api")
+    for field in task_api.fields:
+        if callback := field.type.callback:
+            function = replace(callback, name=f"task_{callback.name}")
+            lines.extend(["", *julia_function(function, f"unsafe_load(api).{callback.name}", "api")])
     return "\n".join(lines) + "\n"
 
 

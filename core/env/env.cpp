@@ -14,8 +14,14 @@ namespace {
 
 constexpr std::int64_t kMaxThreads = 1024;
 
-int threads_for(const Options& options, std::int64_t rows) {
+int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   const std::int64_t chosen = options.get("num_threads").integer;
+  if (task.caller_thread) {
+    if (chosen > 1)
+      fail(MJENV_E_VALUE, "option \"num_threads\" is " + std::to_string(chosen) + ", but " + options.id() +
+                              " is computed on the thread that calls the library: set it to 1");
+    return 1;
+  }
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
 }
 
@@ -50,7 +56,7 @@ void declare_env_options(Options& options) {
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(build_task(options_)),
-      workers_(task_, threads_for(options_, rows), options_.get("cpu_affinity").integer != 0),
+      workers_(task_, threads_for(options_, task_, rows), options_.get("cpu_affinity").integer != 0),
       schema_(task_, options_.get("arrays").text, workers_[0].work()),
       rows_(workers_[0].work().layout(), task_.carry_count, rows),
       episodes_(options_, task_, schema_, rows_),

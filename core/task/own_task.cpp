@@ -290,6 +290,8 @@ OwnTask::OwnTask(const mjenv_task& given, const void* plugin)
       carry_count_(given.carry_count),
       callbacks_{given.user,       given.build, given.destroy, given.reset,
                  given.reset_info, given.carry, given.observe, given.step},
+      caller_thread_(given.caller_thread != 0),
+      physics_only_(given.physics_only != 0),
       plugin_(plugin) {
   take_id(given.id);
   try {
@@ -348,7 +350,7 @@ void OwnTask::take_model(const mjenv_task& given) {
   if (model_.empty()) fail(MJENV_E_VALUE, "model is empty");
   if (model_[0] != '.') return;
   // Looks the path up from the folder of the task's code, so that it does not depend on the current folder.
-  const auto code = reinterpret_cast<const void*>(given.step);
+  const auto code = given.step ? reinterpret_cast<const void*>(given.step) : reinterpret_cast<const void*>(given.build);
   model_ = folder_of(code) + (model_.rfind("./", 0) == 0 ? model_.substr(2) : model_);
 }
 
@@ -435,13 +437,21 @@ void OwnTask::check_callbacks() const {
   const auto require = [](bool fulfilled, const char* what) {
     if (!fulfilled) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
   };
+  require(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
+  require(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
+  if (physics_only_) {
+    require(!c.reset, "reset is given, but the task is physics_only");
+    require(!c.reset_info, "reset_info is given, but the task is physics_only");
+    require(!c.carry, "carry is given, but the task is physics_only");
+    require(!c.observe, "observe is given, but the task is physics_only");
+    require(!c.step, "step is given, but the task is physics_only");
+    return;
+  }
   require(c.reset, "reset is NULL");
   require(c.observe, "observe is NULL");
   require(c.step, "step is NULL");
-  require(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
   require(!c.carry || c.build || carry_count_ > 0, "carry is given, but carry_count is 0");
   require(c.reset_info || !has(MJENV_ROLE_RESET_INFO), "reset_info is NULL, but there are fields for it");
-  require(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
 }
 
 void OwnTask::declare(Options& options, const std::vector<Option>& own) const {
@@ -494,7 +504,7 @@ Task OwnTask::build(const Options& options) const {
                  with_offsets(builder.fields(), MJENV_ROLE_STRUCTURE)};
     if (described.observation.empty()) fail(MJENV_E_TASK, "there is no field of the observation");
     if (callbacks_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
-    if (!described.reset_info.empty() && !callbacks_.reset_info)
+    if (!described.reset_info.empty() && !callbacks_.reset_info && !physics_only_)
       fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
   } catch (const Error& error) {
     fail(error.status(), id_ + ": " + error.what());
@@ -506,8 +516,24 @@ Task OwnTask::build(const Options& options) const {
   task.carry_count = builder.carry_count();
   task.draws_in_steps = true;
   task.revision = revision_;
+  task.caller_thread = caller_thread_;
   instance->set_counts(described);
   const auto count = static_cast<Eigen::Index>(total(described.observation));
+  task.described = std::move(described);
+  if (physics_only_) {
+    task.terms.push_back({"observation", [count](const Sim&, double* to) {
+                            if (to) std::fill_n(to, count, 0.0);
+                            return count;
+                          }});
+    const std::vector<double> unknown(task.needs.info, std::numeric_limits<double>::quiet_NaN());
+    task.reset = [instance](Start&, Rng&) {};  // keeps what build made for as long as the task
+    task.reset_info = [unknown](const Sim&, Info& info) { info.write_all(unknown.data()); };
+    task.step = [unknown](const Sim&, Row&, Info& info) -> Outcome {
+      info.write_all(unknown.data());
+      return {0, false};
+    };
+    return task;
+  }
   task.terms.push_back({"observation", [instance, count](const Sim& s, double* to) {
                           if (to) instance->observe(s, to);
                           return count;
@@ -516,7 +542,6 @@ Task OwnTask::build(const Options& options) const {
   if (callbacks_.reset_info) task.reset_info = [instance](const Sim& s, Info& info) { instance->reset_info(s, info); };
   if (callbacks_.carry) task.carry = [instance](const Sim& s, double* to) { instance->carry(s, to); };
   task.step = [instance](const Sim& s, Row& row, Info& info) { return instance->step(s, row, info); };
-  task.described = std::move(described);
   return task;
 }
 

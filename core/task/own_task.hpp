@@ -65,6 +65,7 @@ class OwnTask {
   std::vector<Option> options_;
   std::vector<OwnField> fields_;
   OwnCallbacks callbacks_;
+  bool caller_thread_, physics_only_;
   const void* plugin_;
 
   [[noreturn]] void refuse(mjenv_status status, const std::string& why) const;

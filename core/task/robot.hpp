@@ -173,6 +173,7 @@ struct Task {
   std::optional<Described> described;
   Needs needs;
   bool draws_in_steps = false;  // a step may draw from the row's stream
+  bool caller_thread = false;   // its functions run only on the thread that calls the library
   std::int32_t revision = 0;    // part of an image's identity
 };
 

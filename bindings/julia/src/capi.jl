@@ -1,4 +1,4 @@
-# Written by tools/declarations.py from capi/include/mjenv/mjenv.h: do not edit.
+# Written by tools/declarations.py from mjenv.h and task.h in capi/include/mjenv: do not edit.
 
 const MJENV_ABI_VERSION = 1
 const MJENV_ALL_ROWS = -1
@@ -187,6 +187,204 @@ Base.@kwdef struct mjenv_render_settings
     visual::NTuple{32, UInt8} = (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
 end
 
+Base.@kwdef struct mjenv_task_option
+    struct_size::UInt32 = sizeof(mjenv_task_option)
+    kind::Int32 = 0
+    name::Cstring = Cstring(C_NULL)
+    doc::Cstring = Cstring(C_NULL)
+    value::Float64 = 0
+    low::Float64 = 0
+    high::Float64 = 0
+    values::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    count::Int64 = 0
+    text::Cstring = Cstring(C_NULL)
+    choices::Cstring = Cstring(C_NULL)
+end
+
+Base.@kwdef struct mjenv_task_field
+    struct_size::UInt32 = sizeof(mjenv_task_field)
+    role::Int32 = 0
+    name::Cstring = Cstring(C_NULL)
+    doc::Cstring = Cstring(C_NULL)
+    type::Int32 = 0
+    ndim::Int32 = 0
+    shape::NTuple{4, Int64} = (0, 0, 0, 0)
+end
+
+Base.@kwdef struct mjenv_task_camera
+    struct_size::UInt32 = sizeof(mjenv_task_camera)
+    reserved::Int32 = 0
+    trackbodyid::Float64 = 0
+    distance::Float64 = 0
+    lookat::NTuple{3, Float64} = (0, 0, 0)
+    elevation::Float64 = 0
+end
+
+Base.@kwdef struct mjenv_contact
+    geom1::Int32 = 0
+    geom2::Int32 = 0
+    distance::Float64 = 0
+    position::NTuple{3, Float64} = (0, 0, 0)
+    frame::NTuple{9, Float64} = (0, 0, 0, 0, 0, 0, 0, 0, 0)
+    force::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
+end
+
+Base.@kwdef struct mjenv_task
+    struct_size::UInt32 = sizeof(mjenv_task)
+    revision::Int32 = 0
+    id::Cstring = Cstring(C_NULL)
+    model::Cstring = Cstring(C_NULL)
+    model_text::Cstring = Cstring(C_NULL)
+    frame_skip::Int32 = 0
+    has_reward_threshold::Int32 = 0
+    reward_threshold::Float64 = 0
+    time_limit::Int64 = 0
+    carry_count::Int64 = 0
+    camera::Ptr{mjenv_task_camera} = Ptr{mjenv_task_camera}(C_NULL)
+    options::Ptr{mjenv_task_option} = Ptr{mjenv_task_option}(C_NULL)
+    option_count::Int64 = 0
+    fields::Ptr{mjenv_task_field} = Ptr{mjenv_task_field}(C_NULL)
+    field_count::Int64 = 0
+    user::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    build::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    destroy::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    reset::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    reset_info::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    carry::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    observe::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    step::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    caller_thread::Int32 = 0
+    physics_only::Int32 = 0
+end
+
+Base.@kwdef struct mjenv_plugin
+    struct_size::UInt32 = sizeof(mjenv_plugin)
+    abi_version::UInt32 = 0
+    tasks::Ptr{Ptr{mjenv_task}} = Ptr{Ptr{mjenv_task}}(C_NULL)
+    task_count::Int64 = 0
+end
+
+Base.@kwdef struct mjenv_task_api
+    struct_size::UInt32 = sizeof(mjenv_task_api)
+    abi_version::UInt32 = 0
+    fail_with::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    integer::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    reals::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    is_integer::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    text::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    index::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    option_index::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    norm_is_fused::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    need::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    array::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    field::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    carry::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    random::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    uniform::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    normal::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    integers::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    choice::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    sample::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    permutation::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_sim
+    struct_size::UInt32 = sizeof(mjenv_sim)
+    action_dtype::Int32 = 0
+    api::Ptr{mjenv_task_api} = Ptr{mjenv_task_api}(C_NULL)
+    nq::Int32 = 0
+    nv::Int32 = 0
+    na::Int32 = 0
+    nu::Int32 = 0
+    nbody::Int32 = 0
+    njnt::Int32 = 0
+    ngeom::Int32 = 0
+    nsite::Int32 = 0
+    ntendon::Int32 = 0
+    nsensordata::Int32 = 0
+    contact_count::Int32 = 0
+    reserved::Int32 = 0
+    timestep::Float64 = 0
+    dt::Float64 = 0
+    time::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    action::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qpos::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qvel::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    act::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    ctrl::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qacc::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    xpos::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    xquat::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    xmat::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    xipos::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    ximat::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    xanchor::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    xaxis::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    geom_xpos::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    geom_xmat::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    site_xpos::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    site_xmat::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    subtree_com::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    cinert::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    cvel::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    cfrc_ext::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    sensordata::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    actuator_length::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    actuator_velocity::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    actuator_force::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qfrc_actuator::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qfrc_passive::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qfrc_bias::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qfrc_constraint::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    ten_length::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    ten_velocity::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    contacts::Ptr{mjenv_contact} = Ptr{mjenv_contact}(C_NULL)
+    qpos0::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    body_mass::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    arrays::Ptr{Ptr{Cvoid}} = Ptr{Ptr{Cvoid}}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_random
+    struct_size::UInt32 = sizeof(mjenv_random)
+    reserved::Int32 = 0
+    api::Ptr{mjenv_task_api} = Ptr{mjenv_task_api}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_start
+    struct_size::UInt32 = sizeof(mjenv_start)
+    reserved::Int32 = 0
+    api::Ptr{mjenv_task_api} = Ptr{mjenv_task_api}(C_NULL)
+    random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
+    qpos0::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qpos::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    qvel::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    act::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    arrays::Ptr{Ptr{Cvoid}} = Ptr{Ptr{Cvoid}}(C_NULL)
+    nq::Int32 = 0
+    nv::Int32 = 0
+    na::Int32 = 0
+    carry_count::Int32 = 0
+end
+
+Base.@kwdef struct mjenv_outcome
+    struct_size::UInt32 = sizeof(mjenv_outcome)
+    terminated::Int32 = 0
+    reward::Float64 = 0
+    info::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_builder
+    struct_size::UInt32 = sizeof(mjenv_builder)
+    reserved::Int32 = 0
+    api::Ptr{mjenv_task_api} = Ptr{mjenv_task_api}(C_NULL)
+    sim::Ptr{mjenv_sim} = Ptr{mjenv_sim}(C_NULL)
+    random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
+end
+
 # In the order of the indices given to address.
 const FUNCTIONS = (
     :mjenv_abi_version,
@@ -247,6 +445,9 @@ const FUNCTIONS = (
     :mjenv_window_destroy,
     :mjenv_window_is_open,
     :mjenv_window_draw,
+    :mjenv_register_task,
+    :mjenv_load_tasks,
+    :mjenv_task_functions,
 )
 
 mjenv_abi_version() = ccall(
@@ -759,4 +960,185 @@ mjenv_window_draw(window, row) = ccall(
     (Ptr{mjenv_window}, Int64),
     window,
     row,
+)
+
+mjenv_register_task(task) = ccall(
+    address(59),
+    mjenv_status,
+    (Ptr{mjenv_task},),
+    task,
+)
+
+mjenv_load_tasks(path) = ccall(
+    address(60),
+    mjenv_status,
+    (Cstring,),
+    path,
+)
+
+mjenv_task_functions() = ccall(
+    address(61),
+    Ptr{mjenv_task_api},
+    (),
+)
+
+# The library's functions for callbacks; api is a Ptr{mjenv_task_api}.
+
+task_fail_with(api, message) = ccall(
+    unsafe_load(api).fail_with,
+    Int32,
+    (Cstring,),
+    message,
+)
+
+task_integer(api, builder, option) = ccall(
+    unsafe_load(api).integer,
+    Int64,
+    (Ptr{mjenv_builder}, Cstring),
+    builder,
+    option,
+)
+
+task_reals(api, builder, option, values, count) = ccall(
+    unsafe_load(api).reals,
+    Cvoid,
+    (Ptr{mjenv_builder}, Cstring, Ptr{Float64}, Int64),
+    builder,
+    option,
+    values,
+    count,
+)
+
+task_is_integer(api, builder, option) = ccall(
+    unsafe_load(api).is_integer,
+    Int32,
+    (Ptr{mjenv_builder}, Cstring),
+    builder,
+    option,
+)
+
+task_text(api, builder, option) = ccall(
+    unsafe_load(api).text,
+    Cstring,
+    (Ptr{mjenv_builder}, Cstring),
+    builder,
+    option,
+)
+
+task_index(api, builder, type, name) = ccall(
+    unsafe_load(api).index,
+    Int32,
+    (Ptr{mjenv_builder}, Cstring, Cstring),
+    builder,
+    type,
+    name,
+)
+
+task_option_index(api, builder, option, type) = ccall(
+    unsafe_load(api).option_index,
+    Int32,
+    (Ptr{mjenv_builder}, Cstring, Cstring),
+    builder,
+    option,
+    type,
+)
+
+task_norm_is_fused(api, builder) = ccall(
+    unsafe_load(api).norm_is_fused,
+    Int32,
+    (Ptr{mjenv_builder},),
+    builder,
+)
+
+task_need(api, builder, array) = ccall(
+    unsafe_load(api).need,
+    Cvoid,
+    (Ptr{mjenv_builder}, Cstring),
+    builder,
+    array,
+)
+
+task_array(api, builder, name, field) = ccall(
+    unsafe_load(api).array,
+    Int32,
+    (Ptr{mjenv_builder}, Cstring, Ptr{mjenv_field}),
+    builder,
+    name,
+    field,
+)
+
+task_field(api, builder, field) = ccall(
+    unsafe_load(api).field,
+    Cvoid,
+    (Ptr{mjenv_builder}, Ptr{mjenv_task_field}),
+    builder,
+    field,
+)
+
+task_carry(api, builder, count) = ccall(
+    unsafe_load(api).carry,
+    Cvoid,
+    (Ptr{mjenv_builder}, Int64),
+    builder,
+    count,
+)
+
+task_random(api, random) = ccall(
+    unsafe_load(api).random,
+    Float64,
+    (Ptr{mjenv_random},),
+    random,
+)
+
+task_uniform(api, random, low, high) = ccall(
+    unsafe_load(api).uniform,
+    Float64,
+    (Ptr{mjenv_random}, Float64, Float64),
+    random,
+    low,
+    high,
+)
+
+task_normal(api, random) = ccall(
+    unsafe_load(api).normal,
+    Float64,
+    (Ptr{mjenv_random},),
+    random,
+)
+
+task_integers(api, random, low, high) = ccall(
+    unsafe_load(api).integers,
+    Int64,
+    (Ptr{mjenv_random}, Int64, Int64),
+    random,
+    low,
+    high,
+)
+
+task_choice(api, random, count, p) = ccall(
+    unsafe_load(api).choice,
+    Int64,
+    (Ptr{mjenv_random}, Int64, Ptr{Float64}),
+    random,
+    count,
+    p,
+)
+
+task_sample(api, random, count, size, chosen) = ccall(
+    unsafe_load(api).sample,
+    Cvoid,
+    (Ptr{mjenv_random}, Int64, Int64, Ptr{Int64}),
+    random,
+    count,
+    size,
+    chosen,
+)
+
+task_permutation(api, random, count, order) = ccall(
+    unsafe_load(api).permutation,
+    Cvoid,
+    (Ptr{mjenv_random}, Int64, Ptr{Int64}),
+    random,
+    count,
+    order,
 )

@@ -158,6 +158,8 @@ class mjenv_task(Structure):
         ("build", c_void_p),
         ("destroy", c_void_p),
         *((name, c_void_p) for name in CALLBACKS),
+        ("caller_thread", c_int32),
+        ("physics_only", c_int32),
     )
 
 

@@ -4322,12 +4322,20 @@ pub struct mjenv_task {
             outcome: *mut mjenv_outcome,
         ) -> i32,
     >,
+    #[doc = " 1: the callbacks run only on the thread that calls the library, for languages whose runtime knows no other threads."]
+    #[doc = " The option num_threads must then be 1, or 0, which means 1. mjenv_send queues rows, and mjenv_recv steps them."]
+    #[doc = " 0: the callbacks run on all threads of an environment."]
+    pub caller_thread: i32,
+    #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays that the option"]
+    #[doc = " \"arrays\" exports. reset, reset_info, carry, observe and step must be NULL: a reset gives the model's initial state,"]
+    #[doc = " observations and rewards are 0, and infos NaN. 0: the callbacks compute them."]
+    pub physics_only: i32,
 }
 #[test]
 fn bindgen_test_layout_mjenv_task() {
     assert_eq!(
         ::std::mem::size_of::<mjenv_task>(),
-        168usize,
+        176usize,
         concat!("Size of: ", stringify!(mjenv_task))
     );
     assert_eq!(
@@ -4726,6 +4734,40 @@ fn bindgen_test_layout_mjenv_task() {
         );
     }
     test_field_step();
+    fn test_field_caller_thread() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).caller_thread) as usize - ptr as usize
+            },
+            168usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(caller_thread)
+            )
+        );
+    }
+    test_field_caller_thread();
+    fn test_field_physics_only() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).physics_only) as usize - ptr as usize
+            },
+            172usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(physics_only)
+            )
+        );
+    }
+    test_field_physics_only();
 }
 impl Default for mjenv_task {
     fn default() -> Self {
