@@ -343,6 +343,8 @@ int main(void) {
   FIELD(mjenv_task, carry);
   FIELD(mjenv_task, observe);
   FIELD(mjenv_task, step);
+  FIELD(mjenv_task, caller_thread);
+  FIELD(mjenv_task, physics_only);
 
   STRUCT(mjenv_plugin);
   FIELD(mjenv_plugin, struct_size);

@@ -106,6 +106,8 @@ static void test_bad_parts(void** state) {
 
 static void test_bad_callbacks(void** state) {
   (void)state;
+  refused(MJENV_E_ARGUMENT, p->task.physics_only = 1, "callback reset is given, but the task is physics_only");
+  refused(MJENV_E_ARGUMENT, (p->task.physics_only = 1, p->task.reset = NULL), "reset_info is given");
   refused(MJENV_E_ARGUMENT, p->task.reset = NULL, "callback reset is NULL");
   refused(MJENV_E_ARGUMENT, p->task.observe = NULL, "callback observe is NULL");
   refused(MJENV_E_ARGUMENT, p->task.step = NULL, "callback step is NULL");
@@ -281,11 +283,110 @@ static void test_fork(void** state) {
   assert_refused(MJENV_E_NAME, mjenv_options_create("InChild-v0", &options), "Forked-v0");
 }
 
+// ---- Where callbacks run ----
+
+static pthread_t caller;
+static int calls, elsewhere;
+
+static void note_thread(void) {
+  ++calls;
+  if (!pthread_equal(pthread_self(), caller)) ++elsewhere;
+}
+static int32_t reset_noted(const void* self, mjenv_start* start) { return note_thread(), reset(self, start); }
+static int32_t carry_noted(const void* self, const mjenv_sim* sim, double* to) {
+  return note_thread(), carry(self, sim, to);
+}
+static int32_t observe_noted(const void* self, const mjenv_sim* sim, double* to) {
+  return note_thread(), observe(self, sim, to);
+}
+static int32_t step_noted(const void* self, const mjenv_sim* sim, mjenv_outcome* out) {
+  return note_thread(), step(self, sim, out);
+}
+
+static void test_caller_thread(void** state) {
+  (void)state;
+  struct parts* p = parts_of("Caller-v0");
+  p->task.caller_thread = 1;
+  p->task.reset = reset_noted, p->task.carry = carry_noted, p->task.observe = observe_noted, p->task.step = step_noted;
+  assert_ok(mjenv_register_task(&p->task));
+  free(p);
+  mjenv_options* options = options_of_id("Caller-v0");
+  mjenv_env* env = NULL;
+  assert_ok(mjenv_options_set_integer(options, "num_threads", 2));
+  assert_refused(MJENV_E_VALUE, mjenv_create(options, 64, &env), "num_threads", "2", "Caller-v0", "set it to 1");
+  assert_ok(mjenv_options_set_integer(options, "num_threads", 0));
+  env = env_of_options(options, 64);
+
+  caller = pthread_self();
+  double action[64 * 3] = {0}, obs[64];
+  int64_t rows[64];
+  size_t count = 0;
+  mjenv_batch out = {.struct_size = sizeof out, .rows = 64, .obs_count = 1, .info_count = 2, .reset_info_count = 6};
+  out.obs = obs;
+  assert_ok(mjenv_reset(env, NULL, &out));
+  assert_ok(mjenv_step(env, NULL, action, 64 * 3, MJENV_DTYPE_FLOAT64, &out));
+  assert_ok(mjenv_send(env, NULL, 64, action, 64 * 3, MJENV_DTYPE_FLOAT64));
+  assert_ok(mjenv_recv(env, 64, -1, rows, 64, &count, &out));
+  assert_int_equal(count, 64);
+  assert_int_equal(calls, 64 * 9);  // reset, carry and observe; twice step, carry and observe
+  assert_int_equal(elsewhere, 0);
+  mjenv_destroy(env);
+}
+
+// The library simulates, and calls nothing: observations and rewards are 0, and infos NaN.
+static void test_physics_only(void** state) {
+  (void)state;
+  struct parts* p = parts_of("Physics-v0");
+  p->task.physics_only = 1;
+  p->task.carry_count = 0;
+  p->task.reset = NULL, p->task.reset_info = NULL, p->task.carry = NULL, p->task.observe = NULL, p->task.step = NULL;
+  assert_ok(mjenv_register_task(&p->task));
+  free(p);
+  mjenv_options *options = options_of_id("Physics-v0"), *bare = options_of_id("Model-v0");
+  assert_ok(mjenv_options_set_string(options, "arrays", "qpos qvel"));
+  assert_ok(mjenv_options_set_integer(options, "num_threads", 2));
+  assert_ok(mjenv_options_set_string(bare, "xml_file", "hopper.xml"));
+  assert_ok(mjenv_options_set_integer(bare, "frame_skip", 2));
+  mjenv_env *env = env_of_options(options, 2), *other = env_of_options(bare, 2);
+
+  double obs[2] = {1, 1}, reward[2] = {1, 1}, info[4] = {0}, reset_info[12] = {0}, arrays[24], expected[24];
+  mjenv_batch out = {.struct_size = sizeof out,
+                     .rows = 2,
+                     .obs_count = 1,
+                     .info_count = 2,
+                     .reset_info_count = 6,
+                     .arrays_count = 12,
+                     .obs = obs,
+                     .reward = reward,
+                     .info = info,
+                     .reset_info = reset_info,
+                     .arrays = arrays};
+  mjenv_batch simulated = {.struct_size = sizeof simulated, .rows = 2, .obs_count = 12, .obs = expected};
+  assert_ok(mjenv_reset(env, NULL, &out));
+  assert_ok(mjenv_reset(other, NULL, &simulated));
+  for (int i = 0; i < 12; ++i) assert_true(isnan(reset_info[i]));
+  const double action[6] = {0.5, -0.5, 1, 0.25, 0, -1};
+  for (int t = 0; t < 20; ++t) {
+    assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &out));
+    assert_ok(mjenv_step(other, NULL, action, 6, MJENV_DTYPE_FLOAT64, &simulated));
+  }
+  for (int row = 0; row < 2; ++row) {
+    assert_true(obs[row] == 0 && reward[row] == 0);
+    // Exported arrays lie one after the other, those of Model-v0's observation row by row.
+    assert_memory_equal(arrays + 6 * row, expected + 12 * row, 6 * sizeof(double));
+    assert_memory_equal(arrays + 12 + 6 * row, expected + 12 * row + 6, 6 * sizeof(double));
+  }
+  for (int i = 0; i < 4; ++i) assert_true(isnan(info[i]));
+  mjenv_destroy(env);
+  mjenv_destroy(other);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_bad_ids),        cmocka_unit_test(test_bad_parts),  cmocka_unit_test(test_bad_callbacks),
-      cmocka_unit_test(test_bad_options),    cmocka_unit_test(test_bad_fields), cmocka_unit_test(test_copied),
-      cmocka_unit_test(test_longer_structs), cmocka_unit_test(test_threads),    cmocka_unit_test(test_fork),
+      cmocka_unit_test(test_bad_ids),        cmocka_unit_test(test_bad_parts),    cmocka_unit_test(test_bad_callbacks),
+      cmocka_unit_test(test_bad_options),    cmocka_unit_test(test_bad_fields),   cmocka_unit_test(test_copied),
+      cmocka_unit_test(test_longer_structs), cmocka_unit_test(test_threads),      cmocka_unit_test(test_fork),
+      cmocka_unit_test(test_caller_thread),  cmocka_unit_test(test_physics_only),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -24,6 +24,9 @@ The module does not export names that programs like to use for variables: `MJEnv
 Algorithms written for CommonRLInterface or ReinforcementLearningBase take an environment of one row: load that package
 and call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(ReinforcementLearningBase.AbstractEnv, env)`.
 
+Robots and tasks of your own are types derived from [`MJEnv.Task`](@ref). `MJEnv.register` gives them ids, and
+`MJEnv.load_tasks` loads plug-ins.
+
 The module loads the C library, `libmjenv.so`, at the first call. It looks for it at the path that
 `ENV["MJENV_LIBRARY"]` names; without that variable inside the package, then in the `build` folder of this repository,
 then where the system's loader finds it.
@@ -48,6 +51,12 @@ include("render.jl")
 include("picture.jl")
 include("extensions.jl")
 include("many.jl")
+include("task/memory.jl")
+include("task/numpy.jl")
+include("task/sim.jl")
+include("task/task.jl")
+include("task/builder.jl")
+include("task/callbacks.jl")
 
 # Broadcasting treats them as scalars: read.(env, [:qpos, :qvel]).
 Base.broadcastable(single::Union{Env,Batch,Renderer,Window}) = Ref(single)

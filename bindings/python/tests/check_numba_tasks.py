@@ -12,7 +12,10 @@ from tasks_of_numba import NumbaHopper
 mjenv.register("NumbaHopper-v5", NumbaHopper)
 
 
-@pytest.mark.parametrize(("threads", "mode", "dtype"), [(1, "next_step", np.float32), (2, "same_step", np.float64)])
+@pytest.mark.parametrize(
+    ("threads", "mode", "dtype"),
+    [(1, "next_step", np.float32), (2, "same_step", np.float64), (5, "next_step", np.float64)],
+)
 def test_hopper_equals_the_built_in_one(threads: int, mode: str, dtype: Any) -> None:
     assert check_steps(pair(own="NumbaHopper-v5", num_threads=threads, autoreset_mode=mode), 1000, dtype) > 1000
 

@@ -54,7 +54,10 @@ def check_steps(envs: list[mjenv.VectorEnv], steps: int, dtype: Any = np.float32
     return ended
 
 
-@pytest.mark.parametrize(("threads", "mode", "dtype"), [(1, "next_step", np.float32), (2, "same_step", np.float64)])
+@pytest.mark.parametrize(
+    ("threads", "mode", "dtype"),
+    [(1, "next_step", np.float32), (2, "same_step", np.float64), (5, "next_step", np.float64)],
+)
 def test_hopper_equals_the_built_in_one(threads: int, mode: str, dtype: Any) -> None:
     assert check_steps(pair(num_threads=threads, autoreset_mode=mode), 1000, dtype) > 1000
 

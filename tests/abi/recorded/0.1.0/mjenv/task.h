@@ -179,7 +179,7 @@ typedef struct mjenv_task {
   const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
                              with "./", "/" or "~". "./" means the folder of the shared object or program that contains
-                             the callback step. NULL: model_text is used */
+                             the callback step (of physics_only: build). NULL: model_text is used */
   const char *model_text; /* the text of an MJCF model; NULL: model is used */
   int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
@@ -220,6 +220,16 @@ typedef struct mjenv_task {
    * simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option "strict" is
    * 0. */
   int32_t (*step)(const void *self, const mjenv_sim *sim, mjenv_outcome *outcome);
+
+  /* 1: the callbacks run only on the thread that calls the library, for languages whose runtime knows no other threads.
+   * The option num_threads must then be 1, or 0, which means 1. mjenv_send queues rows, and mjenv_recv steps them.
+   * 0: the callbacks run on all threads of an environment. */
+  int32_t caller_thread;
+
+  /* 1: the program itself computes initial states, observations, rewards and infos, from the arrays that the option
+   * "arrays" exports. reset, reset_info, carry, observe and step must be NULL: a reset gives the model's initial state,
+   * observations and rewards are 0, and infos NaN. 0: the callbacks compute them. */
+  int32_t physics_only;
 } mjenv_task;
 
 /* Registers a task for the rest of the process. Any thread may call it at any time.

@@ -1,0 +1,158 @@
+# What a task's build reads and declares.
+
+"""
+    MJEnv.Builder
+
+What `MJEnv.build` prepares an environment with. `b.sim` is the model's initial state, a [`MJEnv.Sim`](@ref) that is
+valid until build returns. If a lookup fails, the build fails and says why, whatever it returns. Indices count from 1.
+
+- [`object_index`](@ref)`(b, :body, "torso")`: the index of an object of the model
+- [`MJEnv.joint`](@ref), [`MJEnv.sensor`](@ref): where a joint and a sensor keep their numbers
+- [`MJEnv.array`](@ref), [`MJEnv.need!`](@ref): other arrays of mjData and mjModel
+- [`MJEnv.keep!`](@ref): numbers that a row remembers
+- [`MJEnv.is_integer`](@ref), [`MJEnv.norm`](@ref): how options were set
+- [`MJEnv.structure!`](@ref): Gymnasium's `observation_structure`
+"""
+mutable struct Builder
+    raw::Ptr{mjenv_builder}
+    api::Ptr{mjenv_task_api}
+    sim::Sim
+    carry_count::Int
+    skipped_qpos::Union{Nothing,Int}
+    has_structure::Bool
+end
+
+Builder(raw::Ptr{mjenv_builder}) =
+    Builder(raw, member(raw, Val(:api)), Sim(member(raw, Val(:sim)), 0), 0, nothing, false)
+
+Base.show(io::IO, b::Builder) = print(io, "MJEnv.Builder")
+
+object_index(b::Builder, type::Union{AbstractString,Symbol}, name::Union{AbstractString,Symbol}) =
+    Int(task_index(b.api, b.raw, text(type), text(name))) + 1
+
+"""
+    MJEnv.joint(b, name)
+
+Returns `(index = ..., qpos = ..., qvel = ...)`: the index of a joint, and of its first elements in `sim.qpos` and
+`sim.qvel`.
+"""
+function joint(b::Builder, name::Union{AbstractString,Symbol})
+    index = object_index(b, :joint, name)
+    return (index = index, qpos = element_of(b, :jnt_qposadr, index) + 1, qvel = element_of(b, :jnt_dofadr, index) + 1)
+end
+
+"""
+    MJEnv.sensor(b, name)
+
+Returns the range of a sensor's values in `sim.sensordata`.
+"""
+function sensor(b::Builder, name::Union{AbstractString,Symbol})
+    index = object_index(b, :sensor, name)
+    first = element_of(b, :sensor_adr, index) + 1
+    return first:(first + element_of(b, :sensor_dim, index) - 1)
+end
+
+# An element of an array of integers; 0 if the model lacks it, and then the build fails.
+function element_of(b::Builder, name::Symbol, index::Int)
+    values = b.sim[array(b, name)]
+    return index <= length(values) ? Int(values[index]) : 0
+end
+
+"""
+    MJEnv.array(b, name)
+
+Looks up an array of mjData or mjModel by its name in MuJoCo, for example `:geom_friction`. Returns a
+[`MJEnv.NamedArray`](@ref), with which `sim[array]` reads it. Its type says the element type and the number of
+dimensions: a field of a task is a `MJEnv.NamedArray{Float64,2}`.
+"""
+function array(b::Builder, name::Union{AbstractString,Symbol})
+    field = Ref(mjenv_field())
+    index = Int(task_array(b.api, b.raw, text(name), field)) + 1
+    field[].name == C_NULL && throw(ArgumentError("there is no array $name"))  # the library says more
+    T = julia_type(mjenv_type(field[].type), Float64)
+    size = reverse(field[].shape[1:field[].ndim])
+    return NamedArray{T,length(size)}(index, size)
+end
+
+"""
+    MJEnv.need!(b, name)
+
+Makes an array that is computed on demand available in all methods: `:contacts`, `:cfrc_ext`, `:geom_xpos` (and
+`geom_xmat`), or one that [`MJEnv.array`](@ref) looks up: `:cfrc_int`, `:cacc`, `:cam_xpos`, `:cam_xmat`, `:light_xpos`
+or `:light_xdir`.
+"""
+need!(b::Builder, name::Union{AbstractString,Symbol}) = task_need(b.api, b.raw, text(name))
+
+"""
+    MJEnv.keep!(b)
+    MJEnv.keep!(b, count)
+
+Declares one or `count` numbers that a row remembers from step to step, which are 0 at the start of an episode. Returns
+the index or the range of indices of `sim.carried`, `start.carried` and `row.carried`.
+"""
+keep!(b::Builder) = first(keep!(b, 1))
+
+function keep!(b::Builder, count::Integer)
+    count >= 0 || throw(ArgumentError("the count $count is negative"))
+    before = b.carry_count
+    b.carry_count += count
+    task_carry(b.api, b.raw, b.carry_count)
+    b.sim = Sim(member(b.raw, Val(:sim)), b.carry_count)
+    return (before + 1):(b.carry_count)
+end
+
+"""
+    MJEnv.is_integer(b, option)
+
+Whether the caller set an option of real numbers to an integer. In Python, the product of such an option and a bool is
+an int.
+"""
+is_integer(b::Builder, option::Union{AbstractString,Symbol}) = task_is_integer(b.api, b.raw, text(option)) != 0
+
+"""
+    MJEnv.norm(b)
+
+Returns the [`MJEnv.Norm`](@ref) that the option `norm` chooses.
+"""
+norm(b::Builder) = Norm(task_norm_is_fused(b.api, b.raw) != 0)
+
+"""
+    MJEnv.structure!(b; skipped_qpos = nothing)
+
+Declares Gymnasium's `observation_structure`: how many elements of qpos the observation leaves out (`nothing`: not
+listed), then the length of each part of the observation.
+"""
+function structure!(b::Builder; skipped_qpos::Union{Nothing,Integer} = nothing)
+    b.skipped_qpos = skipped_qpos
+    b.has_structure = true
+    return b
+end
+
+function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, type::mjenv_type, shape::Tuple)
+    length(shape) <= 4 || throw(ArgumentError("the field $name has $(length(shape)) dimensions; there are at most 4"))
+    called, told = text(name), text(doc)
+    GC.@preserve called told begin
+        field = mjenv_task_field(
+            role = Int32(role),
+            name = Cstring(pointer(called)),
+            doc = Cstring(pointer(told)),
+            type = Int32(type),
+            ndim = length(shape),
+            shape = ntuple(i -> i <= length(shape) ? Int64(shape[i]) : Int64(0), 4),
+        )
+        task_field(b.api, b.raw, Ref(field))
+    end
+    return
+end
+
+# The value of an option that the task has declared.
+function option_value(b::Builder, name::Symbol, setting::Setting)
+    called, default = text(name), setting.default
+    setting.object === nothing || return Int(task_option_index(b.api, b.raw, called, setting.object)) + 1
+    default isa Bool && return task_integer(b.api, b.raw, called) != 0
+    default isa Integer && return Int(task_integer(b.api, b.raw, called))
+    default isa Union{AbstractString,Symbol} && return unsafe_string(task_text(b.api, b.raw, called))
+    values = Vector{Float64}(undef, length(default))
+    task_reals(b.api, b.raw, called, values, length(values))
+    return default isa Tuple ? Tuple(values) : values[1]
+end

@@ -1,0 +1,254 @@
+# The functions of a task that the library calls. No exception leaves them.
+
+# What a method writes: names, and how many numbers each has.
+struct Layout
+    names::Any  # a tuple of Symbols
+    counts::Vector{Int}
+end
+
+# Keeps an environment's task alive. Finalizers, which may run anywhere, empty it without a lock.
+mutable struct Slot
+    held::Any
+end
+
+const SLOTS = Slot[]
+const SLOTS_LOCK = Threads.SpinLock()
+
+# A task in one environment, which the library knows as `self`.
+mutable struct Built{T<:Task}
+    task::T
+    carry_count::Int
+    observation::Layout
+    info::Layout
+    reset_info::Layout
+    slot::Slot
+end
+
+function hold!(built::Built)
+    lock(SLOTS_LOCK)
+    try
+        found = findfirst(slot -> slot.held === nothing, SLOTS)
+        found === nothing && push!(SLOTS, Slot(built))
+        slot = SLOTS[something(found, length(SLOTS))]
+        slot.held = built
+        built.slot = slot
+    finally
+        unlock(SLOTS_LOCK)
+    end
+    return built
+end
+
+# ---- What the methods return ----
+
+const Value = Union{Real,Scalar,Typed}
+
+@inline number(value::Real) = Float64(value)
+@inline number(value::Union{Scalar,Typed}) = value.value
+
+type_of(::Value) = MJENV_TYPE_FLOAT64
+type_of(::Integer) = MJENV_TYPE_NATIVE_INT
+type_of(::Float32) = MJENV_TYPE_FLOAT32
+type_of(::Scalar) = MJENV_TYPE_ACTION
+type_of(value::Typed) = value.type
+type_of(::AbstractArray{<:Integer}) = MJENV_TYPE_INT64
+type_of(values) = MJENV_TYPE_FLOAT64
+
+shape_of(::Value) = ()
+shape_of(values::AbstractArray) = reverse(size(values))
+shape_of(values) = (count(_ -> true, values),)
+
+# Writes a field and returns where the next one is written.
+@inline function write_field!(to::Ptr{Float64}, layout::Layout, field::Int, value::Value)
+    layout.counts[field] == 1 || refuse_length(layout, field, 1)
+    unsafe_store!(to, number(value))
+    return to + sizeof(Float64)
+end
+
+@inline function write_field!(to::Ptr{Float64}, layout::Layout, field::Int, values)
+    needed, written = layout.counts[field], 0
+    for value in values
+        written += 1
+        written <= needed && unsafe_store!(to, number(value), written)
+    end
+    written == needed || refuse_length(layout, field, written)
+    return to + needed * sizeof(Float64)
+end
+
+@generated function write_fields!(to::Ptr{Float64}, layout::Layout, values::NamedTuple{names}) where {names}
+    writes = [:(to = write_field!(to, layout, $i, values[$i])) for i in 1:length(names)]
+    return quote
+        layout.names === $names || refuse_names(layout, $names)
+        $(writes...)
+        return
+    end
+end
+write_fields!(::Ptr{Float64}, ::Layout, values) = refuse_type(values)
+
+@noinline refuse_length(layout, field, found) = throw(
+    ArgumentError("$(layout.names[field]) has $found number(s), but it had $(layout.counts[field]) in the first call"),
+)
+@noinline refuse_names(layout, names) =
+    throw(ArgumentError("it returned the names $names, but in the first call it returned $(layout.names)"))
+@noinline refuse_type(values) = throw(ArgumentError("it returned a $(typeof(values)), not a NamedTuple"))
+
+# The reward, whether the episode has terminated, and the info.
+@inline function parts_of(outcome::NamedTuple)
+    haskey(outcome, :reward) && haskey(outcome, :terminated) || refuse_outcome(outcome)
+    return outcome.reward, outcome.terminated::Bool, haskey(outcome, :info) ? outcome.info : NamedTuple()
+end
+parts_of(outcome) = refuse_outcome(outcome)
+
+@noinline refuse_outcome(outcome) =
+    throw(ArgumentError("it returned a $(typeof(outcome)), not (reward = ..., terminated = ..., info = ...)"))
+
+# ---- Building an environment ----
+
+build(::Type{T}, b; options...) where {T<:Task} = T(; options...)
+
+function describe_all(b::Builder, role::mjenv_role, values::NamedTuple, docs)
+    for (name, value) in pairs(values)
+        type = role == MJENV_ROLE_OBSERVATION ? MJENV_TYPE_FLOAT64 : type_of(value)
+        describe(b, role, name, get(docs, name, ""), type, shape_of(value))
+    end
+    return Layout(keys(values), Int[prod(shape_of(value)) for value in values])
+end
+describe_all(::Builder, ::mjenv_role, values, _) = refuse_type(values)
+
+# Calls a method for the first time.
+function first_call(f, name)
+    try
+        return f()
+    catch reason
+        reason isa MJEnvError && rethrow()
+        error("first call of $name: $(text_of(reason))")
+    end
+end
+
+function build_environment(registration::Registration{T}, b::Builder) where {T}
+    settings = registration.settings
+    names = Tuple(name for (name, _) in settings)
+    values = NamedTuple{names}(Tuple(option_value(b, name, setting) for (name, setting) in settings))
+    task = build(T, b; values...)
+    task isa T || throw(ArgumentError("build returned a $(typeof(task)), not a $T"))
+
+    # The first calls, on the model's initial state, find out the fields.
+    sim, docs = b.sim, registration.docs
+    observed = first_call(() -> observe(task, sim), "observe")
+    observation = describe_all(b, MJENV_ROLE_OBSERVATION, observed, docs)
+    reset_told = hasmethod(reset_info, Tuple{T,Sim}) ? first_call(() -> reset_info(task, sim), "reset_info") : NamedTuple()
+    reset_layout = describe_all(b, MJENV_ROLE_RESET_INFO, reset_told, docs)
+    numbers = zeros(b.carry_count)
+    GC.@preserve numbers begin
+        carried = Writable{Float64,1}(pointer(numbers), (length(numbers),))
+        hasmethod(carry!, Tuple{T,Sim,Writable{Float64,1}}) && first_call(() -> carry!(task, sim, carried), "carry!")
+        row = Row(Rng(member(b.raw, Val(:random))), carried)
+        reward, _, info = first_call(() -> parts_of(step!(task, sim, row)), "step!")
+    end
+    layout = describe_all(b, MJENV_ROLE_INFO, info, docs)
+    type_of(reward) == MJENV_TYPE_FLOAT64 || describe(b, MJENV_ROLE_REWARD, :reward, "", type_of(reward), ())
+    if b.has_structure
+        count(name, length) = describe(b, MJENV_ROLE_STRUCTURE, name, "", MJENV_TYPE_FLOAT64, (length,))
+        b.skipped_qpos === nothing || count(:skipped_qpos, b.skipped_qpos)
+        foreach(count, observation.names, observation.counts)
+    end
+    return Built{T}(task, b.carry_count, observation, layout, reset_layout, Slot(nothing))
+end
+
+# ---- The callbacks ----
+
+function text_of(reason)
+    try
+        return sprint(showerror, reason)
+    catch
+        return "it threw a $(typeof(reason)), which cannot be shown"
+    end
+end
+
+# Tells the library why a callback fails, and returns what the callback returns.
+@noinline failed(reason) = task_fail_with(mjenv_task_functions(), replace(text_of(reason), '\0' => "\\0"))
+
+@inline object(pointer::Ptr{T}) where {T} = unsafe_pointer_to_objref(Ptr{Cvoid}(pointer))::T
+
+function on_build(raw::Ptr{mjenv_builder}, user::Ptr{Registration{T}}, self::Ptr{Ptr{Cvoid}})::Int32 where {T}
+    try
+        built = hold!(build_environment(object(user), Builder(raw)))
+        unsafe_store!(self, pointer_from_objref(built))
+    catch reason
+        return failed(reason)
+    end
+    return 0
+end
+
+# Runs in finalizers, too, so it takes no lock.
+function on_destroy(self::Ptr{Built{T}})::Cvoid where {T}
+    object(self).slot.held = nothing
+    return
+end
+
+function on_reset(self::Ptr{Built{T}}, start::Ptr{mjenv_start})::Int32 where {T}
+    built = object(self)
+    try
+        reset!(built.task, Start(start), Rng(member(start, Val(:random))))
+    catch reason
+        return failed(reason)
+    end
+    return 0
+end
+
+function on_reset_info(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::Int32 where {T}
+    built = object(self)
+    try
+        write_fields!(to, built.reset_info, reset_info(built.task, Sim(sim, built.carry_count)))
+    catch reason
+        return failed(reason)
+    end
+    return 0
+end
+
+function on_carry(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::Int32 where {T}
+    built = object(self)
+    try
+        carry!(built.task, Sim(sim, built.carry_count), Writable{Float64,1}(to, (built.carry_count,)))
+    catch reason
+        return failed(reason)
+    end
+    return 0
+end
+
+function on_observe(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::Int32 where {T}
+    built = object(self)
+    try
+        write_fields!(to, built.observation, observe(built.task, Sim(sim, built.carry_count)))
+    catch reason
+        return failed(reason)
+    end
+    return 0
+end
+
+function on_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, outcome::Ptr{mjenv_outcome})::Int32 where {T}
+    built = object(self)
+    try
+        carried = Writable{Float64,1}(member(outcome, Val(:carried)), (built.carry_count,))
+        row = Row(Rng(member(outcome, Val(:random))), carried)
+        reward, terminated, info = parts_of(step!(built.task, Sim(sim, built.carry_count), row))
+        write_fields!(member(outcome, Val(:info)), built.info, info)
+        member!(outcome, Val(:reward), number(reward))
+        member!(outcome, Val(:terminated), Int32(terminated))
+    catch reason
+        return failed(reason)
+    end
+    return 0
+end
+
+# The addresses of the callbacks, compiled for one type of task.
+function callbacks(::Type{T}) where {T<:Task}
+    return (
+        build = @cfunction(on_build, Int32, (Ptr{mjenv_builder}, Ptr{Registration{T}}, Ptr{Ptr{Cvoid}})),
+        destroy = @cfunction(on_destroy, Cvoid, (Ptr{Built{T}},)),
+        reset = @cfunction(on_reset, Int32, (Ptr{Built{T}}, Ptr{mjenv_start})),
+        reset_info = @cfunction(on_reset_info, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
+        carry = @cfunction(on_carry, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
+        observe = @cfunction(on_observe, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
+        step = @cfunction(on_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_outcome})),
+    )
+end

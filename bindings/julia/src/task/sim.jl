@@ -1,0 +1,243 @@
+# What the methods of a task read and change.
+
+"""
+    MJEnv.RowAction
+
+The action of a row: a vector of `Float64`. `narrow` is true if the caller passed `Float32`.
+"""
+struct RowAction <: AbstractVector{Float64}
+    values::ReadOnly{Float64,1}
+    narrow::Bool
+end
+
+Base.size(action::RowAction) = size(action.values)
+Base.IndexStyle(::Type{RowAction}) = IndexLinear()
+Base.@propagate_inbounds Base.getindex(action::RowAction, index::Int) = action.values[index]
+
+sum_square(action::RowAction) =
+    action.narrow ? Scalar(sum_of(x -> abs2(Float32(x)), 0.0f0, action.values, 1, length(action)), true) :
+    Scalar(sum_of(abs2, 0.0, action.values, 1, length(action)), false)
+
+"""
+    MJEnv.Contact
+
+A contact: the indices `geom1` and `geom2` of the geoms; their `distance` (m, negative if they overlap); the point
+`position` midway between them (m); `frame`, nine numbers, one axis after the other, of which the first is the normal
+from `geom1` to `geom2`; and `force`, the force (N), then the torque (N m), in this frame.
+"""
+struct Contact
+    geom1::Int
+    geom2::Int
+    distance::Float64
+    position::NTuple{3,Float64}
+    frame::NTuple{9,Float64}
+    force::NTuple{6,Float64}
+end
+
+struct Contacts <: AbstractVector{Contact}
+    found::ReadOnly{mjenv_contact,1}
+end
+
+Base.size(contacts::Contacts) = size(contacts.found)
+Base.IndexStyle(::Type{Contacts}) = IndexLinear()
+Base.@propagate_inbounds function Base.getindex(contacts::Contacts, index::Int)
+    c = contacts.found[index]
+    return Contact(c.geom1 + 1, c.geom2 + 1, c.distance, c.position, c.frame, c.force)
+end
+
+"""
+    MJEnv.NamedArray{T,N}
+
+An array of mjData or mjModel that [`MJEnv.array`](@ref) has looked up. `sim[array]` reads it, and `start[array]` if it
+is one of mjModel.
+"""
+struct NamedArray{T,N}
+    index::Int
+    size::NTuple{N,Int}
+end
+
+"""
+    MJEnv.Sim
+
+One row's simulation, which a task reads. Its properties have MuJoCo's names:
+
+- sizes: `nq`, `nv`, `na`, `nu`, `nbody`, `njnt`, `ngeom`, `nsite`, `ntendon`, `nsensordata`
+- times, s: `time` since the reset, `timestep` of one `mj_step`, `dt` of one step of the environment
+- the state: `qpos`, `qvel`, `act`, `ctrl`
+- what MuJoCo computes from it: `qacc`, `xpos`, `xquat`, `xmat`, `xipos`, `ximat`, `xanchor`, `xaxis`, `site_xpos`,
+  `site_xmat`, `subtree_com`, `cinert`, `cvel`, `sensordata`, `actuator_length`, `actuator_velocity`, `actuator_force`,
+  `qfrc_actuator`, `qfrc_passive`, `qfrc_bias`, `qfrc_constraint`, `ten_length`, `ten_velocity`
+- on demand, see [`MJEnv.need!`](@ref): `contacts` (a vector of [`MJEnv.Contact`](@ref)), `cfrc_ext`, `geom_xpos`,
+  `geom_xmat`
+- the model: `qpos0`, `body_mass`
+- `action` (an [`MJEnv.RowAction`](@ref)), which is NaN except in `step!`
+- `carried`: the numbers that the row remembers, see [`MJEnv.keep!`](@ref)
+
+Every other array is `sim[array]`, see [`MJEnv.array`](@ref). Arrays are [`MJEnv.RowArray`](@ref)s: `xpos` has the size
+`(3, nbody)`. They are valid until the method returns.
+
+After a step, what MuJoCo computes from the state is one timestep older than the state, as in Gymnasium. After a reset,
+everything belongs to the same state.
+"""
+struct Sim
+    raw::Ptr{mjenv_sim}
+    carry_count::Int
+end
+
+# Their dimensions; a name stands for the size of the model with that name.
+const SIM_ARRAYS = (
+    qpos = (:nq,), qvel = (:nv,), act = (:na,), ctrl = (:nu,), qacc = (:nv,),
+    xpos = (3, :nbody), xquat = (4, :nbody), xmat = (9, :nbody), xipos = (3, :nbody), ximat = (9, :nbody),
+    xanchor = (3, :njnt), xaxis = (3, :njnt), geom_xpos = (3, :ngeom), geom_xmat = (9, :ngeom),
+    site_xpos = (3, :nsite), site_xmat = (9, :nsite), subtree_com = (3, :nbody), cinert = (10, :nbody),
+    cvel = (6, :nbody), cfrc_ext = (6, :nbody), sensordata = (:nsensordata,), actuator_length = (:nu,),
+    actuator_velocity = (:nu,), actuator_force = (:nu,), qfrc_actuator = (:nv,), qfrc_passive = (:nv,),
+    qfrc_bias = (:nv,), qfrc_constraint = (:nv,), ten_length = (:ntendon,), ten_velocity = (:ntendon,),
+    qpos0 = (:nq,), body_mass = (:nbody,),
+)
+const SIM_SIZES = (:nq, :nv, :na, :nu, :nbody, :njnt, :ngeom, :nsite, :ntendon, :nsensordata)
+
+@inline Base.getproperty(sim::Sim, name::Symbol) = property(sim, Val(name))
+Base.propertynames(::Sim, ::Bool = false) =
+    (SIM_SIZES..., :time, :timestep, :dt, :action, :carried, :contacts, keys(SIM_ARRAYS)...)
+
+@inline raw(sim::Sim) = getfield(sim, :raw)
+
+for name in SIM_SIZES
+    @eval @inline property(sim::Sim, name::Val{$(QuoteNode(name))}) = Int(member(raw(sim), name))
+end
+for (name, dimensions) in pairs(SIM_ARRAYS)
+    extents = [d isa Symbol ? :(Int(member(raw(sim), Val($(QuoteNode(d)))))) : d for d in dimensions]
+    on_demand = name in (:geom_xpos, :geom_xmat, :cfrc_ext)
+    @eval @inline function property(sim::Sim, name::Val{$(QuoteNode(name))})
+        pointer = member(raw(sim), name)
+        $(on_demand ? :(pointer == C_NULL && refuse_unneeded(name)) : nothing)
+        return ReadOnly{Float64,$(length(dimensions))}(pointer, ($(extents...),))
+    end
+end
+@inline property(sim::Sim, name::Union{Val{:timestep},Val{:dt}}) = member(raw(sim), name)
+@inline property(sim::Sim, name::Val{:time}) = unsafe_load(member(raw(sim), name))
+@inline property(sim::Sim, name::Val{:action}) = RowAction(
+    ReadOnly{Float64,1}(member(raw(sim), name), (Int(member(raw(sim), Val(:nu))),)),
+    member(raw(sim), Val(:action_dtype)) == Int32(MJENV_DTYPE_FLOAT32),
+)
+@inline property(sim::Sim, name::Val{:carried}) =
+    ReadOnly{Float64,1}(member(raw(sim), name), (getfield(sim, :carry_count),))
+@inline function property(sim::Sim, name::Val{:contacts})
+    pointer = member(raw(sim), name)
+    pointer == C_NULL && refuse_unneeded(name)
+    return Contacts(ReadOnly{mjenv_contact,1}(pointer, (Int(member(raw(sim), Val(:contact_count))),)))
+end
+property(sim::Sim, ::Val{name}) where {name} =
+    throw(ArgumentError("sim has no $name; it has $(join(propertynames(sim), ", ")). MJEnv.array looks up other arrays"))
+
+@noinline refuse_unneeded(::Val{name}) where {name} =
+    throw(ArgumentError("$name is computed on demand: call MJEnv.need!(b, :$name) in build"))
+
+@inline element(arrays::Ptr{Ptr{Cvoid}}, array::NamedArray{T,N}) where {T,N} =
+    ReadOnly{T,N}(Ptr{T}(unsafe_load(arrays, array.index)), array.size)
+@inline Base.getindex(sim::Sim, array::NamedArray) = element(member(raw(sim), Val(:arrays)), array)
+
+Base.show(io::IO, sim::Sim) = print(io, "MJEnv.Sim(nq = ", sim.nq, ", nv = ", sim.nv, ", nu = ", sim.nu, ")")
+
+"""
+    MJEnv.Start
+
+The initial state of an episode, which `reset!` changes: the vectors `qpos`, which equals the model's `qpos0` before the
+call, `qvel`, `act` and `carried`, which are 0. `qpos0` is read-only.
+"""
+struct Start
+    raw::Ptr{mjenv_start}
+end
+
+@inline Base.getproperty(start::Start, name::Symbol) = property(start, Val(name))
+Base.propertynames(::Start, ::Bool = false) = (:qpos0, :qpos, :qvel, :act, :carried)
+Base.show(io::IO, ::Start) = print(io, "MJEnv.Start")
+
+for (name, size) in ((:qpos, :nq), (:qvel, :nv), (:act, :na), (:carried, :carry_count))
+    @eval @inline property(start::Start, name::Val{$(QuoteNode(name))}) =
+        Writable{Float64,1}(member(raw(start), name), (Int(member(raw(start), Val($(QuoteNode(size))))),))
+end
+@inline property(start::Start, name::Val{:qpos0}) =
+    ReadOnly{Float64,1}(member(raw(start), name), (Int(member(raw(start), Val(:nq))),))
+property(start::Start, ::Val{name}) where {name} =
+    throw(ArgumentError("start has no $name; it has $(join(propertynames(start), ", "))"))
+
+@inline raw(start::Start) = getfield(start, :raw)
+@inline Base.getindex(start::Start, array::NamedArray) = element(member(raw(start), Val(:arrays)), array)
+
+"""
+    MJEnv.Rng
+
+A row's random stream: NumPy's `default_rng`. Each function returns what the method of `numpy.random.Generator` returns,
+and leaves the stream in the same state. Arguments that NumPy refuses make the task's method fail.
+
+- `rand(rng)`: `random()`, in [0, 1)
+- `rand(rng, low:high)`: `integers(low, high + 1)`
+- `randn(rng)`: `standard_normal()`
+- [`MJEnv.uniform`](@ref)`(rng, low, high)`
+- [`MJEnv.choice`](@ref), [`MJEnv.sample`](@ref), [`MJEnv.permutation`](@ref)
+"""
+struct Rng
+    raw::Ptr{mjenv_random}
+end
+
+@inline api(rng::Rng) = member(rng.raw, Val(:api))
+
+Base.rand(rng::Rng) = task_random(api(rng), rng.raw)
+Base.randn(rng::Rng) = task_normal(api(rng), rng.raw)
+function Base.rand(rng::Rng, range::AbstractUnitRange{<:Integer})
+    isempty(range) && throw(ArgumentError("the range $range is empty"))
+    return task_integers(api(rng), rng.raw, first(range), Base.checked_add(Int64(last(range)), Int64(1)))
+end
+
+"""
+    MJEnv.uniform(rng, low, high)
+
+Draws a number in [low, high).
+"""
+uniform(rng::Rng, low::Real, high::Real) = task_uniform(api(rng), rng.raw, low, high)
+
+"""
+    MJEnv.choice(rng, count)
+    MJEnv.choice(rng, p)
+
+Draws an index in `1:count`, or in `1:length(p)` with the probabilities `p`, whose sum is 1. It is NumPy's `choice`,
+plus 1.
+"""
+choice(rng::Rng, count::Integer) = Int(task_choice(api(rng), rng.raw, count, C_NULL)) + 1
+choice(rng::Rng, p::AbstractVector{<:Real}) =
+    Int(task_choice(api(rng), rng.raw, length(p), convert(Vector{Float64}, p))) + 1
+
+"""
+    MJEnv.sample(rng, count, size)
+
+Draws `size` different indices in `1:count`: NumPy's `choice(count, size, replace=False)`, plus 1.
+"""
+function sample(rng::Rng, count::Integer, size::Integer)
+    chosen = Vector{Int64}(undef, 0 <= size <= count ? size : 0)  # the library refuses other sizes
+    task_sample(api(rng), rng.raw, count, size, chosen)
+    return chosen .+= 1
+end
+
+"""
+    MJEnv.permutation(rng, count)
+
+Returns the indices `1:count` in random order: NumPy's `permutation(count)`, plus 1.
+"""
+function permutation(rng::Rng, count::Integer)
+    count >= 0 || throw(ArgumentError("the count $count is negative"))
+    order = Vector{Int64}(undef, count)
+    task_permutation(api(rng), rng.raw, count, order)
+    return order .+= 1
+end
+
+"""
+    MJEnv.Row
+
+What `step!` may change: `rng`, the row's random stream, and `carried`, the numbers that the row remembers.
+"""
+struct Row
+    rng::Rng
+    carried::Writable{Float64,1}
+end

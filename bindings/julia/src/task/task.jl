@@ -1,0 +1,226 @@
+# Robots and tasks of one's own.
+
+"""
+    MJEnv.Task
+
+A robot and what it has to do. Derive a type from it, define these methods for it, and give it an id with
+[`MJEnv.register`](@ref):
+
+- `MJEnv.build(::Type{T}, b; options...)` returns a `T`. It reads the options and looks up names in the model of the
+  [`MJEnv.Builder`](@ref) `b`. Without this method, `T(; options...)` is called.
+- `MJEnv.reset!(task::T, start, rng)` draws the initial state of an episode: it changes the [`MJEnv.Start`](@ref).
+- `MJEnv.observe(task::T, sim)` returns the parts of the observation, a NamedTuple. It must depend on nothing but `sim`.
+- `MJEnv.step!(task::T, sim, row)` returns `(reward = ..., terminated = ..., info = ...)`; `info` is a NamedTuple and may
+  be left out. It is called once in each step, after the simulation has advanced by `frame_skip` timesteps.
+- `MJEnv.reset_info(task::T, sim)`, if wanted, returns the info of a reset, a NamedTuple.
+- `MJEnv.carry!(task::T, sim, carried)`, if wanted, writes into `carried` what the next step needs to know of the present
+  state. It is called at the end of each reset and step, and after `set_state!` and `simulate!`.
+
+`sim` is a [`MJEnv.Sim`](@ref), `rng` a [`MJEnv.Rng`](@ref) and `row` a [`MJEnv.Row`](@ref). The values of a NamedTuple
+are numbers, arrays, tuples or generators; a generator such as `(clamp(v, -10, 10) for v in sim.qvel)` allocates no
+memory. Each call must return the same names and lengths. One call of each method when an environment is built finds
+them out. A number is a `Float64` in Python; a `Bool` or an `Integer` is an int; [`MJEnv.Scalar`](@ref) and
+[`MJEnv.typed`](@ref) have other types.
+
+One value serves all rows of an environment. So it must not change from step to step: what a row remembers is declared
+by [`MJEnv.keep!`](@ref). Snapshots and `copy_row!` contain it.
+
+An exception makes the call of the row fail: an [`MJEnvError`](@ref) of status `MJENV_E_TASK` quotes its text. The row
+keeps its state, and the other rows are stepped. A method cannot step or change the environment that it runs for: such
+calls throw an `MJEnvError` of status `MJENV_E_BUSY`. It must not wait for another Julia task.
+
+The methods run on the thread that calls `reset!`, `step!` and so on, because Julia's runtime does not let foreign
+threads in. So `num_threads` must be 1, which is the default, and `recv!` steps the rows that `send!` has queued. To use
+several cores, step one environment on each of Julia's threads.
+"""
+abstract type Task end
+
+function build end
+function carry! end
+
+"""
+    MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing)
+
+An option of a task. `default` decides what it holds: a `Bool`, an integer, a real number, a tuple of numbers, or a text.
+`low` and `high` are the closed bounds of each number, and `choices` the valid texts. With `object = :body` (or
+another type, see [`object_index`](@ref)) it names an object of the model, or gives its index as in Gymnasium, from 0;
+`build` gets the index from 1.
+"""
+struct Setting
+    default::Any
+    doc::String
+    low::Float64
+    high::Float64
+    choices::Vector{String}
+    object::Union{Nothing,String}
+end
+
+Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing) =
+    Setting(default, doc, low, high, [String(choice) for choice in choices], object === nothing ? nothing : String(object))
+
+"""
+    MJEnv.Typed
+
+A number with the type that it has in Python: see [`MJEnv.typed`](@ref).
+"""
+struct Typed
+    value::Float64
+    type::mjenv_type
+end
+
+"""
+    MJEnv.typed(value, type)
+
+A number of the info, or a reward, that has another type in Python: `MJEnv.MJENV_TYPE_NATIVE_FLOAT` is a float,
+`MJENV_TYPE_NATIVE_INT` an int, `MJENV_TYPE_INT64` an np.int64, and so on.
+"""
+typed(value::Real, type::mjenv_type) = Typed(value, type)
+
+# A registered task, which the library points to for the rest of the process.
+mutable struct Registration{T<:Task}
+    id::String
+    settings::Vector{Pair{Symbol,Setting}}
+    docs::Dict{Symbol,String}
+end
+
+const REGISTRATIONS = Registration[]
+
+"""
+    MJEnv.register(id, T; model, options...)
+
+Gives the [`MJEnv.Task`](@ref) `T` an id such as `"Cartpole-v0"`, which `Env` then knows. The options are:
+
+- `model`: a built-in model (`"hopper.xml"`), the path of a file (`joinpath(@__DIR__, "cartpole.xml")`), or the text of
+  an MJCF model
+- `frame_skip`: how many timesteps make a step; by default 1
+- `time_limit`: the number of steps after which an episode is truncated; `nothing`: never
+- `reward_threshold`: the return from which the task counts as solved; `nothing`: none
+- `camera`: Gymnasium's default_camera_config, as `(distance = 3.0, elevation = -20)`; also `trackbodyid`, which counts
+  from 0, and `lookat`
+- `options`: the options of the constructor, as `(ctrl_cost_weight = 0.1, noise = MJEnv.Setting(0.1, "spread"; low = 0))`
+- `docs`: one line of documentation for parts of the observation and the infos, as `(height = "of the tip, m",)`
+- `revision`: increase it when the task changes, so that snapshots of the old task are refused
+
+The id stays for the rest of the process. A package registers its tasks in its `__init__`. An id that exists, a malformed
+one and bad descriptions throw an [`MJEnvError`](@ref).
+"""
+function register(
+    id::AbstractString,
+    ::Type{T};
+    model::AbstractString,
+    frame_skip::Integer = 1,
+    time_limit::Union{Nothing,Integer} = nothing,
+    reward_threshold::Union{Nothing,Real} = nothing,
+    camera::Union{Nothing,NamedTuple} = nothing,
+    options::NamedTuple = NamedTuple(),
+    docs::NamedTuple = NamedTuple(),
+    revision::Integer = 0,
+) where {T<:Task}
+    isconcretetype(T) || throw(ArgumentError("$T is not a concrete type"))
+    if ccall(:jl_generating_output, Cint, ()) != 0
+        error("a task cannot be registered while a package is precompiled: call MJEnv.register in __init__")
+    end
+    for (method, arguments, text) in (
+        (reset!, Tuple{T,Start,Rng}, "reset!(task::$T, start, rng)"),
+        (observe, Tuple{T,Sim}, "observe(task::$T, sim)"),
+        (step!, Tuple{T,Sim,Row}, "step!(task::$T, sim, row)"),
+    )
+        hasmethod(method, arguments) || throw(ArgumentError("$id: the method MJEnv.$text is missing"))
+    end
+    settings = Pair{Symbol,Setting}[
+        name => given isa Setting ? given : Setting(given) for (name, given) in pairs(options)
+    ]
+    registration = Registration{T}(id, settings, Dict(name => String(doc) for (name, doc) in pairs(docs)))
+    kept = Any[registration]  # what the description points to
+    keep(value) = (push!(kept, value); value)
+    c_text(value) = Cstring(pointer(keep(text(value))))
+    listed = keep([raw_option(name, setting, keep, c_text) for (name, setting) in settings])
+    is_text = '<' in model
+    given_camera = camera === nothing ? mjenv_task_camera[] : keep([raw_camera(; camera...)])
+    called = callbacks(T)
+    task = mjenv_task(
+        revision = revision,
+        id = c_text(id),
+        model = is_text ? Cstring(C_NULL) : c_text(startswith(model, "./") ? abspath(model) : model),
+        model_text = is_text ? c_text(model) : Cstring(C_NULL),
+        frame_skip = frame_skip,
+        has_reward_threshold = reward_threshold !== nothing,
+        reward_threshold = something(reward_threshold, 0),
+        time_limit = something(time_limit, 0),
+        camera = isempty(given_camera) ? C_NULL : pointer(given_camera),
+        options = pointer(listed),
+        option_count = length(listed),
+        user = pointer_from_objref(registration),
+        build = called.build,
+        destroy = called.destroy,
+        reset = called.reset,
+        reset_info = hasmethod(reset_info, Tuple{T,Sim}) ? called.reset_info : C_NULL,
+        carry = hasmethod(carry!, Tuple{T,Sim,Writable{Float64,1}}) ? called.carry : C_NULL,
+        observe = called.observe,
+        step = called.step,
+        caller_thread = 1,
+    )
+    push!(REGISTRATIONS, registration)  # before the library knows it, because another thread may build it at once
+    status = GC.@preserve kept mjenv_register_task(Ref(task))
+    status == MJENV_OK || filter!(other -> other !== registration, REGISTRATIONS)
+    check(status)
+    return nothing
+end
+
+raw_camera(; trackbodyid = NaN, distance = NaN, lookat = (NaN, NaN, NaN), elevation = NaN) =
+    mjenv_task_camera(trackbodyid = trackbodyid, distance = distance, lookat = Tuple(lookat), elevation = elevation)
+
+function raw_option(name, setting::Setting, keep, c_text)
+    default = setting.default
+    bounded = !(default isa Bool) && (setting.low, setting.high) != (-Inf, Inf)
+    description = (
+        name = c_text(name),
+        doc = c_text(setting.doc),
+        low = bounded ? setting.low : 0.0,
+        high = bounded ? setting.high : 0.0,
+    )
+    if setting.object !== nothing && default isa Integer
+        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_STRING_OR_INT), value = default)
+    elseif setting.object !== nothing && default isa AbstractString
+        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_STRING_OR_INT), text = c_text(default))
+    elseif default isa Bool
+        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_FLAG), value = default)
+    elseif default isa Integer
+        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_INTEGER), value = default)
+    elseif default isa Real
+        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_REALS), value = default)
+    elseif default isa Tuple{Real,Vararg{Real}}
+        values = keep(collect(Float64, default))
+        return mjenv_task_option(;
+            description...,
+            kind = Int32(MJENV_KIND_REALS),
+            values = pointer(values),
+            count = length(values),
+        )
+    elseif default isa Union{AbstractString,Symbol}
+        choices = isempty(setting.choices) ? Cstring(C_NULL) : c_text(join(setting.choices, " "))
+        return mjenv_task_option(;
+            description...,
+            kind = Int32(MJENV_KIND_STRING),
+            text = c_text(default),
+            choices = choices,
+        )
+    end
+    throw(
+        ArgumentError(
+            "option \"$name\": the default is a $(typeof(default)), not a Bool, a number, a tuple of numbers or a text",
+        ),
+    )
+end
+
+"""
+    MJEnv.load_tasks(path)
+    MJEnv.load_tasks()
+
+Loads a plug-in, a shared object with tasks written in C, C++ or Rust, whose ids `Env` then knows. Loading it again does
+nothing. Without a path it loads those that the environment variable `MJENV_TASKS` lists, which also happens by itself,
+and throws if one of them cannot be loaded. A file that is not a plug-in throws an [`MJEnvError`](@ref) of status
+`MJENV_E_TASK`.
+"""
+load_tasks(path::AbstractString) = check(mjenv_load_tasks(text(path)))
+load_tasks() = check(mjenv_load_tasks(Cstring(C_NULL)))
