@@ -1,11 +1,5 @@
 # Tests what is allocated, kept and freed.
 
-# A function of its own is compiled for its arguments, so that the caller's allocations are not counted.
-function allocated(f::F, arguments::Vararg{Any,N}) where {F,N}
-    f(arguments...)
-    return @allocated f(arguments...)
-end
-
 @testset "nothing is allocated: $id, $T" for id in ("Ant-v5", "Pusher-v4", "InvertedPendulum-v4"),
     T in (Float32, Float64)
 

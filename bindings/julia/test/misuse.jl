@@ -1,14 +1,5 @@
 # Tests finalizers in any order, threads, garbage collections at any time, and the end of the process.
 
-# Runs a script in another Julia process with some threads. Returns what it printed, also to standard error.
-function spoken(script; threads = 1)
-    julia = `$(Base.julia_cmd()) --startup-file=no --project=$PACKAGE --threads=$threads`
-    said = IOBuffer()
-    ended = run(pipeline(ignorestatus(`$julia -e $("using MJEnv\n" * script)`); stdout = said, stderr = said))
-    success(ended) || print(said, "\nexit ", ended.exitcode, ", signal ", ended.termsignal)
-    return String(take!(said))
-end
-
 @testset "finalized before its time" begin
     env = Env("Hopper-v5"; rows = 2)
     batch = reset!(Batch(env), env)

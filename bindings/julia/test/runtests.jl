@@ -11,6 +11,7 @@ const GOLDEN = joinpath(REPOSITORY, "tests", "golden")
 
 include("goldens.jl")
 include("errors.jl")
+include("support.jl")
 
 const TEST_SETS = (
     "trajectories" => "trajectories.jl",
@@ -25,6 +26,7 @@ const TEST_SETS = (
     "ReinforcementLearningBase" => "rl_base.jl",
     "example" => "example.jl",
     "package" => "package.jl",
+    "tasks" => "tasks.jl",  # last, because its ids stay registered
 )
 
 ARGS ⊆ first.(TEST_SETS) || error("the test sets are ", join(first.(TEST_SETS), ", "))
