@@ -103,6 +103,7 @@ def run_programs(language: str, program: list[Block], python: str = "reference")
         printed = run([setup(python), "-c", PYTHON_DRIVER, SEPARATOR.join(texts)])
     else:
         script = "".join(f'{text}\nprint("{SEPARATOR}")\n' for text in texts)
+        WORK.mkdir(parents=True, exist_ok=True)
         (WORK / "blocks.jl").write_text(script)
         printed = run([setup("julia"), "--startup-file=no", "blocks.jl"])
     for block, part in zip(program, printed.split(SEPARATOR)[:-1], strict=True):

@@ -93,11 +93,14 @@ write_fields!(::Ptr{Float64}, ::Layout, values) = refuse_type(values)
 
 # The reward, whether the episode has terminated, and the info.
 @inline function parts_of(outcome::NamedTuple)
-    haskey(outcome, :reward) && haskey(outcome, :terminated) || refuse_outcome(outcome)
-    return outcome.reward, outcome.terminated::Bool, haskey(outcome, :info) ? outcome.info : NamedTuple()
+    (haskey(outcome, :reward) && haskey(outcome, :terminated)) || refuse_outcome(outcome)
+    outcome.reward isa Value || refuse_part("reward", outcome.reward, "a number")
+    outcome.terminated isa Bool || refuse_part("terminated", outcome.terminated, "a Bool")
+    return outcome.reward, outcome.terminated, haskey(outcome, :info) ? outcome.info : NamedTuple()
 end
 parts_of(outcome) = refuse_outcome(outcome)
 
+@noinline refuse_part(name, value, wanted) = throw(ArgumentError("$name is a $(typeof(value)), not $wanted"))
 @noinline refuse_outcome(outcome) =
     throw(ArgumentError("it returned a $(typeof(outcome)), not (reward = ..., terminated = ..., info = ...)"))
 
