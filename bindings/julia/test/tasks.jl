@@ -142,7 +142,7 @@ const PROBE_MODEL = """
     <geom name="box" type="box" size=".1 .1 .1"/><site name="tip" pos="0 0 .2"/></body>
     <body name="ball" pos="1 0 .099"><freejoint name="free"/><geom name="ball" size=".1"/></body>
     </worldbody><actuator><motor name="push" joint="slide" gear="10" ctrllimited="true" ctrlrange="-1 1"/></actuator>
-    <sensor><framepos name="at" objtype="body" objname="ball"/><jointpos name="slide" joint="slide"/></sensor></mujoco>"""
+    <sensor><framepos name="at" objtype="body" objname="ball"/><jointpos joint="slide"/></sensor></mujoco>"""
 
 struct Probe <: MJEnv.Task
     mode::String
@@ -229,7 +229,8 @@ function MJEnv.step!(task::Probe, sim, row)
         mode == "close" && close(OTHER[])
         mode == "collect" && GC.gc()
     end
-    return (reward = MJEnv.typed(sim.time, MJEnv.MJENV_TYPE_NATIVE_FLOAT), terminated = false, info = wide_info(task, sim, row))
+    reward = MJEnv.typed(sim.time, MJEnv.MJENV_TYPE_NATIVE_FLOAT)
+    return (reward = reward, terminated = false, info = wide_info(task, sim, row))
 end
 
 function wide_info(task, sim, row; more = 0)

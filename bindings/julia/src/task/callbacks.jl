@@ -138,7 +138,10 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     sim, docs = b.sim, registration.docs
     observed = first_call(() -> observe(task, sim), "observe")
     observation = describe_all(b, MJENV_ROLE_OBSERVATION, observed, docs)
-    reset_told = hasmethod(reset_info, Tuple{T,Sim}) ? first_call(() -> reset_info(task, sim), "reset_info") : NamedTuple()
+    reset_told = NamedTuple()
+    if hasmethod(reset_info, Tuple{T,Sim})
+        reset_told = first_call(() -> reset_info(task, sim), "reset_info")
+    end
     reset_layout = describe_all(b, MJENV_ROLE_RESET_INFO, reset_told, docs)
     numbers = zeros(b.carry_count)
     GC.@preserve numbers begin

@@ -129,7 +129,7 @@ end
     return Contacts(ReadOnly{mjenv_contact,1}(pointer, (Int(member(raw(sim), Val(:contact_count))),)))
 end
 property(sim::Sim, ::Val{name}) where {name} =
-    throw(ArgumentError("sim has no $name; it has $(join(propertynames(sim), ", ")). MJEnv.array looks up other arrays"))
+    throw(ArgumentError("sim has no $name; it has $(join(propertynames(sim), ", ")); MJEnv.array looks up others"))
 
 @noinline refuse_unneeded(::Val{name}) where {name} =
     throw(ArgumentError("$name is computed on demand: call MJEnv.need!(b, :$name) in build"))

@@ -10,11 +10,11 @@ A robot and what it has to do. Derive a type from it, define these methods for i
   [`MJEnv.Builder`](@ref) `b`. Without this method, `T(; options...)` is called.
 - `MJEnv.reset!(task::T, start, rng)` draws the initial state of an episode: it changes the [`MJEnv.Start`](@ref).
 - `MJEnv.observe(task::T, sim)` returns the parts of the observation, a NamedTuple. It must depend on nothing but `sim`.
-- `MJEnv.step!(task::T, sim, row)` returns `(reward = ..., terminated = ..., info = ...)`; `info` is a NamedTuple and may
-  be left out. It is called once in each step, after the simulation has advanced by `frame_skip` timesteps.
+- `MJEnv.step!(task::T, sim, row)` returns `(reward = ..., terminated = ..., info = ...)`. `info` is a NamedTuple, and
+  may be left out. It is called once in each step, after the simulation has advanced by `frame_skip` timesteps.
 - `MJEnv.reset_info(task::T, sim)`, if wanted, returns the info of a reset, a NamedTuple.
-- `MJEnv.carry!(task::T, sim, carried)`, if wanted, writes into `carried` what the next step needs to know of the present
-  state. It is called at the end of each reset and step, and after `set_state!` and `simulate!`.
+- `MJEnv.carry!(task::T, sim, carried)`, if wanted, writes into `carried` what the next step needs to know of the
+  present state. It is called at the end of each reset and step, and after `set_state!` and `simulate!`.
 
 `sim` is a [`MJEnv.Sim`](@ref), `rng` a [`MJEnv.Rng`](@ref) and `row` a [`MJEnv.Row`](@ref). The values of a NamedTuple
 are numbers, arrays, tuples or generators; a generator such as `(clamp(v, -10, 10) for v in sim.qvel)` allocates no
@@ -41,8 +41,8 @@ function carry! end
 """
     MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing)
 
-An option of a task. `default` decides what it holds: a `Bool`, an integer, a real number, a tuple of numbers, or a text.
-`low` and `high` are the closed bounds of each number, and `choices` the valid texts. With `object = :body` (or
+An option of a task. `default` decides what it holds: a `Bool`, an integer, a real number, a tuple of numbers, or a
+text. `low` and `high` are the closed bounds of each number, and `choices` the valid texts. With `object = :body` (or
 another type, see [`object_index`](@ref)) it names an object of the model, or gives its index as in Gymnasium, from 0;
 `build` gets the index from 1.
 """
@@ -55,8 +55,10 @@ struct Setting
     object::Union{Nothing,String}
 end
 
-Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing) =
-    Setting(default, doc, low, high, [String(choice) for choice in choices], object === nothing ? nothing : String(object))
+function Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing)
+    of = object === nothing ? nothing : String(object)
+    return Setting(default, doc, low, high, [String(choice) for choice in choices], of)
+end
 
 """
     MJEnv.Typed
@@ -97,12 +99,12 @@ Gives the [`MJEnv.Task`](@ref) `T` an id such as `"Cartpole-v0"`, which `Env` th
 - `reward_threshold`: the return from which the task counts as solved; `nothing`: none
 - `camera`: Gymnasium's default_camera_config, as `(distance = 3.0, elevation = -20)`; also `trackbodyid`, which counts
   from 0, and `lookat`
-- `options`: the options of the constructor, as `(ctrl_cost_weight = 0.1, noise = MJEnv.Setting(0.1, "spread"; low = 0))`
+- `options`: the options of the constructor, as `(weight = 0.1, noise = MJEnv.Setting(0.1, "spread"; low = 0))`
 - `docs`: one line of documentation for parts of the observation and the infos, as `(height = "of the tip, m",)`
 - `revision`: increase it when the task changes, so that snapshots of the old task are refused
 
-The id stays for the rest of the process. A package registers its tasks in its `__init__`. An id that exists, a malformed
-one and bad descriptions throw an [`MJEnvError`](@ref).
+The id stays for the rest of the process. A package registers its tasks in its `__init__`. An id that exists, a
+malformed one and bad descriptions throw an [`MJEnvError`](@ref).
 """
 function register(
     id::AbstractString,

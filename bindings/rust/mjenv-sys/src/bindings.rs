@@ -4247,7 +4247,7 @@ pub struct mjenv_task {
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
     #[doc = "with \"./\", \"/\" or \"~\". \"./\" means the folder of the shared object or program that contains"]
-    #[doc = "the callback step. NULL: model_text is used"]
+    #[doc = "the callback step (of physics_only: build). NULL: model_text is used"]
     pub model: *const ::std::os::raw::c_char,
     #[doc = " the text of an MJCF model; NULL: model is used"]
     pub model_text: *const ::std::os::raw::c_char,
