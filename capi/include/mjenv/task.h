@@ -4,22 +4,29 @@
  *   A task is a struct mjenv_task: a description and callbacks. mjenv_register_task adds its id to the ids that
  *   mjenv_options_create and the other functions of mjenv.h know.
  * Plug-in
- *   A plug-in is a shared object that exports tasks (MJENV_PLUGIN). mjenv_load_tasks loads it in any language. A
- * plug-in needs only this header and does not link with libmjenv. Threads build and destroy run on the thread that
- * creates or destroys the environment. The other callbacks run on the threads that step the rows. One call concerns one
- * row, and calls for different rows run at the same time. So a callback must not change anything but the memory that it
- * is given to write. Numbers that a task needs to remember from step to step are "carried" by the row (carry_count):
- * snapshots save them, and mjenv_copy_row copies them. Errors A callback returns 0, or fails with `return
- * mjenv_task_fail(api, "the reason")`. The function of mjenv.h that the program called then returns MJENV_E_TASK with a
- * message that names the id, the callback and the row; the other rows are computed. A row whose reset, step or carry
- * fails keeps its state. A callback need not check this header's functions for errors: if it passes them an unknown
- * name, an option of another kind or an impossible range, the library makes it fail. Forbidden A callback must not be
- * left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step or change the environment
- * that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever. Numbers After a step, a
- * callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and time are new, but
- * what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because mj_step computes it
- * before it integrates. After a reset, everything belongs to the same state. Compatibility As in mjenv.h. In an array
- * of structs, all elements have the struct_size of the first. */
+ *   A plug-in is a shared object that exports tasks (MJENV_PLUGIN). mjenv_load_tasks loads it in any language.
+ *   A plug-in needs only this header and does not link with libmjenv.
+ * Threads
+ *   build and destroy run on the thread that creates or destroys the environment. The other callbacks run on the
+ *   threads that step the rows; if the task asks for it (caller_thread), only on the thread that calls the library.
+ *   One call concerns one row, and calls for different rows run at the same time. So a callback must not change
+ *   anything but the memory that it is given to write. Numbers that a task needs to remember from step to step are
+ *   "carried" by the row (carry_count): snapshots save them, and mjenv_copy_row copies them.
+ * Errors
+ *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. The function of mjenv.h that the
+ *   program called then returns MJENV_E_TASK with a message that names the id, the callback and the row; the other rows
+ *   are computed. A row whose reset, step or carry fails keeps its state. A callback need not check this header's
+ *   functions for errors: if it passes them an unknown name, an option of another kind or an impossible range, the
+ *   library makes it fail.
+ * Forbidden
+ *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
+ *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
+ * Numbers
+ *   After a step, a callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and
+ *   time are new, but what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because
+ *   mj_step computes it before it integrates. After a reset, everything belongs to the same state.
+ * Compatibility
+ *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
 #define MJENV_TASK_H
 
@@ -358,9 +365,9 @@ static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const cha
  * See Norm in mjenv/numpy.hpp. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
-/* Makes an array available and up to date in all callbacks that take a mjenv_sim. Without this call, it is not
- * computed. array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat",
- * "light_xpos" or "light_xdir" */
+/* Makes an array available and up to date in all callbacks that take a mjenv_sim. It is not computed without this call.
+ * array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos" or
+ *        "light_xdir" */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
 /* Makes an array of mjData or mjModel available in all callbacks, and returns its index in mjenv_sim.arrays.
