@@ -58,7 +58,7 @@ mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
 std::string text(const char* value, const char* name) { return &need(value, name); }
 
 Action action_of(const void* values, std::size_t count, mjenv_dtype dtype, const char* name = "action") {
-  return {need_memory(values, count, name), known_dtype(dtype), static_cast<Eigen::Index>(count)};
+  return {need_memory(values, count, name), known_dtype(dtype), static_cast<std::int64_t>(count)};
 }
 
 void fill(mjenv_field* to, const Field& field) {
@@ -158,7 +158,7 @@ const char* mjenv_id_at(std::int64_t index) {
 mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
   return guard([&] {
     const Id& found = id_of(text(id, "id"));
-    const Task task = outline(found);
+    const Outline task = task_of(found)->outline();
     mjenv_spec out{};
     out.version = found.version;
     out.id = found.name;
@@ -167,7 +167,7 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
     out.reward_threshold = task.reward_threshold;
     out.camera_distance = task.camera.distance;
     out.camera_elevation = task.camera.elevation;
-    std::copy(task.camera.lookat.begin(), task.camera.lookat.end(), out.camera_lookat);
+    std::copy(std::begin(task.camera.lookat), std::end(task.camera.lookat), out.camera_lookat);
     out.camera_trackbodyid = task.camera.trackbodyid;
     out.model_xml = task.model_xml;
     write_struct(spec, "spec", out);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "firewall.hpp"
+#include "task/api.hpp"
 #include "task/plugins.hpp"
 #include "task/registry.hpp"
 
@@ -13,8 +14,8 @@ using namespace mjenv::core::firewall;
 
 mjenv_status mjenv_register_task(const mjenv_task* task) {
   return guard([&] {
-    std::vector<std::unique_ptr<OwnTask>> tasks;
-    tasks.push_back(own_task(&need(task, "task"), nullptr));
+    std::vector<std::unique_ptr<RegisteredTask>> tasks;
+    tasks.push_back(users_task(&need(task, "task"), nullptr));
     add_tasks(std::move(tasks));
   });
 }

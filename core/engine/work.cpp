@@ -43,29 +43,26 @@ Work::Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& need
   data_.reset(mj_makeData(m));
   if (!data_) throw std::bad_alloc();
   action_.assign(layout_.nu, std::numeric_limits<double>::quiet_NaN());
-  sim_.work_ = this;
   sim_.timestep = m->opt.timestep;
   sim_.dt = m->opt.timestep * frame_skip;
-  sim_.cfrc_ext_ = data_->cfrc_ext;
   expose();
   for (const auto& name : needs.arrays) share(name);
   needs_ = needs;
   expose();
 }
 
-// Writes the pointers and sizes that the callbacks of registered tasks use.
+// Writes the pointers and sizes that callbacks use.
 void Work::expose() {
   const mjModel* m = model_->get();
   const mjData* d = data_.get();
   if (needs_.contacts) contacts_.resize(static_cast<std::size_t>(max_contacts(*m)));
-  mjenv_sim& c = sim_.c_;
+  mjenv_sim& c = sim_;
   c.struct_size = sizeof c;
   c.api = needs_.api;
   const auto size = [](mjtSize count) { return static_cast<std::int32_t>(count); };
   c.nq = size(m->nq), c.nv = size(m->nv), c.na = size(m->na), c.nu = size(m->nu);
   c.nbody = size(m->nbody), c.njnt = size(m->njnt), c.ngeom = size(m->ngeom), c.nsite = size(m->nsite);
   c.ntendon = size(m->ntendon), c.nsensordata = size(m->nsensordata);
-  c.timestep = sim_.timestep, c.dt = sim_.dt;
   c.time = &d->time;
   c.action = action_.data();
   c.carried = carried_.data();
@@ -221,9 +218,8 @@ void Work::forward() {
 void Work::step(const Action& action, std::int64_t frames, double* before) {
   mjData* d = data_.get();
   clear_warnings();
-  sim_.action = action;
-  sim_.c_.action_dtype = action.dtype;
-  for (Eigen::Index i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
+  sim_.action_dtype = action.dtype;
+  for (std::int64_t i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
   for (std::int64_t i = 1; i < frames; ++i) mj_step(model_->stepped(), d);
   save(before);
   repeat_step();
@@ -256,12 +252,6 @@ void Work::complete_forces() {
   forces_lag_ = false;
 }
 
-void Work::complete_needs() {
-  if (needs_.forces) complete_forces();
-  if (needs_.frames) complete_frames();
-  if (needs_.contacts && contacts_lag_) list_contacts();
-}
-
 void Work::list_contacts() {
   const mjModel* m = model_->get();
   const mjData* d = data_.get();
@@ -276,7 +266,7 @@ void Work::list_contacts() {
     std::copy_n(from.frame, 9, to.frame);
     mj_contactForce(m, d, i, to.force);
   }
-  sim_.c_.contact_count = count;
+  sim_.contact_count = count;
   contacts_lag_ = false;
 }
 
@@ -286,30 +276,6 @@ void Work::clear_warnings() {
 
 bool Work::diverged() const {
   return std::any_of(divergence.begin(), divergence.end(), [&](auto kind) { return data_->warning[kind].number > 0; });
-}
-
-Sim::Vec Sim::cfrc_ext(int first) const {
-  work_->complete_forces();
-  return bodies(cfrc_ext_, 6, first);
-}
-
-void Sim::complete() const { work_->complete_needs(); }
-
-double* Sim::action_buffer() const { return work_->action_buffer(); }
-
-double* Sim::info_buffer() const { return work_->info_buffer(); }
-
-Eigen::Vector2d Sim::mass_center_xy() const {
-  Eigen::Vector2d moment(0, 0);
-  for (int body = 0; body < c_.nbody; ++body) moment += c_.body_mass[body] * Vec2(c_.xipos + 3 * body);
-  return moment / np::sum(Vec(c_.body_mass, c_.nbody));
-}
-
-bool Sim::finite() const {
-  const auto all_finite = [](const Vec& v) {
-    return std::all_of(v.data(), v.data() + v.size(), [](double x) { return std::isfinite(x); });
-  };
-  return all_finite(qpos()) && all_finite(qvel());
 }
 
 }  // namespace mjenv::core

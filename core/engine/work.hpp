@@ -2,13 +2,14 @@
 // copied.
 #pragma once
 
-#include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "engine/action.hpp"
 #include "engine/model.hpp"
-#include "engine/sim.hpp"
+#include "mjenv/task.h"
 
 namespace mjenv::core {
 
@@ -32,17 +33,27 @@ class StateLayout {
   double* warmstart(double* state) const { return state + 1 + nq + nv + na; }
 };
 
+// What a task needs of a work space besides what MuJoCo computes in every step.
+struct Needs {
+  const mjenv_task_api* api = nullptr;                    // the library's functions for callbacks
+  bool contacts = false, forces = false, frames = false;  // see Work::complete_forces and Work::complete_frames
+  std::vector<std::string> arrays;                        // the names of the arrays in mjenv_sim::arrays
+  std::size_t info = 0;                                   // how many numbers the longer of info and reset info has
+};
+
 class Work {
  public:
   Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& needs = {}, std::size_t carry_count = 0);
 
-  const Sim& sim() const { return sim_; }
+  // What callbacks see of the simulation.
+  const mjenv_sim& sim() const { return sim_; }
   const StateLayout& layout() const { return layout_; }
   mjData_* data() { return data_.get(); }
   // Numbers that the task keeps from one step of the row to the next.
   double* carried() { return carried_.data(); }
   std::size_t carry_count() const { return carried_.size(); }
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
+  // Where callbacks see the action, and where they write an info.
   double* action_buffer() { return action_.data(); }
   double* info_buffer() { return info_.data(); }
 
@@ -74,7 +85,11 @@ class Work {
   void complete_forces();
   void complete_frames();
   // Computes those of them that the task needs, and the contacts if it needs them.
-  void complete_needs();
+  void complete_needs() {
+    if (needs_.forces) complete_forces();
+    if (needs_.frames) complete_frames();
+    if (needs_.contacts && contacts_lag_) list_contacts();
+  }
   static bool on_demand(const std::string& array);
 
   // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward, and reset the simulation.
@@ -95,7 +110,7 @@ class Work {
   std::vector<mjenv_contact> contacts_;
   std::vector<Array> data_arrays_;  // filled when a task first shares an array
   std::vector<const void*> shared_;
-  Sim sim_;
+  mjenv_sim sim_{};  // points into mjModel and mjData, whose arrays never move
 
   void clear_warnings();
   void expose();

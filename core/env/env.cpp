@@ -55,7 +55,7 @@ void declare_env_options(Options& options) {
 
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
-      task_(build_task(options_)),
+      task_(task_of(id_of(options_.id()))->build(options_)),
       workers_(task_, threads_for(options_, task_, rows), options_.get("cpu_affinity").integer != 0),
       schema_(task_, options_.get("arrays").text, workers_[0].work()),
       rows_(workers_[0].work().layout(), task_.carry_count, rows),

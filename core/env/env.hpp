@@ -14,7 +14,7 @@
 #include "env/schema.hpp"
 #include "env/workers.hpp"
 #include "task/options.hpp"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
@@ -32,7 +32,7 @@ class Env {
   const Schema& schema() const { return schema_; }
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
-  const Camera& camera() const { return task_.camera; }
+  const mjenv_task_camera& camera() const { return task_.camera; }
 
   // A mask selects the rows whose element is not 0; a null mask selects all rows.
   void seed(const std::uint64_t* seeds, const std::uint8_t* mask);

@@ -43,7 +43,7 @@ void Episodes::check_steppable(std::int64_t row, bool resets) const {
 
 void Episodes::check_finite(std::int64_t row, const Action& action) const {
   if (!strict_ || awaits_reset(row)) return;
-  for (Eigen::Index i = 0; i < action.count; ++i)
+  for (std::int64_t i = 0; i < action.count; ++i)
     if (!std::isfinite(action[i]))
       fail(MJENV_E_VALUE, in_row(row, "action[" + std::to_string(i) + "] is " + number(action[i]) +
                                           "; set the option \"strict\" to 0 to allow it"));
@@ -74,11 +74,8 @@ void Episodes::write_reset(Worker& worker, const Place& place) const {
   const mjenv_batch& out = place.out;
   worker.write_observation(out.obs, place);
   place.put<std::uint8_t>(out.was_reset, 1);
-  if (out.reset_info && task_.reset_info) {
-    Info info(schema_.fields(MJENV_ROLE_RESET_INFO), out.reset_info, place.rows, place.index);
-    task_.reset_info(worker.sim(), info);
-    info.check_complete();
-  }
+  if (out.reset_info && task_.calls->has_reset_info())
+    place.put(schema_.fields(MJENV_ROLE_RESET_INFO), task_.calls->reset_info(worker.work()), out.reset_info);
   worker.write_arrays(schema_, place);
 }
 
@@ -109,26 +106,25 @@ void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& ac
 Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   place.put_status(MJENV_E_PHYSICS);  // until the step has succeeded
   worker.step(rows_, row, action, task_.frame_skip);
-  Info info(schema_.fields(MJENV_ROLE_INFO), place.out.info, place.rows, place.index);
-  Row task_row = worker.row();
-  Outcome outcome = task_.step(worker.sim(), task_row, info);
-  info.check_complete();
+  Random random = Worker::random(rows_, row);
+  const mjenv_outcome outcome = task_.calls->step(worker.work(), action, random);
+  place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
-  worker.commit(rows_, row);
+  worker.commit(rows_, row, random);
 
   Rows::Head& head = rows_.head(row);
   ++head.steps;
-  if (diverged && ends_on_divergence_) outcome.terminated = true;
+  const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
   const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
-  head.ended = outcome.terminated || truncated;
-  place.put_result(outcome.reward, outcome.terminated, truncated);
+  head.ended = terminated || truncated;
+  place.put_result(outcome.reward, terminated, truncated);
   place.put_status(diverged ? MJENV_E_PHYSICS : MJENV_OK);
-  return {outcome.terminated, truncated};
+  return {terminated, truncated};
 }
 
 void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
                        const mjenv_batch& out) const {
-  const Eigen::Index nu = actions.count / steps;
+  const std::int64_t nu = actions.count / steps;
   Ends ends{};
   for (std::int64_t t = 0; t < steps; ++t) {
     const Place place{out, rows_.count() * steps, row * steps + t};

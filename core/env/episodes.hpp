@@ -8,7 +8,7 @@
 #include "env/schema.hpp"
 #include "env/worker.hpp"
 #include "task/options.hpp"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 

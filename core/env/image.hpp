@@ -7,7 +7,7 @@
 
 #include "env/rows.hpp"
 #include "task/options.hpp"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 

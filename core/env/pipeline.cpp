@@ -20,7 +20,7 @@ Pipeline::Pipeline(const Schema& schema, const Rows& rows, const Episodes& episo
       rows_(rows),
       episodes_(episodes),
       workers_(workers),
-      nu_(static_cast<Eigen::Index>(schema.fields(MJENV_ROLE_ACTION).size())) {}
+      nu_(static_cast<std::int64_t>(schema.fields(MJENV_ROLE_ACTION).size())) {}
 
 Pipeline::~Pipeline() {
   bool serving = false;
@@ -53,7 +53,7 @@ void Pipeline::check(const std::int64_t* rows, std::size_t row_count, const Acti
       rows_.check(row);
       if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is already under way, or listed twice"));
       episodes_.check_steppable(row, episodes_.autoresets());
-      episodes_.check_finite(row, actions.part(static_cast<Eigen::Index>(i) * nu_, nu_));
+      episodes_.check_finite(row, actions.part(static_cast<std::int64_t>(i) * nu_, nu_));
       under_way_[row] = 1;  // finds a row that is listed twice
       ++marked;
     }
@@ -75,7 +75,7 @@ void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Actio
   for (std::size_t i = 0; i < row_count; ++i) {
     const std::int64_t row = row_at(rows, i);
     if (nu_ > 0)
-      std::memcpy(&actions_[row * nu_], actions.part(static_cast<Eigen::Index>(i) * nu_, nu_).values, width * nu_);
+      std::memcpy(&actions_[row * nu_], actions.part(static_cast<std::int64_t>(i) * nu_, nu_).values, width * nu_);
     dtypes_[row] = actions.dtype;
     waiting_[(first_ + waiting_count_++) % waiting_.size()] = row;
   }

@@ -40,7 +40,7 @@ class Pipeline {
   const Rows& rows_;
   const Episodes& episodes_;
   Workers& workers_;
-  const Eigen::Index nu_;
+  const std::int64_t nu_;
 
   std::mutex mutex_;
   Condition sent_, done_;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mjenv/mjenv.h"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
@@ -30,12 +30,22 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
-  // Sets this element to 0 in an array that has one block for each field (mjenv_batch).
+  // Writes this element's numbers to an array that has one block for each field (mjenv_batch). values: one field's
+  // numbers after the other's.
+  void put(const std::vector<Field>& fields, const double* values, double* array) const {
+    if (!array) return;
+    for (const auto& f : fields)
+      if (f.count == 1)
+        array[start(f)] = values[f.offset];
+      else
+        std::copy_n(values + f.offset, f.count, array + start(f));
+  }
+  // Sets this element to 0 in such an array.
   void clear(const std::vector<Field>& fields, double* array) const {
     if (!array) return;
     for (const auto& f : fields) std::fill_n(array + start(f), f.count, 0.0);
   }
-  // Copies this element from one such array to another with the same fields.
+  // Copies this element from one such array to another.
   void copy(const std::vector<Field>& fields, const double* from, double* to) const {
     if (!from || !to) return;
     for (const auto& f : fields) std::copy_n(from + start(f), f.count, to + start(f));

@@ -7,7 +7,7 @@
 
 namespace mjenv::core {
 
-Rows::Rows(const StateLayout& layout, Eigen::Index carry_count, std::int64_t count)
+Rows::Rows(const StateLayout& layout, std::int64_t carry_count, std::int64_t count)
     : state_size_(layout.size),
       carry_count_(static_cast<std::size_t>(carry_count)),
       record_size_(2 * state_size_ + carry_count_ + layout.nq + layout.nv) {

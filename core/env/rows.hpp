@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/work.hpp"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
@@ -27,7 +27,7 @@ class Rows {
     bool ended = false;   // the row's episode has ended
   };
 
-  Rows(const StateLayout& layout, Eigen::Index carry_count, std::int64_t count);
+  Rows(const StateLayout& layout, std::int64_t carry_count, std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;

@@ -4,13 +4,10 @@
 #include <sstream>
 
 #include "error.hpp"
+#include "task/options.hpp"
 
 namespace mjenv::core {
 namespace {
-
-std::int64_t total(const std::vector<Field>& fields) {
-  return fields.empty() ? 0 : fields.back().offset + fields.back().count;
-}
 
 void append(std::vector<Field>& fields, const std::string& name, mjenv_type type, std::vector<std::int64_t> shape,
             std::int64_t count) {
@@ -25,65 +22,22 @@ std::vector<Field> fields_of(const std::vector<Array>& arrays) {
 
 }  // namespace
 
-Schema::Schema(const Task& task, const std::string& exported, Work& work) {
-  find_fields(task, work);
-  const std::vector<Array> arrays = work.arrays();
-  data_ = fields_of(arrays);
-  model_ = fields_of(task.model->arrays());
-  choose_exported(exported, arrays);
-}
-
-void Schema::find_fields(const Task& task, Work& work) {
+Schema::Schema(const Task& task, const std::string& exported, const Work& work)
+    : observation_(task.fields.observation),
+      info_(task.fields.info),
+      reset_info_(task.fields.reset_info),
+      reward_(task.fields.reward),
+      structure_(task.fields.structure),
+      model_(fields_of(task.model->arrays())),
+      observation_count_(total(observation_)) {
   const Model& model = *task.model;
-  const Sim& sim = work.sim();
-  std::vector<double> carried(static_cast<std::size_t>(task.carry_count));
   for (int i = 0; i < model.nu(); ++i) action_.push_back({model.actuator_label(i), "", MJENV_TYPE_ACTION, {}, i, 1});
   action_space_ = {model.action_low(), model.action_high()};
-  reward_ = {{"reward", meaning("reward"), task.reward_type, {}, 0, 1}};
-  if (task.described) return copy_fields(*task.described);
-  work.begin();
-  work.forward();
-  if (task.reset_info) {
-    Info info(reset_info_);
-    task.reset_info(sim, info);
-  }
-  if (task.carry) task.carry(sim, carried.data());
-
-  const auto list = [](std::vector<Field>& fields, const char* name, std::int64_t count) {
-    append(fields, name, MJENV_TYPE_FLOAT64, {count}, count);
-  };
-  if (task.has_structure && task.skipped_qpos >= 0) list(structure_, "skipped_qpos", task.skipped_qpos);
-  for (const auto& term : task.terms) {
-    const std::int64_t count = term.write(sim, nullptr);
-    if (count > 0) list(observation_, term.name, count);
-    if (task.has_structure) list(structure_, term.name, count);
-  }
-  set_observation_space();
-
-  const std::vector<double> zeros(static_cast<std::size_t>(model.nu()));
-  std::vector<double> before(work.layout().size);
-  work.step({zeros.data(), MJENV_DTYPE_FLOAT64, model.nu()}, task.frame_skip, before.data());
-  Info info(info_);
-  Rng rng;
-  Row row{{carried.data(), task.carry_count}, rng};
-  task.step(sim, row, info);
-  for (auto* fields : {&observation_, &info_, &reset_info_, &structure_})
-    for (Field& field : *fields) field.doc = meaning(field.name);
-}
-
-void Schema::copy_fields(const Described& fields) {
-  observation_ = fields.observation;
-  info_ = fields.info;
-  reset_info_ = fields.reset_info;
-  structure_ = fields.structure;
-  if (!fields.reward.empty()) reward_[0].doc = fields.reward[0].doc;
-  set_observation_space();
-}
-
-void Schema::set_observation_space() {
-  observation_count_ = total(observation_);
-  observation_space_.low.assign(static_cast<std::size_t>(observation_count_), -kInfinity);
-  observation_space_.high.assign(static_cast<std::size_t>(observation_count_), kInfinity);
+  const auto count = static_cast<std::size_t>(observation_count_);
+  observation_space_ = {std::vector<double>(count, -kInfinity), std::vector<double>(count, kInfinity)};
+  const std::vector<Array> arrays = work.arrays();
+  data_ = fields_of(arrays);
+  choose_exported(exported, arrays);
 }
 
 void Schema::choose_exported(const std::string& names, const std::vector<Array>& arrays) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/work.hpp"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
@@ -16,9 +16,8 @@ struct Space {
 
 class Schema {
  public:
-  // Finds out the fields by a trial reset and a trial step in `work`, unless the task describes them. exported: the
-  // names of the mjData arrays to export, separated by blanks.
-  Schema(const Task& task, const std::string& exported, Work& work);
+  // exported: the names of the mjData arrays to export, separated by blanks.
+  Schema(const Task& task, const std::string& exported, const Work& work);
 
   const std::vector<Field>& fields(mjenv_role role) const;
   // How many numbers the role's fields have in one row.
@@ -39,9 +38,6 @@ class Schema {
   std::vector<std::size_t> exported_;
   bool exports_on_demand_ = false;
 
-  void find_fields(const Task& task, Work& work);
-  void copy_fields(const Described& fields);
-  void set_observation_space();
   void choose_exported(const std::string& names, const std::vector<Array>& arrays);
 };
 

@@ -17,7 +17,7 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  if (task_.carry) task_.carry(work_.sim(), work_.carried());  // before the row changes, because it may fail
+  task_.calls->carry(work_);  // before the row changes, because it may fail
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   if (origin == Origin::set)
@@ -75,15 +75,11 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   release();
   work_.begin();
   work_.save(start);
-  carried().setZero();
-  Start drawn{{layout.qpos(start), static_cast<Eigen::Index>(layout.nq)},
-              {layout.qvel(start), static_cast<Eigen::Index>(layout.nv)},
-              {layout.act(start), static_cast<Eigen::Index>(layout.na)},
-              carried(),
-              work_.sim()};
-  task_.reset(drawn, rng);
+  std::fill_n(work_.carried(), task_.carry_count, 0.0);
+  Random random(&rng);
+  task_.calls->reset(work_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), work_.carried()}, random);
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
-  rows.head(row).rng = rng;
+  rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
   work_.load(start);
   work_.forward();
@@ -92,18 +88,23 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
 
 void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames) {
   release();
-  const Rows::Head& head = rows.head(row);
-  if (task_.draws_in_steps) rng_ = head.seeded ? head.rng : Rng::from_entropy();
   load_carried(rows, row);
   work_.load(rows.state(row));
   work_.step(action, frames, before_.data());
 }
 
-void Worker::commit(Rows& rows, std::int64_t row) {
-  save(rows, row, Origin::step);
-  if (!task_.draws_in_steps) return;
-  rows.head(row).rng = rng_;
+void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }
+
+void Worker::commit(Rows& rows, std::int64_t row, Random& random) {
+  commit(rows, row);
+  if (!random.drew()) return;
+  rows.head(row).rng = random.rng();
   rows.head(row).seeded = true;
+}
+
+Random Worker::random(const Rows& rows, std::int64_t row) {
+  const Rows::Head& head = rows.head(row);
+  return Random(head.seeded ? &head.rng : nullptr);
 }
 
 void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel) {
@@ -132,8 +133,7 @@ void Worker::write_observation(void* to, const Place& place) {
   const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
   const bool narrow = place.out.obs_dtype == MJENV_DTYPE_FLOAT32;
   double* wide = narrow ? observation_.data() : static_cast<double*>(to) + start;
-  Eigen::Index offset = 0;
-  for (const auto& term : task_.terms) offset += term.write(work_.sim(), wide + offset);
+  task_.calls->observe(work_, wide);
   if (narrow)
     std::transform(wide, wide + count, static_cast<float*>(to) + start, [](double x) { return static_cast<float>(x); });
 }

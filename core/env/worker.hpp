@@ -12,7 +12,7 @@
 #include "env/place.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
-#include "task/robot.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
@@ -27,7 +27,6 @@ class Worker {
   std::atomic<std::int64_t> next{0};  // the first row of this worker's block that no worker has begun
 
   Work& work() { return work_; }
-  const Sim& sim() const { return work_.sim(); }
   // Allocates room for an observation, and finds the arrays to export.
   void prepare(const Schema& schema);
 
@@ -48,10 +47,11 @@ class Worker {
   void begin(Rows& rows, std::int64_t row, Rng& rng);
   // Calls mj_step `frames` times, beginning with the row's state. The row itself changes only in commit.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
-  // What the task may change in a step. commit copies it to the row.
-  Row row() { return {carried(), rng_}; }
+  // The row's stream, for a step of the task. commit saves it.
+  static Random random(const Rows& rows, std::int64_t row);
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
+  void commit(Rows& rows, std::int64_t row, Random& random);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
 
@@ -71,11 +71,9 @@ class Worker {
   std::int64_t resident_ = kNone;
   std::vector<double> before_;  // the state before the last forward or mj_step in work_
   std::vector<double> observation_;
-  Rng rng_;  // the row's random stream during a step, if the task draws in steps
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;
 
-  Eigen::Map<Eigen::VectorXd> carried() { return {work_.carried(), task_.carry_count}; }
   void load_carried(Rows& rows, std::int64_t row) {
     std::copy_n(rows.carried(row), task_.carry_count, work_.carried());
   }

@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "engine/model.hpp"
+#include "mjenv/task.h"
 #include "render/gl.hpp"
-#include "task/robot.hpp"
 
 namespace mjenv::core {
 
 struct Drawing;
 
 // Gymnasium's defaults for a robot.
-mjenv_render_settings render_defaults(const Model& model, const Camera& camera);
+mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camera& camera);
 
 class Renderer {
  public:

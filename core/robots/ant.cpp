@@ -1,10 +1,11 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // A four-legged robot in space, rewarded for moving its torso along +x (Schulman et al., 2015).
 void ant(Robot& r) {
-  r.xml_file("ant.xml").frame_skip(5).time_limit(1000).reward_threshold(6000).needs(3, 0);
+  r.model("ant.xml").frame_skip(5).time_limit(1000).reward_threshold(6000).needs(3, 0);
+  if (!r.v5) r.fixed_frame_skip();
   r.camera({Camera::kUnset, 4.0});
 
   const double w_forward = r.v5 ? r.real("forward_reward_weight", 1, "weight of the velocity along x") : Real{1, false};
@@ -24,7 +25,7 @@ void ant(Robot& r) {
 
   const auto contacts = [=](const Sim& s, int body) { return np::clip(s.cfrc_ext(body), force_range); };
 
-  r.structure(hide_xy ? 2 : 0);
+  if (r.v5) r.structure(hide_xy ? 2 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_xy ? 2 : 0); });
   r.observe("qvel", [](const Sim& s) { return s.qvel(); });
   r.observe_if(forces, "cfrc_ext", [=, first = r.v5 ? 1 : 0](const Sim& s) { return contacts(s, first); });
@@ -75,4 +76,4 @@ void ant(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,10 +1,11 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // A planar two-legged runner, rewarded for its velocity along +x (Wawrzynski, 2009).
 void half_cheetah(Robot& r) {
   r.model("half_cheetah.xml").frame_skip(5).time_limit(1000).reward_threshold(4800).needs(1, 0);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({Camera::kUnset, 4.0});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
@@ -12,7 +13,7 @@ void half_cheetah(Robot& r) {
   const auto noise = r.noise(0.1);
   const auto hide_x = r.flag("exclude_current_positions_from_observation", true, "do not observe x");
 
-  r.structure(hide_x ? 1 : 0);
+  if (r.v5) r.structure(hide_x ? 1 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_x ? 1 : 0); });
   r.observe("qvel", [](const Sim& s) { return s.qvel(); });
 
@@ -34,4 +35,4 @@ void half_cheetah(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

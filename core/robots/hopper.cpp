@@ -1,10 +1,11 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // A planar one-legged jumper, rewarded for its velocity along +x (Erez, Tassa and Todorov, 2011).
 void hopper(Robot& r) {
   r.model("hopper.xml").frame_skip(4).time_limit(1000).reward_threshold(3800).needs(3, 0);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({2, 3.0, {0, 0, 1.15}, -20});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
@@ -20,7 +21,7 @@ void hopper(Robot& r) {
 
   const auto within = [](double x, const std::array<double, 2>& range) { return range[0] < x && x < range[1]; };
 
-  r.structure(hide_x ? 1 : 0);
+  if (r.v5) r.structure(hide_x ? 1 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_x ? 1 : 0); });
   r.observe("qvel", [](const Sim& s) { return np::clip(s.qvel(), {-10, 10}); });
 
@@ -57,4 +58,4 @@ void hopper(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,10 +1,11 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // A humanoid in space, rewarded for walking along +x without falling (Tassa, Erez and Todorov, 2012).
 void humanoid(Robot& r) {
   r.model("humanoid.xml").frame_skip(5).time_limit(1000).needs(3, 6);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({1, 4.0, {0, 0, 2.0}, -20});
 
   const double w_forward = r.real("forward_reward_weight", 1.25, "weight of the velocity along x");
@@ -26,7 +27,7 @@ void humanoid(Robot& r) {
 
   const int world = r.v5 ? 1 : 0, root = r.v5 ? 6 : 0;  // v5 leaves out the world and the unactuated root
 
-  r.structure(hide_xy ? 2 : 0);
+  if (r.v5) r.structure(hide_xy ? 2 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_xy ? 2 : 0); });
   r.observe("qvel", [](const Sim& s) { return s.qvel(); });
   r.observe_if(cinert, "cinert", [=](const Sim& s) { return s.cinert(world); });
@@ -78,4 +79,4 @@ void humanoid(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,10 +1,11 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // The humanoid on its back, rewarded for the height of its torso.
 void humanoid_standup(Robot& r) {
   r.model("humanoidstandup.xml").frame_skip(5).time_limit(1000).needs(3, 6);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({1, 4.0, {0, 0, 0.8925}, -20});
 
   if (r.v5) r.real("uph_cost_weight", 1, "Gymnasium has this option, but it has no effect");
@@ -23,7 +24,7 @@ void humanoid_standup(Robot& r) {
 
   const int world = r.v5 ? 1 : 0, root = r.v5 ? 6 : 0;  // v5 leaves out the world and the unactuated root
 
-  r.structure(hide_xy ? 2 : 0);
+  if (r.v5) r.structure(hide_xy ? 2 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_xy ? 2 : 0); });
   r.observe("qvel", [](const Sim& s) { return s.qvel(); });
   r.observe_if(cinert, "cinert", [=](const Sim& s) { return s.cinert(world); });
@@ -44,7 +45,7 @@ void humanoid_standup(Robot& r) {
   };
   if (r.v5) r.reset_info(position);
 
-  r.step([=, v5 = r.v5](const Sim& s, const Carried&, Info& info) -> Outcome {
+  r.step([=, v5 = r.v5](const Sim& s, Info& info) -> Outcome {
     const double up = (s.qpos()[2] - 0) / s.timestep;  // divided by one mj_step's time, whatever frame_skip is
     const double ctrl = w_ctrl * np::sum_square(s.ctrl());
     const double impact = np::clip(w_impact * np::sum_square(s.cfrc_ext()), cost_range[0], cost_range[1]);
@@ -55,4 +56,4 @@ void humanoid_standup(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

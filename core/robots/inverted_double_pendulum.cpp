@@ -1,12 +1,13 @@
 #include <cmath>
 
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // Two poles on a cart, rewarded for keeping their tip up and still.
 void inverted_double_pendulum(Robot& r) {
   r.model("inverted_double_pendulum.xml").frame_skip(5).time_limit(1000).reward_threshold(9100).needs_exactly(3, 3);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   if (!r.v5) r.camera({0, 4.1225, {0, 0, 0.12250000000000005}});
 
   const auto bonus = r.v5 ? r.real("healthy_reward", 10, "reward for each step while the tip is up") : Real{10, false};
@@ -25,7 +26,7 @@ void inverted_double_pendulum(Robot& r) {
     for (double& v : start.qvel) v += rng.normal() * noise;
   });
 
-  r.step([=, v5 = r.v5](const Sim& s, const Carried&, Info& info) -> Outcome {
+  r.step([=, v5 = r.v5](const Sim& s, Info& info) -> Outcome {
     const double x = s.site_xpos(tip)[0], y = s.site_xpos(tip)[2];
     const bool fell = y <= 1;  // NaN compares false, so a NaN does not end the episode
     const double distance = 0.01 * np::power2(x) + np::power2(y - 2);
@@ -38,4 +39,4 @@ void inverted_double_pendulum(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,11 +1,12 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // An arm that pushes a cylinder to a goal on a table.
 void pusher(Robot& r) {
   // v4's object weighs next to nothing
   r.model(r.v5 ? "pusher_v5.xml" : "pusher.xml").frame_skip(5).time_limit(100).reward_threshold(0).needs(7, 7);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({-1, 4.0});
 
   const double w_near =
@@ -49,4 +50,4 @@ void pusher(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

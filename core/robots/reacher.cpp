@@ -1,12 +1,13 @@
 #include <cmath>
 
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // A two-joint arm whose fingertip reaches for a target in the plane.
 void reacher(Robot& r) {
   r.model("reacher.xml").frame_skip(2).time_limit(50).reward_threshold(-3.75).needs_exactly(4, 4);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({0});
 
   const double w_dist = r.v5 ? r.real("reward_dist_weight", 1, "weight of the distance to the target") : Real{1, false};
@@ -44,4 +45,4 @@ void reacher(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,10 +1,11 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // Three links in a viscous plane, rewarded for moving along +x (Coulom, 2002).
 void swimmer(Robot& r) {
   r.model("swimmer.xml").frame_skip(4).time_limit(1000).reward_threshold(360).needs(2, 0);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 1e-4, "weight of the squared action");
@@ -12,7 +13,7 @@ void swimmer(Robot& r) {
   const auto hide_xy = r.flag("exclude_current_positions_from_observation", true, "do not observe x and y");
   const auto norm = r.norm();
 
-  r.structure(hide_xy ? 2 : 0);
+  if (r.v5) r.structure(hide_xy ? 2 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_xy ? 2 : 0); });
   r.observe("qvel", [](const Sim& s) { return s.qvel(); });
 
@@ -43,4 +44,4 @@ void swimmer(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,11 +1,12 @@
-#include "task/robot.hpp"
+#include <mjenv/task.hpp>
 
-namespace mjenv::core {
+namespace mjenv::robots {
 
 // A planar two-legged walker, rewarded for its velocity along +x (Levine and Koltun, 2013).
 void walker2d(Robot& r) {
   // v4's model has a slippery right foot
   r.model(r.v5 ? "walker2d_v5.xml" : "walker2d.xml").frame_skip(4).time_limit(1000).needs(3, 0);
+  if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({2, 4.0, {0, 0, 1.15}, -20});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
@@ -19,7 +20,7 @@ void walker2d(Robot& r) {
 
   const auto within = [](double x, const std::array<double, 2>& range) { return range[0] < x && x < range[1]; };
 
-  r.structure(hide_x ? 1 : 0);
+  if (r.v5) r.structure(hide_x ? 1 : 0);
   r.observe("qpos", [=](const Sim& s) { return s.qpos(hide_x ? 1 : 0); });
   r.observe("qvel", [](const Sim& s) { return np::clip(s.qvel(), {-10, 10}); });
 
@@ -52,4 +53,4 @@ void walker2d(Robot& r) {
   });
 }
 
-}  // namespace mjenv::core
+}  // namespace mjenv::robots

@@ -1,7 +1,7 @@
+#include "task/meanings.hpp"
+
 #include <algorithm>
 #include <iterator>
-
-#include "task/robot.hpp"
 
 namespace mjenv::core {
 namespace {

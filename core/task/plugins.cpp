@@ -19,7 +19,8 @@
 #include "error.hpp"
 #include "mjenv/task.h"
 #include "structs.hpp"
-#include "task/own_task.hpp"
+#include "task/api.hpp"
+#include "task/registered_task.hpp"
 #include "task/registry.hpp"
 
 namespace mjenv::core {
@@ -48,7 +49,7 @@ mjenv_plugin call_entry(void* handle) {
   if (!entry)
     refuse("it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
            " (MJENV_PLUGIN)");
-  set_task_message("");
+  clear_task_message();
   const mjenv_plugin* plugin = nullptr;
   try {
     plugin = entry(&task_api());
@@ -101,10 +102,10 @@ void load_tasks(const std::string& path) {
   try {
     Handle handle = open(path);
     const mjenv_plugin plugin = call_entry(handle.get());
-    std::vector<std::unique_ptr<OwnTask>> tasks;
+    std::vector<std::unique_ptr<RegisteredTask>> tasks;
     for (std::int64_t i = 0; i < plugin.task_count; ++i) {
       if (!plugin.tasks[i]) refuse("tasks[" + std::to_string(i) + "] is NULL");
-      tasks.push_back(own_task(plugin.tasks[i], handle.get()));
+      tasks.push_back(users_task(plugin.tasks[i], handle.get()));
     }
     add_tasks(std::move(tasks));
     static_cast<void>(handle.release());  // stays loaded, because it contains the callbacks

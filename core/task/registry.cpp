@@ -10,22 +10,28 @@
 #include "error.hpp"
 #include "task/plugins.hpp"
 
-namespace mjenv::core {
+namespace mjenv {
 
+namespace robots {
 #define ROBOT(name, define) void define(Robot&);
 #include "robots/all.def"
 #undef ROBOT
 void model(Robot&);
+}  // namespace robots
 
+namespace core {
 namespace {
 
 constexpr Id built_in[] = {
-#define ROBOT(name, define) {name "-v4", name, 4, define, nullptr}, {name "-v5", name, 5, define, nullptr},
+#define VERSION(name, version, define) \
+  { name "-v" #version, name, version, {name "-v" #version, robots::define, nullptr}, nullptr }
+#define ROBOT(name, define) VERSION(name, 4, define), VERSION(name, 5, define),
 #include "robots/all.def"
 #undef ROBOT
 };
 // Known, but not in the list of ids, because it cannot be built with its default options.
-constexpr Id unlisted{"Model-v0", "Model", 0, model, nullptr};
+constexpr Id unlisted = VERSION("Model", 0, model);
+#undef VERSION
 
 // The listed ids. A registration replaces the list with a longer one; lists are never changed or freed. So readers need
 // no lock, not even in a forked child or while the process exits.
@@ -92,18 +98,18 @@ const Id& id_of(const std::string& name) {
                          (unloaded.empty() ? "" : "; MJENV_TASKS: " + unloaded));
 }
 
-void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks) {
+void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
   auto added = std::make_unique<Id[]>(tasks.size());
   for (std::size_t i = 0; i < tasks.size(); ++i)
-    added[i] = {tasks[i]->id().c_str(), tasks[i]->robot().c_str(), tasks[i]->version(), nullptr, tasks[i].get()};
+    added[i] = {tasks[i]->id().c_str(), tasks[i]->robot().c_str(), tasks[i]->version(), {}, tasks[i].get()};
   for (const List* list = latest;;) {
     std::vector<const Id*> all(list->ids, list->ids + list->count);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const std::string& id = tasks[i]->id();
       const Id* other = id == unlisted.name ? &unlisted : find(*list, id);
       if (other) {
-        if (!other->own) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
-        if (other->own->plugin() && other->own->plugin() == tasks[i]->plugin()) return;
+        if (!other->registered) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
+        if (other->registered->plugin() && other->registered->plugin() == tasks[i]->plugin()) return;
       }
       const auto place = std::lower_bound(all.begin(), all.end(), id, is_before);
       if (place != all.end() && (*place)->name == id)
@@ -121,33 +127,17 @@ void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks) {
   }
 }
 
+std::shared_ptr<const RegisteredTask> task_of(const Id& id) {
+  if (id.registered) return {std::shared_ptr<void>(), id.registered};  // lives as long as the process
+  return std::make_shared<RegisteredTask>(detail::Description(id.built_in).task(), RegisteredTask::Origin::built_in);
+}
+
 Options default_options(const Id& id) {
   Options options(id.name);
-  if (id.own) {
-    id.own->declare(options);
-  } else {
-    Robot robot(id.version, options, Robot::Build::options);
-    id.define(robot);
-    robot.declare_common();
-  }
+  task_of(id)->declare(options);
   declare_env_options(options);
   return options;
 }
 
-Task outline(const Id& id) {
-  if (id.own) return id.own->outline();
-  Options options(id.name);
-  Robot robot(id.version, options, Robot::Build::options);
-  id.define(robot);
-  return robot.take();
-}
-
-Task build_task(Options& options) {
-  const Id& id = id_of(options.id());
-  if (id.own) return id.own->build(options);
-  Robot robot(id.version, options, Robot::Build::task);
-  id.define(robot);
-  return robot.take();
-}
-
-}  // namespace mjenv::core
+}  // namespace core
+}  // namespace mjenv

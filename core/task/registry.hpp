@@ -1,4 +1,4 @@
-// The list of ids. Runs the definition of an id to get its options or its task.
+// The list of ids, and the task of each.
 #pragma once
 
 #include <cstdint>
@@ -6,18 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "mjenv/task.hpp"
 #include "task/options.hpp"
-#include "task/own_task.hpp"
-#include "task/robot.hpp"
+#include "task/registered_task.hpp"
 
 namespace mjenv::core {
 
-// A version of a built-in robot, or a registered task. Lives as long as the process.
+// A version of a built-in robot, or a task that a user registered. Lives as long as the process.
 struct Id {
   const char *name, *robot;
   int version;
-  void (*define)(Robot&);  // null for a registered task
-  const OwnTask* own;      // null for a built-in robot
+  detail::Definition built_in;       // of a built-in robot
+  const RegisteredTask* registered;  // null for a built-in robot
 };
 
 // The ids, sorted by name. There are more after tasks were registered.
@@ -27,13 +27,13 @@ const Id& id_of(const std::string& name);
 
 // Adds the ids of the tasks, or throws and adds none. Does nothing if they come from a plug-in that is already
 // registered.
-void add_tasks(std::vector<std::unique_ptr<OwnTask>> tasks);
+void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks);
+
+// The task of an id. A built-in robot's is made for the caller.
+std::shared_ptr<const RegisteredTask> task_of(const Id& id);
 
 Options default_options(const Id& id);
 // Declares the options of the environment itself, which every id has.
 void declare_env_options(Options& options);
-// The task with the default options, without its model.
-Task outline(const Id& id);
-Task build_task(Options& options);
 
 }  // namespace mjenv::core

@@ -345,6 +345,8 @@ int main(void) {
   FIELD(mjenv_task, step);
   FIELD(mjenv_task, caller_thread);
   FIELD(mjenv_task, physics_only);
+  FIELD(mjenv_task, fixed_model);
+  FIELD(mjenv_task, fixed_frame_skip);
 
   STRUCT(mjenv_plugin);
   FIELD(mjenv_plugin, struct_size);
@@ -377,7 +379,7 @@ int main(void) {
 
   STRUCT(mjenv_builder);
   FIELD(mjenv_builder, struct_size);
-  FIELD(mjenv_builder, reserved);
+  FIELD(mjenv_builder, failed);
   FIELD(mjenv_builder, api);
   FIELD(mjenv_builder, sim);
   FIELD(mjenv_builder, random);

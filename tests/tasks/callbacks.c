@@ -17,7 +17,8 @@ static const char model[] =
 
 // How the task misbehaves is an option.
 static const char modes[] =
-    "none build_fails build_is_silent build_name build_option build_kind build_array build_contact build_need "
+    "none build_fails build_is_silent build_unfit build_no_memory build_name build_option build_kind build_array "
+    "build_contact build_need "
     "build_length "
     "build_late reset_fails reset_nan reset_draw step_fails step_silent step_nan step_draw step_busy info_fails "
     "carry_fails observe_fails observe_nan";
@@ -86,6 +87,8 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   const char* mode = mjenv_build_text(builder, "mode");
   if (strcmp(mode, "build_fails") == 0) return mjenv_task_fail(api, "no luck");
   if (strcmp(mode, "build_is_silent") == 0) return 77;
+  if (strcmp(mode, "build_unfit") == 0) return mjenv_task_fail(api, "it has no leg"), MJENV_E_MODEL;
+  if (strcmp(mode, "build_no_memory") == 0) return MJENV_E_MEMORY;
   assert_ptr_equal(user, options);
   struct self* s = allocate(sizeof *s);
   *self = s;
@@ -264,9 +267,16 @@ static void refused_build(const char* mode, mjenv_status status, const char* wor
   mjenv_options* chosen = probe(mode);
   mjenv_env* env = NULL;
   const int builds = built, destroys = destroyed;
-  assert_refused(status, mjenv_create(chosen, 1, &env), "Probe-v0", "build", word, other);
+  assert_refused(status, mjenv_create(chosen, 1, &env), "Probe-v0", word, other);
   assert_int_equal(built - builds, destroyed - destroys);
   assert_null(env);
+  mjenv_options_destroy(chosen);
+}
+
+static void assert_not_built(const char* mode, mjenv_status status) {
+  mjenv_options* chosen = probe(mode);
+  mjenv_env* env = NULL;
+  assert_refused(status, mjenv_create(chosen, 1, &env), "memory");
   mjenv_options_destroy(chosen);
 }
 
@@ -274,6 +284,8 @@ static void test_build(void** state) {
   (void)state;
   refused_build("build_fails", MJENV_E_TASK, "no luck", "");
   refused_build("build_is_silent", MJENV_E_TASK, "77", "without a message");
+  refused_build("build_unfit", MJENV_E_MODEL, "cannot use model \"Probe-v0\"", "it has no leg");
+  assert_not_built("build_no_memory", MJENV_E_MEMORY);
   refused_build("build_name", MJENV_E_MODEL, "\"nose\"", "tip");
   refused_build("build_option", MJENV_E_NAME, "\"nothing\"", "mode, extras, main");
   refused_build("build_kind", MJENV_E_TYPE, "\"mode\"", "real numbers");

@@ -195,6 +195,36 @@ static void test_copied(void** state) {
   mjenv_destroy(env);
 }
 
+static bool has_option(const char* id, const char* name) {
+  mjenv_options* options = options_of_id(id);
+  bool found = false;
+  for (int64_t i = 0; i < mjenv_options_count(options); ++i) {
+    mjenv_option option = {.struct_size = sizeof option};
+    assert_ok(mjenv_options_at(options, i, &option));
+    found = found || strcmp(option.name, name) == 0;
+  }
+  mjenv_options_destroy(options);
+  return found;
+}
+
+static void test_fixed(void** state) {
+  (void)state;
+  struct parts* p = parts_of("FixedModel-v0");
+  p->task.fixed_model = 1;
+  assert_ok(mjenv_register_task(&p->task));
+  p->task.id = "FixedFrames-v0", p->task.fixed_model = 0, p->task.fixed_frame_skip = 1;
+  assert_ok(mjenv_register_task(&p->task));
+  for (const char* const* name = (const char* const[]){"xml_file", "xml_string", "trust_xml", NULL}; *name; ++name)
+    assert_true(!has_option("FixedModel-v0", *name) && has_option("FixedFrames-v0", *name));
+  assert_true(has_option("FixedModel-v0", "frame_skip") && !has_option("FixedFrames-v0", "frame_skip"));
+  for (const char* const* id = (const char* const[]){"FixedModel-v0", "FixedFrames-v0", NULL}; *id; ++id) {
+    mjenv_env* env = env_of_id(*id, 1);
+    assert_int_equal(mjenv_frame_skip(env), 2);
+    mjenv_destroy(env);
+  }
+  free(p);
+}
+
 // A caller may know more of the structs than the library.
 static void test_longer_structs(void** state) {
   (void)state;
@@ -386,7 +416,7 @@ int main(void) {
       cmocka_unit_test(test_bad_ids),        cmocka_unit_test(test_bad_parts),    cmocka_unit_test(test_bad_callbacks),
       cmocka_unit_test(test_bad_options),    cmocka_unit_test(test_bad_fields),   cmocka_unit_test(test_copied),
       cmocka_unit_test(test_longer_structs), cmocka_unit_test(test_threads),      cmocka_unit_test(test_fork),
-      cmocka_unit_test(test_caller_thread),  cmocka_unit_test(test_physics_only),
+      cmocka_unit_test(test_caller_thread),  cmocka_unit_test(test_physics_only), cmocka_unit_test(test_fixed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -255,6 +255,8 @@ Base.@kwdef struct mjenv_task
     step::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     caller_thread::Int32 = 0
     physics_only::Int32 = 0
+    fixed_model::Int32 = 0
+    fixed_frame_skip::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_plugin
@@ -379,7 +381,7 @@ end
 
 Base.@kwdef struct mjenv_builder
     struct_size::UInt32 = sizeof(mjenv_builder)
-    reserved::Int32 = 0
+    failed::Int32 = 0
     api::Ptr{mjenv_task_api} = Ptr{mjenv_task_api}(C_NULL)
     sim::Ptr{mjenv_sim} = Ptr{mjenv_sim}(C_NULL)
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)

@@ -15,9 +15,10 @@
  * Errors
  *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. The function of mjenv.h that the
  *   program called then returns MJENV_E_TASK with a message that names the id, the callback and the row; the other rows
- *   are computed. A row whose reset, step or carry fails keeps its state. A callback need not check this header's
- *   functions for errors: if it passes them an unknown name, an option of another kind or an impossible range, the
- *   library makes it fail.
+ *   are computed. A row whose reset, step or carry fails keeps its state. A callback that lacks memory returns
+ *   MJENV_E_MEMORY. If the task cannot use the model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The
+ *   function of mjenv.h then returns the same status. A callback need not check this header's functions for errors: if
+ *   it passes them an unknown name, an option of another kind or an impossible range, the library makes it fail.
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
  *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
@@ -237,6 +238,9 @@ typedef struct mjenv_task {
    * "arrays" exports. reset, reset_info, carry, observe and step must be NULL: a reset gives the model's initial state,
    * observations and rewards are 0, and infos NaN. 0: the callbacks compute them. */
   int32_t physics_only;
+
+  int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */
+  int32_t fixed_frame_skip; /* 1: the task has no option frame_skip */
 } mjenv_task;
 
 /* Registers a task for the rest of the process. Any thread may call it at any time.
@@ -300,7 +304,7 @@ MJENV_API const mjenv_task_api *mjenv_task_functions(void);
 
 struct mjenv_builder {
   uint32_t struct_size;
-  int32_t reserved; /* 0 */
+  int32_t failed; /* 1 after a function for build has failed. Then they all do nothing */
   const mjenv_task_api *api;
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
   mjenv_random *random; /* a stream for trial calls of the task's functions; no row uses it */

@@ -45,6 +45,7 @@
 #include <initializer_list>
 #include <limits>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -91,8 +92,8 @@ struct Sensor {
 struct Joint {
   int index = 0, qpos = 0, qvel = 0;
 };
-/* Numbers that the row carries for the task (Robot::keep): their first index in mjenv_sim.carried, and their count. */
-struct Kept {
+/* Numbers that the row carries for the task (Robot::carry): their first index in mjenv_sim.carried, and their count. */
+struct Carry {
   Eigen::Index first = 0, count = 0;
 };
 /* An array of mjData or mjModel (Robot::array): its index in mjenv_sim.arrays, and how many elements it has. */
@@ -139,14 +140,14 @@ class Sim {
   Vec3 xipos(int body) const { return Vec3(c_->xipos + 3 * body); }
   Vec3 site_xpos(int site) const { return Vec3(c_->site_xpos + 3 * site); }
   Mat3 site_xmat(int site) const { return Mat3(c_->site_xmat + 9 * site); }
-  Vec3 geom_xpos(int geom) const { return require("geom_xpos", c_->geom_xpos), Vec3(c_->geom_xpos + 3 * geom); }
-  Mat3 geom_xmat(int geom) const { return require("geom_xpos", c_->geom_xpos), Mat3(c_->geom_xmat + 9 * geom); }
+  Vec3 geom_xpos(int geom) const { return Vec3(on_demand("geom_xpos", &mjenv_sim::geom_xpos) + 3 * geom); }
+  Mat3 geom_xmat(int geom) const { return Mat3(on_demand("geom_xmat", &mjenv_sim::geom_xmat) + 9 * geom); }
   Vec3 subtree_com(int body) const { return Vec3(c_->subtree_com + 3 * body); }
 
   /* One row per body, in row-major order. */
   Vec cinert(int first = 0) const { return bodies(c_->cinert, 10, first); }
   Vec cvel(int first = 0) const { return bodies(c_->cvel, 6, first); }
-  Vec cfrc_ext(int first = 0) const { return require("cfrc_ext", c_->cfrc_ext), bodies(c_->cfrc_ext, 6, first); }
+  Vec cfrc_ext(int first = 0) const { return bodies(on_demand("cfrc_ext", &mjenv_sim::cfrc_ext), 6, first); }
 
   Vec sensordata() const { return {c_->sensordata, c_->nsensordata}; }
   Vec sensor(const Sensor &sensor) const { return {c_->sensordata + sensor.first, sensor.count}; }
@@ -167,11 +168,12 @@ class Sim {
     std::size_t size() const { return static_cast<std::size_t>(last - first); }
   };
   Contacts contacts() const {
-    return require("contacts", c_->contacts), Contacts{c_->contacts, c_->contacts + c_->contact_count};
+    const mjenv_contact *first = on_demand("contacts", &mjenv_sim::contacts);
+    return {first, first + c_->contact_count};
   }
 
-  /* The numbers of a Robot::keep, and the elements of a Robot::array. */
-  Vec operator[](const Kept &kept) const { return {c_->carried + kept.first, kept.count}; }
+  /* The numbers of a Robot::carry, and the elements of a Robot::array. */
+  Vec operator[](const Carry &carry) const { return {c_->carried + carry.first, carry.count}; }
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
     return {static_cast<const T *>(c_->arrays[array.index]), array.count};
@@ -199,11 +201,15 @@ class Sim {
     return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (c_->nbody - first)};
   }
   /* A trial call asks for the arrays that the task uses; other arrays that cost time are not computed. */
-  void require(const char *array, const void *computed) const {
-    if (builder_) return mjenv_build_need(builder_, array);
-    if (!computed)
-      throw std::logic_error(std::string(array) + " is computed on demand, and no trial call used it: call needs(\"" +
-                             array + "\") in the definition");
+  template <typename T>
+  const T *on_demand(const char *name, const T *mjenv_sim::*array) const {
+    if (builder_) mjenv_build_need(builder_, name);
+    if (!(c_->*array)) refuse(name);
+    return c_->*array;
+  }
+  [[noreturn]] static void refuse(const char *array) {
+    throw std::logic_error(std::string(array) + " is computed on demand, and no trial call used it: call needs(\"" +
+                           array + "\") in the definition");
   }
 };
 
@@ -245,7 +251,7 @@ struct Start {
 
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
 
-  Eigen::Map<Eigen::VectorXd> operator[](const Kept &kept) { return {carried_ + kept.first, kept.count}; }
+  Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
   /* A Robot::array of mjModel. Arrays of mjData are not valid here. */
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
@@ -257,13 +263,13 @@ struct Start {
   const void *const *arrays_;
 };
 
-/* What a step may change of its row: the numbers of a Robot::keep, and the row's random stream. */
+/* What a step may change of its row: the numbers of a Robot::carry, and the row's random stream. */
 class Row {
  public:
   Row(double *carried, mjenv_random *random) : rng(random), carried_(carried) {}
 
   Rng rng;
-  Eigen::Map<Eigen::VectorXd> operator[](const Kept &kept) { return {carried_ + kept.first, kept.count}; }
+  Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
 
  private:
   double *carried_;
@@ -287,6 +293,24 @@ struct Typed {
   double value;
   mjenv_type type;
 };
+
+namespace detail {
+
+/* Describes a field: a scalar with ndim 0, a vector of count numbers with ndim 1. */
+inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, const char *doc, mjenv_type type,
+                     std::int32_t ndim = 0, Eigen::Index count = 1) {
+  mjenv_task_field field{};
+  field.struct_size = sizeof field;
+  field.role = role;
+  field.name = name;
+  field.doc = doc;
+  field.type = type;
+  field.ndim = ndim;
+  field.shape[0] = count;
+  mjenv_build_field(builder, &field);
+}
+
+}  // namespace detail
 
 /* Receives the info: info(name, value, doc). Each call of a lambda must write the same names in the same order. A
  * vector must always have the same length. */
@@ -351,15 +375,7 @@ class Info {
   void learn(const char *name, mjenv_type type, std::int32_t ndim, Eigen::Index count, const char *doc) {
     for (const auto &entry : *learned_)
       if (entry.text == name) throw std::logic_error("the info has two fields \"" + entry.text + '"');
-    mjenv_task_field field{};
-    field.struct_size = sizeof field;
-    field.role = role_;
-    field.name = name;
-    field.doc = doc;
-    field.type = type;
-    field.ndim = ndim;
-    field.shape[0] = count;
-    mjenv_build_field(builder_, &field);
+    detail::describe(builder_, role_, name, doc, type, ndim, count);
     learned_->push_back({name, name, count});
   }
   [[noreturn]] void refuse(const char *name, Eigen::Index count) const {
@@ -397,6 +413,12 @@ struct Camera {
 
 /* ---- The definition of a task ---- */
 
+/* A definition throws it if the task cannot use the model; what() says what the model lacks: "it has no leg".
+ * mjenv_create then returns MJENV_E_MODEL. */
+struct UnfitModel : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 namespace detail {
 
 /* The lambdas of a definition in one environment, and the fields that their trial calls found. */
@@ -427,6 +449,7 @@ struct Outline {
   };
 
   std::string model, model_text;
+  bool fixed_model = false, fixed_frame_skip = false;
   int frame_skip = 1;
   std::int64_t time_limit = 0;
   double reward_threshold = Camera::kUnset;
@@ -455,8 +478,12 @@ class Robot {
   Robot &model(const char *name) { return outline_.model = name, *this; }
   /* The text of an MJCF model, instead of model(). */
   Robot &model_text(const char *mjcf) { return outline_.model_text = mjcf, *this; }
-  /* How many mj_steps make a step. */
+  /* The task has no options xml_file, xml_string and trust_xml. */
+  Robot &fixed_model() { return outline_.fixed_model = true, *this; }
+  /* How many mj_steps make a step: the default of the option frame_skip. */
   Robot &frame_skip(int count) { return outline_.frame_skip = count, *this; }
+  /* The task has no option frame_skip. */
+  Robot &fixed_frame_skip() { return outline_.fixed_frame_skip = true, *this; }
   /* The number of steps after which an episode is truncated; 0, the default: never. */
   Robot &time_limit(std::int64_t steps) { return outline_.time_limit = steps, *this; }
   /* The return from which the task counts as solved. */
@@ -465,7 +492,10 @@ class Robot {
   /* Increase it when the task changes, so that snapshots of the old task are refused. */
   Robot &revision(std::int32_t number) { return outline_.revision = number, *this; }
   /* The reward's type in Python; by default np.float64. */
-  Robot &reward_type(mjenv_type type) { return describe(MJENV_ROLE_REWARD, "reward", "", type), *this; }
+  Robot &reward_type(mjenv_type type) {
+    if (builder_) detail::describe(builder_, MJENV_ROLE_REWARD, "reward", "", type);
+    return *this;
+  }
   /* Refuses models whose qpos or qvel is shorter than this, because the task's formulas index them. */
   Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
   /* Refuses models whose qpos or qvel has another length. */
@@ -550,6 +580,10 @@ class Robot {
   int body(const char *name) { return index("body", name); }
   int geom(const char *name) { return index("geom", name); }
   int site(const char *name) { return index("site", name); }
+  int site(int at) {
+    if (builder_ && at >= builder_->sim->nsite) throw UnfitModel("it has no site " + std::to_string(at));
+    return at;
+  }
   int actuator(const char *name) { return index("actuator", name); }
   int tendon(const char *name) { return index("tendon", name); }
   Joint joint(const char *name) {
@@ -613,12 +647,12 @@ class Robot {
     skipped_qpos_ = skipped_qpos;
   }
 
-  /* Makes the row keep count numbers from step to step. They are 0 at the start of an episode. reset changes them with
-   * start[kept] and step with row[kept]; all lambdas that take a Sim s read them with s[kept]. */
-  Kept keep(Eigen::Index count) {
-    const Kept kept{kept_, count};
-    kept_ += count;
-    return kept;
+  /* Makes the row carry count numbers from step to step. They are 0 at the start of an episode. reset changes them with
+   * start[carry] and step with row[carry]; all lambdas that take a Sim s read them with s[carry]. */
+  Carry carry(int count) {
+    const Carry added{carry_count_, count};
+    carry_count_ += count;
+    return added;
   }
 
   /* Sets the lambda that draws the initial state of an episode. */
@@ -627,11 +661,11 @@ class Robot {
   void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
   /* Sets a lambda before(sim). It returns what the next step needs to know of the present state: a vector of fixed
    * length. It is called at the end of each reset and step. */
-  template <typename F>
+  template <typename F, typename = std::enable_if_t<!std::is_arithmetic_v<F>>>
   void carry(const F &before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
     static_assert(V::SizeAtCompileTime > 0, "a carried vector has a fixed length");
-    carried_ = keep(V::SizeAtCompileTime);
+    carried_ = carry(static_cast<int>(V::SizeAtCompileTime));
     functions_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
   }
   /* Sets the lambda that computes the reward, the info and whether the episode has terminated. It is called once in
@@ -651,22 +685,23 @@ class Robot {
 
   /* Makes the trial calls, which describe the fields and their lengths. */
   void learn() {
+    if (builder_->failed) throw std::logic_error("build has failed"); /* the library knows why */
     if (!functions_.reset || !functions_.step) throw std::logic_error("a definition must call reset and step");
-    mjenv_build_carry(builder_, kept_);
+    mjenv_build_carry(builder_, carry_count_);
     const Sim sim(builder_->sim, builder_);
-    if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", 0, 1, skipped_qpos_);
+    if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", skipped_qpos_);
     for (auto &term : functions_.terms) {
       for (const auto *other = functions_.terms.data(); other != &term; ++other)
         if (other->name == term.name) throw std::logic_error("the observation has two terms \"" + term.name + '"');
       term.count = term.write(sim, nullptr, 0);
-      if (term.count > 0) describe(MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
-      if (structured_) describe(MJENV_ROLE_STRUCTURE, term.name.c_str(), term.doc.c_str(), 0, 1, term.count);
+      if (term.count > 0) describe(MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc, term.count);
+      if (structured_) describe(MJENV_ROLE_STRUCTURE, term.name.c_str(), term.doc, term.count);
     }
     if (functions_.reset_info) {
       Info info(functions_.reset_infos, builder_, MJENV_ROLE_RESET_INFO);
       functions_.reset_info(sim, info);
     }
-    std::vector<double> carried(static_cast<std::size_t>(kept_));
+    std::vector<double> carried(static_cast<std::size_t>(carry_count_));
     if (functions_.carry) functions_.carry(sim, carried.data());
     Info info(functions_.info, builder_, MJENV_ROLE_INFO);
     Row row(carried.data(), builder_->random);
@@ -679,8 +714,8 @@ class Robot {
   mjenv_builder *builder_;
   bool structured_ = false;
   int skipped_qpos_ = -1;
-  Eigen::Index kept_ = 0;
-  Kept carried_;
+  Eigen::Index carry_count_ = 0;
+  Carry carried_;
 
   static int version_of(const char *id) {
     const std::string text = id;
@@ -692,25 +727,17 @@ class Robot {
       if (other.name == option.name) return;
     outline_.options.push_back(std::move(option));
   }
+  static std::string sizes(int nq, int nv) {
+    return std::to_string(nq) + " positions and " + std::to_string(nv) + " velocities";
+  }
   Robot &require(bool fits, const char *how, int nq, int nv) {
     if (builder_ && !fits)
-      throw std::invalid_argument("the task needs a model with " + (how + std::to_string(nq)) + " positions and " +
-                                  std::to_string(nv) + " velocities; this model has " + std::to_string(this->nq()) +
-                                  " and " + std::to_string(this->nv()));
+      throw UnfitModel("it has " + sizes(this->nq(), this->nv()) + ", not " + (how + sizes(nq, nv)));
     return *this;
   }
-  void describe(mjenv_role role, const char *name, const char *doc, mjenv_type type, std::int32_t ndim = 0,
-                Eigen::Index count = 1) {
-    if (!builder_) return;
-    mjenv_task_field field{};
-    field.struct_size = sizeof field;
-    field.role = role;
-    field.name = name;
-    field.doc = doc;
-    field.type = type;
-    field.ndim = ndim;
-    field.shape[0] = count;
-    mjenv_build_field(builder_, &field);
+  /* Describes a vector. */
+  void describe(mjenv_role role, const char *name, const std::string &doc, Eigen::Index count) {
+    detail::describe(builder_, role, name, doc.c_str(), MJENV_TYPE_FLOAT64, 1, count);
   }
   int element(const char *name, int at) {
     const auto numbers = array<std::int32_t>(name);
@@ -729,6 +756,10 @@ std::int32_t guarded(const mjenv_task_api *api, const Body &body) noexcept {
   try {
     body();
     return 0;
+  } catch (const UnfitModel &error) {
+    return mjenv_task_fail(api, error.what()), MJENV_E_MODEL;
+  } catch (const std::bad_alloc &) {
+    return MJENV_E_MEMORY;
   } catch (const std::exception &error) {
     return mjenv_task_fail(api, error.what());
   } catch (...) {
@@ -804,7 +835,7 @@ struct Definition {
 /* A definition as a mjenv_task, and the memory that the mjenv_task points to. */
 class Description {
  public:
-  explicit Description(Definition &definition) {
+  explicit Description(const Definition &definition) {
     Functions functions;
     Robot robot(definition.id, outline_, functions, nullptr);
     definition.define(robot);
@@ -830,7 +861,7 @@ class Description {
     task_.struct_size = sizeof task_;
     task_.revision = outline_.revision;
     task_.id = definition.id;
-    task_.model = outline_.model.empty() ? nullptr : outline_.model.c_str();
+    task_.model = outline_.model.empty() && !outline_.model_text.empty() ? nullptr : outline_.model.c_str();
     task_.model_text = outline_.model_text.empty() ? nullptr : outline_.model_text.c_str();
     task_.frame_skip = outline_.frame_skip;
     task_.has_reward_threshold = !std::isnan(outline_.reward_threshold);
@@ -839,7 +870,7 @@ class Description {
     task_.camera = &camera_;
     task_.options = options_.data();
     task_.option_count = static_cast<std::int64_t>(options_.size());
-    task_.user = &definition;
+    task_.user = const_cast<Definition *>(&definition); /* build only reads it */
     task_.build = Definition::build;
     task_.destroy = Definition::destroy;
     task_.reset = Definition::reset;
@@ -847,6 +878,8 @@ class Description {
     task_.carry = functions.carry ? Definition::carry : nullptr;
     task_.observe = Definition::observe;
     task_.step = Definition::step;
+    task_.fixed_model = outline_.fixed_model;
+    task_.fixed_frame_skip = outline_.fixed_frame_skip;
   }
   Description(const Description &) = delete;
   Description &operator=(const Description &) = delete;
@@ -909,11 +942,13 @@ MJENV_HIDDEN inline void register_tasks() {
   static const ::mjenv::detail::Registrar name##registrar_##number(name##definition_##number); \
   static void name##number(::mjenv::Robot &robot)
 
-/* Makes a shared object with definitions a plug-in. */
+/* Makes a shared object with definitions a plug-in. A program that defines tasks for itself alone may leave it out. */
+#ifndef MJENV_NO_PLUGIN
 extern "C" __attribute__((visibility("default"), used)) inline const mjenv_plugin *mjenv_tasks(
     const mjenv_task_api *api) {
   return mjenv::detail::plugin_of_tasks(api);
 }
+#endif
 
 #undef MJENV_HIDDEN
 #endif

@@ -127,7 +127,7 @@ class mjenv_task_api(Structure):
 class mjenv_builder(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
-        ("reserved", c_int32),
+        ("failed", c_int32),
         ("api", POINTER(mjenv_task_api)),
         ("sim", POINTER(mjenv_sim)),
         ("random", c_void_p),
@@ -160,6 +160,8 @@ class mjenv_task(Structure):
         *((name, c_void_p) for name in CALLBACKS),
         ("caller_thread", c_int32),
         ("physics_only", c_int32),
+        ("fixed_model", c_int32),
+        ("fixed_frame_skip", c_int32),
     )
 
 

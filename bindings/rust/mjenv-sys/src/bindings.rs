@@ -4330,12 +4330,16 @@ pub struct mjenv_task {
     #[doc = " \"arrays\" exports. reset, reset_info, carry, observe and step must be NULL: a reset gives the model's initial state,"]
     #[doc = " observations and rewards are 0, and infos NaN. 0: the callbacks compute them."]
     pub physics_only: i32,
+    #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
+    pub fixed_model: i32,
+    #[doc = " 1: the task has no option frame_skip"]
+    pub fixed_frame_skip: i32,
 }
 #[test]
 fn bindgen_test_layout_mjenv_task() {
     assert_eq!(
         ::std::mem::size_of::<mjenv_task>(),
-        176usize,
+        184usize,
         concat!("Size of: ", stringify!(mjenv_task))
     );
     assert_eq!(
@@ -4768,6 +4772,40 @@ fn bindgen_test_layout_mjenv_task() {
         );
     }
     test_field_physics_only();
+    fn test_field_fixed_model() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).fixed_model) as usize - ptr as usize
+            },
+            176usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(fixed_model)
+            )
+        );
+    }
+    test_field_fixed_model();
+    fn test_field_fixed_frame_skip() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_task>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).fixed_frame_skip) as usize - ptr as usize
+            },
+            180usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_task),
+                "::",
+                stringify!(fixed_frame_skip)
+            )
+        );
+    }
+    test_field_fixed_frame_skip();
 }
 impl Default for mjenv_task {
     fn default() -> Self {
@@ -5366,8 +5404,8 @@ extern "C" {
 #[repr(C)]
 pub struct mjenv_builder {
     pub struct_size: u32,
-    #[doc = " 0"]
-    pub reserved: i32,
+    #[doc = " 1 after a function for build has failed. Then they all do nothing"]
+    pub failed: i32,
     pub api: *const mjenv_task_api,
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
@@ -5403,23 +5441,23 @@ fn bindgen_test_layout_mjenv_builder() {
         );
     }
     test_field_struct_size();
-    fn test_field_reserved() {
+    fn test_field_failed() {
         assert_eq!(
             unsafe {
                 let uninit = ::std::mem::MaybeUninit::<mjenv_builder>::uninit();
                 let ptr = uninit.as_ptr();
-                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+                ::std::ptr::addr_of!((*ptr).failed) as usize - ptr as usize
             },
             4usize,
             concat!(
                 "Offset of field: ",
                 stringify!(mjenv_builder),
                 "::",
-                stringify!(reserved)
+                stringify!(failed)
             )
         );
     }
-    test_field_reserved();
+    test_field_failed();
     fn test_field_api() {
         assert_eq!(
             unsafe {

@@ -1,6 +1,8 @@
-// The mjenv_builder that a registered task's callback `build` is given.
+// The mjenv_builder that a task's callback build is given.
 #pragma once
 
+#include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,15 +10,16 @@
 #include "error.hpp"
 #include "mjenv/task.h"
 #include "task/options.hpp"
-#include "task/own_task.hpp"
+#include "task/random.hpp"
+#include "task/task_field.hpp"
 
 namespace mjenv::core {
 
-class OwnBuild : public mjenv_builder {
+class Builder : public mjenv_builder {
  public:
   // options: the caller's options. work: holds the model's initial state.
-  OwnBuild(const Options& options, const Model& model, Work& work, std::vector<OwnField> fields,
-           std::int64_t carry_count);
+  Builder(const Options& options, const Model& model, Work& work, std::vector<TaskField> fields,
+          std::int64_t carry_count);
 
   // Calls body and returns its result. If body throws, keeps the error for `check` and returns `fallback`, and from
   // then on does not call body.
@@ -34,12 +37,15 @@ class OwnBuild : public mjenv_builder {
   np::Norm norm();
   void need(const std::string& array) { work_.need(array); }
   int array(const std::string& name, mjenv_field* field);
-  void describe(const mjenv_task_field& field) { replace_or_add(fields_, own_field(field)); }
+  void describe(const mjenv_task_field& field) { replace_or_add(fields_, task_field(field)); }
 
   void carry(std::int64_t count);
 
+  // The name of the model, for messages.
+  const std::string& label() const { return model_.label(); }
+
   std::int64_t carry_count() const { return static_cast<std::int64_t>(work_.carry_count()); }
-  const std::vector<OwnField>& fields() const { return fields_; }
+  const std::vector<TaskField>& fields() const { return fields_; }
   // The rounding of norms, if the task has asked for it.
   const std::optional<np::Norm>& rounding() const { return norm_; }
 
@@ -47,10 +53,10 @@ class OwnBuild : public mjenv_builder {
   const Options& options_;
   const Model& model_;
   Work& work_;
-  std::vector<OwnField> fields_;
+  std::vector<TaskField> fields_;
   std::optional<np::Norm> norm_;
-  Rng trial_rng_ = Rng::from_seed(0);
-  OwnRandom trial_{trial_rng_};
+  Rng trial_stream_ = Rng::from_seed(0);
+  Random trial_{&trial_stream_};
   mjenv_status status_ = MJENV_OK;
   std::string message_;
 
@@ -58,21 +64,24 @@ class OwnBuild : public mjenv_builder {
 };
 
 template <typename T, typename Body>
-T OwnBuild::attempt(T fallback, const Body& body) noexcept {
-  if (status_ != MJENV_OK) return fallback;
+T Builder::attempt(T fallback, const Body& body) noexcept {
+  if (failed != 0) return fallback;
   try {
     try {
       return body();
     } catch (const Error& error) {
       message_ = error.what();
       status_ = error.status();
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& error) {
       message_ = error.what();
       status_ = MJENV_E_TASK;
     }
-  } catch (const std::exception&) {  // out of memory for the text
+  } catch (const std::exception&) {  // out of memory, perhaps for the message
     status_ = MJENV_E_MEMORY;
   }
+  failed = 1;
   return fallback;
 }
 

@@ -1,12 +1,14 @@
-// The library's functions for callbacks (mjenv_task_api). They do not throw, because their callers may be C.
+// These functions do not throw, because their callers may be C.
+#include "task/api.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 
 #include "error.hpp"
-#include "task/own_build.hpp"
-#include "task/own_task.hpp"
+#include "task/builder.hpp"
+#include "task/random.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -26,7 +28,7 @@ std::string required_text(const char* value, const char* what) {
   return value;
 }
 
-OwnBuild& cast(mjenv_builder* builder) { return *static_cast<OwnBuild*>(builder); }
+Builder& cast(mjenv_builder* builder) { return *static_cast<Builder*>(builder); }
 
 std::int64_t integer(mjenv_builder* builder, const char* option) {
   return cast(builder).attempt(std::int64_t{0},
@@ -93,7 +95,7 @@ void carry(mjenv_builder* builder, std::int64_t count) {
 
 // ---- Functions for the random stream ----
 
-OwnRandom& cast(mjenv_random* random) { return *static_cast<OwnRandom*>(random); }
+Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
 
 // Makes the callback fail, because NumPy would raise an error for these arguments.
 template <typename T>
@@ -103,18 +105,18 @@ T refuse_draw(mjenv_random* random, const char* why, T fallback) {
   return fallback;
 }
 
-double random_real(mjenv_random* random) { return cast(random).rng.random(); }
+double random_real(mjenv_random* random) { return cast(random).rng().random(); }
 
 double uniform(mjenv_random* random, double low, double high) {
   if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: high - low is not finite", low);
-  return cast(random).rng.uniform(low, high);
+  return cast(random).rng().uniform(low, high);
 }
 
-double normal(mjenv_random* random) { return cast(random).rng.normal(); }
+double normal(mjenv_random* random) { return cast(random).rng().normal(); }
 
 std::int64_t integers(mjenv_random* random, std::int64_t low, std::int64_t high) {
   if (low >= high) return refuse_draw(random, "integers: low is not below high", low);
-  return cast(random).rng.integers(low, high);
+  return cast(random).rng().integers(low, high);
 }
 
 std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
@@ -129,7 +131,7 @@ std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
     }
     if (!(std::fabs(sum - 1) <= 0x1p-26)) return refuse_draw(random, "choice: the sum of p is not 1", std::int64_t{0});
   }
-  return cast(random).rng.choice(count, p);
+  return cast(random).rng().choice(count, p);
 }
 
 void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::int64_t* chosen) {
@@ -138,14 +140,14 @@ void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::in
     return;
   }
   try {
-    cast(random).rng.sample(count, size, chosen);
+    cast(random).rng().sample(count, size, chosen);
   } catch (const std::exception&) {
     refuse_draw(random, "sample: out of memory", 0);
   }
 }
 
 void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
-  if (count > 0) cast(random).rng.permutation(count, order);
+  if (count > 0) cast(random).rng().permutation(count, order);
 }
 
 constexpr mjenv_task_api api{sizeof(mjenv_task_api),
@@ -174,7 +176,16 @@ constexpr mjenv_task_api api{sizeof(mjenv_task_api),
 
 const mjenv_task_api& task_api() { return api; }
 
+Random::Random(const Rng* stream) : mjenv_random{sizeof(mjenv_random), 0, &task_api()}, stream_(stream) {}
+
+void Random::copy() {
+  rng_ = stream_ ? *stream_ : Rng::from_entropy();
+  drew_ = true;
+}
+
 const char* task_message() { return message.data(); }
+
+void clear_task_message() { message[0] = '\0'; }
 
 void set_task_message(const char* text) {
   const std::size_t length = std::min(std::strlen(text), message.size() - 1);

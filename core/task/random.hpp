@@ -1,0 +1,35 @@
+// A row's random stream, as callbacks get it (mjenv/task.h).
+#pragma once
+
+#include "mjenv/task.h"
+#include "numpy/random.hpp"
+
+namespace mjenv::core {
+
+using Rng = np::Generator;
+
+// A copy of the stream, made by the first draw: most steps draw nothing, and a row whose callback fails keeps its
+// stream.
+class Random : public mjenv_random {
+ public:
+  // stream: null if the row was never seeded. Then the first draw seeds it.
+  explicit Random(const Rng* stream);
+
+  Rng& rng() {
+    if (!drew_) copy();
+    return rng_;
+  }
+  bool drew() const { return drew_; }
+
+  // A draw was refused, as NumPy would refuse it; task_message says why.
+  bool failed = false;
+
+ private:
+  const Rng* stream_;
+  bool drew_ = false;
+  Rng rng_;
+
+  void copy();
+};
+
+}  // namespace mjenv::core

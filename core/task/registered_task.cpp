@@ -1,0 +1,330 @@
+#include "task/registered_task.hpp"
+
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "engine/assets.hpp"
+#include "error.hpp"
+#include "structs.hpp"
+#include "task/api.hpp"
+#include "task/builder.hpp"
+#include "task/meanings.hpp"
+#include "task/registry.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr std::size_t kMaxId = 100;
+constexpr std::int64_t kMaxCount = 1 << 20;                        // of options, of fields, and of an option's numbers
+constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
+
+// Calls visit(element) for each struct of an array whose elements all have the struct_size of the first.
+template <typename T, typename Visit>
+void for_each_struct(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
+  if (count < 0 || count > kMaxCount)
+    fail(MJENV_E_VALUE, what + "_count is " + std::to_string(count) + ", not 0 to " + std::to_string(kMaxCount));
+  if (count > 0 && !array) fail(MJENV_E_ARGUMENT, what + "s is NULL");
+  const auto* at = reinterpret_cast<const unsigned char*>(array);
+  std::uint32_t step = 0;
+  if (count > 0) std::memcpy(&step, at, sizeof step);
+  for (std::int64_t i = 0; i < count; ++i, at += step)
+    visit(read_struct(reinterpret_cast<const T*>(at), (what + "s[" + std::to_string(i) + "]").c_str()));
+}
+
+bool is_digit(char c) { return '0' <= c && c <= '9'; }
+
+bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
+
+// The folder of the shared object or program that contains the code. If that is unknown, the current folder.
+std::string folder_of(const void* code) {
+  Dl_info info{};
+  std::unique_ptr<char, decltype(&std::free)> path(nullptr, std::free);
+  if (dladdr(code, &info) != 0 && info.dli_fname) path.reset(realpath(info.dli_fname, nullptr));
+  if (path) {
+    const std::string file = path.get();
+    return file.substr(0, file.rfind('/') + 1);
+  }
+  path.reset(realpath(".", nullptr));
+  return path ? std::string(path.get()) + "/" : "./";
+}
+
+// MuJoCo's default camera.
+mjenv_task_camera default_camera() {
+  constexpr double unset = std::numeric_limits<double>::quiet_NaN();
+  return {sizeof(mjenv_task_camera), 0, unset, unset, {unset, unset, unset}, unset};
+}
+
+}  // namespace
+
+RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const void* plugin)
+    : built_in_(origin == Origin::built_in),
+      fixed_model_(given.fixed_model != 0),
+      fixed_frame_skip_(given.fixed_frame_skip != 0),
+      caller_thread_(given.caller_thread != 0),
+      physics_only_(given.physics_only != 0),
+      revision_(given.revision),
+      frame_skip_(given.frame_skip),
+      reward_threshold_(given.has_reward_threshold != 0 ? given.reward_threshold
+                                                        : std::numeric_limits<double>::quiet_NaN()),
+      time_limit_(given.time_limit),
+      carry_count_(given.carry_count),
+      camera_(default_camera()),
+      callbacks_{given.user,       given.build, given.destroy, given.reset,
+                 given.reset_info, given.carry, given.observe, given.step},
+      plugin_(plugin) {
+  take_id(given.id);
+  try {
+    take_model(given);
+    const auto check_range = [](const char* what, std::int64_t value, std::int64_t low, std::int64_t high) {
+      if (value < low || value > high)
+        fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(value) + ", not " + std::to_string(low) +
+                                " to " + std::to_string(high));
+    };
+    check_range("frame_skip", frame_skip_, 1, kMaxFrameSkip);
+    check_range("time_limit", time_limit_, 0, kMaxInteger);
+    check_range("carry_count", carry_count_, 0, kMaxCarried);
+    if (given.camera) camera_ = read_struct(given.camera, "camera", camera_);
+    take_options(given);
+    take_fields(given);
+    check_callbacks();
+  } catch (const Error& error) {
+    fail(error.status(), "task " + quoted(id_) + ": " + error.what());
+  }
+}
+
+std::unique_ptr<RegisteredTask> users_task(const mjenv_task* given, const void* plugin) {
+  return std::make_unique<RegisteredTask>(read_struct(given, "task"), RegisteredTask::Origin::user, plugin);
+}
+
+void RegisteredTask::take_id(const char* id) {
+  if (!id) fail(MJENV_E_ARGUMENT, "the task's id is NULL");
+  id_ = std::string(id).substr(0, kMaxId + 1);
+  const std::size_t dash = id_.rfind("-v");
+  const std::string number = dash == std::string::npos ? "" : id_.substr(dash + 2);
+  const bool numbered = !number.empty() && number.size() < 10 && std::all_of(number.begin(), number.end(), is_digit);
+  robot_ = id_.substr(0, numbered ? dash : 0);
+  const auto fits = [](char c) { return is_word(c) || c == '.' || c == '-'; };
+  if (id_.size() > kMaxId || robot_.empty() || !is_word(robot_[0]) || !std::all_of(robot_.begin(), robot_.end(), fits))
+    fail(MJENV_E_VALUE,
+         "an id is a name of letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number, as "
+         "\"Cartpole-v0\"; at most " +
+             std::to_string(kMaxId) + " bytes; not " + quoted(id_));
+  version_ = std::stoi(number);
+}
+
+void RegisteredTask::take_model(const mjenv_task& given) {
+  if (!given.model == !given.model_text) fail(MJENV_E_ARGUMENT, "set exactly one of model and model_text");
+  if (given.model_text) {
+    model_text_ = given.model_text;
+    if (model_text_.empty()) fail(MJENV_E_VALUE, "model_text is empty");
+    return;
+  }
+  model_ = given.model;
+  if (model_.empty() && !built_in_) fail(MJENV_E_VALUE, "model is empty");
+  if (model_.empty() || model_[0] != '.') return;
+  // Looks the path up from the folder of the task's code, so that it does not depend on the current folder.
+  const auto code = given.step ? reinterpret_cast<const void*>(given.step) : reinterpret_cast<const void*>(given.build);
+  model_ = folder_of(code) + (model_.rfind("./", 0) == 0 ? model_.substr(2) : model_);
+}
+
+void RegisteredTask::take_options(const mjenv_task& given) {
+  for_each_struct(given.options, given.option_count, "option", [&](const mjenv_task_option& from) {
+    const std::string name = checked_name(from.name, "an option"), what = "option " + quoted(name);
+    const bool unbounded = from.low == 0 && from.high == 0;
+    Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, unbounded ? -kInfinity : from.low,
+                  unbounded ? kInfinity : from.high);
+    const auto check_default = [&](double value) {
+      if (!(option.low <= value && value <= option.high))
+        fail(MJENV_E_VALUE, what + ": its default " + number(value) + " does not lie in [" + number(option.low) + ", " +
+                                number(option.high) + "]");
+    };
+    const auto set_integer = [&](double low, double high) {
+      if (unbounded) option.low = low, option.high = high;
+      check_default(from.value);
+      if (from.value != std::floor(from.value) || std::fabs(from.value) > static_cast<double>(kMaxInteger))
+        fail(MJENV_E_VALUE, what + ": its default " + number(from.value) + " is not an integer");
+      option.integer = static_cast<std::int64_t>(from.value);
+    };
+    if (std::isnan(from.low) || std::isnan(from.high) || from.low > from.high)
+      fail(MJENV_E_VALUE, what + " has the bounds [" + number(from.low) + ", " + number(from.high) +
+                              "], which are NaN or in the wrong order");
+    switch (from.kind) {
+      case MJENV_KIND_FLAG: set_integer(0, 1); break;
+      case MJENV_KIND_INTEGER: set_integer(-static_cast<double>(kMaxInteger), static_cast<double>(kMaxInteger)); break;
+      case MJENV_KIND_REALS:
+        if (from.count < 0 || from.count > kMaxCount)
+          fail(MJENV_E_VALUE,
+               what + ": its count is " + std::to_string(from.count) + ", not 0 to " + std::to_string(kMaxCount));
+        if (from.count > 0 && !from.values) fail(MJENV_E_ARGUMENT, what + ": values is NULL");
+        if (from.count == 0)
+          option.reals = {from.value};
+        else
+          option.reals.assign(from.values, from.values + from.count);
+        std::for_each(option.reals.begin(), option.reals.end(), check_default);
+        break;
+      case MJENV_KIND_STRING:
+        option.text = from.text ? from.text : "";
+        option.choices = from.choices ? from.choices : "";
+        if (!option.choices.empty() && (" " + option.choices + " ").find(" " + option.text + " ") == std::string::npos)
+          fail(MJENV_E_VALUE, what + ": its default " + quoted(option.text) + " is not one of its choices");
+        break;
+      case MJENV_KIND_STRING_OR_INT:
+        set_integer(0, std::numeric_limits<int>::max());
+        option.given_as_integer = !from.text;
+        if (from.text) option.text = from.text;
+        break;
+      default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which does not exist");
+    }
+    if (from.kind == MJENV_KIND_FLAG && (option.low != 0 || option.high != 1))
+      fail(MJENV_E_VALUE, what + ": the bounds of a flag are 0 and 1, or both 0");
+    options_.push_back(std::move(option));
+  });
+  // Names must differ from each other and from the options that every task has.
+  std::vector<std::string> names;
+  Options common(id_);
+  declare(common, {});
+  declare_env_options(common);
+  for (const auto& option : common.all()) names.push_back(option.name);
+  for (const auto& option : options_) {
+    if (std::find(names.begin(), names.end(), option.name) != names.end())
+      fail(MJENV_E_VALUE, "there is already an option " + quoted(option.name));
+    names.push_back(option.name);
+  }
+}
+
+void RegisteredTask::take_fields(const mjenv_task& given) {
+  for_each_struct(given.fields, given.field_count, "field", [&](const mjenv_task_field& from) {
+    const std::size_t before = fields_.size();
+    TaskField field = task_field(from);
+    const std::string name = field.name, role = role_name(field.role);
+    replace_or_add(fields_, std::move(field));
+    if (fields_.size() == before) fail(MJENV_E_VALUE, "there is already " + role + " " + quoted(name));
+  });
+}
+
+void RegisteredTask::check_callbacks() const {
+  const Callbacks& c = callbacks_;
+  const auto has = [&](mjenv_role role) {
+    return std::any_of(fields_.begin(), fields_.end(), [&](const TaskField& f) { return f.role == role; });
+  };
+  const auto require = [](bool fulfilled, const char* what) {
+    if (!fulfilled) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
+  };
+  require(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
+  require(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
+  if (physics_only_) {
+    require(!c.reset, "reset is given, but the task is physics_only");
+    require(!c.reset_info, "reset_info is given, but the task is physics_only");
+    require(!c.carry, "carry is given, but the task is physics_only");
+    require(!c.observe, "observe is given, but the task is physics_only");
+    require(!c.step, "step is given, but the task is physics_only");
+    return;
+  }
+  require(c.reset, "reset is NULL");
+  require(c.observe, "observe is NULL");
+  require(c.step, "step is NULL");
+  require(!c.carry || c.build || carry_count_ > 0, "carry is given, but carry_count is 0");
+  require(c.reset_info || !has(MJENV_ROLE_RESET_INFO), "reset_info is NULL, but there are fields for it");
+}
+
+void RegisteredTask::declare(Options& options, const std::vector<Option>& of_task) const {
+  if (!fixed_model_)
+    options.text("xml_file", model_.c_str(),
+                 "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with ./, / or ~", "",
+                 Scope::service);
+  if (!fixed_frame_skip_) options.integer("frame_skip", frame_skip_, 1, kMaxFrameSkip, "how many mj_steps make a step");
+  for (const auto& option : of_task) options.add(option);
+  // xml_file, xml_string, trust_xml and norm have Scope::service, because an image's identity contains the model and
+  // the rounding.
+  if (!fixed_model_) {
+    options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
+                 Scope::service);
+    options.flag(
+        "trust_xml", false,
+        "let the model be of any size and read any file; otherwise its size is limited, and it reads files only in its "
+        "folder (xml_string: none)",
+        Scope::service);
+  }
+  options.integer("max_episode_steps", time_limit_, 0, kMaxInteger,
+                  "the number of steps after which an episode is truncated; 0: never");
+  options.text(
+      "norm", "auto",
+      "how Euclidean norms are rounded: as NumPy does on CPUs with AVX-512 (fused), on others (plain), or here (auto)",
+      "auto fused plain", Scope::service);
+}
+
+Outline RegisteredTask::outline() const {
+  return {model_text_.empty() ? asset_text(model_) : model_text_.c_str(), time_limit_, reward_threshold_, camera_};
+}
+
+std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const {
+  if (!fixed_model_) {
+    const bool trusted = options.get("trust_xml").integer != 0;
+    const std::string &text = options.get("xml_string").text, &file = options.get("xml_file").text;
+    if (!text.empty()) return Model::parse("xml_string", text, trusted);
+    if (file != model_) return Model::open(file, trusted);
+  }
+  // The task's own model is trusted, because its code is trusted.
+  return model_text_.empty() ? Model::open(model_, true) : Model::parse(id_, model_text_, true);
+}
+
+Task RegisteredTask::build(const Options& options) const {
+  Task task;
+  task.model = open(options);
+  task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
+  task.camera = camera_;
+  task.revision = revision_;
+  task.caller_thread = caller_thread_;
+
+  Needs needs;
+  needs.api = &task_api();
+  Work work(task.model, task.frame_skip, needs);
+  work.begin();
+  work.forward();
+  std::fill_n(work.action_buffer(), task.model->nu(), 0.0);
+  Builder builder(options, *task.model, work, fields_, carry_count_);
+  // A built-in robot returns what Gymnasium's returns, which may be NaN.
+  const bool checks = !built_in_ && options.get("strict").integer != 0;
+  const auto calls = std::make_shared<Calls>(id_, callbacks_, checks, builder);
+  task.norm = builder.rounding();
+  task.fields = described(builder);
+  task.needs = work.needs();
+  task.needs.info = static_cast<std::size_t>(std::max(total(task.fields.info), total(task.fields.reset_info)));
+  task.carry_count = builder.carry_count();
+  calls->set_counts(task.fields, task.carry_count);
+  task.calls = calls;
+
+  // A trial step: a model that MuJoCo cannot step is refused now.
+  const std::vector<double> zeros(work.layout().nu);
+  std::vector<double> before(work.layout().size);
+  work.step({zeros.data(), MJENV_DTYPE_FLOAT64, task.model->nu()}, 1, before.data());
+  return task;
+}
+
+// The fields that build has described.
+Fields RegisteredTask::described(const Builder& builder) const {
+  try {
+    Fields fields{
+        with_offsets(builder.fields(), MJENV_ROLE_OBSERVATION), with_offsets(builder.fields(), MJENV_ROLE_INFO),
+        with_offsets(builder.fields(), MJENV_ROLE_RESET_INFO), with_offsets(builder.fields(), MJENV_ROLE_REWARD),
+        with_offsets(builder.fields(), MJENV_ROLE_STRUCTURE)};
+    if (fields.observation.empty() && !built_in_) fail(MJENV_E_TASK, "there is no field of the observation");
+    if (callbacks_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
+    if (!fields.reset_info.empty() && !callbacks_.reset_info && !physics_only_)
+      fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
+    if (fields.reward.empty()) fields.reward = {{"reward", meaning("reward"), MJENV_TYPE_FLOAT64, {}, 0, 1}};
+    fields.reward[0].name = "reward";
+    return fields;
+  } catch (const Error& error) {
+    fail(error.status(), id_ + ": " + error.what());
+  }
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,72 @@
+// A task that the registry knows: the library's copy of a mjenv_task (mjenv/task.h).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mjenv/task.h"
+#include "task/options.hpp"
+#include "task/task.hpp"
+#include "task/task_field.hpp"
+
+namespace mjenv::core {
+
+// The largest frame_skip.
+constexpr std::int64_t kMaxFrameSkip = 1'000'000;
+
+// What a task says of itself without its model.
+struct Outline {
+  const char* model_xml;  // the text of its default model; null if that is a file
+  std::int64_t time_limit;
+  double reward_threshold;  // NaN: none
+  mjenv_task_camera camera;
+};
+
+// Copies the description. Only the callbacks' code and the memory that `user` points to remain the caller's.
+class RegisteredTask {
+ public:
+  enum class Origin { built_in, user };
+  // Throws if the description is invalid. plugin: the dlopen handle of the task's plug-in, or null.
+  RegisteredTask(const mjenv_task& given, Origin origin, const void* plugin = nullptr);
+  RegisteredTask(const RegisteredTask&) = delete;
+  RegisteredTask& operator=(const RegisteredTask&) = delete;
+
+  const std::string& id() const { return id_; }
+  // The id without its version.
+  const std::string& robot() const { return robot_; }
+  int version() const { return version_; }
+  const void* plugin() const { return plugin_; }
+
+  // Declares the task's options, and those that every task has.
+  void declare(Options& options) const { declare(options, options_); }
+  Outline outline() const;
+  Task build(const Options& options) const;
+
+ private:
+  std::string id_, robot_, model_, model_text_;
+  int version_ = 0;
+  bool built_in_, fixed_model_, fixed_frame_skip_, caller_thread_, physics_only_;
+  std::int32_t revision_, frame_skip_;
+  double reward_threshold_;
+  std::int64_t time_limit_, carry_count_;
+  mjenv_task_camera camera_;
+  std::vector<Option> options_;
+  std::vector<TaskField> fields_;
+  Callbacks callbacks_;
+  const void* plugin_;
+
+  void take_id(const char* id);
+  void take_model(const mjenv_task& given);
+  void take_options(const mjenv_task& given);
+  void take_fields(const mjenv_task& given);
+  void check_callbacks() const;
+  void declare(Options& options, const std::vector<Option>& of_task) const;
+  std::shared_ptr<const Model> open(const Options& options) const;
+  Fields described(const Builder& builder) const;
+};
+
+// Copies the struct of a caller that may have been compiled with an older or newer header.
+std::unique_ptr<RegisteredTask> users_task(const mjenv_task* given, const void* plugin);
+
+}  // namespace mjenv::core

@@ -1,0 +1,163 @@
+#include "task/task.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include "error.hpp"
+#include "task/api.hpp"
+#include "task/builder.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// Shows the action to the callback step. The others see NaN.
+class Shown {
+ public:
+  Shown(Work& work, const Action& action) : values_(work.action_buffer()), count_(action.count) {
+    for (std::int64_t i = 0; i < count_; ++i) values_[i] = action[i];
+  }
+  ~Shown() {
+    for (std::int64_t i = 0; i < count_; ++i) values_[i] = kNaN;
+  }
+  Shown(const Shown&) = delete;
+  Shown& operator=(const Shown&) = delete;
+
+ private:
+  double* values_;
+  std::int64_t count_;
+};
+
+// The buffer for an info. Numbers that the callback does not write stay NaN.
+double* nan_info(Work& work, std::int64_t count) {
+  double* values = work.info_buffer();
+  std::fill_n(values, count, kNaN);
+  return values;
+}
+
+}  // namespace
+
+std::int64_t total(const std::vector<Field>& fields) {
+  return fields.empty() ? 0 : fields.back().offset + fields.back().count;
+}
+
+Calls::Calls(std::string id, const Callbacks& callbacks, bool checks, Builder& builder)
+    : id_(std::move(id)), callbacks_(callbacks), checks_(checks), self_(callbacks.user) {
+  if (!callbacks_.build) return;
+  void* self = nullptr;
+  bool is_unfit = false;
+  try {
+    call("build", [&] {
+      const std::int32_t result = callbacks_.build(&builder, callbacks_.user, &self);
+      built_ = result == 0;  // if build failed, it has freed what it allocated
+      builder.check();
+      is_unfit = result == MJENV_E_MODEL;
+      return is_unfit ? 0 : result;
+    });
+    if (is_unfit) fail(MJENV_E_MODEL, id_ + " cannot use model " + quoted(builder.label()) + ": " + task_message());
+  } catch (...) {
+    if (built_ && callbacks_.destroy) callbacks_.destroy(self);
+    throw;
+  }
+  self_ = self;
+}
+
+Calls::~Calls() {
+  if (built_ && callbacks_.destroy) callbacks_.destroy(self_);
+}
+
+void Calls::set_counts(const Fields& fields, std::int64_t carry_count) {
+  observation_count_ = total(fields.observation);
+  info_count_ = total(fields.info);
+  reset_info_count_ = total(fields.reset_info);
+  carry_count_ = static_cast<std::int32_t>(carry_count);
+}
+
+void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random) const {
+  if (!callbacks_.reset) return;
+  mjenv_start to{sizeof to,     0,          &task_api(), &random, sim.qpos0, start.qpos,  start.qvel, start.act,
+                 start.carried, sim.arrays, sim.nq,      sim.nv,  sim.na,    carry_count_};
+  call(
+      "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
+  if (!checks_) return;
+  const auto check_finite = [&](const char* name, const double* values, int count) {
+    for (int i = 0; i < count; ++i)
+      if (!std::isfinite(values[i]))
+        refuse("reset", std::string(name) + "[" + std::to_string(i) + "] is " + number(values[i]));
+  };
+  check_finite("qpos", start.qpos, sim.nq);
+  check_finite("qvel", start.qvel, sim.nv);
+  check_finite("act", start.act, sim.na);
+}
+
+const double* Calls::reset_info(Work& work) const {
+  work.complete_needs();
+  double* values = nan_info(work, reset_info_count_);
+  if (!callbacks_.reset_info) return values;
+  call("reset_info", [&] { return callbacks_.reset_info(self_, &work.sim(), values); });
+  return values;
+}
+
+void Calls::carry(Work& work) const {
+  if (!callbacks_.carry) return;
+  work.complete_needs();
+  call("carry", [&] { return callbacks_.carry(self_, &work.sim(), work.carried()); });
+}
+
+void Calls::observe(Work& work, double* to) const {
+  if (!callbacks_.observe) return static_cast<void>(std::fill_n(to, observation_count_, 0.0));
+  work.complete_needs();
+  call("observe", [&] { return callbacks_.observe(self_, &work.sim(), to); });
+  if (!checks_) return;
+  double sum = 0;
+  for (std::int64_t i = 0; i < observation_count_; ++i) sum += 0 * to[i];  // becomes NaN if a number is not finite
+  if (sum == 0) return;
+  for (std::int64_t i = 0; i < observation_count_; ++i)
+    if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
+}
+
+mjenv_outcome Calls::step(Work& work, const Action& action, Random& random) const {
+  work.complete_needs();
+  mjenv_outcome to{sizeof to, 0, 0, nan_info(work, info_count_), work.carried(), &random};
+  if (!callbacks_.step) return to;
+  const Shown shown(work, action);
+  call(
+      "step", [&] { return callbacks_.step(self_, &work.sim(), &to); }, &random);
+  if (checks_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
+  return to;
+}
+
+void Calls::refuse(const char* callback, const std::string& why) const {
+  fail(MJENV_E_TASK, id_ + ": " + callback + ": " + why);
+}
+
+// Throws for a callback that returned `result`, or whose draw was refused.
+void Calls::fail_with(const char* callback, std::int32_t result) const {
+  if (result == MJENV_E_MEMORY) throw std::bad_alloc();
+  const std::string why = task_message();
+  refuse(callback, why.empty() ? "it returned " + std::to_string(result) + " without a message" : why);
+}
+
+template <typename Body>
+void Calls::call(const char* name, const Body& body, const Random* random) const {
+  clear_task_message();
+  std::int32_t result = 0;
+  try {
+    result = body();
+  } catch (const Error& error) {  // from Builder::check
+    fail(error.status(), id_ + ": " + name + ": " + error.what());
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    refuse(name, std::string("it threw an exception: ") + error.what());
+  } catch (...) {
+    refuse(name, "it threw an exception");
+  }
+  if (result != 0 || (random && random->failed)) fail_with(name, result);
+}
+
+}  // namespace mjenv::core

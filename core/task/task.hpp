@@ -1,0 +1,104 @@
+// A task in one environment: its fields, and its callbacks (mjenv/task.h) for one row at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/model.hpp"
+#include "engine/work.hpp"
+#include "mjenv/task.h"
+#include "numpy/math.hpp"
+#include "task/random.hpp"
+
+namespace mjenv::core {
+
+// One named part of what a role returns. offset: the sum of the counts of the role's earlier fields.
+struct Field {
+  std::string name, doc;
+  mjenv_type type = MJENV_TYPE_FLOAT64;
+  std::vector<std::int64_t> shape;
+  std::int64_t offset = 0, count = 1;
+};
+
+// The sum of the counts of a role's fields.
+std::int64_t total(const std::vector<Field>& fields);
+
+// The fields that the task describes.
+struct Fields {
+  std::vector<Field> observation, info, reset_info, reward, structure;
+};
+
+struct Callbacks {
+  void* user;
+  decltype(mjenv_task::build) build;
+  decltype(mjenv_task::destroy) destroy;
+  decltype(mjenv_task::reset) reset;
+  decltype(mjenv_task::reset_info) reset_info;
+  decltype(mjenv_task::carry) carry;
+  decltype(mjenv_task::observe) observe;
+  decltype(mjenv_task::step) step;
+};
+
+// The arrays that a reset writes.
+struct Start {
+  double *qpos, *qvel, *act, *carried;
+};
+
+class Builder;
+
+// Calls the callbacks with the `self` that build made, and destroys that in the end. Those of a task with physics_only
+// are null: then a reset gives the model's initial state, observations and rewards are 0, and infos NaN.
+class Calls {
+ public:
+  // Calls build. checks: whether NaN and infinity are refused.
+  Calls(std::string id, const Callbacks& callbacks, bool checks, Builder& builder);
+  ~Calls();
+  Calls(const Calls&) = delete;
+  Calls& operator=(const Calls&) = delete;
+
+  // Called once, with the fields that build described.
+  void set_counts(const Fields& fields, std::int64_t carry_count);
+
+  bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
+
+  // Draws the initial state of an episode. sim: only its sizes and the model's arrays are valid.
+  void reset(const mjenv_sim& sim, const Start& start, Random& random) const;
+  // Returns the numbers of the reset info, which lie in the work space.
+  const double* reset_info(Work& work) const;
+  // Writes the numbers that the next step needs to know of the present state to Work::carried.
+  void carry(Work& work) const;
+  void observe(Work& work, double* to) const;
+  // Calls step after the simulation has advanced with this action.
+  mjenv_outcome step(Work& work, const Action& action, Random& random) const;
+
+ private:
+  std::string id_;
+  Callbacks callbacks_;
+  bool checks_, built_ = false;
+  void* self_;
+  std::int64_t observation_count_ = 0, info_count_ = 0, reset_info_count_ = 0;
+  std::int32_t carry_count_ = 0;
+
+  [[noreturn]] void refuse(const char* callback, const std::string& why) const;
+  [[noreturn]] void fail_with(const char* callback, std::int32_t result) const;
+  template <typename Body>
+  void call(const char* name, const Body& body, const Random* random = nullptr) const;
+};
+
+struct Task {
+  std::shared_ptr<const Model> model;
+  int frame_skip = 1;
+  mjenv_task_camera camera{};
+  std::int32_t revision = 0;     // part of an image's identity
+  bool caller_thread = false;    // the callbacks run only on the thread that calls the library
+  std::optional<np::Norm> norm;  // the rounding of norms, if the task computes any
+  Fields fields;
+  Needs needs;
+  std::int64_t carry_count = 0;
+  std::shared_ptr<const Calls> calls;
+};
+
+}  // namespace mjenv::core

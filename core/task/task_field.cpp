@@ -1,0 +1,99 @@
+#include "task/task_field.hpp"
+
+#include <algorithm>
+
+#include "error.hpp"
+#include "structs.hpp"
+#include "task/meanings.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr std::size_t kMaxName = 200;
+constexpr std::int64_t kMaxNumbers = 1 << 24;  // in an observation or an info
+
+std::int64_t numbers(const TaskField& field) {
+  std::int64_t count = 1;
+  for (const auto extent : field.shape) count *= extent;
+  return count;
+}
+
+}  // namespace
+
+std::string checked_name(const char* name, const std::string& what) {
+  if (!name || !*name) fail(MJENV_E_ARGUMENT, what + " has no name");
+  std::string text = name;
+  if (text.size() > kMaxName)
+    fail(MJENV_E_VALUE, "the name of " + what + " has more than " + std::to_string(kMaxName) + " bytes");
+  if (std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '"'; }))
+    fail(MJENV_E_VALUE, what + " is called " + quoted(text) + ", but a name must have no blanks and no quotes");
+  return text;
+}
+
+const char* role_name(mjenv_role role) {
+  switch (role) {
+    case MJENV_ROLE_OBSERVATION: return "observation";
+    case MJENV_ROLE_INFO: return "info";
+    case MJENV_ROLE_RESET_INFO: return "reset info";
+    case MJENV_ROLE_REWARD: return "reward";
+    case MJENV_ROLE_STRUCTURE: return "structure";
+    default: return nullptr;
+  }
+}
+
+TaskField task_field(const mjenv_task_field& given) {
+  const auto from = read_struct(&given, "field");
+  TaskField field{from.role, checked_name(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
+  const std::string what = "field " + quoted(field.name);
+  if (!role_name(field.role))
+    fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task cannot describe");
+  if (field.type == 0) field.type = MJENV_TYPE_FLOAT64;
+  if (field.type < MJENV_TYPE_FLOAT64 || field.type > MJENV_TYPE_UINT8)
+    fail(MJENV_E_TYPE, what + " has type " + std::to_string(field.type) + ", which does not exist");
+  if (from.ndim < 0 || from.ndim > 4)
+    fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions, not 0 to 4");
+  const bool term = field.role == MJENV_ROLE_OBSERVATION;
+  if (term && from.ndim > 1)
+    fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions: an observation's terms are vectors");
+  if (term && field.type != MJENV_TYPE_FLOAT64) fail(MJENV_E_TYPE, what + ": an observation is of MJENV_TYPE_FLOAT64");
+  if (field.role == MJENV_ROLE_REWARD && from.ndim != 0) fail(MJENV_E_VALUE, what + ": a reward is one number");
+  std::int64_t count = 1;
+  for (std::int32_t i = 0; i < from.ndim; ++i) {
+    if (from.shape[i] < -1 || from.shape[i] > kMaxNumbers ||
+        count * std::max<std::int64_t>(from.shape[i], 1) > kMaxNumbers)
+      fail(MJENV_E_VALUE, what + " has the length " + std::to_string(from.shape[i]));
+    field.shape.push_back(from.shape[i]);
+    count *= std::max<std::int64_t>(from.shape[i], 1);
+  }
+  if (term && field.shape.empty()) field.shape = {1};
+  return field;
+}
+
+void replace_or_add(std::vector<TaskField>& fields, TaskField field) {
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const TaskField& f) {
+    return f.role == field.role && (f.name == field.name || f.role == MJENV_ROLE_REWARD);
+  });
+  if (found == fields.end()) return fields.push_back(std::move(field));
+  if (field.doc.empty()) field.doc = found->doc;
+  *found = std::move(field);
+}
+
+std::vector<Field> with_offsets(const std::vector<TaskField>& fields, mjenv_role role) {
+  std::vector<Field> list;
+  std::int64_t offset = 0;
+  for (const auto& f : fields) {
+    if (f.role != role) continue;
+    if (std::find(f.shape.begin(), f.shape.end(), -1) != f.shape.end())
+      fail(MJENV_E_TASK, "build did not set the length of the " + std::string(role_name(role)) + " " + quoted(f.name));
+    const std::int64_t count = numbers(f);
+    if (role == MJENV_ROLE_OBSERVATION && count == 0) continue;
+    list.push_back({f.name, f.doc.empty() ? meaning(f.name) : f.doc, f.type, f.shape, offset, count});
+    offset += count;
+    if (offset > kMaxNumbers)
+      fail(MJENV_E_VALUE,
+           "the " + std::string(role_name(role)) + " has more than " + std::to_string(kMaxNumbers) + " numbers");
+  }
+  return list;
+}
+
+}  // namespace mjenv::core
