@@ -300,7 +300,7 @@ SIZES = r"""
 int main(void) {
   SHOW(mjenv_task_option, choices); SHOW(mjenv_task_field, shape); SHOW(mjenv_task_camera, elevation);
   SHOW(mjenv_sim, arrays); SHOW(mjenv_start, carry_count); SHOW(mjenv_outcome, random);
-  SHOW(mjenv_task_api, permutation); SHOW(mjenv_builder, random); SHOW(mjenv_task, physics_only);
+  SHOW(mjenv_task_api, permutation); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
 }
 """
 
