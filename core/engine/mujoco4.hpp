@@ -20,8 +20,8 @@
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 
-// All functions of MuJoCo that the core calls.
-// clang-format off: it would indent each line more than the one before
+// All functions of MuJoCo that the core calls. clang-format would indent each line more than the one before.
+// clang-format off
 #define MJENV_MUJOCO_FUNCTIONS(X) \
   X(mj_version) \
   X(mj_versionString) \
