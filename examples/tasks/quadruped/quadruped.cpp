@@ -43,7 +43,7 @@ MJENV_TASK("QuadrupedVelocity-v0", r) {
   const double w_jerk = r.real("jerk_cost", 0.02, "weight of the squared change of the action");
   const double w_torque = r.real("torque_cost", 0.0002, "weight of the squared torques of the joints");
 
-  const Kept command = r.keep(3);
+  const Carry command = r.carry(3);
   // In a trot, the first and the last foot are in the air together, then the other two.
   const std::array<int, 4> feet{r.site("fl_foot"), r.site("fr_foot"), r.site("rl_foot"), r.site("rr_foot")};
   const auto phase = [=](const Sim& s) { return 2 * kPi * s.time() / stride; };
