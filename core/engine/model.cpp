@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <new>
+#include <type_traits>
 
 #include "engine/mujoco.hpp"
 #include "error.hpp"
@@ -37,13 +38,14 @@ const Kind& kind_of(const std::string& type) {
   fail(MJENV_E_NAME, "no objects of type " + quoted(type) + "; there are " + listed(names));
 }
 
-constexpr mjenv_type type_of(const mjtNum*) { return MJENV_TYPE_FLOAT64; }
-constexpr mjenv_type type_of(const float*) { return MJENV_TYPE_FLOAT32; }
-constexpr mjenv_type type_of(const int*) { return MJENV_TYPE_INT32; }
-constexpr mjenv_type type_of(const std::int64_t*) { return MJENV_TYPE_INT64; }
-constexpr mjenv_type type_of(const mjtByte*) { return MJENV_TYPE_UINT8; }
-constexpr mjenv_type type_of(const char*) { return MJENV_TYPE_UINT8; }
-constexpr mjenv_type type_of(const bool*) { return MJENV_TYPE_UINT8; }
+template <typename T>
+constexpr mjenv_type type_of(const T*) {
+  if (std::is_same_v<T, mjtNum>) return MJENV_TYPE_FLOAT64;
+  if (std::is_same_v<T, float>) return MJENV_TYPE_FLOAT32;
+  if (std::is_same_v<T, int>) return MJENV_TYPE_INT32;
+  if (std::is_same_v<T, std::int64_t>) return MJENV_TYPE_INT64;
+  return MJENV_TYPE_UINT8;  // mjtByte, mjtBool and char
+}
 
 std::vector<Array> arrays_of(const mjModel* m) {
   std::vector<Array> list;
