@@ -60,3 +60,20 @@ class Worker:
         assert self._process.stdin
         self._process.stdin.close()
         self._process.wait()
+
+
+def rates_in_turns(workers: list[Worker], case: str, seconds: float, rounds: int) -> dict[str, list[float]]:
+    """Measures each worker's steps per second, once in each round.
+
+    The workers take turns in short blocks, so that whatever else the machine does meets all of them alike. case: the
+    arguments of the command "open" (peers/worker.py).
+    """
+    for worker in workers:
+        worker.ask(f"open {case}")
+    rates: dict[str, list[float]] = {worker.name: [] for worker in workers}
+    for turn in range(rounds):
+        for worker in workers if turn % 2 == 0 else reversed(workers):
+            rates[worker.name].append(worker.rate(seconds))
+    for worker in workers:
+        worker.ask("close")
+    return rates

@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 
 import report
-from common import ROBOTS, Worker, cpu_model
+from common import ROBOTS, Worker, cpu_model, rates_in_turns
 from results import PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
@@ -44,14 +44,7 @@ def start(peer: str, arguments: argparse.Namespace) -> Worker:
 
 
 def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds: float, rounds: int) -> list[Row]:
-    for worker in workers:
-        worker.ask(f"open {robot}-v5 {envs} {threads} 1")
-    rates: dict[str, list[float]] = {worker.name: [] for worker in workers}
-    for turn in range(rounds):
-        for worker in workers if turn % 2 == 0 else reversed(workers):
-            rates[worker.name].append(worker.rate(seconds))
-    for worker in workers:
-        worker.ask("close")
+    rates = rates_in_turns(workers, f"{robot}-v5 {envs} {threads} 1", seconds, rounds)
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     return [
         {

@@ -14,12 +14,13 @@ import os
 from pathlib import Path
 from statistics import median
 
-from common import Worker, cpu_model
+from common import Worker, cpu_model, rates_in_turns
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 KINDS = "built-in c cpp rust numba numpy gymnasium mujoco-batch julia-built-in julia".split()
 JULIA = {"julia-built-in": "Hopper-v5", "julia": "JuliaHopper-v5"}
+ONE_THREAD = {"gymnasium", *JULIA}
 FIELDS = "kind envs threads steps_per_second ratio_to_built_in ratios about cpu date".split()
 
 
@@ -37,19 +38,6 @@ def start(kind: str, arguments: argparse.Namespace) -> Worker:
         environment["MJENV_LIBRARY"] = arguments.library
     environment["PYTHONPATH"] = os.pathsep.join(map(str, path))
     return Worker(kind, [python, str(HERE / "worker.py"), kind, arguments.plugins], environment)
-
-
-def measure(workers: list[Worker], envs: int, threads: int, seconds: float, rounds: int) -> dict[str, list[float]]:
-    """The rates of each kind, a block after the other."""
-    for worker in workers:
-        worker.ask(f"open Hopper-v5 {envs} {threads} 1")
-    rates: dict[str, list[float]] = {worker.name: [] for worker in workers}
-    for turn in range(rounds):
-        for worker in workers if turn % 2 == 0 else reversed(workers):
-            rates[worker.name].append(worker.rate(seconds))
-    for worker in workers:
-        worker.ask("close")
-    return rates
 
 
 def parse() -> argparse.Namespace:
@@ -78,8 +66,8 @@ def parse() -> argparse.Namespace:
 def main() -> None:
     arguments = parse()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    base = ["built-in", "julia-built-in"] if "julia" in arguments.kinds else ["built-in"]
-    kinds = list(dict.fromkeys([*base, *arguments.kinds]))
+    bases = ["built-in", "julia-built-in"] if "julia" in arguments.kinds else ["built-in"]
+    kinds = list(dict.fromkeys([*bases, *arguments.kinds]))
     workers = [start(kind, arguments) for kind in kinds]
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     cases = [(envs, threads) for envs in arguments.envs for threads in arguments.threads]
@@ -88,9 +76,8 @@ def main() -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(FIELDS)
         for envs, threads in cases:
-            single = {"gymnasium", *JULIA}  # these have only one thread
-            chosen = [worker for worker in workers if worker.name not in single or threads == 1]
-            rates = measure(chosen, envs, threads, arguments.seconds, arguments.rounds)
+            chosen = [worker for worker in workers if worker.name not in ONE_THREAD or threads == 1]
+            rates = rates_in_turns(chosen, f"Hopper-v5 {envs} {threads} 1", arguments.seconds, arguments.rounds)
             for worker in workers:
                 if worker.name not in rates:
                     table[worker.name].append("")
