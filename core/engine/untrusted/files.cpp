@@ -15,12 +15,9 @@
 #include <vector>
 
 #include "engine/untrusted/inflate.hpp"
-#include "error.hpp"
 
 namespace mjenv::core {
 namespace {
-
-[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
 void check_limit(const Limits& limits, const char* what, std::int64_t count, const Limit& limit) {
   if (count < 0) refuse(std::to_string(count) + " " + what);

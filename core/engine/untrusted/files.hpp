@@ -5,9 +5,13 @@
 #include <string>
 
 #include "engine/untrusted/limits.hpp"
+#include "error.hpp"
 #include "mjenv/mjenv.h"
 
 namespace mjenv::core {
+
+// Refuses a model, or a file of it.
+[[noreturn]] inline void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
 // Reads a regular file. Fails with MJENV_E_MODEL if it is no regular file or has too many bytes, and with the
 // status `unreadable` if it cannot be opened or read.

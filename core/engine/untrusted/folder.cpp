@@ -6,14 +6,11 @@
 #include <memory>
 
 #include "engine/untrusted/files.hpp"
-#include "error.hpp"
 
 namespace mjenv::core {
 namespace {
 
 constexpr std::size_t kMaxPath = 900;  // MuJoCo copies paths to buffers of 1000
-
-[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
 // Resolves links.
 std::string real_path(const std::string& path) {
