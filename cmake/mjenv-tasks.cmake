@@ -8,7 +8,11 @@ function(mjenv_add_tasks name)
   add_library(${name} MODULE ${tasks_UNPARSED_ARGUMENTS})
   set_target_properties(${name} PROPERTIES PREFIX lib C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden
                                            VISIBILITY_INLINES_HIDDEN ON)
-  target_include_directories(${name} PRIVATE $<TARGET_PROPERTY:mjenv::mjenv,INTERFACE_INCLUDE_DIRECTORIES>)
+  set(library mjenv::mjenv)
+  if(NOT TARGET mjenv::mjenv)
+    set(library mjenv::mujoco4)
+  endif()
+  target_include_directories(${name} PRIVATE $<TARGET_PROPERTY:${library},INTERFACE_INCLUDE_DIRECTORIES>)
   # NumPy does not fuse multiplications with additions.
   target_compile_options(${name} PRIVATE -ffp-contract=off)
   if(NOT tasks_UNPARSED_ARGUMENTS MATCHES "\\.c(;|$)" OR tasks_UNPARSED_ARGUMENTS MATCHES "\\.(cpp|cc|cxx)(;|$)")

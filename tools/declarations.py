@@ -159,6 +159,12 @@ def julia_structs(api: header.Header) -> Iterator[header.Struct]:
         yield ready
 
 
+def julia_handle(api: header.Header, function: header.Function) -> str | None:
+    """The name of the first parameter, if it is a handle."""
+    first = function.parameters[0] if function.parameters else None
+    return first.name if first and first.type.base in api.opaques and first.type.pointers == 1 else None
+
+
 def julia_function(function: header.Function, address: str, *first: str) -> Iterator[str]:
     """first: a parameter of the Julia function that the C function does not have."""
     names = [parameter.name for parameter in function.parameters]
@@ -183,10 +189,15 @@ def julia_module(_: header.Header) -> str:
         lines.extend(["", *julia_enum(enum)])
     for struct in julia_structs(api):
         lines.extend(["", *julia_struct(api, struct)])
-    lines.extend(["", "# In the order of the indices given to address."])
+    lines.extend(
+        ["", "# In the order of the indices given to address, whose other argument says of which library it is the"]
+    )
+    lines.extend(["# function: a handle that the library has made, or an engine."])
     lines.extend(["const FUNCTIONS = (", *(f"    :{function.name}," for function in api.functions), ")"])
     for index, function in enumerate(api.functions, start=1):
-        lines.extend(["", *julia_function(function, f"address({index})")])
+        handle = julia_handle(api, function)
+        first = () if handle else ("engine",)
+        lines.extend(["", *julia_function(function, f"address({handle or 'engine'}, {index})", *first)])
     lines.extend(["", "# The library's functions for callbacks; api is a Ptr{mjenv_task_api}."])
     (task_api,) = (struct for struct in api.structs if struct.name == "mjenv_task_api")
     for field in task_api.fields:

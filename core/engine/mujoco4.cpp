@@ -73,9 +73,13 @@ void open_library() {
 
 }  // namespace
 
+// Without std::call_once, which lets exceptions pass through a function of C: Julia's unwinder cannot do that.
 const char* open_mujoco() {
-  static std::once_flag once;
-  std::call_once(once, open_library);
+  static std::mutex opening;
+  if (!is_open) {
+    const std::lock_guard lock(opening);
+    if (!is_open) open_library();
+  }
   return mj_versionString();
 }
 

@@ -1,6 +1,6 @@
 """
 Gymnasium's MuJoCo environments (v4 and v5 of eleven robots) in native code. For the same seed and actions every output
-equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
+equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, or on MuJoCo 4.0 with `Env(...; engine = "4.0")`, bit for bit.
 
 ```julia
 using MJEnv
@@ -19,7 +19,7 @@ Rows and objects are numbered from 1. The texts of errors come from the C librar
 
 The module does not export names that programs like to use for variables: `MJEnv.info`, `MJEnv.reset_info`,
 `MJEnv.final_info`, `MJEnv.arrays`, `MJEnv.stream`, `MJEnv.spec`, `MJEnv.options`, `MJEnv.fields`, `MJEnv.gl`,
-`MJEnv.ids`, `MJEnv.schema`, `MJEnv.version`.
+`MJEnv.ids`, `MJEnv.schema`, `MJEnv.version`, `MJEnv.engines`.
 
 Algorithms written for CommonRLInterface or ReinforcementLearningBase take an environment of one row: load that package
 and call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(ReinforcementLearningBase.AbstractEnv, env)`.
@@ -27,9 +27,13 @@ and call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(Reinforcement
 Robots and tasks of your own are types derived from [`MJEnv.Task`](@ref). `MJEnv.register` gives them ids, and
 `MJEnv.load_tasks` loads plug-ins.
 
-The module loads the C library, `libmjenv.so`, at the first call. It looks for it at the path that
-`ENV["MJENV_LIBRARY"]` names; without that variable inside the package, then in the `build` folder of this repository,
-then where the system's loader finds it.
+The module loads a C library at the first call that needs it: `libmjenv.so` for MuJoCo 2.2.2, `libmjenv-mujoco4.so` for
+MuJoCo 4.0. It looks for it at the path that `ENV["MJENV_LIBRARY"]` names and in the same folder; without that variable
+inside the package, then in the folder `build` of this repository (`build/mujoco4` for MuJoCo 4.0), then where the
+system's loader finds it.
+
+`libmjenv-mujoco4.so` opens MuJoCo when it first builds an environment: the `libmujoco.so.4.0.x` that
+`ENV["MJENV_MUJOCO"]` names, else one that the process has already loaded, else the one that the system's loader finds.
 """
 module MJEnv
 

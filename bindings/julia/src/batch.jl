@@ -164,7 +164,7 @@ function reset!(batch::Batch, env::Env; mask::Union{Nothing,AbstractVector{Bool}
         out = raw(batch, env)
         status = inside(handle -> mjenv_reset(handle, chosen, out), env)
         note!(batch, env, status, fields, Float64)
-        check(status)
+        check(env.handle, status)
     end
     return batch
 end
@@ -217,7 +217,7 @@ function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}, chosen)
         out = raw(batch, env)
         status = inside(handle -> mjenv_step(handle, chosen, action, length(action), dtype_of(T), out), env)
         note!(batch, env, status, fields, T)
-        check(status)
+        check(env.handle, status)
     end
     return batch
 end
@@ -255,7 +255,7 @@ names into its `arrays`. The other outputs keep their values. Returns the batch.
 function observe!(batch::Batch, env::Env)
     GC.@preserve batch begin
         out = raw(batch, env)
-        check(inside(handle -> mjenv_observe(handle, out), env))
+        check(env.handle, inside(handle -> mjenv_observe(handle, out), env))
     end
     return batch
 end

@@ -387,7 +387,8 @@ Base.@kwdef struct mjenv_builder
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
 end
 
-# In the order of the indices given to address.
+# In the order of the indices given to address, whose other argument says of which library it is the
+# function: a handle that the library has made, or an engine.
 const FUNCTIONS = (
     :mjenv_abi_version,
     :mjenv_version,
@@ -452,39 +453,39 @@ const FUNCTIONS = (
     :mjenv_task_functions,
 )
 
-mjenv_abi_version() = ccall(
-    address(1),
+mjenv_abi_version(engine) = ccall(
+    address(engine, 1),
     UInt32,
     (),
 )
 
-mjenv_version() = ccall(
-    address(2),
+mjenv_version(engine) = ccall(
+    address(engine, 2),
     Cstring,
     (),
 )
 
-mjenv_version_number() = ccall(
-    address(3),
+mjenv_version_number(engine) = ccall(
+    address(engine, 3),
     UInt32,
     (),
 )
 
-mjenv_status_name(status) = ccall(
-    address(4),
+mjenv_status_name(engine, status) = ccall(
+    address(engine, 4),
     Cstring,
     (mjenv_status,),
     status,
 )
 
-mjenv_last_error() = ccall(
-    address(5),
+mjenv_last_error(engine) = ccall(
+    address(engine, 5),
     Cstring,
     (),
 )
 
-mjenv_error_of(handle, text, capacity, size) = ccall(
-    address(6),
+mjenv_error_of(engine, handle, text, capacity, size) = ccall(
+    address(engine, 6),
     mjenv_status,
     (Ptr{Cvoid}, Ptr{Cchar}, Csize_t, Ptr{Csize_t}),
     handle,
@@ -493,29 +494,29 @@ mjenv_error_of(handle, text, capacity, size) = ccall(
     size,
 )
 
-mjenv_id_count() = ccall(
-    address(7),
+mjenv_id_count(engine) = ccall(
+    address(engine, 7),
     Int64,
     (),
 )
 
-mjenv_id_at(index) = ccall(
-    address(8),
+mjenv_id_at(engine, index) = ccall(
+    address(engine, 8),
     Cstring,
     (Int64,),
     index,
 )
 
-mjenv_spec_of(id, spec) = ccall(
-    address(9),
+mjenv_spec_of(engine, id, spec) = ccall(
+    address(engine, 9),
     mjenv_status,
     (Cstring, Ptr{mjenv_spec}),
     id,
     spec,
 )
 
-mjenv_options_create(id, options) = ccall(
-    address(10),
+mjenv_options_create(engine, id, options) = ccall(
+    address(engine, 10),
     mjenv_status,
     (Cstring, Ptr{Ptr{mjenv_options}}),
     id,
@@ -523,7 +524,7 @@ mjenv_options_create(id, options) = ccall(
 )
 
 mjenv_options_copy(options, copy) = ccall(
-    address(11),
+    address(options, 11),
     mjenv_status,
     (Ptr{mjenv_options}, Ptr{Ptr{mjenv_options}}),
     options,
@@ -531,21 +532,21 @@ mjenv_options_copy(options, copy) = ccall(
 )
 
 mjenv_options_destroy(options) = ccall(
-    address(12),
+    address(options, 12),
     Cvoid,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_count(options) = ccall(
-    address(13),
+    address(options, 13),
     Int64,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_at(options, index, option) = ccall(
-    address(14),
+    address(options, 14),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}),
     options,
@@ -554,7 +555,7 @@ mjenv_options_at(options, index, option) = ccall(
 )
 
 mjenv_options_set_integer(options, name, value) = ccall(
-    address(15),
+    address(options, 15),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Int64),
     options,
@@ -563,7 +564,7 @@ mjenv_options_set_integer(options, name, value) = ccall(
 )
 
 mjenv_options_set_reals(options, name, values, count) = ccall(
-    address(16),
+    address(options, 16),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t),
     options,
@@ -573,7 +574,7 @@ mjenv_options_set_reals(options, name, values, count) = ccall(
 )
 
 mjenv_options_set_string(options, name, value) = ccall(
-    address(17),
+    address(options, 17),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Cstring),
     options,
@@ -582,7 +583,7 @@ mjenv_options_set_string(options, name, value) = ccall(
 )
 
 mjenv_options_get_integer(options, name, value) = ccall(
-    address(18),
+    address(options, 18),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Int64}),
     options,
@@ -591,7 +592,7 @@ mjenv_options_get_integer(options, name, value) = ccall(
 )
 
 mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
-    address(19),
+    address(options, 19),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     options,
@@ -602,7 +603,7 @@ mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
 )
 
 mjenv_options_get_string(options, name, value) = ccall(
-    address(20),
+    address(options, 20),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Cstring}),
     options,
@@ -611,7 +612,7 @@ mjenv_options_get_string(options, name, value) = ccall(
 )
 
 mjenv_create(options, rows, env) = ccall(
-    address(21),
+    address(options, 21),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}),
     options,
@@ -620,35 +621,35 @@ mjenv_create(options, rows, env) = ccall(
 )
 
 mjenv_destroy(env) = ccall(
-    address(22),
+    address(env, 22),
     Cvoid,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_rows(env) = ccall(
-    address(23),
+    address(env, 23),
     Int64,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_frame_skip(env) = ccall(
-    address(24),
+    address(env, 24),
     Int64,
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_options_of(env) = ccall(
-    address(25),
+    address(env, 25),
     Ptr{mjenv_options},
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_space_of(env, role, space) = ccall(
-    address(26),
+    address(env, 26),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
     env,
@@ -657,7 +658,7 @@ mjenv_space_of(env, role, space) = ccall(
 )
 
 mjenv_field_count(env, role) = ccall(
-    address(27),
+    address(env, 27),
     Int64,
     (Ptr{mjenv_env}, mjenv_role),
     env,
@@ -665,7 +666,7 @@ mjenv_field_count(env, role) = ccall(
 )
 
 mjenv_field_at(env, role, index, field) = ccall(
-    address(28),
+    address(env, 28),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
     env,
@@ -675,7 +676,7 @@ mjenv_field_at(env, role, index, field) = ccall(
 )
 
 mjenv_seed(env, seeds, mask) = ccall(
-    address(29),
+    address(env, 29),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt64}, Ptr{UInt8}),
     env,
@@ -684,7 +685,7 @@ mjenv_seed(env, seeds, mask) = ccall(
 )
 
 mjenv_seed_digits(env, row, digits, count) = ccall(
-    address(30),
+    address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt32}, Csize_t),
     env,
@@ -694,7 +695,7 @@ mjenv_seed_digits(env, row, digits, count) = ccall(
 )
 
 mjenv_get_stream(env, row, words, count) = ccall(
-    address(31),
+    address(env, 31),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
     env,
@@ -704,7 +705,7 @@ mjenv_get_stream(env, row, words, count) = ccall(
 )
 
 mjenv_set_stream(env, row, words, count) = ccall(
-    address(32),
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
     env,
@@ -714,7 +715,7 @@ mjenv_set_stream(env, row, words, count) = ccall(
 )
 
 mjenv_seed_actions(env, seed) = ccall(
-    address(33),
+    address(env, 33),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -722,7 +723,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(34),
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
     env,
@@ -731,7 +732,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(35),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -740,7 +741,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(36),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -752,7 +753,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(37),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype),
     env,
@@ -764,7 +765,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(38),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Csize_t, Float64, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{mjenv_batch}),
     env,
@@ -777,7 +778,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(39),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -789,7 +790,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(40),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -797,7 +798,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(41),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     env,
@@ -809,7 +810,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(42),
+    address(env, 42),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -818,7 +819,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(43),
+    address(env, 43),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -828,7 +829,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(44),
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -838,7 +839,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(45),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Ptr{Float64}, Csize_t),
     env,
@@ -850,7 +851,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(46),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
     env,
@@ -861,7 +862,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, from, to_mask) = ccall(
-    address(47),
+    address(env, 47),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
     env,
@@ -870,7 +871,7 @@ mjenv_copy_row(env, from, to_mask) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(48),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
     env,
@@ -881,7 +882,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(49),
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
     env,
@@ -891,7 +892,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(50),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -899,7 +900,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(51),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -908,21 +909,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(52),
+    address(renderer, 52),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(53),
+    address(renderer, 53),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(54),
+    address(renderer, 54),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
     renderer,
@@ -934,7 +935,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(55),
+    address(env, 55),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -943,43 +944,43 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(56),
+    address(window, 56),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(57),
+    address(window, 57),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(58),
+    address(window, 58),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
     row,
 )
 
-mjenv_register_task(task) = ccall(
-    address(59),
+mjenv_register_task(engine, task) = ccall(
+    address(engine, 59),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
-mjenv_load_tasks(path) = ccall(
-    address(60),
+mjenv_load_tasks(engine, path) = ccall(
+    address(engine, 60),
     mjenv_status,
     (Cstring,),
     path,
 )
 
-mjenv_task_functions() = ccall(
-    address(61),
+mjenv_task_functions(engine) = ccall(
+    address(engine, 61),
     Ptr{mjenv_task_api},
     (),
 )

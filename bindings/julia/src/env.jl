@@ -3,8 +3,8 @@
 const CLOSED = typemin(Int) ÷ 2
 
 """
-    Env(id; rows = 1, options...)
-    Env(f, id; rows = 1, options...)
+    Env(id; rows = 1, engine = nothing, options...)
+    Env(f, id; rows = 1, engine = nothing, options...)
 
 Builds the environment `id`, one of `MJEnv.ids()`, with `rows` rows. Each row is an episode; rows do not influence each
 other. If you pass a function `f`, it is called with the environment, which is closed when `f` returns or throws.
@@ -15,8 +15,11 @@ other. If you pass a function `f`, it is called with the environment, which is c
 string or a symbol. An unknown option, a value of the wrong type or out of bounds, and a model that does not fit the
 task throw an [`MJEnvError`](@ref).
 
-You may read these fields: `id`, `rows`, `frame_skip` (how many simulation steps of MuJoCo one step takes) and `dt` (how
-many seconds of simulation one step takes).
+`engine` is the version of MuJoCo, `"2.2.2"` or `"4.0"`: see [`MJEnv.engines`](@ref). Their bits differ. By default it
+is what `ENV["MJENV_ENGINE"]` names, without that variable `"2.2.2"`. A process may use both at the same time.
+
+You may read these fields: `id`, `engine`, `rows`, `frame_skip` (how many simulation steps of MuJoCo one step takes) and
+`dt` (how many seconds of simulation one step takes).
 
 An environment takes a few megabytes outside Julia's heap. `close(env)` frees them at once; without it the garbage
 collector frees them at some time. Every use of a closed environment throws an `ArgumentError`.
@@ -25,9 +28,10 @@ Threads may use different environments at the same time. If two threads use the 
 an `MJEnvError` of status `MJENV_E_BUSY`.
 """
 mutable struct Env
-    handle::Ptr{mjenv_env}
+    handle::Handle{mjenv_env}
     callers::Threads.Atomic{Int}  # how many calls are inside the library; negative once closed
     id::String
+    engine::String
     rows::Int
     frame_skip::Int
     dt::Float64
@@ -43,15 +47,22 @@ mutable struct Env
     sent_type::DataType  # of the actions that send! took last
     latest::Any  # the Batch that MJEnv.info(env) reads, or nothing
 
-    function Env(id::AbstractString; rows::Integer = 1, options...)
+    function Env(
+        id::AbstractString;
+        rows::Integer = 1,
+        engine::Union{Nothing,AbstractString} = nothing,
+        options...,
+    )
+        chosen = Engine(engine)
         created = Ref{Ptr{mjenv_env}}(C_NULL)
-        with_options(id) do handle
+        with_options(chosen, id) do handle
             for (name, value) in pairs(options)
                 set_option!(handle, id, name, value)
             end
-            check(mjenv_create(handle, rows, created))
+            check(handle, mjenv_create(handle, rows, created))
         end
-        env = finalizer(destroy, new(created[], Threads.Atomic{Int}(0), id, rows))
+        handle = Handle(chosen, created[])
+        env = finalizer(destroy, new(handle, Threads.Atomic{Int}(0), id, library_of(chosen).engine, rows))
         describe!(env)
         return env
     end
@@ -131,7 +142,7 @@ function Base.show(io::IO, env::Env)
     print(io, ")", isopen(env) ? "" : " (closed)")
 end
 
-options(env::Env) = inside(handle -> values_of(mjenv_options_of(handle)), env)
+options(env::Env) = inside(handle -> values_of(Handle(handle.engine, mjenv_options_of(handle))), env)
 
 """
     MJEnv.fields(env, role)
@@ -149,16 +160,17 @@ Returns the [`MJEnv.Field`](@ref)s of a role as a vector, in Gymnasium's order. 
 fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role)), env)
 
 """
-    MJEnv.spec(id)
+    MJEnv.spec(id; engine = nothing)
     MJEnv.spec(env)
 
 Returns what Gymnasium registers for an id, as a NamedTuple: `id`, `robot` (the id without its version), `version`,
 `max_episode_steps`, and `reward_threshold`, which is `nothing` where Gymnasium states none. For an environment,
 `max_episode_steps` is the value that it was built with; `nothing` means that it has no limit.
 """
-function spec(id::AbstractString)
+function spec(id::AbstractString; engine::Union{Nothing,AbstractString} = nothing)
+    chosen = Engine(engine)
     found = Ref(mjenv_spec())
-    check(mjenv_spec_of(text(id), found))
+    check(chosen, mjenv_spec_of(chosen, text(id), found))
     s = found[]
     return (
         id = unsafe_string(s.id),
@@ -171,12 +183,12 @@ end
 
 function spec(env::Env)
     limit = options(env).max_episode_steps
-    return merge(spec(env.id), (max_episode_steps = limit > 0 ? limit : nothing,))
+    return merge(spec(env.id; engine = env.engine), (max_episode_steps = limit > 0 ? limit : nothing,))
 end
 
-function space_of(handle::Ptr{mjenv_env}, role::mjenv_role)
+function space_of(handle::Handle{mjenv_env}, role::mjenv_role)
     space = Ref(mjenv_space())
-    check(mjenv_space_of(handle, role, space))
+    check(handle, mjenv_space_of(handle, role, space))
     return space[]
 end
 
@@ -229,7 +241,7 @@ function seed!(env::Env, seeds::AbstractVector{<:Union{Integer,Nothing}})
         for (index, seed) in enumerate(seeds)
             seed === nothing && continue
             number = digits_of(seed)
-            check(mjenv_seed_digits(handle, index - 1, number, length(number)))
+            check(handle, mjenv_seed_digits(handle, index - 1, number, length(number)))
         end
     end
     return env
@@ -248,7 +260,7 @@ Seeds the random stream of [`sample_actions`](@ref), as Gymnasium's `action_spac
 """
 function seed_actions!(env::Env, seed::Integer)
     0 <= seed <= typemax(UInt64) || throw(ArgumentError("the seed of actions is $seed, outside 0..2^64-1"))
-    check(inside(handle -> mjenv_seed_actions(handle, seed), env))
+    check(env.handle, inside(handle -> mjenv_seed_actions(handle, seed), env))
     return env
 end
 
@@ -261,7 +273,7 @@ no bounds. Returns `action`.
 """
 function sample_actions!(action::Union{Vector{Float32},Matrix{Float32}}, env::Env)
     check_action(env, action)
-    check(inside(handle -> mjenv_sample_actions(handle, action, length(action)), env))
+    check(env.handle, inside(handle -> mjenv_sample_actions(handle, action, length(action)), env))
     return action
 end
 

@@ -77,7 +77,7 @@ function set_state!(episode::Episode, state::NamedTuple)
 end
 
 function Base.copy(episode::Episode)
-    twin = Episode(Env(episode.env.id; options(episode.env)...))
+    twin = Episode(Env(episode.env.id; engine = episode.env.engine, options(episode.env)...))
     set_state!(twin, state(episode))
     return twin
 end

@@ -32,10 +32,10 @@ function role_of(name::Symbol)
     throw(ArgumentError("no role :$name; there are $(join(map(repr ∘ role_name, instances(mjenv_role)), ", "))"))
 end
 
-function fields_of(handle::Ptr{mjenv_env}, role::mjenv_role)
+function fields_of(handle::Handle{mjenv_env}, role::mjenv_role)
     return map(0:(mjenv_field_count(handle, role) - 1)) do index
         field = Ref(mjenv_field())
-        check(mjenv_field_at(handle, role, index, field))
+        check(handle, mjenv_field_at(handle, role, index, field))
         Field(field[])
     end
 end

@@ -1,48 +1,110 @@
-# Finds and loads libmjenv.so, and turns its errors into exceptions.
+# Finds and loads the libraries, one for each version of MuJoCo, and turns their errors into exceptions.
 
 using Libdl: Libdl, dlopen, dlpath, dlsym
 
 const REPOSITORY = normpath(@__DIR__, "..", "..", "..")
-const BUILD = "cmake -G Ninja -B build && cmake --build build"
 
 # Without RTLD_DEEPBIND, which is in Julia's default: with it the library would bind to another copy of the unwinder
 # than the process uses, and C++ exceptions would crash.
 const DLOPEN_FLAGS = Libdl.RTLD_NOW | Libdl.RTLD_LOCAL
 
-const library = Ref{Ptr{Cvoid}}(C_NULL)
-const addresses = fill(C_NULL, length(FUNCTIONS))
+mutable struct Library
+    engine::String  # the version of MuJoCo
+    file::String
+    built::String  # where the commands of `build` put it in this repository
+    build::String
+    addresses::Vector{Ptr{Cvoid}}  # of FUNCTIONS; null until the library is loaded
+end
+
+Library(engine, file, built, build) = Library(engine, file, built, build, fill(C_NULL, length(FUNCTIONS)))
+
+const LIBRARIES = (
+    Library("2.2.2", "libmjenv.so", "build", "cmake -G Ninja -B build && cmake --build build"),
+    Library(
+        "4.0",
+        "libmjenv-mujoco4.so",
+        joinpath("build", "mujoco4"),
+        "cmake -G Ninja -B build/mujoco4 -DMJENV_ENGINE=FOLDER_OF_MUJOCO_4 && cmake --build build/mujoco4",
+    ),
+)
+const LOADING = ReentrantLock()
+
+# An index of LIBRARIES, which is passed on without allocating.
+struct Engine
+    index::Int
+end
+
+library_of(engine::Engine) = LIBRARIES[engine.index]
+
+# A pointer that a library has given. It carries the library's addresses, because Julia inlines only cheap calls, and
+# only then keeps the structs that are passed to them on the stack.
+struct Handle{T}
+    engine::Engine
+    addresses::Ptr{Ptr{Cvoid}}
+    pointer::Ptr{T}
+end
+
+Handle(engine::Engine, pointer::Ptr{T}) where {T} =
+    Handle{T}(engine, Base.pointer(library_of(engine).addresses), pointer)
+Base.unsafe_convert(::Type{Ptr{T}}, handle::Handle{T}) where {T} = handle.pointer
 
 # A system image may have kept the addresses of the process that built it.
 function __init__()
-    library[] = C_NULL
-    fill!(addresses, C_NULL)
+    foreach(library -> fill!(library.addresses, C_NULL), LIBRARIES)
     isdefined(Base, :get_extension) || watch_packages()
     return
 end
 
-# Returns the address of FUNCTIONS[index]. The first call looks it up.
-@inline function address(index)
-    found = addresses[index]
-    return found == C_NULL ? resolve(index) : found
-end
+is_loaded(library::Library) = library.addresses[end] != C_NULL
 
-@noinline function resolve(index)
-    library[] == C_NULL && (library[] = load())
-    found = dlsym(library[], FUNCTIONS[index]; throw_error = false)
-    if found === nothing
-        error("$(dlpath(library[])) lacks $(FUNCTIONS[index]): it is older than this package. Rebuild it: $BUILD")
+# Returns the address of FUNCTIONS[index]. The first call loads the library.
+@inline function address(library::Library, index)
+    found = library.addresses[index]
+    return found == C_NULL ? load!(library).addresses[index] : found
+end
+@inline address(engine::Engine, index) = address(library_of(engine), index)
+@inline address(handle::Handle, index) = unsafe_load(handle.addresses, index)
+
+# Other threads see the library when it knows all tasks.
+@noinline function load!(library::Library)
+    lock(LOADING) do
+        is_loaded(library) && return
+        handle = find(library)
+        found = Library(library.engine, library.file, library.built, library.build)
+        for (index, name) in enumerate(FUNCTIONS)
+            pointer = dlsym(handle, name; throw_error = false)
+            if pointer === nothing
+                error("$(dlpath(handle)) lacks $name: it is older than this package. Rebuild it: $(library.build)")
+            end
+            found.addresses[index] = pointer
+        end
+        foreach(registration -> register(found, registration), REGISTRATIONS)
+        foreach(path -> load_tasks(found, path), PLUGINS)
+        copyto!(library.addresses, found.addresses)
     end
-    return addresses[index] = found
+    return library
 end
 
-function load()
+# The engine of a library that is open.
+function engine_of(handle)
+    version = unsafe_string(ccall(dlsym(handle, :mjenv_version), Cstring, ()))
+    index = findfirst(library -> occursin("(MuJoCo $(library.engine)", version), LIBRARIES)
+    index === nothing && error("$(dlpath(handle)) is mjenv $version, which this package does not know")
+    return Engine(index)
+end
+
+function paths(library::Library)
     given = get(ENV, "MJENV_LIBRARY", "")
-    built = joinpath(REPOSITORY, "build", "libmjenv.so")
-    # The package of a release contains the library.
-    carried = normpath(@__DIR__, "..", "lib", "libmjenv.so")
-    paths = !isempty(given) ? [given] : isfile(carried) ? [carried] : [built, "libmjenv.so.$MJENV_ABI_VERSION"]
+    isempty(given) || return unique([given, joinpath(dirname(given), library.file)])
+    # The package of a release contains the libraries.
+    carried = normpath(@__DIR__, "..", "lib", library.file)
+    isfile(carried) && return [carried]
+    return [joinpath(REPOSITORY, library.built, library.file), "$(library.file).$MJENV_ABI_VERSION"]
+end
+
+function find(library::Library)
     reasons = String[]
-    for path in paths
+    for path in paths(library)
         handle = try
             dlopen(path, DLOPEN_FLAGS)
         catch reason
@@ -50,13 +112,52 @@ function load()
             continue
         end
         abi = ccall(dlsym(handle, :mjenv_abi_version), UInt32, ())
-        abi == MJENV_ABI_VERSION && return handle
-        push!(reasons, "  $path: it has ABI version $abi, this package needs $MJENV_ABI_VERSION")
+        if abi != MJENV_ABI_VERSION
+            push!(reasons, "  $path: it has ABI version $abi, this package needs $MJENV_ABI_VERSION")
+        elseif library_of(engine_of(handle)) !== library
+            push!(reasons, "  $path: it works with MuJoCo $(library_of(engine_of(handle)).engine)")
+        else
+            return handle
+        end
     end
     error(
-        "the mjenv library was not found:\n", join(reasons, '\n'),
-        "\nBuild it in the repository ($BUILD), or set ENV[\"MJENV_LIBRARY\"] to the path of libmjenv.so.",
+        "the mjenv library on MuJoCo $(library.engine) was not found:\n", join(reasons, '\n'),
+        "\nBuild it in the repository ($(library.build)), or set ENV[\"MJENV_LIBRARY\"] to the path of ",
+        "$(library.file), or of a library in the same folder.",
     )
+end
+
+function Engine(name::AbstractString, origin = "")
+    index = findfirst(library -> library.engine == name, LIBRARIES)
+    index === nothing || return Engine(index)
+    known = join((repr(library.engine) for library in LIBRARIES), " and ")
+    throw(ArgumentError("$(origin)there is no engine $(repr(name)); the engines are $known, versions of MuJoCo"))
+end
+
+# The default: the engine that MJENV_ENGINE names, else that of the library that MJENV_LIBRARY names, else the first.
+function Engine(::Nothing)
+    name = get(ENV, "MJENV_ENGINE", "")
+    isempty(name) || return Engine(name, "the environment variable MJENV_ENGINE: ")
+    given = get(ENV, "MJENV_LIBRARY", "")
+    handle = isempty(given) ? nothing : dlopen(given, DLOPEN_FLAGS; throw_error = false)
+    return handle === nothing ? Engine(1) : engine_of(handle)
+end
+
+"""
+    MJEnv.engines()
+
+Returns the versions of MuJoCo that [`Env`](@ref) takes as `engine`, those whose library is installed: `"2.2.2"` and
+`"4.0"`. The library on 4.0 opens MuJoCo's own library when it first builds an environment.
+"""
+engines() = [library.engine for library in LIBRARIES if is_loaded(library) || is_there(library)]
+
+function is_there(library::Library)
+    try
+        find(library)
+        return true
+    catch
+        return false
+    end
 end
 
 "The result of a call of the C library, or of one row in it: `MJEnv.MJENV_OK`, `MJEnv.MJENV_E_VALUE` and so on."
@@ -77,8 +178,9 @@ end
 Base.showerror(io::IO, e::MJEnvError) = print(io, "MJEnvError (", e.status, "): ", e.message)
 
 # Call it directly after the library: each thread has a last message of its own, which its next failing call replaces.
-@inline check(status::Status) = status == MJENV_OK ? nothing : fail(status)
-@noinline fail(status::Status) = throw(MJEnvError(status, unsafe_string(mjenv_last_error())))
+# `origin` is a handle or an engine, and says which library it was.
+@inline check(origin, status::Status) = status == MJENV_OK ? nothing : fail(origin, status)
+@noinline fail(origin, status::Status) = throw(MJEnvError(status, unsafe_string(mjenv_last_error(origin))))
 
 # A text for C, which ends texts at a NUL character.
 function text(name::Union{AbstractString,Symbol})
@@ -89,15 +191,19 @@ end
 borrowed(name::Cstring) = name == C_NULL ? "" : unsafe_string(name)
 
 """
-    MJEnv.version()
+    MJEnv.version(; engine = nothing)
 
-Returns the versions of the library and of MuJoCo as text: `"major.minor.patch (MuJoCo x.y.z)"`.
+Returns the versions of the library and of MuJoCo as text: `"major.minor.patch (MuJoCo x.y.z)"`. For `engine` see
+[`Env`](@ref).
 """
-version() = unsafe_string(mjenv_version())
+version(; engine::Union{Nothing,AbstractString} = nothing) = unsafe_string(mjenv_version(Engine(engine)))
 
 """
-    MJEnv.ids()
+    MJEnv.ids(; engine = nothing)
 
 Returns the ids of all environments as texts, sorted.
 """
-ids() = [unsafe_string(mjenv_id_at(i)) for i in 0:(mjenv_id_count() - 1)]
+function ids(; engine::Union{Nothing,AbstractString} = nothing)
+    chosen = Engine(engine)
+    return [unsafe_string(mjenv_id_at(chosen, i)) for i in 0:(mjenv_id_count(chosen) - 1)]
+end

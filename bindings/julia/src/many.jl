@@ -42,7 +42,7 @@ function rollout_dense!(batch::Batch, env::Env, actions::StridedArray{T}) where 
         out = raw(batch, env, env.rows * steps)
         status = inside(handle -> mjenv_rollout(handle, actions, length(actions), dtype_of(T), steps, out), env)
         note!(batch, env, status, fields, T)
-        check(status)
+        check(env.handle, status)
     end
     return batch
 end
@@ -67,7 +67,7 @@ function send!(env::Env, action::Action; rows::AbstractVector{<:Integer} = 1:env
     fits || refuse_sent(env, given, length(rows))
     numbers = Int64[row_index(env, row) for row in rows]
     isempty(numbers) && return env
-    check(inside(env) do handle
+    check(env.handle, inside(env) do handle
         mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)))
     end)
     env.sent_type = eltype(given)
@@ -104,6 +104,6 @@ function recv!(rows::Vector{Int64}, batch::Batch, env::Env; least::Integer = 1, 
         rows[1:count] .+= 1
         rows[(count + 1):end] .= 0
     end
-    check(status)
+    check(env.handle, status)
     return view(rows, 1:count)
 end

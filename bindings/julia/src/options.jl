@@ -19,13 +19,14 @@ struct Option
 end
 
 # Creates the options of an id at their defaults, and passes them to f.
-function with_options(f, id::AbstractString)
+function with_options(f, engine::Engine, id::AbstractString)
     created = Ref{Ptr{mjenv_options}}(C_NULL)
-    check(mjenv_options_create(text(id), created))
+    check(engine, mjenv_options_create(engine, text(id), created))
+    handle = Handle(engine, created[])
     try
-        return f(created[])
+        return f(handle)
     finally
-        mjenv_options_destroy(created[])
+        mjenv_options_destroy(handle)
     end
 end
 
@@ -36,18 +37,18 @@ function set_option!(handle, id, name::Symbol, value::Integer)
     if !(typemin(Int64) <= value <= typemax(Int64))
         throw(ArgumentError("option \"$name\" of $id is $value, which does not fit into 64 bits"))
     end
-    check(mjenv_options_set_integer(handle, text(name), value))
+    check(handle, mjenv_options_set_integer(handle, text(name), value))
 end
 
 set_option!(handle, id, name::Symbol, value::Real) = set_option!(handle, id, name, (value,))
 
 function set_option!(handle, id, name::Symbol, value::Numbers)
     numbers = collect(Float64, value)
-    check(mjenv_options_set_reals(handle, text(name), numbers, length(numbers)))
+    check(handle, mjenv_options_set_reals(handle, text(name), numbers, length(numbers)))
 end
 
 set_option!(handle, id, name::Symbol, value::Union{AbstractString,Symbol}) =
-    check(mjenv_options_set_string(handle, text(name), text(value)))
+    check(handle, mjenv_options_set_string(handle, text(name), text(value)))
 
 set_option!(handle, id, name::Symbol, value) = throw(
     ArgumentError(
@@ -58,7 +59,7 @@ set_option!(handle, id, name::Symbol, value) = throw(
 
 function option_at(handle, index)
     option = Ref(mjenv_option())
-    check(mjenv_options_at(handle, index, option))
+    check(handle, mjenv_options_at(handle, index, option))
     return option[]
 end
 
@@ -66,21 +67,21 @@ all_options(handle) = [option_at(handle, i) for i in 0:(mjenv_options_count(hand
 
 function get_integer(handle, name)
     value = Ref{Int64}()
-    check(mjenv_options_get_integer(handle, name, value))
+    check(handle, mjenv_options_get_integer(handle, name, value))
     return value[]
 end
 
 function get_reals(handle, name)
     count = Ref{Csize_t}()
-    check(mjenv_options_get_reals(handle, name, C_NULL, 0, count))
+    check(handle, mjenv_options_get_reals(handle, name, C_NULL, 0, count))
     values = Vector{Float64}(undef, count[])
-    check(mjenv_options_get_reals(handle, name, values, length(values), count))
+    check(handle, mjenv_options_get_reals(handle, name, values, length(values), count))
     return values
 end
 
 function get_string(handle, name)
     value = Ref(Cstring(C_NULL))
-    check(mjenv_options_get_string(handle, name, value))
+    check(handle, mjenv_options_get_string(handle, name, value))
     return unsafe_string(value[])
 end
 
@@ -108,22 +109,23 @@ function values_of(handle)
 end
 
 """
-    MJEnv.options(id)
+    MJEnv.options(id; engine = nothing)
     MJEnv.options(env)
 
 Returns the default options of an id, or the options with which an environment was built, as a NamedTuple: flags as
 `Bool`, integers as `Int`, numbers as `Float64`, ranges as tuples of `Float64`, texts as `String`.
-`Env(env.id; MJEnv.options(env)...)` builds an equal environment.
+`Env(env.id; engine = env.engine, MJEnv.options(env)...)` builds an equal environment.
 """
-options(id::AbstractString) = with_options(values_of, id)
+options(id::AbstractString; engine::Union{Nothing,AbstractString} = nothing) =
+    with_options(values_of, Engine(engine), id)
 
 """
-    MJEnv.schema(id)
+    MJEnv.schema(id; engine = nothing)
 
 Returns the options that an id takes, as a vector of [`MJEnv.Option`](@ref).
 """
-schema(id::AbstractString) =
-    with_options(id) do handle
+schema(id::AbstractString; engine::Union{Nothing,AbstractString} = nothing) =
+    with_options(Engine(engine), id) do handle
         map(all_options(handle)) do option
             Option(
                 Symbol(unsafe_string(option.name)),

@@ -3,7 +3,7 @@
 # Returns the settings with the changes that the keywords ask for, and the camera's name or nothing.
 function render_settings(env; kwargs...)
     settings = Ref(mjenv_render_settings())
-    check(inside(handle -> mjenv_render_defaults(handle, settings), env))
+    check(env.handle, inside(handle -> mjenv_render_defaults(handle, settings), env))
     names = (:width, :height, :max_geom, :samples, :shadows, :reflections, :distance, :azimuth, :elevation)
     fields = Dict{Symbol,Any}(name => getfield(settings[], name) for name in fieldnames(mjenv_render_settings))
     camera_name = nothing
@@ -76,26 +76,26 @@ of one environment may draw on different threads at the same time. While a threa
 an `MJEnvError` of status `MJENV_E_BUSY`.
 """
 mutable struct Renderer
-    handle::Ptr{mjenv_renderer}
+    handle::Handle{mjenv_renderer}
     width::Int
     height::Int
 
     function Renderer(env::Env; settings...)
         created = Ref{Ptr{mjenv_renderer}}(C_NULL)
         with_render_settings(env; settings...) do chosen
-            check(inside(handle -> mjenv_renderer_create(handle, chosen, created), env))
-            return finalizer(close, new(created[], chosen[].width, chosen[].height))
+            check(env.handle, inside(handle -> mjenv_renderer_create(handle, chosen, created), env))
+            return finalizer(close, new(Handle(env.handle.engine, created[]), chosen[].width, chosen[].height))
         end
     end
 end
 
 function Base.close(renderer::Renderer)
     mjenv_renderer_destroy(renderer.handle)
-    renderer.handle = C_NULL
+    renderer.handle = Handle(renderer.handle.engine, Ptr{mjenv_renderer}(C_NULL))
     return nothing
 end
 
-Base.isopen(renderer::Renderer) = renderer.handle != C_NULL
+Base.isopen(renderer::Renderer) = renderer.handle.pointer != C_NULL
 
 Base.show(io::IO, r::Renderer) =
     print(io, "Renderer(", r.width, " x ", r.height, ")", isopen(r) ? "" : " (closed)")
@@ -155,7 +155,8 @@ depth_array(r, depth) = permutedims(reshape(depth, r.width, r.height))
 function draw(renderer, row, rgb, depth)
     GC.@preserve renderer rgb depth begin
         place(array) = isempty(array) ? Ptr{eltype(array)}(C_NULL) : pointer(array)
-        check(mjenv_render(renderer.handle, row - 1, place(rgb), length(rgb), place(depth), length(depth)))
+        handle = renderer.handle
+        check(handle, mjenv_render(handle, row - 1, place(rgb), length(rgb), place(depth), length(depth)))
     end
 end
 
@@ -167,14 +168,14 @@ step, on the main thread. The window lists its keys. `settings` are those of a [
 always free.
 """
 mutable struct Window
-    handle::Ptr{mjenv_window}
+    handle::Handle{mjenv_window}
 
     function Window(env::Env; settings...)
         created = Ref{Ptr{mjenv_window}}(C_NULL)
         with_render_settings(env; settings...) do chosen
-            check(inside(handle -> mjenv_window_create(handle, chosen, created), env))
+            check(env.handle, inside(handle -> mjenv_window_create(handle, chosen, created), env))
         end
-        return new(created[])
+        return new(Handle(env.handle.engine, created[]))
     end
 end
 
@@ -183,12 +184,12 @@ end
 
 Draws a row. While the user pauses, it keeps drawing and does not return. It draws nothing once the window is closed.
 """
-draw!(window::Window; row::Integer = 1) = check(mjenv_window_draw(window.handle, row - 1))
+draw!(window::Window; row::Integer = 1) = check(window.handle, mjenv_window_draw(window.handle, row - 1))
 
 Base.isopen(window::Window) = mjenv_window_is_open(window.handle) != 0
 
 function Base.close(window::Window)
     mjenv_window_destroy(window.handle)
-    window.handle = C_NULL
+    window.handle = Handle(window.handle.engine, Ptr{mjenv_window}(C_NULL))
     return nothing
 end

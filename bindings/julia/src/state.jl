@@ -30,9 +30,9 @@ function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer =
     index = row_index(env, row)
     values = inside(env) do handle
         count = Ref{Csize_t}()
-        check(mjenv_read(handle, index, name, C_NULL, 0, count))
+        check(handle, mjenv_read(handle, index, name, C_NULL, 0, count))
         values = Vector{Float64}(undef, count[])
-        check(mjenv_read(handle, index, name, values, length(values), count))
+        check(handle, mjenv_read(handle, index, name, values, length(values), count))
         values
     end
     field = arrays_of(env)[name]
@@ -47,7 +47,7 @@ Returns how many objects of a type the model has. `type` is `:body`, `:joint`, `
 """
 function object_count(env::Env, type::Union{Symbol,AbstractString})
     kind, count = text(type), Ref{Int64}()
-    check(inside(handle -> mjenv_object_count(handle, kind, count), env))
+    check(env.handle, inside(handle -> mjenv_object_count(handle, kind, count), env))
     return Int(count[])
 end
 
@@ -59,7 +59,7 @@ the types. An unknown type or name throws an [`MJEnvError`](@ref).
 """
 function object_index(env::Env, type::Union{Symbol,AbstractString}, name::Union{Symbol,AbstractString})
     kind, wanted, index = text(type), text(name), Ref{Int64}()
-    check(inside(handle -> mjenv_object_index(handle, kind, wanted, index), env))
+    check(env.handle, inside(handle -> mjenv_object_index(handle, kind, wanted, index), env))
     return index[] + 1
 end
 
@@ -71,7 +71,7 @@ Returns the name of the object with the number `index`, from 1; `""` if it has n
 function object_name(env::Env, type::Union{Symbol,AbstractString}, index::Integer)
     kind, name = text(type), Ref(Cstring(C_NULL))
     return inside(env) do handle
-        check(mjenv_object_name(handle, kind, index - 1, name))
+        check(handle, mjenv_object_name(handle, kind, index - 1, name))
         borrowed(name[])
     end
 end
@@ -92,7 +92,7 @@ function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     check_length(env, "qpos", length(qpos), env.qpos_count)
     check_length(env, "qvel", length(qvel), env.qvel_count)
     q, v = collect(Float64, qpos), collect(Float64, qvel)
-    check(inside(handle -> mjenv_set_state(handle, index, q, length(q), v, length(v)), env))
+    check(env.handle, inside(handle -> mjenv_set_state(handle, index, q, length(q), v, length(v)), env))
     return env
 end
 
@@ -107,7 +107,7 @@ function simulate!(env::Env, ctrl::Numbers, frames::Integer; row::Integer = 1)
     index = row_index(env, row)
     check_length(env, "ctrl", length(ctrl), env.action_count)
     c = collect(Float64, ctrl)
-    check(inside(handle -> mjenv_simulate(handle, index, c, length(c), frames), env))
+    check(env.handle, inside(handle -> mjenv_simulate(handle, index, c, length(c), frames), env))
     return env
 end
 
@@ -119,7 +119,7 @@ the low and high half of the increment. Throws an `MJEnvError` if the row was ne
 """
 function stream(env::Env; row::Integer = 1)
     index, words = row_index(env, row), zeros(UInt64, 4)
-    check(inside(handle -> mjenv_get_stream(handle, index, words, 4), env))
+    check(env.handle, inside(handle -> mjenv_get_stream(handle, index, words, 4), env))
     return Tuple(words)
 end
 
@@ -132,7 +132,7 @@ odd. Returns `env`.
 function set_stream!(env::Env, words::Union{NTuple{4,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
     index = row_index(env, row)
     check_length(env, "words", length(words), 4)
-    check(inside(handle -> mjenv_set_stream(handle, index, collect(UInt64, words), 4), env))
+    check(env.handle, inside(handle -> mjenv_set_stream(handle, index, collect(UInt64, words), 4), env))
     return env
 end
 
@@ -144,7 +144,7 @@ Returns `env`.
 """
 function copy_row!(env::Env, from::Integer, to::AbstractVector{Bool})
     index, mask = row_index(env, from), as_mask(env, to)
-    check(inside(handle -> mjenv_copy_row(handle, index, mask), env))
+    check(env.handle, inside(handle -> mjenv_copy_row(handle, index, mask), env))
     return env
 end
 
@@ -161,9 +161,9 @@ function snapshot(env::Env; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)
     return inside(env) do handle
         size = Ref{Csize_t}()
-        check(mjenv_snapshot(handle, index, C_NULL, 0, size))
+        check(handle, mjenv_snapshot(handle, index, C_NULL, 0, size))
         image = Vector{UInt8}(undef, size[])
-        check(mjenv_snapshot(handle, index, image, length(image), size))
+        check(handle, mjenv_snapshot(handle, index, image, length(image), size))
         image
     end
 end
@@ -180,6 +180,6 @@ Returns `env`.
 function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)
     bytes = convert(Vector{UInt8}, image)
-    check(inside(handle -> mjenv_restore(handle, index, bytes, length(bytes)), env))
+    check(env.handle, inside(handle -> mjenv_restore(handle, index, bytes, length(bytes)), env))
     return env
 end

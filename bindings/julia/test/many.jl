@@ -203,12 +203,13 @@ end
 # Calls f with a stand-in for the library's function of that name.
 function standing_in(f, name, pointer)
     index = findfirst(==(name), MJEnv.FUNCTIONS)
-    real = MJEnv.address(index)
-    MJEnv.addresses[index] = pointer
+    library = MJEnv.library_of(MJEnv.Engine(nothing))
+    real = MJEnv.address(library, index)
+    library.addresses[index] = pointer
     try
         return f(real)
     finally
-        MJEnv.addresses[index] = real
+        library.addresses[index] = real
     end
 end
 

@@ -1,13 +1,14 @@
-//! Finds libmjenv or builds it, and tells cargo in which folder it is.
+//! Finds libmjenv or builds it, and tells cargo in which folder it is. With the feature `mujoco4` it is libmjenv-mujoco4.
 
 use std::env;
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
 const SOURCES: [&str; 5] = ["CMakeLists.txt", "assets", "capi", "cmake", "core"];
 const NEEDS: &str =
     "building libmjenv needs CMake 3.22, make or ninja and a C++17 compiler, and in a checkout what tools/setup build \
-    installs on Debian 12; or set MJENV_LIB_DIR to the folder of a libmjenv.so";
+    installs on Debian 12; or set MJENV_LIB_DIR to the folder of a library that is built";
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
@@ -16,24 +17,41 @@ fn main() {
         println!("cargo:libdir=");
         return;
     }
-    for name in ["MJENV_LIB_DIR", "PKG_CONFIG", "PKG_CONFIG_PATH", "CMAKE_GENERATOR"] {
+    for name in ["MJENV_LIB_DIR", "MJENV_MUJOCO", "PKG_CONFIG", "PKG_CONFIG_PATH", "CMAKE_GENERATOR"] {
         println!("cargo:rerun-if-env-changed={name}");
     }
     let dir = given().or_else(installed).unwrap_or_else(built);
     let dir = dir.display();
     println!("cargo:rustc-link-search=native={dir}");
-    println!("cargo:rustc-link-lib=dylib=mjenv");
+    println!("cargo:rustc-link-lib=dylib={}", name());
     // Cargo applies this argument to the tests of this package alone. Dependents read the folder from DEP_MJENV_LIBDIR
     // and add it to the run path of their own programs.
     println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
     println!("cargo:libdir={dir}");
 }
 
+fn on_mujoco4() -> bool {
+    env::var_os("CARGO_FEATURE_MUJOCO4").is_some()
+}
+
+/// The library's name for the linker and for pkg-config.
+fn name() -> &'static str {
+    if on_mujoco4() {
+        "mjenv-mujoco4"
+    } else {
+        "mjenv"
+    }
+}
+
+fn file() -> String {
+    format!("lib{}.so", name())
+}
+
 fn given() -> Option<PathBuf> {
     let dir = PathBuf::from(env::var_os("MJENV_LIB_DIR")?);
-    let library = dir.join("libmjenv.so");
+    let library = dir.join(file());
     if !dir.is_absolute() || !library.exists() {
-        panic!("MJENV_LIB_DIR is {dir:?}: it must be the absolute path of a folder with libmjenv.so");
+        panic!("MJENV_LIB_DIR is {dir:?}: it must be the absolute path of a folder with {}", file());
     }
     println!("cargo:rerun-if-changed={}", library.display());
     Some(dir)
@@ -44,13 +62,13 @@ fn installed() -> Option<PathBuf> {
     let (major, minor) = (part("CARGO_PKG_VERSION_MAJOR"), part("CARGO_PKG_VERSION_MINOR"));
     let program = env::var_os("PKG_CONFIG").unwrap_or_else(|| "pkg-config".into());
     let output =
-        Command::new(program).args(["--variable=libdir", &format!("mjenv >= {major}.{minor}")]).output().ok()?;
+        Command::new(program).args(["--variable=libdir", &format!("{} >= {major}.{minor}", name())]).output().ok()?;
     if !output.status.success() {
         return None;
     }
     let dir = PathBuf::from(String::from_utf8(output.stdout).ok()?.trim_end());
-    if !dir.join("libmjenv.so").exists() {
-        println!("cargo:warning=pkg-config names {dir:?} for mjenv, but libmjenv.so is not there: building it instead");
+    if !dir.join(file()).exists() {
+        println!("cargo:warning=pkg-config names {dir:?} for {}, but {} is not there: building it", name(), file());
         return None;
     }
     Some(dir)
@@ -64,8 +82,10 @@ fn built() -> PathBuf {
         .find(|root| root.join("capi/include/mjenv/mjenv.h").exists())
         .unwrap_or_else(|| {
             panic!(
-                "libmjenv was not found: MJENV_LIB_DIR is not set, pkg-config does not know mjenv, and {here:?} does \
-                 not contain the sources"
+                "{} was not found: MJENV_LIB_DIR is not set, pkg-config does not know {}, and {here:?} does not \
+                 contain the sources",
+                file(),
+                name()
             )
         });
     for source in SOURCES {
@@ -77,9 +97,29 @@ fn built() -> PathBuf {
     if env::var_os("CMAKE_GENERATOR").is_none() && has_ninja() {
         configure.arg("-GNinja");
     }
+    if on_mujoco4() {
+        let mut option = OsString::from("-DMJENV_ENGINE=");
+        option.push(mujoco4());
+        configure.arg(option);
+    }
     run(&mut configure);
     run(Command::new("cmake").arg("--build").arg(&dir).args(["--target", "mjenv", "--parallel", &jobs()]));
     dir
+}
+
+/// The folder of MuJoCo 4.0 that belongs to the library that MJENV_MUJOCO names: of an unpacked official release, whose
+/// folder `lib` has the library, or `mujoco` of the Python packages.
+fn mujoco4() -> PathBuf {
+    let library = PathBuf::from(env::var_os("MJENV_MUJOCO").unwrap_or_else(|| {
+        panic!(
+            "{} was not found, and building it needs MuJoCo 4.0's headers: set MJENV_MUJOCO to the path of its \
+             libmujoco.so.4.0.x, or MJENV_LIB_DIR to the folder of a library that is built",
+            file()
+        )
+    }));
+    let folder = library.parent().expect("a file is in a folder");
+    let release = folder.parent().filter(|_| folder.ends_with("lib"));
+    release.unwrap_or(folder).to_path_buf()
 }
 
 fn has_ninja() -> bool {

@@ -170,8 +170,8 @@ function text_of(reason)
     end
 end
 
-# Tells the library why a callback fails, and returns what the callback returns.
-@noinline failed(reason) = task_fail_with(mjenv_task_functions(), replace(text_of(reason), '\0' => "\\0"))
+# Tells the library of which raw is a struct why a callback fails, and returns what the callback returns.
+@noinline failed(raw, reason) = task_fail_with(member(raw, Val(:api)), replace(text_of(reason), '\0' => "\\0"))
 
 @inline object(pointer::Ptr{T}) where {T} = unsafe_pointer_to_objref(Ptr{Cvoid}(pointer))::T
 
@@ -180,7 +180,7 @@ function on_build(raw::Ptr{mjenv_builder}, user::Ptr{Registration{T}}, self::Ptr
         built = hold!(build_environment(object(user), Builder(raw)))
         unsafe_store!(self, pointer_from_objref(built))
     catch reason
-        return failed(reason)
+        return failed(raw, reason)
     end
     return 0
 end
@@ -196,7 +196,7 @@ function on_reset(self::Ptr{Built{T}}, start::Ptr{mjenv_start})::Int32 where {T}
     try
         reset!(built.task, Start(start), Rng(member(start, Val(:random))))
     catch reason
-        return failed(reason)
+        return failed(start, reason)
     end
     return 0
 end
@@ -206,7 +206,7 @@ function on_reset_info(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64
     try
         write_fields!(to, built.reset_info, reset_info(built.task, Sim(sim, built.carry_count)))
     catch reason
-        return failed(reason)
+        return failed(sim, reason)
     end
     return 0
 end
@@ -216,7 +216,7 @@ function on_carry(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::I
     try
         carry!(built.task, Sim(sim, built.carry_count), Writable{Float64,1}(to, (built.carry_count,)))
     catch reason
-        return failed(reason)
+        return failed(sim, reason)
     end
     return 0
 end
@@ -226,7 +226,7 @@ function on_observe(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64}):
     try
         write_fields!(to, built.observation, observe(built.task, Sim(sim, built.carry_count)))
     catch reason
-        return failed(reason)
+        return failed(sim, reason)
     end
     return 0
 end
@@ -241,7 +241,7 @@ function on_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, outcome::Ptr{mjenv_ou
         member!(outcome, Val(:reward), number(reward))
         member!(outcome, Val(:terminated), Int32(terminated))
     catch reason
-        return failed(reason)
+        return failed(sim, reason)
     end
     return 0
 end

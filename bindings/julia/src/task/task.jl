@@ -78,14 +78,18 @@ A number of the info, or a reward, that has another type in Python: `MJEnv.MJENV
 """
 typed(value::Real, type::mjenv_type) = Typed(value, type)
 
-# A registered task, which the library points to for the rest of the process.
+# A registered task, which the libraries point to for the rest of the process.
 mutable struct Registration{T<:Task}
     id::String
     settings::Vector{Pair{Symbol,Setting}}
     docs::Dict{Symbol,String}
+    raw::Base.RefValue{mjenv_task}
+    kept::Vector{Any}  # what raw points to
 end
 
+# For libraries that are loaded later.
 const REGISTRATIONS = Registration[]
+const PLUGINS = String[]
 
 """
     MJEnv.register(id, T; model, options...)
@@ -132,15 +136,16 @@ function register(
     settings = Pair{Symbol,Setting}[
         name => given isa Setting ? given : Setting(given) for (name, given) in pairs(options)
     ]
-    registration = Registration{T}(id, settings, Dict(name => String(doc) for (name, doc) in pairs(docs)))
-    kept = Any[registration]  # what the description points to
+    kept = Any[]
+    described = Dict(name => String(doc) for (name, doc) in pairs(docs))
+    registration = Registration{T}(id, settings, described, Ref(mjenv_task()), kept)
     keep(value) = (push!(kept, value); value)
     c_text(value) = Cstring(pointer(keep(text(value))))
     listed = keep([raw_option(name, setting, keep, c_text) for (name, setting) in settings])
     is_text = '<' in model
     given_camera = camera === nothing ? mjenv_task_camera[] : keep([raw_camera(; camera...)])
     called = callbacks(T)
-    task = mjenv_task(
+    registration.raw[] = mjenv_task(
         revision = revision,
         id = c_text(id),
         model = is_text ? Cstring(C_NULL) : c_text(startswith(model, "./") ? abspath(model) : model),
@@ -162,11 +167,32 @@ function register(
         step = called.step,
         caller_thread = 1,
     )
-    push!(REGISTRATIONS, registration)  # before the library knows it, because another thread may build it at once
-    status = GC.@preserve kept mjenv_register_task(Ref(task))
-    status == MJENV_OK || filter!(other -> other !== registration, REGISTRATIONS)
-    check(status)
+    in_libraries(REGISTRATIONS, registration) do library
+        register(library, registration)
+    end
     return nothing
+end
+
+register(library::Library, registration::Registration) =
+    check(library, mjenv_register_task(library, registration.raw))
+
+# Calls f with each library that is loaded, the default one included. For libraries that are loaded later, `list` keeps
+# what a library has accepted.
+function in_libraries(f, list, what)
+    lock(LOADING) do
+        load!(library_of(Engine(nothing)))
+        push!(list, what)  # first, because another thread may use it as soon as the library knows it
+        accepted = false
+        try
+            for library in filter(is_loaded, LIBRARIES)
+                f(library)
+                accepted = true
+            end
+        catch
+            accepted || pop!(list)
+            rethrow()
+        end
+    end
 end
 
 raw_camera(; trackbodyid = NaN, distance = NaN, lookat = (NaN, NaN, NaN), elevation = NaN) =
@@ -224,5 +250,15 @@ nothing. Without a path it loads those that the environment variable `MJENV_TASK
 and throws if one of them cannot be loaded. A file that is not a plug-in throws an [`MJEnvError`](@ref) of status
 `MJENV_E_TASK`.
 """
-load_tasks(path::AbstractString) = check(mjenv_load_tasks(text(path)))
-load_tasks() = check(mjenv_load_tasks(Cstring(C_NULL)))
+function load_tasks(path::AbstractString)
+    found = text('/' in path ? abspath(path) : path)
+    in_libraries(library -> load_tasks(library, found), PLUGINS, found)
+    return nothing
+end
+
+load_tasks(library::Library, path) = check(library, mjenv_load_tasks(library, path))
+
+function load_tasks()
+    default = library_of(Engine(nothing))
+    check(default, mjenv_load_tasks(default, Cstring(C_NULL)))
+end

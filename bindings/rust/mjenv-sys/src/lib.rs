@@ -2,7 +2,8 @@
 //!
 //! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
 //! If both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is
-//! part of. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`. Without the feature
+//! part of. With the feature `mujoco4` the library is `libmjenv-mujoco4`, the same on MuJoCo 4.0, and pkg-config is
+//! asked for `mjenv-mujoco4`. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`. Without the feature
 //! `library` it does nothing of this, for plug-ins, which do not link with the library.
 
 #[rustfmt::skip]

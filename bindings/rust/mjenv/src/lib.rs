@@ -1,5 +1,6 @@
 //! Gymnasium's MuJoCo environments (v4 and v5 of eleven robots) in native code, without a Python process.
-//! For the same seed and actions, every output equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit.
+//! For the same seed and actions, every output equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit; with the
+//! feature `mujoco4`, that of Gymnasium 1.3.0 on MuJoCo 4.0.
 //!
 //! ```
 //! use mjenv::{Env, Options};
@@ -62,6 +63,14 @@
 //! ```no_run
 //! println!("cargo:rustc-link-arg=-Wl,-rpath,{}", std::env::var("DEP_MJENV_RUST_LIBDIR").unwrap());
 //! ```
+//!
+//! With the feature `mujoco4`, the library is `libmjenv-mujoco4.so`, which has the same interface and gives the bits of
+//! Gymnasium on MuJoCo 4.0; for pkg-config it is `mjenv-mujoco4`. When the program first builds an environment, that
+//! library opens MuJoCo: the `libmujoco.so.4.0.x` that the environment variable `MJENV_MUJOCO` names, else one that the
+//! process has already loaded, else the one that the system's loader finds. If there is none, the call returns an
+//! [`ErrorKind::File`] whose message says what to install. Building that library needs `MJENV_MUJOCO`, too, because
+//! MuJoCo's headers are found beside its library. A program has either library, and its snapshots name the version of
+//! MuJoCo.
 //!
 //! Without the feature `library`, which is on by default, the crate has only the modules [`task`] and [`numpy`], and
 //! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.

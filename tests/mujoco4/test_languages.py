@@ -1,0 +1,246 @@
+"""C, C++, Rust and Julia on MuJoCo 4.0: the examples' episodes equal Gymnasium's, and bad libraries are refused.
+
+Uses build/libmjenv.so and build/mujoco4/libmjenv-mujoco4.so, which are installed into one prefix as a user would.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import gymnasium
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "golden"))
+import machine
+from episodes import Checksum
+
+ROOT = Path(__file__).resolve().parents[2]
+WORK = ROOT / "build" / "mujoco4" / "languages"
+EXAMPLES = ROOT / "examples"
+IDS = ("Hopper-v5", "Reacher-v4", "Humanoid-v5")
+SEED, EPISODES = 42, 3
+
+
+@cache
+def gymnasiums(id: str) -> tuple[int, str]:
+    """How many steps the examples' episodes have, and their checksum."""
+    env = gymnasium.make(id, disable_env_checker=True)
+    env.action_space.seed(SEED)
+    checksum, length = Checksum(), 0
+    for episode in range(EPISODES):
+        observed, info = env.reset(seed=None if episode else SEED)
+        checksum.add(observed, *info.values())
+        ended = False
+        while not ended:
+            observed, reward, terminated, truncated, info = env.step(env.action_space.sample())
+            checksum.add(observed, reward)
+            checksum.add_word(int(terminated))
+            checksum.add_word(int(truncated))
+            checksum.add(*info.values())
+            ended = terminated or truncated
+            length += 1
+    return length, f"{checksum.value:016x}"
+
+
+@cache
+def norm() -> str:
+    return machine.norm_rounding()
+
+
+@cache
+def mujoco_library() -> Path:
+    """The library of the installed mujoco package."""
+    spec = importlib.util.find_spec("mujoco")
+    assert spec
+    assert spec.submodule_search_locations
+    (found,) = Path(spec.submodule_search_locations[0]).glob("libmujoco.so.4.0.*")
+    return found
+
+
+@cache
+def setup(part: str) -> str:
+    return output(ROOT / "tools" / "setup", part).strip()
+
+
+def run(*command: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MJENV_", "PYTHONPATH"))}
+    if "MJENV_CACHE" in os.environ:
+        environment["MJENV_CACHE"] = os.environ["MJENV_CACHE"]
+    return subprocess.run(
+        list(map(str, command)), env=environment | variables, capture_output=True, text=True, cwd=ROOT
+    )
+
+
+def output(*command: str | Path, **variables: str) -> str:
+    done = run(*command, **variables)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def plays(*command: str | Path, **variables: str) -> None:
+    """The command prints Gymnasium's episodes of IDS."""
+    lines = output(*command, *IDS, **variables).splitlines()
+    assert len(lines) == len(IDS)
+    for id, line in zip(IDS, lines, strict=True):
+        name, steps, _, _, checksum = line.split("\t")
+        assert (name, int(steps), checksum) == (id, *gymnasiums(id)), line
+
+
+@pytest.fixture(scope="module")
+def prefix() -> Path:
+    """Both libraries, installed into one prefix. That on 4.0 forgets where MuJoCo was when it was built."""
+    shutil.rmtree(WORK, ignore_errors=True)
+    for build in ("build", "build/mujoco4"):
+        output("cmake", "--install", ROOT / build, "--prefix", WORK / "prefix")
+    (library,) = (WORK / "prefix").rglob("libmjenv-mujoco4.so.*.*.*")
+    script = WORK / "forget.cmake"
+    script.write_text(f'file(RPATH_REMOVE FILE "{library}")\n')
+    output("cmake", "-P", script)
+    return WORK / "prefix"
+
+
+@pytest.fixture(scope="module")
+def libraries(prefix: Path) -> Path:
+    return next(prefix.rglob("libmjenv-mujoco4.so")).parent
+
+
+@pytest.fixture(scope="module")
+def programs(prefix: Path) -> Path:
+    """The C and C++ examples, linked with mjenv::mujoco4."""
+    build = WORK / "programs"
+    output("cmake", "-G", "Ninja", "-S", EXAMPLES, "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCOMPONENT=mujoco4")
+    output("cmake", "--build", build, "--target", "episodes", "dlopen", "linked")
+    return build
+
+
+def test_both_libraries_are_installed_side_by_side(prefix: Path, libraries: Path) -> None:
+    names = {path.name for path in libraries.iterdir()}
+    assert {"libmjenv.so", "libmjenv.so.1", "libmjenv-mujoco4.so", "libmjenv-mujoco4.so.1"} <= names
+    variables = {"PKG_CONFIG_PATH": str(libraries / "pkgconfig")}
+    assert output("pkg-config", "--libs-only-l", "mjenv", **variables).split() == ["-lmjenv"]
+    assert output("pkg-config", "--libs-only-l", "mjenv-mujoco4", **variables).split() == ["-lmjenv-mujoco4"]
+
+
+def test_cpp_by_find_package(programs: Path) -> None:
+    plays(programs / "episodes", norm(), MJENV_MUJOCO=str(mujoco_library()))
+
+
+def test_c_by_dlopen(programs: Path, libraries: Path) -> None:
+    plays(programs / "dlopen", libraries / "libmjenv-mujoco4.so", norm(), MJENV_MUJOCO=str(mujoco_library()))
+
+
+def test_c_by_pkg_config(libraries: Path) -> None:
+    flags = output("pkg-config", "--cflags", "--libs", "mjenv-mujoco4", PKG_CONFIG_PATH=str(libraries / "pkgconfig"))
+    program = WORK / "by-pkg-config"
+    output("cc", EXAMPLES / "c" / "linked.c", *flags.split(), f"-Wl,-rpath,{libraries}", "-o", program)
+    for id in IDS:
+        line = output(program, id, MJENV_MUJOCO=str(mujoco_library()))
+        assert line.split("\t")[1] == str(gymnasiums(id)[0])
+
+
+def test_the_loader_finds_an_installed_mujoco(programs: Path) -> None:
+    plays(programs / "episodes", norm(), LD_LIBRARY_PATH=str(mujoco_library().parent))
+
+
+def test_a_missing_component_is_named(prefix: Path) -> None:
+    (prefix / "only").mkdir()
+    output("cmake", "--install", ROOT / "build/mujoco4", "--prefix", prefix / "only")
+    command = ("cmake", "-G", "Ninja", "-S", EXAMPLES, "-B", WORK / "missing", f"-DCMAKE_PREFIX_PATH={prefix / 'only'}")
+    done = run(*command, "-DCOMPONENT=mjenv")
+    assert done.returncode != 0
+    assert "mjenv::mjenv is not installed" in re.sub(r"\s+", " ", done.stderr)
+    output(*command, "-DCOMPONENT=mujoco4")
+
+
+BAD = {
+    "none": ({}, "there is no library of MuJoCo 4.0"),
+    "broken": ({"MJENV_MUJOCO": "/dev/null"}, "MJENV_MUJOCO: /dev/null"),
+    "missing": ({"MJENV_MUJOCO": "/nowhere/libmujoco.so.4.0.0"}, "MJENV_MUJOCO: /nowhere/libmujoco.so.4.0.0"),
+    "not MuJoCo": ({"MJENV_MUJOCO": "libm.so.6"}, "MuJoCo's library has no mj_version"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_library_is_refused(programs: Path, case: str) -> None:
+    variables, reason = BAD[case]
+    done = run(programs / "episodes", norm(), "Hopper-v5", **variables)
+    assert done.returncode == 1
+    assert "MJENV_E_FILE" in done.stderr
+    assert reason in done.stderr
+    assert "pip install 'mujoco-core>=4.0,<4.1'" in done.stderr
+
+
+def test_the_wrong_version_is_refused(programs: Path) -> None:
+    installed = output("sh", "-c", "ldconfig -p | awk '$1 == \"libmujoco.so.2.2.2\" { print $NF; exit }'").strip()
+    done = run(programs / "episodes", norm(), "Hopper-v5", MJENV_MUJOCO=installed)
+    assert done.returncode == 1
+    assert "MuJoCo's library is 2.2.2, and this mjenv is for MuJoCo 4.0" in done.stderr
+
+
+def cargo(*arguments: str | Path, libraries: Path, **variables: str) -> str:
+    target = {"CARGO_TARGET_DIR": str(ROOT / "build" / "mujoco4" / "rust"), "MJENV_LIB_DIR": str(libraries)}
+    return output(setup("rust"), *arguments, MJENV_MUJOCO=str(mujoco_library()), **target, **variables)
+
+
+def test_rust(libraries: Path) -> None:
+    manifest = EXAMPLES / "rust" / "Cargo.toml"
+    cargo("build", "--offline", "--features", "mujoco4", "--manifest-path", manifest, libraries=libraries)
+    program = ROOT / "build" / "mujoco4" / "rust" / "debug" / "episodes"
+    plays(program, "--norm", norm(), MJENV_MUJOCO=str(mujoco_library()))
+
+
+def test_rusts_own_tests(libraries: Path) -> None:
+    manifest = ROOT / "bindings" / "rust" / "Cargo.toml"
+    chosen = ("--package", "mjenv", "--features", "mujoco4", "--test", "mujoco4")
+    assert "2 passed" in cargo("test", "--offline", "--manifest-path", manifest, *chosen, libraries=libraries)
+
+
+def test_rust_names_a_library_that_is_missing(tmp_path: Path) -> None:
+    manifest = EXAMPLES / "rust" / "Cargo.toml"
+    target = {"CARGO_TARGET_DIR": str(ROOT / "build" / "mujoco4" / "rust"), "MJENV_LIB_DIR": str(tmp_path)}
+    done = run(setup("rust"), "build", "--offline", "--features", "mujoco4", "--manifest-path", manifest, **target)
+    assert done.returncode != 0
+    assert "libmjenv-mujoco4.so" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def julia_variables(libraries: Path) -> dict[str, str]:
+    return {
+        "JULIA_LOAD_PATH": f"{ROOT / 'bindings' / 'julia'}:@stdlib",
+        "MJENV_LIBRARY": str(libraries / "libmjenv.so"),
+        "MJENV_MUJOCO": str(mujoco_library()),
+    }
+
+
+JULIA = ("--startup-file=no", "--threads=2")
+
+
+def test_julia(julia_variables: dict[str, str]) -> None:
+    program = EXAMPLES / "julia" / "episodes.jl"
+    plays(setup("julia"), *JULIA, program, "--norm", norm(), MJENV_ENGINE="4.0", **julia_variables)
+
+
+def test_julia_by_the_path_of_the_library(julia_variables: dict[str, str], libraries: Path) -> None:
+    script = 'using MJEnv; print(MJEnv.version(), " ", Env(env -> env.engine, "Reacher-v5"))'
+    variables = julia_variables | {"MJENV_LIBRARY": str(libraries / "libmjenv-mujoco4.so")}
+    assert re.search(r"\(MuJoCo 4\.0\S*\) 4\.0$", output(setup("julia"), *JULIA, "-e", script, **variables))
+
+
+def test_both_engines_in_one_julia(julia_variables: dict[str, str]) -> None:
+    told = output(setup("julia"), *JULIA, ROOT / "tests" / "mujoco4" / "both_engines.jl", **julia_variables)
+    assert re.search(r"both engines +\| +\d+ +\d+$", told, re.MULTILINE), told
+
+
+def test_julia_without_mujoco(julia_variables: dict[str, str]) -> None:
+    script = 'using MJEnv; Env("Reacher-v5"; engine = "4.0")'
+    done = run(setup("julia"), *JULIA, "-e", script, **(julia_variables | {"MJENV_MUJOCO": "/dev/null"}))
+    assert done.returncode != 0
+    assert "MJENV_E_FILE" in done.stderr
+    assert "mujoco-core" in done.stderr
