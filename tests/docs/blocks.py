@@ -8,6 +8,8 @@ The rules for a document:
 - A `text` block is what the block before it prints; "..." stands for any text.
 - A comment above a block says when it runs: `<!-- long -->` only with --long; `<!-- long: peers -->` only with --long,
   as a separate program, with the Python that `tools/setup peers` makes; `<!-- not run: REASON -->` never.
+  `<!-- mujoco4 -->` only with --mujoco4, which needs build/mujoco4 and takes the Python of `tools/setup mujoco4`.
+  The `python` blocks of a page that are so marked are one program, which runs in the repository.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ PROGRAMS = ("python", "julia", "c", "cpp", "rust", "sh")
 FILES = ("cmake", "toml", "xml")
 
 _BLOCK = re.compile(
-    r"(?:^ *<!-- (?P<when>long|not run)(?:: (?P<how>.*?))? -->\n\s*)?"
+    r"(?:^ *<!-- (?P<when>long|mujoco4|not run)(?:: (?P<how>.*?))? -->\n\s*)?"
     r'^(?P<indent> *)```(?P<language>\w*)(?: title="(?P<title>[\w./-]+)")?(?P<rest>[^\n]*)\n'
     r"(?P<text>.*?)^(?P=indent)```$",
     re.MULTILINE | re.DOTALL,
@@ -37,7 +39,7 @@ class Block:
     language: str
     text: str
     title: str | None = None
-    when: str | None = None  # "long", "not run", or None: always
+    when: str | None = None  # "long", "mujoco4", "not run", or None: always
     how: str | None = None  # of "long": the Python; of "not run": the reason
     output: str | None = None
 

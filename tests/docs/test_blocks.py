@@ -97,15 +97,15 @@ def compare(block: Block, printed: str) -> None:
     assert re.fullmatch(pattern, printed.rstrip("\n"), re.DOTALL), f"{block.where}: it printed\n{printed}"
 
 
-def run_programs(language: str, program: list[Block], python: str = "reference") -> None:
+def run_programs(language: str, program: list[Block], python: str = "reference", folder: Path = WORK) -> None:
     texts = [block.text for block in program]
     if language == "python":
-        printed = run([setup(python), "-c", PYTHON_DRIVER, SEPARATOR.join(texts)])
+        printed = run([setup(python), "-c", PYTHON_DRIVER, SEPARATOR.join(texts)], folder)
     else:
         script = "".join(f'{text}\nprint("{SEPARATOR}")\n' for text in texts)
         WORK.mkdir(parents=True, exist_ok=True)
         (WORK / "blocks.jl").write_text(script)
-        printed = run([setup("julia"), "--startup-file=no", "blocks.jl"])
+        printed = run([setup("julia"), "--startup-file=no", str(WORK / "blocks.jl")], folder)
     for block, part in zip(program, printed.split(SEPARATOR)[:-1], strict=True):
         compare(block, part)
 
@@ -157,8 +157,8 @@ def where(block: Block) -> str:
     return block.where
 
 
-def pages_with(language: str) -> list[str]:
-    return sorted({block.page for block in of(language)})
+def pages_with(language: str, when: str | None = None) -> list[str]:
+    return sorted({block.page for block in of(language, when=when)})
 
 
 @pytest.mark.parametrize("page", pages_with("python"))
@@ -191,7 +191,11 @@ def test_rust(block: Block) -> None:
 @pytest.mark.parametrize("page", sorted({block.page for block in BLOCKS if block.language == "sh"}))
 def test_commands(page: str, pytestconfig: pytest.Config) -> None:
     chosen = {None, "long"} if pytestconfig.getoption("long") else {None}
-    commands = [block for block in BLOCKS if block.page == page and block.language == "sh" and block.when in chosen]
+    shell = [block for block in BLOCKS if block.page == page and block.language == "sh"]
+    run_commands(page, [block for block in shell if block.when in chosen])
+
+
+def run_commands(page: str, commands: list[Block]) -> None:
     folder = tree()
     for block in BLOCKS:
         if block.page == page and block.title:
@@ -201,8 +205,9 @@ def test_commands(page: str, pytestconfig: pytest.Config) -> None:
     for block in commands:
         # `cmake --install` writes into the folder instead of the system. pip also runs it, but must not be redirected.
         variables["DESTDIR"] = str(folder / "system") if "cmake --install" in block.text else ""
-        if block.how:
-            variables["PATH"] = f"{Path(setup(block.how)).parent}:{os.environ['PATH']}"
+        python = "mujoco4" if block.when == "mujoco4" else block.how
+        if python:
+            variables["PATH"] = f"{Path(setup(python)).parent}:{os.environ['PATH']}"
         compare(block, run(["bash", "-euo", "pipefail", "-c", block.text], folder, **variables))
 
 
@@ -211,3 +216,29 @@ def installing(folder: Path) -> dict[str, str]:
     venv = folder / ".venv"  # where the documents make it
     subprocess.run([setup("python"), "-m", "venv", "--clear", venv], check=True)
     return {"PATH": f"{venv / 'bin'}:{os.environ['PATH']}", "PYTHONPATH": "", "MJENV_LIBRARY": ""}
+
+
+@pytest.fixture(scope="session")
+def mujoco4() -> None:
+    """Installs the library on MuJoCo 4.0 beside the other. It finds MuJoCo where it was when it was built."""
+    environment()
+    command = ["cmake", "--install", ROOT / "build" / "mujoco4", "--prefix", PREFIX]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+
+@pytest.mark.usefixtures("mujoco4")
+@pytest.mark.parametrize("page", pages_with("python", "mujoco4"))
+def test_mujoco4_python(page: str) -> None:
+    run_programs("python", [block for block in of("python", when="mujoco4") if block.page == page], "mujoco4", ROOT)
+
+
+@pytest.mark.usefixtures("mujoco4")
+@pytest.mark.parametrize("page", pages_with("julia", "mujoco4"))
+def test_mujoco4_julia(page: str) -> None:
+    run_programs("julia", [block for block in of("julia", when="mujoco4") if block.page == page], "mujoco4", ROOT)
+
+
+@pytest.mark.usefixtures("mujoco4")
+@pytest.mark.parametrize("page", pages_with("sh", "mujoco4"))
+def test_mujoco4_commands(page: str) -> None:
+    run_commands(page, [block for block in of("sh", when="mujoco4") if block.page == page])
