@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "engine/model.hpp"
 #include "firewall.hpp"
 #include "held.hpp"
 #include "structs.hpp"
@@ -101,7 +102,7 @@ const T& at(const std::vector<T>& list, std::int64_t index, const char* what) {
 
 std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
 
-const char* mjenv_version() { return MJENV_VERSION_TEXT; }
+const char* mjenv_version() { return library_version(); }
 
 std::uint32_t mjenv_version_number() { return MJENV_VERSION_NUMBER; }
 

@@ -1,19 +1,19 @@
 # Defines mjenv_engine, which is MuJoCo: 2.2.2 compiled from its sources, a library of 2.2.2 that is there already, or 4.0,
-# whose library is opened at run time. Sets MJENV_ENGINE_VERSION, MJENV_LIBRARY_NAME, and MJENV_LOADER, the source files
-# in core/engine that only this kind of engine needs.
+# whose library is opened at run time. Sets MJENV_ENGINE_VERSION, MJENV_ENGINE_MAJOR, MJENV_LIBRARY_NAME, and MJENV_LOADER,
+# the source files in core/engine that only this kind of engine needs.
 set(MJENV_ENGINE auto CACHE STRING "MuJoCo: source (2.2.2, compiled into the library), system (the installed 2.2.2), auto \
 (source where the sources can be had, else system), or the folder of an unpacked official release or wheel of 2.2.2 or 4.0")
 set(MJENV_ENGINE_SOURCES "" CACHE PATH "Folder with mujoco, libccd, lodepng, qhull, tinyxml2 and tinyobjloader; empty: \
 tools/engine-sources fetches them")
 include(engine/tune)
 
-# Sets output to "2.2.2" or "4.0".
+# Sets output to "2.2.2", or to the version of 4.0.
 function(mjenv_find_version include_folder output)
   file(STRINGS ${include_folder}/mujoco/mujoco.h header REGEX "define mjVERSION_HEADER ")
   if(header MATCHES " 222$")
     set(${output} 2.2.2 PARENT_SCOPE)
-  elseif(header MATCHES " 4000[0-9][0-9][0-9]$")
-    set(${output} 4.0 PARENT_SCOPE)
+  elseif(header MATCHES " 40000*([0-9]+)$")
+    set(${output} 4.0.${CMAKE_MATCH_1} PARENT_SCOPE)
   else()
     message(FATAL_ERROR "${include_folder}/mujoco is neither MuJoCo 2.2.2 nor 4.0: ${header}")
   endif()
@@ -50,7 +50,7 @@ function(mjenv_use_library)
   set(MJENV_ENGINE_VERSION ${version} PARENT_SCOPE)
   add_library(mjenv_engine INTERFACE)
   target_include_directories(mjenv_engine SYSTEM INTERFACE ${headers})
-  if(version STREQUAL "4.0")
+  if(version MATCHES "^4")
     # The library is opened at run time: where it was at build time, unless another is found first.
     get_filename_component(folder ${library} DIRECTORY)
     target_link_options(mjenv_engine INTERFACE $<BUILD_INTERFACE:-Wl,-rpath,${folder}>)
@@ -60,7 +60,7 @@ function(mjenv_use_library)
   # The core reads models and pictures with the libraries that MuJoCo reads them with.
   mjenv_find_sources(sources)
   foreach(name tinyxml2 lodepng)
-    if(version STREQUAL "4.0" AND sources)
+    if(version MATCHES "^4" AND sources)
       add_library(mjenv_${name} STATIC ${sources}/${name}/${name}.cpp)
       mjenv_tune(mjenv_${name})
       target_compile_options(mjenv_${name} PRIVATE -w)
@@ -101,7 +101,8 @@ else()
   message(FATAL_ERROR "MJENV_ENGINE is ${MJENV_ENGINE}: neither source, system nor auto, nor a folder")
 endif()
 
-if(MJENV_ENGINE_VERSION STREQUAL "4.0")
+string(REGEX MATCH "^[0-9]+" MJENV_ENGINE_MAJOR ${MJENV_ENGINE_VERSION})
+if(MJENV_ENGINE_MAJOR EQUAL 4)
   set(MJENV_LIBRARY_NAME mjenv-mujoco4)
   set(MJENV_LOADER load_shared mujoco4)
 else()

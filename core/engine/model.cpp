@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstring>
 #include <new>
 #include <type_traits>
@@ -9,6 +10,7 @@
 #include "engine/mujoco.hpp"
 #include "error.hpp"
 #include "hash.hpp"
+#include "version.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -204,5 +206,15 @@ std::uint64_t Model::fingerprint() const {
 }
 
 const char* mujoco_version() { return open_mujoco(); }
+
+const char* library_version() {
+  if (!mujoco_is_open()) return MJENV_VERSION_TEXT " (MuJoCo " MJENV_MUJOCO_TEXT ")";
+  static const auto text = [] {
+    std::array<char, 64> made{};
+    std::snprintf(made.data(), made.size(), "%s (MuJoCo %s)", MJENV_VERSION_TEXT, open_mujoco());
+    return made;
+  }();
+  return text.data();
+}
 
 }  // namespace mjenv::core

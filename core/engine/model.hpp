@@ -102,5 +102,7 @@ class Model {
 
 // "2.2.2"
 const char* mujoco_version();
+// "0.1.0 (MuJoCo 2.2.2)": of the MuJoCo that is open, or else of the one that the library was compiled for.
+const char* library_version();
 
 }  // namespace mjenv::core

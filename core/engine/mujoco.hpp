@@ -5,6 +5,8 @@
 #include <mujoco/mjxmacro.h>
 #include <mujoco/mujoco.h>
 
+#include <cstring>
+
 #if mjVERSION_HEADER == 222
 #include "engine/mujoco2.hpp"
 #elif mjVERSION_HEADER >= 4000000 && mjVERSION_HEADER < 4001000
@@ -12,3 +14,34 @@
 #else
 #error "mjenv works with MuJoCo 2.2.2 and 4.0"
 #endif
+
+namespace mjenv::core {
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-variable"  // the preambles list more sizes than the arrays need
+
+// Calls visit(name, pointer, rows, columns, is_vector) for each array of mjModel.
+template <typename Visit>
+void for_each_array(const mjModel& model, const Visit& visit) {
+  const mjModel* m = &model;
+  MJMODEL_POINTERS_PREAMBLE(m)
+#define X(type, name, rows, columns) visit(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0);
+  MJMODEL_POINTERS
+#undef X
+}
+
+// The same for each array of mjData, which must belong to the model. data may be null.
+template <typename Visit>
+void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
+  const mjModel* m = &model;
+  MJDATA_POINTERS_PREAMBLE(m)
+#define X(type, name, rows, columns)                                                    \
+  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, \
+        std::strcmp(#columns, "1") == 0);
+  MJDATA_POINTERS
+#undef X
+}
+
+#pragma GCC diagnostic pop
+
+}  // namespace mjenv::core

@@ -30,6 +30,7 @@ namespace mjenv::core {
 
 // Makes MuJoCo's functions ready to be called, and returns its version.
 inline const char* open_mujoco() { return mj_versionString(); }
+inline bool mujoco_is_open() { return true; }
 
 // ---- Errors ----
 
@@ -75,29 +76,6 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #undef X
 }
 
-// Calls visit(name, pointer, rows, columns, is_vector) for each array of mjModel.
-template <typename Visit>
-void for_each_array(const mjModel& model, const Visit& visit) {
-  const mjModel* m = &model;
-  MJMODEL_POINTERS_PREAMBLE(m)
-  static_cast<void>(na), static_cast<void>(nmocap);
-#define X(type, name, rows, columns) visit(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0);
-  MJMODEL_POINTERS
-#undef X
-}
-
-// The same for each array of mjData, which must belong to the model. data may be null.
-template <typename Visit>
-void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
-  const mjModel* m = &model;
-  MJDATA_POINTERS_PREAMBLE(m)
-#define X(type, name, rows, columns)                                                    \
-  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, \
-        std::strcmp(#columns, "1") == 0);
-  MJDATA_POINTERS
-#undef X
-}
-
 // How many contacts mjData can hold.
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
 
@@ -117,7 +95,7 @@ inline const int* solver_iterations(const mjData& d) { return &d.solver_iter; }
 constexpr const char* kSolverIterations = "solver_iter";
 constexpr int kSolverIterationsCount = 1;
 
-// mj_kinematics for the frame of one geom.
+// Computes the frame of one geom as mj_kinematics does.
 inline void update_frame(const mjModel& m, mjData& d, int geom) {
   mj_local2Global(&d, d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom, m.geom_pos + 3 * geom, m.geom_quat + 4 * geom,
                   m.geom_bodyid[geom], m.geom_sameframe[geom]);

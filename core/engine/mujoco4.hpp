@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <new>
 #include <string>
 #include <utility>
@@ -15,6 +14,8 @@
 #include "engine/errors.hpp"
 #include "engine/pairs.hpp"
 #include "error.hpp"
+
+#define MJDATA_POINTERS_PREAMBLE(m)  // MJDATA_POINTERS of 4.0 needs none
 
 // MuJoCo exports this function for its own language bindings. It sets a handler for one thread only.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
@@ -131,33 +132,12 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #pragma pop_macro("XVEC")
 }
 
-// Calls visit(name, pointer, rows, columns, is_vector) for each array of mjModel.
-template <typename Visit>
-void for_each_array(const mjModel& model, const Visit& visit) {
-  const mjModel* m = &model;
-  MJMODEL_POINTERS_PREAMBLE(m)
-  static_cast<void>(na), static_cast<void>(nmocap), static_cast<void>(nplastic);
-#define X(type, name, rows, columns) visit(#name, m->name, m->rows, columns, std::strcmp(#columns, "1") == 0);
-  MJMODEL_POINTERS
-#undef X
-}
-
-// The same for each array of mjData, which must belong to the model. data may be null.
-template <typename Visit>
-void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
-  const mjModel* m = &model;
-#define X(type, name, rows, columns)                                                    \
-  visit(#name, data ? static_cast<const type*>(data->name) : nullptr, m->rows, columns, \
-        std::strcmp(#columns, "1") == 0);
-  MJDATA_POINTERS
-#undef X
-}
-
-// How many contacts of a row can be listed. mjData can hold more if the model does not limit them, because it has room
-// for them until its arena is full.
+// How many contacts of a row can be listed: as many as the model's nconmax allows, or 500 if it sets none, and never
+// more than the arena of mjData has room for.
 inline int max_contacts(const mjModel& m) {
   constexpr mjtSize kDefault = 500;
-  return static_cast<int>(m.nconmax >= 0 ? m.nconmax : std::min<mjtSize>(kDefault, m.narena / sizeof(mjContact)));
+  const auto room = m.narena / static_cast<mjtSize>(sizeof(mjContact));
+  return static_cast<int>(std::min(m.nconmax >= 0 ? m.nconmax : kDefault, room));
 }
 
 // ---- State ----
@@ -180,7 +160,7 @@ inline const int* solver_iterations(const mjData& d) { return d.solver_niter; }
 constexpr const char* kSolverIterations = "solver_niter";
 constexpr int kSolverIterationsCount = mjNISLAND;
 
-// mj_kinematics for the frame of one geom.
+// Computes the frame of one geom as mj_kinematics does.
 inline void update_frame(const mjModel& m, mjData& d, int geom) {
   const int body = m.geom_bodyid[geom];
   mj_local2Global(&d, d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom, m.geom_pos + 3 * geom, m.geom_quat + 4 * geom,

@@ -1,8 +1,10 @@
 #include "env/image.hpp"
 
 #include <array>
+#include <cstdio>
 #include <cstring>
 
+#include "engine/model.hpp"
 #include "error.hpp"
 #include "hash.hpp"
 
@@ -12,7 +14,8 @@ namespace {
 // An image consists of an ImageHeader and, for each row, a RowHeader and the row's record.
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
-  std::uint32_t version = 2;
+  std::uint16_t version = 3;
+  std::uint16_t engine = 0;  // the version of MuJoCo: 10000 * major + 100 * minor + patch
   Identity::Rounding rounding = Identity::Rounding::any;
   std::uint64_t identity = 0;
   std::uint64_t rows = 0;
@@ -48,6 +51,19 @@ bool is_valid(const RowHeader& header) {
   const bool even = header.seeded != 0 && header.rng.words()[2] % 2 == 0;
   return header.origin <= static_cast<std::uint8_t>(Origin::set) && header.steps >= 0 && header.steps <= kMaxSteps &&
          !even;
+}
+
+std::uint16_t engine_number() {
+  int major = 0, minor = 0, patch = 0;
+  std::sscanf(mujoco_version(), "%d.%d.%d", &major, &minor, &patch);
+  return static_cast<std::uint16_t>(10000 * major + 100 * minor + patch);
+}
+
+void check_engine(int engine) {
+  if (engine == engine_number()) return;
+  const auto part = [engine](int unit) { return std::to_string(engine / unit % 100); };
+  fail(MJENV_E_SNAPSHOT, "the image was made on MuJoCo " + part(10000) + "." + part(100) + "." + part(1) +
+                             ", but this environment uses MuJoCo " + mujoco_version());
 }
 
 void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
@@ -93,6 +109,7 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
     to += row_bytes(rows);
   }
   ImageHeader header;
+  header.engine = engine_number();
   header.identity = identity.hash;
   header.rounding = identity.rounding;
   header.rows = range.count();
@@ -112,6 +129,7 @@ void read_image(Rows& rows, const Identity& identity, const std::string& id, std
   if (header.version != expected.version)
     fail(MJENV_E_SNAPSHOT, "the image has version " + std::to_string(header.version) +
                                ", but this library reads version " + std::to_string(expected.version));
+  check_engine(header.engine);
   if (header.identity != identity.hash)
     fail(MJENV_E_SNAPSHOT,
          "the image was made with another id, model, task revision or other options than this environment, " + id);

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <iterator>
-#include <utility>
+#include <string_view>
 
 #include "error.hpp"
 #include "task/plugins.hpp"
+#include "version.hpp"
 
 namespace mjenv {
 
@@ -41,18 +42,23 @@ struct List {
   const List* older;  // keeps the replaced list reachable for leak checkers
 };
 
-template <std::size_t N>
+// As in Gymnasium, this id needs MuJoCo 2.
+constexpr std::string_view kOfMujoco2 = "Pusher-v4";
+
 struct Pointers {
-  const Id* ids[N];
+  const Id* ids[std::size(built_in)];
+  std::size_t count;
 };
 
-template <std::size_t... I>
-constexpr Pointers<sizeof...(I)> pointers_to_built_in(std::index_sequence<I...>) {
-  return {{&built_in[I]...}};
+constexpr Pointers pointers_to_built_in() {
+  Pointers made{};
+  for (const Id& id : built_in)
+    if (MJENV_MUJOCO_MAJOR == 2 || id.name != kOfMujoco2) made.ids[made.count++] = &id;
+  return made;
 }
 
-constexpr auto first_ids = pointers_to_built_in(std::make_index_sequence<std::size(built_in)>());
-constexpr List first_list{first_ids.ids, std::size(built_in), nullptr};
+constexpr Pointers first_ids = pointers_to_built_in();
+constexpr List first_list{first_ids.ids, first_ids.count, nullptr};
 std::atomic<const List*> latest{&first_list};
 
 bool is_before(const Id* a, const std::string& name) { return a->name < name; }
@@ -90,6 +96,9 @@ const Id& id_of(const std::string& name) {
   const List& list = *latest.load();
   if (const Id* found = find(list, name)) return *found;
   if (name == unlisted.name) return unlisted;
+  if (name == kOfMujoco2)
+    fail(MJENV_E_NAME, "Pusher-v4 is only supported on mujoco<3, as in Gymnasium, but this library is for MuJoCo " +
+                           std::string(MJENV_MUJOCO_TEXT) + ": use Pusher-v5, or mjenv on MuJoCo 2.2.2");
   std::vector<std::string> names;
   for (std::size_t i = 0; i < list.count; ++i) names.emplace_back(list.ids[i]->name);
   names.emplace_back(unlisted.name);

@@ -66,7 +66,7 @@ static const char* libm_of_this_cpu(void) {
 }
 
 const char* golden_path(const char* name, char path[512]) {
-  snprintf(path, 512, PROJECT_FOLDER "/tests/golden/%s/%s", libm_of_this_cpu(), name);
+  snprintf(path, 512, GOLDENS "/%s/%s", libm_of_this_cpu(), name);
   return path;
 }
 

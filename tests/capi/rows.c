@@ -278,7 +278,7 @@ int main(void) {
       OF(test_rows, "Humanoid-v5", 2),
       OF(test_rows, "HumanoidStandup-v4", 1),
       OF(test_rows, "InvertedDoublePendulum-v5", 1),
-      OF(test_rows, "Pusher-v4", 1),
+      OF(test_rows, PUSHER, 1),
       OF(test_rows, "Reacher-v4", 1),
       OF(test_rows, "Walker2d-v5", 8),
       OF(test_every_array, "Ant-v4", 1),

@@ -98,7 +98,7 @@ static bool read_line(struct schema_id* id, const char* word, const char* line) 
 struct schema* schema_read(void) {
   struct schema* schema = allocate(sizeof *schema);
   memset(schema, 0, sizeof *schema);
-  char* text = read_file(PROJECT_FOLDER "/tests/golden/schema.txt", NULL);
+  char* text = read_file(GOLDENS "/schema.txt", NULL);
   struct schema_id* id = NULL;
   for (char* line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
     char word[32] = "", name[64] = "";

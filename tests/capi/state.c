@@ -100,8 +100,8 @@ static void test_recorded(void** state) {
 
 // ---- Images of rows ----
 
-static const char* const recordings[] = {"Ant-v5",    "HalfCheetah-v5", "Humanoid-v4", "InvertedPendulum-v5",
-                                         "Pusher-v4", "Reacher-v4",     "Walker2d-v5"};
+static const char* const recordings[] = {"Ant-v5", "HalfCheetah-v5", "Humanoid-v4", "InvertedPendulum-v5",
+                                         PUSHER,   "Reacher-v4",     "Walker2d-v5"};
 
 static struct golden* recording_of(const char* id) {
   char path[512];

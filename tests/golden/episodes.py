@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from operator import attrgetter
 from pathlib import Path
@@ -31,9 +32,9 @@ from cases import (
     STEPS,
     UNGUARDED,
 )
-from machine import hexed, lines_of
+from machine import FOLDERS, HERE, hexed, lines_of
 
-CUSTOM = Path(__file__).resolve().parent / "custom"
+CUSTOM = HERE / "custom"
 ARRAYS = (
     *("action", "obs", "reward", "terminated", "truncated", "info", "qpos", "qvel"),
     *("reset_at", "reset_obs", "reset_info"),
@@ -227,7 +228,8 @@ def goldens(facts: dict[str, str]) -> Iterator[tuple[str, bytes]]:
     for name, (_, options) in UNGUARDED.items():
         yield f"trajectories/{name}.strict0.golden", trajectory(name, SEED, "strict0", options, facts)
     for model, (name, options) in CUSTOM_MODELS.items():
-        chosen = {"xml_file": f"../../custom/{model}.xml", **options}
+        place = FOLDERS[facts["mujoco"]] / facts["libm"] / "custom"
+        chosen = {"xml_file": os.path.relpath(CUSTOM / f"{model}.xml", place), **options}
         yield f"custom/{model}.golden", trajectory(name, SEED, "options", chosen, facts)
     for name in STATE_IDS:
         yield f"state/{name}.golden", state(name, facts)

@@ -19,7 +19,9 @@ import numpy as np
 import kernels
 
 HERE = Path(__file__).resolve().parent
-WANTED = {"python": "3.10", "gymnasium": "1.3.0", "mujoco": "2.2.2", "numpy": "2.2.6"}
+WANTED = {"gymnasium": "1.3.0", "numpy": "2.2.6"}
+# Where the recordings of each version of MuJoCo are.
+FOLDERS = {"2.2.2": HERE, "4.0.0": HERE / "mujoco4"}
 # The C library computes sin, cos, exp, log1p and pow in one way on CPUs with FMA and AVX2, and in another way on all
 # other CPUs. The sine of 692 tells the two apart.
 SINES = {float.fromhex("0x1.80869e3fad89ap-1"): "fma", float.fromhex("0x1.80869e3fad899p-1"): "sse2"}

@@ -1,6 +1,7 @@
 """Records what Gymnasium and NumPy do, for the tests of all languages; their expected values come from here alone.
 
-Needs Python 3.10 with gymnasium==1.3.0, mujoco==2.2.2 and numpy==2.2.6, and qemu-x86_64 for what belongs to other CPUs.
+Needs gymnasium==1.3.0, mujoco==2.2.2 or 4.0.0, and numpy==2.2.6, and qemu-x86_64 for what belongs to other CPUs.
+With MuJoCo 4.0.0 the files are in mujoco4/, without vector/, episodes.txt, powers.txt and random.txt.
 
     record.py           writes the files named below; needs a CPU with AVX-512
     record.py --check   records again, compares with the files that are there, and says what it could not compare
@@ -38,9 +39,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import gymnasium
+import mujoco
 
+from cases import IS_MUJOCO_4
 from episodes import episodes, goldens, option_goldens
-from machine import EMULATOR, HERE, WANTED, Run, libm, machine
+from machine import EMULATOR, FOLDERS, HERE, WANTED, Run, libm, machine
 from numpy_values import coretype_lines, norm_lines, powers_text, random_text
 from schema import schema
 from vectors import vectors
@@ -48,6 +51,7 @@ from vectors import vectors
 # On a CPU without FMA all norms are plain.
 FUSED, PLAIN, WITHOUT_FMA = Run("fma", "SkylakeX"), Run("fma", "Haswell"), Run("sse2", "Nehalem")
 EPISODES, RANDOM, SCHEMA = "episodes.txt", "random.txt", "schema.txt"
+PLACE = FOLDERS.get(mujoco.mj_versionString(), HERE)  # where the files are
 NORMS = "norms"  # a run's lines of random.txt, in the folder that it leaves
 
 
@@ -60,7 +64,9 @@ def record_run(folder: Path, run: Run) -> None:
     if run != PLAIN:
         files += option_goldens(facts)
     if run != FUSED:
-        files += [*goldens(facts), *vectors(facts), ("powers.txt", powers_text(facts))]
+        files += goldens(facts)
+    if run != FUSED and not IS_MUJOCO_4:
+        files += [*vectors(facts), ("powers.txt", powers_text(facts))]
         if not run.is_emulated:
             files.append((EPISODES, episodes(facts)))
     for name, content in files:
@@ -85,10 +91,13 @@ class Recording:
         runs = (FUSED, PLAIN, WITHOUT_FMA)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             folders = dict(zip(runs, pool.map(lambda run: self._run(folder / "-".join(run), run), runs), strict=True))
-            coretypes = coretype_lines()
-        facts = machine()
-        self.files[SCHEMA] = schema(facts)
-        lines = (HERE / RANDOM).read_text().splitlines()
+            self.files[SCHEMA] = schema(machine())
+            if not IS_MUJOCO_4:
+                self._record_random(folders)
+
+    def _record_random(self, folders: dict[Run, Path | None]) -> None:
+        coretypes = coretype_lines()
+        lines = (PLACE / RANDOM).read_text().splitlines()
 
         def stored(start: str, reason: str) -> list[str]:
             self.missing[f"{RANDOM}, {start}"] = reason
@@ -101,7 +110,7 @@ class Recording:
         for cpu, found in coretypes.items():
             reason = NO_EMULATOR if cpu != "SkylakeX" else "neither this CPU nor the emulator has AVX-512"
             kernels += found or stored(f"coretype {cpu} ", reason)
-        self.files[RANDOM] = random_text(facts, norms, kernels)
+        self.files[RANDOM] = random_text(machine(), norms, kernels)
 
     def _run(self, folder: Path, run: Run) -> Path | None:
         done = run.record(folder)
@@ -141,12 +150,12 @@ def without_machine(content: bytes) -> bytes:
 
 
 def check(recording: Recording) -> bool:
-    stored = [str(path.relative_to(HERE)) for folder in ("fma", "sse2") for path in (HERE / folder).rglob("*.*")]
+    stored = [str(path.relative_to(PLACE)) for folder in ("fma", "sse2") for path in (PLACE / folder).rglob("*.*")]
     equal, bad = 0, 0
     missing = dict(recording.missing)
     then: dict[str, str] = {}
-    for name in sorted({*stored, RANDOM, SCHEMA, *recording.files}):
-        old = (HERE / name).read_bytes() if (HERE / name).exists() else b""
+    for name in sorted({*stored, *recording.files}):
+        old = (PLACE / name).read_bytes() if (PLACE / name).exists() else b""
         then |= stored_facts(old)
         reason = recording.why_missing(name)
         if reason:
@@ -177,13 +186,9 @@ def main() -> None:
     if arguments.into:
         record_run(Path(arguments.into[0]), Run(*arguments.into[1:]))
         return
-    versions = {
-        key: value.removesuffix("." + value.split(".")[-1]) if key == "python" else value
-        for key, value in machine().items()
-        if key in WANTED
-    }
-    if versions != WANTED:
-        raise SystemExit(f"record.py: this is {versions}, the goldens are of {WANTED}")
+    facts = machine()
+    if not facts.items() >= WANTED.items() or facts["mujoco"] not in FOLDERS:
+        raise SystemExit(f"record.py: this is {facts}, the goldens are of {WANTED} and MuJoCo {', '.join(FOLDERS)}")
     gymnasium.logger.min_level = gymnasium.logger.ERROR  # v4 is out of date
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)  # where MuJoCo's log bothers nobody
@@ -194,7 +199,7 @@ def main() -> None:
     if recording.missing or libm() != "fma":
         raise SystemExit("record.py: nothing is written: that needs a CPU with AVX-512, and " + EMULATOR)
     for name, content in sorted(recording.files.items()):
-        path = HERE / name
+        path = PLACE / name
         if path.exists() and without_machine(path.read_bytes()) == without_machine(content):
             continue  # but for the machine's name
         path.parent.mkdir(parents=True, exist_ok=True)

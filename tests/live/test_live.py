@@ -1,7 +1,8 @@
 """mjenv against the installed Gymnasium, side by side, every bit.
 
-Needs Python 3.10 with gymnasium 1.3.0, mujoco 2.2.2 and numpy 2. A failure names the id, the options, the seed, the
-step, the output and both values. The drawing is seeded: --draw N gives other options, --long more of everything.
+Needs gymnasium 1.3.0, numpy 2, and mujoco 2.2.2, or 4.0.0 for the library of MuJoCo 4.0. A failure names the id, the
+options, the seed, the step, the output and both values. The drawing is seeded: --draw N gives other options, --long
+more of everything.
 """
 
 from __future__ import annotations
@@ -39,8 +40,14 @@ COUNTS = {
     "tendon": "ntendon",
     "sensor": "nsensor",
 }
-# MuJoCo 2.2.2's views of a joint take these from a wrong address.
-WRONG_IN_MUJOCO = ("solref", "solimp", "cdof", "cdof_dot")
+# Views that MuJoCo 2.2.2 takes from a wrong address; those of 4.0 that belong to a limit, or that are dense matrices.
+OTHER_IN_MUJOCO = (
+    ("solref", "solimp", "cdof", "cdof_dot") if mujoco.__version__ == "2.2.2" else ("solref", "solimp", "moment")
+)
+# What mjenv does not list of a contact: MuJoCo computes it for some contacts only, or version 4.0 added it.
+UNLISTED = ("mu", "H", "adhesion", "elem", "flex", "geom", "solreffriction", "surfacevel", "vert")
+# Gymnasium has no Pusher-v4 from MuJoCo 3 on.
+PUSHER = "Pusher-v4" if mujoco.__version__ == "2.2.2" else "Pusher-v5"
 TAKES_XML = [id for id in IDS if "xml_file" in mjenv.options(id)]
 
 
@@ -52,7 +59,8 @@ def both(id: str, **options: Any) -> tuple[mjenv.MujocoEnv, Any]:
 def test_versions() -> None:
     """The installed versions are those whose bits mjenv reproduces."""
     assert gymnasium.__version__ == "1.3.0"
-    assert mujoco.__version__ == "2.2.2"
+    assert mujoco.__version__ in ("2.2.2", "4.0.0")
+    assert f"(MuJoCo {mujoco.__version__})" in mjenv.version()
     assert np.__version__.startswith("2.")
 
 
@@ -113,7 +121,7 @@ def test_verify_for_users() -> None:
     command = [sys.executable, "-m", "mjenv", "verify", "Hopper-v5", "Ant-v4", "--option-sets", "2", "--steps", "20"]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     first, *ids = run.stdout.splitlines()
-    assert "gymnasium 1.3.0, mujoco 2.2.2" in first
+    assert f"gymnasium 1.3.0, mujoco {mujoco.__version__}" in first
     assert [line.split(":")[0] for line in ids] == ["Hopper-v5", "Ant-v4"]
     assert all("4 runs of 20 steps" in line and line.endswith("every bit equal") for line in ids)
 
@@ -190,6 +198,12 @@ def test_a_changed_model(id: str, actions: str, tmp_path: Path, monkeypatch: pyt
     ids=lambda value: value.stem if isinstance(value, Path) else None,
 )
 def test_another_model(id: str, model: Path, options: dict[str, Any], dtype: str) -> None:
+    if model.stem == "chain" and mujoco.__version__ != "2.2.2":
+        with pytest.raises(ValueError, match="collision"):  # MuJoCo 3 removed this option
+            gymnasium.make(id, xml_file=str(model))
+        with pytest.raises(mjenv.ModelError, match="collision"):
+            mjenv.make(id, xml_file=str(model))
+        return
     for seed, actions in enumerate(verify.SCALES):
         play(Run(id, {"xml_file": str(model), **options}, seed, 150, dtype, actions))
 
@@ -237,9 +251,12 @@ def test_objects(id: str) -> None:
                     check_same("by name", repr(named), repr(other))
                     assert getattr(getattr(ours, place), kind)(mine.name).id == mine.id == index
                 for name in dir(mine):
-                    if name.startswith("_") or name in ("id", "name", *WRONG_IN_MUJOCO) or not hasattr(other, name):
+                    if name.startswith("_") or name in ("id", "name", *OTHER_IN_MUJOCO) or not hasattr(other, name):
                         continue
-                    check_same(f"{place}.{kind}({index}).{name}", getattr(mine, name), np.array(getattr(other, name)))
+                    expected = np.array(getattr(other, name))
+                    if expected.dtype == np.bool_:
+                        expected = expected.view(np.uint8)  # the type that flags have in mjenv
+                    check_same(f"{place}.{kind}({index}).{name}", getattr(mine, name), expected)
                     compared += 1
     assert compared > 100
     for name in ("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "body_mass", "jnt_range", "actuator_gear", "qpos0"):
@@ -263,7 +280,7 @@ def test_contacts(id: str) -> None:
         mine, other = ours.data.contact, theirs.unwrapped.data.contact
         assert len(mine) == theirs.unwrapped.data.ncon
         for name in dir(other):
-            if name.startswith("_") or name in ("mu", "H"):
+            if name.startswith("_") or name in UNLISTED:
                 continue
             expected = getattr(other, name)[: len(mine)]
             check_same(f"contact.{name}", getattr(mine, name), expected)
@@ -278,7 +295,7 @@ def test_contacts(id: str) -> None:
 
 @pytest.mark.parametrize("seed", [0, 2**32, 2**64 - 1, 2**128 + 5, 2**300, True])
 def test_seeds(seed: int) -> None:
-    for id in ("Ant-v5", "Pusher-v4", "Hopper-v5"):
+    for id in ("Ant-v5", PUSHER, "Hopper-v5"):
         ours, theirs = both(id)
         for again in (seed, None, seed):
             check_same("reset", ours.reset(seed=again), theirs.reset(seed=again))
@@ -301,7 +318,7 @@ def test_np_random_is_shared_alike() -> None:
 
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_as_gymnasium_does(duplicate: Callable[[mjenv.MujocoEnv], mjenv.MujocoEnv]) -> None:
-    for id in ("Ant-v4", "Humanoid-v5", "Pusher-v4", "Reacher-v4"):
+    for id in ("Ant-v4", "Humanoid-v5", PUSHER, "Reacher-v4"):
         ours, theirs = both(id)
         ours.reset(seed=2), theirs.reset(seed=2)
         for _ in range(10):
@@ -322,6 +339,16 @@ def test_lists_and_integers() -> None:
 
 
 # ---- refusals ----
+
+
+@pytest.mark.skipif(mujoco.__version__ == "2.2.2", reason="Gymnasium makes Pusher-v4 on MuJoCo 2")
+def test_no_pusher_v4() -> None:
+    with pytest.raises(ImportError, match="only supported on `mujoco<3`"):
+        gymnasium.make("Pusher-v4")
+    with pytest.raises(mjenv.Error, match="only supported on mujoco<3"):
+        mjenv.make("Pusher-v4")
+    registered = {spec.id for spec in gymnasium.registry.values() if "envs.mujoco" in str(spec.entry_point)}
+    assert set(IDS) == {id for id in registered if id.endswith(("-v4", "-v5"))} - {"Pusher-v4"}
 
 
 @pytest.mark.parametrize(

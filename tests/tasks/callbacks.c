@@ -111,7 +111,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   s->floor = mjenv_build_index(builder, "geom", "floor");
   mjenv_field field = {.struct_size = sizeof field};
   s->mass = mjenv_build_array(builder, "body_mass", NULL);
-  s->inertia = mjenv_build_array(builder, "qM", &field);
+  s->inertia = mjenv_build_array(builder, "qLDiagInv", &field);
   s->extras = mjenv_build_integer(builder, "extras") != 0;
   if (s->extras) {
     mjenv_build_need(builder, "contacts");

@@ -36,6 +36,7 @@ inline constexpr Limit kFaceCorners{256, 256};
 inline constexpr Limit kPixels{1 << 26, 1 << 28};
 inline constexpr Limit kAllPixels{1 << 27, 1 << 29};
 inline constexpr Limit kCompressedTexts{8, 8};  // in a PNG image; lodepng unpacks each to at most 16 MB
+inline constexpr Limit kChannels{4, 4};
 inline constexpr Limit kTextureWidth{16'384, 16'384};
 inline constexpr Limit kTextureHeight{6 * 16'384, 6 * 16'384};
 
@@ -50,6 +51,11 @@ inline constexpr Limit kCompositeParts{kElements.stranger / 20, kElements.truste
 inline constexpr Limit kSubgrid{64, 64};
 inline constexpr Limit kIterations{10'000, kBillion};
 inline constexpr Limit kMultiplications{kBillion, kNoLimit};
+inline constexpr Limit kSearches{1'000, kBillion};  // of the solver along one line, or of distances in one collision
+inline constexpr Limit kArenaBytes{1024 * kMiB, 1024 * 1024 * kMiB};
+inline constexpr Limit kReplicas{2'000, 100'000};         // and attachments; the time grows with their square
+inline constexpr Limit kReported{1'000, 1'000'000};       // contacts, by one sensor
+inline constexpr Limit kWideNumbers{1 << 20, 1 << 28};    // of sensors with a number of values for each pixel or vertex
 inline constexpr Limit kRangeSteps{2'000'000, kBillion};  // of the simulations that find the range of muscles' lengths
 
 // Rendering.

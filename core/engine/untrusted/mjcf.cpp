@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <memory>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -45,26 +47,60 @@ struct Settings {
 };
 
 struct File {
-  enum class Kind { mesh, skin, heights, texture } kind;
+  enum class Kind { mesh, flex, skin, heights, texture } kind;
   std::string name;
-  int copies;  // of an image; MuJoCo makes six for the sides of a cube
+  int copies;  // of an image: six for the sides of a cube; of a flex: the degrees of freedom of each point
+};
+
+bool is_absolute(const std::string& path) {
+  return !path.empty() && (path[0] == '/' || path[0] == '\\' || path.find(":/") != std::string::npos ||
+                           path.find(":\\") != std::string::npos);
+}
+
+// The elements below this one have this level, and this parent.
+struct Node {
+  const XMLElement* xml;
+  std::int64_t level;
+  std::string parent;
+};
+
+// A model that is read: the one to load, or one that an <asset> of it names.
+struct Source {
+  explicit Source(const std::string& path) : folder(path.substr(0, path.find_last_of("/\\") + 1)), included{path} {}
+
+  struct Child {
+    std::string name, path;
+    Node root;
+  };
+  std::string folder;
+  std::vector<std::string> included;                    // its own path, and those of the files that it includes
+  std::vector<std::unique_ptr<XMLDocument>> documents;  // of the included files and the children
+  Settings settings;
+  std::vector<File> files;
+  std::map<std::string, Node> named;            // the bodies and frames up to here
+  std::vector<Child> children;                   // models that can be attached
+  std::map<std::string, std::int64_t> attached;  // how often each child is attached
 };
 
 // Reads the model element by element, and then checks its files and its total sizes.
 class Check {
  public:
-  Check(const std::string& path, bool trusted) : limits_(trusted), folder_(path, limits_), included_{path} {}
+  Check(const std::string& path, bool trusted) : limits_(trusted), folder_(path, limits_), source_(path) {}
   Mjcf run(const std::string& text);
 
  private:
   const Limits limits_;
   Folder folder_;
-  std::vector<std::string> included_;
-  std::vector<File> files_;
+  Source source_;
   Counts counts_;
   Sizes sizes_;
-  Settings settings_;
-  bool has_muscles_ = false;
+  bool has_muscles_ = false, has_meshes_ = false;
+  // The replicas that enclose the element, the most of them, all replicas, and how often a part of the model is
+  // attached to it once more. Each replica and attachment may come with a copy of every element that refers to
+  // something in it.
+  std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
+  // How many samples there are of sensors that have a number of values for each pixel or vertex.
+  std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0;
   // A joint without a type has the type of its default class. Here it counts as the default class with the most degrees
   // of freedom.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
@@ -88,8 +124,15 @@ class Check {
 
   // Reading.
   void parse(XMLDocument& document, const std::string& text);
+  const XMLElement& parse_file(const std::string& path, const std::string& name);
+  void read(const XMLElement& root, std::int64_t level);
   void enter(const XMLElement& xml, std::int64_t level, const std::string& parent);
+  void enter_children(const Node& node);
   void include(const Element& element, std::int64_t level);
+  void replicate(const Element& element, std::int64_t level);
+  void attach(const Element& element, std::int64_t level);
+  void add_child(const Element& element, std::int64_t level);
+  void read_child(const Source::Child& child);
   void check(const Element& element);
   void check_integer(const IntegerRule& rule, const Element& element);
 
@@ -98,11 +141,18 @@ class Check {
   void compiler(const Element& element);
   void lengthrange(const Element& element);
   void option(const Element& element);
-  void mesh(const Element& element) { surface(element, File::Kind::mesh); }
+  void size(const Element& element);
+  void mesh(const Element& element);
   void skin(const Element& element);
   void hfield(const Element& element);
   void texture(const Element& element);
   void composite(const Element& element);
+  void flexcomp(const Element& element);
+  void camera(const Element& element);
+  void actuator(const Element& element);
+  void sensor(const Element& element);
+  [[noreturn]] void plugin(const Element& element) { refuse("plugins are not supported", &element.xml); }
+  void reference(const Element&) { ++references_; }
   void freejoint(const Element&) { dofs_ += 6; }
   void joint(const Element& element);
   void muscle(const Element&) { has_muscles_ = true; }
@@ -110,9 +160,13 @@ class Check {
   void numeric(const Element& element) { add_numbers(element, "size"); }
 
   void surface(const Element& element, File::Kind kind);
-  void add_file(const Element& element, File::Kind kind, const char* attribute);
+  void add_file(const Element& element, File::Kind kind, const char* attribute, int copies = 1);
+  void check_content_type(const Element& element, const std::string& file) const;
+  void refuse_late_files(const Element& element) const;
   void add_numbers(const Element& element, const char* attribute);
   void add_pixels(std::int64_t count, const XMLElement* element = nullptr);
+  void add_points(std::int64_t points, std::int64_t dofs_each);
+  void add_built_in(const Element& element);
   void add_hull(std::int64_t vertices, const XMLElement* element = nullptr);
   double real(const Element& element, const char* attribute, double fallback) const;
 
@@ -136,21 +190,26 @@ const Check::Rule Check::kRules[] = {
     {nullptr, "lengthrange", nullptr, &Check::lengthrange},
     {nullptr, "option", nullptr, &Check::option},
     {nullptr, "mesh", nullptr, &Check::mesh},
+    {nullptr, "size", nullptr, &Check::size},
     {nullptr, "skin", nullptr, &Check::skin},
     {nullptr, "hfield", nullptr, &Check::hfield},
     {nullptr, "texture", nullptr, &Check::texture},
     {nullptr, "composite", nullptr, &Check::composite},
+    {nullptr, "flexcomp", nullptr, &Check::flexcomp},
+    {nullptr, "plugin", nullptr, &Check::plugin},
     {nullptr, "body", &Counts::bodies, nullptr},
     {nullptr, "freejoint", &Counts::joints, &Check::freejoint},
     {nullptr, "joint", nullptr, &Check::joint},
     {nullptr, "geom", &Counts::geoms, nullptr},
     {nullptr, "site", &Counts::sites, nullptr},
-    {nullptr, "camera", &Counts::cameras, nullptr},
-    {"equality", nullptr, &Counts::equalities, nullptr},
-    {"tendon", nullptr, &Counts::tendons, nullptr},
-    {"actuator", nullptr, &Counts::actuators, nullptr},
+    {nullptr, "camera", &Counts::cameras, &Check::camera},
+    {"contact", nullptr, nullptr, &Check::reference},
+    {"deformable", nullptr, nullptr, &Check::reference},
+    {"equality", nullptr, &Counts::equalities, &Check::reference},
+    {"tendon", nullptr, &Counts::tendons, &Check::reference},
+    {"actuator", nullptr, &Counts::actuators, &Check::actuator},
     {nullptr, "muscle", nullptr, &Check::muscle},
-    {"sensor", nullptr, &Counts::sensors, nullptr},
+    {"sensor", nullptr, &Counts::sensors, &Check::sensor},
     {"sensor", "user", nullptr, &Check::user},
     {nullptr, "numeric", nullptr, &Check::numeric},
     {nullptr, "key", &Counts::keys, nullptr},
@@ -160,6 +219,10 @@ const Check::IntegerRule Check::kIntegers[] = {
     {"option", "iterations", kIterations, &Sizes::iterations},
     {"option", "noslip_iterations", kIterations, &Sizes::noslip_iterations},
     {"option", "mpr_iterations", kIterations, nullptr},
+    {"option", "ccd_iterations", kIterations, nullptr},
+    {"option", "ls_iterations", kSearches, nullptr},
+    {"option", "sdf_iterations", kSearches, nullptr},
+    {"option", "sdf_initpoints", kSearches, nullptr},
     {"size", "njmax", kConstraints, &Sizes::njmax},
     {"size", "nconmax", kConstraints, &Sizes::nconmax},
     {"size", "nstack", kWorkNumbers, &Sizes::nstack},
@@ -177,9 +240,12 @@ const Check::IntegerRule Check::kIntegers[] = {
     {"hfield", "ncol", kPixels, nullptr},
     {"texture", "width", kTextureWidth, nullptr},
     {"texture", "height", kTextureHeight, nullptr},
+    {"texture", "nchannel", kChannels, nullptr},
     {"skin", "subgrid", kSubgrid, nullptr},
     {"user", "dim", kNumericSize, nullptr},
     {"numeric", "size", kNumericSize, nullptr},
+    {"general", "actdim", kNumericSize, nullptr},
+    {"contact", "num", kReported, nullptr},
     {"quality", "shadowsize", kShadowSize, nullptr},
     {"quality", "offsamples", kSamples, nullptr},
     {"quality", "numslices", kSlices, nullptr},
@@ -194,7 +260,15 @@ void Check::check_sums() {
   dofs_ += untyped_joints_ * max_default_dofs_;
   check_limit("degrees of freedom", dofs_, kDofs);
 
-  std::int64_t numbers = numbers_ + sizes_.nuserdata;
+  const std::int64_t copies = max_copies_ + attachments_;
+  check_limit("elements", counts_.elements + references_ * (copies - 1), kElements);
+  for (auto* referring : {&counts_.tendons, &counts_.actuators, &counts_.sensors, &counts_.equalities})
+    *referring *= copies;
+
+  constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // numbers that a sensor can have of each
+  const std::int64_t wide = std::max(kOfPixel * max_camera_pixels_, kOfVertex * vertices_);
+  check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
+  std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
   for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
                                             {counts_.joints, sizes_.nuser_jnt},
                                             {counts_.geoms, sizes_.nuser_geom},
@@ -208,20 +282,20 @@ void Check::check_sums() {
   numbers += std::max(counts_.keys, sizes_.nkey) * keyframe;
   check_limit("numbers in user data and keyframes", numbers, kNumbers);
 
+  const Settings& settings = source_.settings;
   const std::int64_t rows = sizes_.njmax;
   check_limit("numbers in a work space",
               rows * (rows + 4 * dofs_) + 70 * sizes_.nconmax + sizes_.nstack + 4 * dofs_ * 700, kWorkNumbers);
   // Newton's method needs a dozen iterations. PGS and the noslip solver use all the iterations that are allowed.
-  const std::int64_t sweeps = sizes_.noslip_iterations + (settings_.solver == "PGS" ? sizes_.iterations : 0);
-  check_limit(
-      "multiplications by the solver in a step",
-      (settings_.solver == "Newton" ? (rows + dofs_) * dofs_ * dofs_ : rows * dofs_) + sweeps * rows * rows / 10,
-      kMultiplications);
+  const std::int64_t sweeps = sizes_.noslip_iterations + (settings.solver == "PGS" ? sizes_.iterations : 0);
+  check_limit("multiplications by the solver in a step",
+              (settings.solver == "Newton" ? (rows + dofs_) * dofs_ * dofs_ : rows * dofs_) + sweeps * rows * rows / 10,
+              kMultiplications);
   check_limit("constraints, equalities and degrees of freedom", rows + counts_.equalities + dofs_, kStackRows);
 
   // MuJoCo finds the range of muscles' lengths by simulation.
-  const double step = settings_.range_timestep > 0 ? settings_.range_timestep : settings_.timestep;
-  const double steps = static_cast<double>(counts_.actuators) * settings_.range_total / step;
+  const double step = settings.range_timestep > 0 ? settings.range_timestep : settings.timestep;
+  const double steps = static_cast<double>(counts_.actuators) * settings.range_total / step;
   if (has_muscles_ && !(step > 0 && steps <= static_cast<double>(limits_.of(kRangeSteps))))
     refuse("finding the range of the muscles' lengths would take too many steps of " + number(step) + " s");
 }
@@ -235,10 +309,9 @@ Mjcf Check::run(const std::string& text) {
   if (!root) refuse("the XML has no root element");
   if (strcasecmp(root->Value(), "mujoco") != 0)
     refuse("an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program", root);
-  enter(*root, 1, "");
-  check_files();
+  read(*root, 1);
   check_sums();
-  if (!has_muscles_) return {text, folder_.used()};
+  if (!has_muscles_ && !has_meshes_) return {text, folder_.used()};
   // An error in one of MuJoCo's own threads would end the process.
   root->InsertNewChildElement("compiler")->SetAttribute("usethread", "false");
   tinyxml2::XMLPrinter printer;
@@ -255,33 +328,112 @@ void Check::parse(XMLDocument& document, const std::string& text) {
   if (document.Error()) refuse("XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
 }
 
-// The elements of an included file replace <include>.
+// The root of a file's document, which lives as long as source_.
+const XMLElement& Check::parse_file(const std::string& path, const std::string& name) {
+  const std::string content = folder_.read(path, name, kTextBytes);
+  auto document = std::make_unique<XMLDocument>();
+  try {
+    parse(*document, content);
+  } catch (const Error& error) {
+    fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
+  }
+  const XMLElement* root = document->RootElement();
+  if (!root) refuse("root element missing in file " + quoted(path));
+  source_.documents.push_back(std::move(document));
+  return *root;
+}
+
+// Reads a model to its end, its files, and the models that it attaches.
+void Check::read(const XMLElement& root, std::int64_t level) {
+  enter(root, level, "");
+  check_files();
+  for (const auto& child : source_.children) {
+    const auto found = source_.attached.find(child.name);
+    // MuJoCo copies the whole child with each attachment.
+    for (std::int64_t i = found == source_.attached.end() ? 1 : found->second; i > 0; --i) read_child(child);
+  }
+}
+
+void Check::read_child(const Source::Child& child) {
+  Source parent = std::exchange(source_, Source(child.path));
+  read(*child.root.xml, child.root.level);
+  source_ = std::move(parent);
+}
+
 void Check::enter(const XMLElement& xml, std::int64_t level, const std::string& parent) {
   check_limit("levels of elements", level, kLevels, &xml);
   const Element element{xml, xml.Value(), parent};
   if (strcasecmp(xml.Value(), "include") == 0) return include(element, level);
   check(element);
-  for (const XMLElement* e = xml.FirstChildElement(); e; e = e->NextSiblingElement())
-    enter(*e, level + 1, element.name);
+  if (element.name == "replicate") return replicate(element, level);
+  if (element.name == "attach") return attach(element, level);
+  if (element.name == "model" && parent == "asset") return add_child(element, level);
+  if (element.name == "body" || element.name == "frame")
+    source_.named[element.name + " " + element.text("name")] = {&xml, level, parent};
+  enter_children({&xml, level + 1, element.name});
 }
 
+void Check::enter_children(const Node& node) {
+  for (const XMLElement* e = node.xml->FirstChildElement(); e; e = e->NextSiblingElement())
+    enter(*e, node.level, node.parent);
+}
+
+// The elements of an included file replace <include>.
 void Check::include(const Element& element, std::int64_t level) {
-  const std::string name = element.text("file"), path = folder_.path() + name;
+  const std::string name = element.text("file"), path = source_.folder + name;
   if (name.empty()) refuse("required attribute missing: 'file'", &element.xml);
-  for (const auto& other : included_)
+  for (const auto& other : source_.included)
     if (strcasecmp(other.c_str(), path.c_str()) == 0)
       refuse("file " + quoted(path) + " already included", &element.xml);
-  const std::string content = folder_.read(path, name, kTextBytes);
-  XMLDocument document;
-  try {
-    parse(document, content);
-  } catch (const Error& error) {
-    fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
+  source_.included.push_back(path);
+  enter_children({&parse_file(path, name), level, element.parent});
+}
+
+void Check::replicate(const Element& element, std::int64_t level) {
+  const std::int64_t count = element.integer("count"), outside = copies_;
+  if (count < 1) refuse("count is " + std::to_string(count), &element.xml);
+  check_limit("replicas", count, kReplicas, &element.xml);
+  check_limit("replicas", replicas_ += count, kReplicas, &element.xml);
+  copies_ *= count;
+  max_copies_ = std::max(max_copies_, copies_);
+  for (std::int64_t i = 0; i < count; ++i) enter_children({&element.xml, level + 1, element.parent});
+  copies_ = outside;
+}
+
+// Attaches a copy of another model, or of a body or a frame that this model has up to here.
+void Check::attach(const Element& element, std::int64_t level) {
+  if (const std::string model = element.text("model"); !model.empty()) {
+    ++source_.attached[model];
+    return check_limit("attachments", ++replicas_, kReplicas, &element.xml);
   }
-  included_.push_back(path);
-  if (!document.RootElement()) refuse("root element missing in file " + quoted(path), &element.xml);
-  for (const XMLElement* e = document.RootElement()->FirstChildElement(); e; e = e->NextSiblingElement())
-    enter(*e, level, element.parent);
+  ++attachments_;
+  check_limit("attachments", ++replicas_, kReplicas, &element.xml);
+  for (const char* kind : {"body", "frame"}) {
+    const std::string name = element.text(kind);
+    if (name.empty()) continue;
+    const auto found = source_.named.find(std::string(kind) + " " + name);
+    if (found != source_.named.end()) {
+      const Node node = found->second;
+      enter(*node.xml, level + 1, node.parent);
+    } else if (!limits_.trusted()) {
+      refuse("there is no " + std::string(kind) + " " + quoted(name) +
+                 " above it; one of a replica or of another attachment cannot be attached",
+             &element.xml);
+    }
+  }
+}
+
+// Reads an <asset> that is a model.
+void Check::add_child(const Element& element, std::int64_t level) {
+  const std::string file = element.text("file"), path = is_absolute(file) ? file : source_.folder + file;
+  if (file.empty()) refuse("required attribute missing: 'file'", &element.xml);
+  check_content_type(element, file);
+  check_limit("levels of elements", level + 1, kLevels, &element.xml);
+  const XMLElement& root = parse_file(path, file);
+  if (strcasecmp(root.Value(), "mujoco") != 0) refuse("file " + quoted(path) + " is not a model in MJCF", &element.xml);
+  std::string name = element.text("name");
+  if (name.empty()) name = Element{root, "mujoco", ""}.text("model");
+  source_.children.push_back({name, path, {&root, level + 1, ""}});
 }
 
 void Check::check(const Element& element) {
@@ -322,20 +474,68 @@ void Check::any(const Element& element) {
 }
 
 void Check::compiler(const Element& element) {
-  if (const char* folder = element.xml.Attribute("meshdir")) settings_.mesh_folder = folder;
-  if (const char* folder = element.xml.Attribute("texturedir")) settings_.texture_folder = folder;
-  if (const char* strips = element.xml.Attribute("strippath")) settings_.strips_path = std::strcmp(strips, "true") == 0;
+  Settings& settings = source_.settings;
+  if (const char* folder = element.xml.Attribute("assetdir")) settings.mesh_folder = settings.texture_folder = folder;
+  if (const char* folder = element.xml.Attribute("meshdir")) settings.mesh_folder = folder;
+  if (const char* folder = element.xml.Attribute("texturedir")) settings.texture_folder = folder;
+  if (const char* strips = element.xml.Attribute("strippath")) settings.strips_path = std::strcmp(strips, "true") == 0;
+  if (const auto kept = element.text("passthrough"); !kept.empty() && kept != "none") refuse_late_files(element);
+}
+
+// A texture that is read when it is drawn could then be another one than the one that was checked.
+void Check::refuse_late_files(const Element& element) const {
+  if (!limits_.trusted())
+    refuse("textures must be in the model, unless you trust it and set the option \"trust_xml\"", &element.xml);
+}
+
+// How much memory the arrays of a step may take: a number of bytes, or of the unit that follows it.
+void Check::size(const Element& element) {
+  const std::string text = element.text("memory");
+  if (text.empty()) return;
+  constexpr std::string_view kUnits = "KMGTPE";
+  const std::int64_t number = element.integer("memory");
+  const std::size_t last = text.find_last_not_of(" \t\n\v\f\r");
+  const std::size_t unit =
+      last == std::string::npos ? std::string::npos : kUnits.find(static_cast<char>(std::toupper(text[last])));
+  const double bytes =
+      std::ldexp(static_cast<double>(number), unit == std::string::npos ? 0 : 10 * (static_cast<int>(unit) + 1));
+  if (bytes > static_cast<double>(limits_.of(kArenaBytes)))
+    refuse("memory is " + text + "; the limit is " + std::to_string(limits_.of(kArenaBytes)) + " bytes", &element.xml);
 }
 
 void Check::lengthrange(const Element& element) {
   has_muscles_ = true;
-  settings_.range_timestep = real(element, "timestep", settings_.range_timestep);
-  settings_.range_total = real(element, "inttotal", settings_.range_total);
+  Settings& settings = source_.settings;
+  settings.range_timestep = real(element, "timestep", settings.range_timestep);
+  settings.range_total = real(element, "inttotal", settings.range_total);
 }
 
 void Check::option(const Element& element) {
-  settings_.timestep = real(element, "timestep", settings_.timestep);
-  if (const char* solver = element.xml.Attribute("solver")) settings_.solver = solver;
+  source_.settings.timestep = real(element, "timestep", source_.settings.timestep);
+  if (const char* solver = element.xml.Attribute("solver")) source_.settings.solver = solver;
+}
+
+void Check::mesh(const Element& element) {
+  has_meshes_ = true;
+  add_built_in(element);
+  surface(element, File::Kind::mesh);
+}
+
+// A mesh that MuJoCo makes of parameters, which begin with whole numbers.
+void Check::add_built_in(const Element& element) {
+  const std::string type = element.text("builtin");
+  std::vector<std::int64_t> counts;
+  for (const auto value : values_of<double>(element.text("params"))) {
+    if (!(std::abs(value) <= kMaxCoordinate)) refuse("a parameter is too large", &element.xml);
+    counts.push_back(std::max(std::int64_t{1}, static_cast<std::int64_t>(value) + 1));
+  }
+  if (type.empty() || type == "sphere" || type == "hemisphere" || counts.empty()) return;  // these are small
+  const bool is_square = type == "supersphere" || type == "supertorus";
+  const bool is_flat = type == "wedge" || type == "plate" || type == "square" || type == "disc";
+  counts.resize(is_square || type == "cone" ? 1 : is_flat ? 2 : 3, 1);
+  std::int64_t vertices = is_square ? counts[0] : 2;
+  for (const auto count : counts) check_limit("vertices", vertices *= count, kVertices, &element.xml);
+  add_hull(vertices, &element.xml);
 }
 
 void Check::skin(const Element& element) {
@@ -349,11 +549,13 @@ void Check::hfield(const Element& element) {
 
 void Check::texture(const Element& element) {
   const std::int64_t width = element.integer("width"), height = element.integer("height");
-  add_pixels(element.text("type") == "2d" ? width * height : 6 * width * width, &element.xml);
+  const std::int64_t channels = std::max(element.integer("nchannel"), std::int64_t{3});
+  add_pixels((element.text("type") == "2d" ? width * height : 6 * width * width) * channels / 3, &element.xml);
+  if (element.text("embed") == "false") refuse_late_files(element);
   for (const auto side : values_of<std::int64_t>(element.text("gridsize")))
     if (side < 1 || side > 12) refuse("gridsize is " + std::to_string(side), &element.xml);
   for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
-    add_file(element, File::Kind::texture, attribute);
+    add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
 }
 
 // MuJoCo makes fewer than three objects of each kind for a part of the composite.
@@ -373,6 +575,71 @@ void Check::composite(const Element& element) {
   for (auto* made : {&counts_.elements, &counts_.bodies, &counts_.joints, &counts_.geoms, &counts_.sites,
                      &counts_.tendons, &counts_.equalities, &dofs_})
     *made += 3 * parts;
+}
+
+// MuJoCo makes a body with three joints of each point, or of each node of the cells around the points.
+void Check::flexcomp(const Element& element) {
+  const auto numbers = [&](const char* attribute, std::vector<std::int64_t> values) {
+    const auto given = values_of<std::int64_t>(element.text(attribute));
+    std::copy_n(given.begin(), std::min(given.size(), values.size()), values.begin());
+    for (const auto value : values) {
+      if (value < 1) refuse(std::string(attribute) + " is " + std::to_string(value), &element.xml);
+      check_limit(attribute, value, kElements, &element.xml);
+    }
+    return values;
+  };
+  const std::string type = element.text("type"), dof = element.text("dof");
+  const std::int64_t dim = element.xml.Attribute("dim") ? element.integer("dim") : 2;
+  const int dofs_each = dim == 1 ? 4 : 3;  // the edges of a rod can twist
+  const bool has_nodes = dof == "trilinear" || dof == "quadratic";
+  if (has_nodes) {
+    const std::int64_t order = dof == "quadratic" ? 2 : 1;
+    std::int64_t nodes = 1;
+    for (const auto side : numbers("cellcount", {1, 1, 1}))
+      check_limit("nodes of a flexcomp", nodes *= order * side + 1, kCompositeParts, &element.xml);
+    add_points(nodes, dofs_each);
+  }
+  std::int64_t points = 0;
+  if (type == "mesh") {
+    has_meshes_ = true;
+    add_file(element, File::Kind::flex, "file", has_nodes ? 0 : dofs_each);
+  } else if (type == "gmsh") {
+    if (!limits_.trusted())
+      refuse("files of Gmsh are not read, unless you trust the model and set the option \"trust_xml\"", &element.xml);
+  } else if (type == "direct") {
+    points = static_cast<std::int64_t>(values_of<double>(element.text("point")).size()) / 3;
+  } else {
+    auto count = numbers("count", {10, 10, 10});
+    if (type.empty() || type == "grid") count.resize(static_cast<std::size_t>(std::clamp<std::int64_t>(dim, 1, 3)));
+    points = 1;
+    for (const auto side : count) check_limit("points of a flexcomp", points *= side, kCompositeParts, &element.xml);
+  }
+  check_limit("points of a flexcomp", points, kCompositeParts, &element.xml);
+  add_points(points, has_nodes ? 0 : dofs_each);
+}
+
+void Check::camera(const Element& element) {
+  const auto sides = values_of<std::int64_t>(element.text("resolution"));
+  if (sides.size() < 2) return;
+  for (const auto side : sides) check_limit("resolution", side, kPictureSide, &element.xml);
+  max_camera_pixels_ = std::max(max_camera_pixels_, sides[0] * sides[1]);
+}
+
+void Check::actuator(const Element& element) {
+  reference(element);
+  add_numbers(element, "nsample");
+  add_numbers(element, "actdim");
+}
+
+void Check::sensor(const Element& element) {
+  reference(element);
+  constexpr std::int64_t kOfContact = 23;  // numbers that a sensor can have of one contact, more than of other objects
+  const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
+  check_limit("nsample", samples, kNumericSize, &element.xml);
+  if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
+    wide_samples_ += samples;
+  else
+    numbers_ += samples * kOfContact * std::max(element.integer("num"), std::int64_t{1});
 }
 
 void Check::joint(const Element& element) {
@@ -405,10 +672,11 @@ void Check::surface(const Element& element, File::Kind kind) {
   add_file(element, kind, "file");
 }
 
-void Check::add_file(const Element& element, File::Kind kind, const char* attribute) {
+void Check::add_file(const Element& element, File::Kind kind, const char* attribute, int copies) {
   const std::string name = element.text(attribute);
-  const bool cube = kind == File::Kind::texture && element.text("type") != "2d";
-  if (!name.empty()) files_.push_back({kind, name, cube ? 6 : 1});
+  if (name.empty()) return;
+  check_content_type(element, name);
+  source_.files.push_back({kind, name, copies});
 }
 
 void Check::add_numbers(const Element& element, const char* attribute) {
@@ -419,8 +687,18 @@ void Check::add_pixels(std::int64_t count, const XMLElement* element) {
   check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
 }
 
+// Counts the elements of a flex, and the body with joints that each of its points has, unless dofs_each is 0.
+void Check::add_points(std::int64_t points, std::int64_t dofs_each) {
+  check_limit("points of a flexcomp", points, kCompositeParts);
+  counts_.elements += points;
+  counts_.bodies += 2 * points;  // rods have another body for each edge
+  counts_.joints += dofs_each * points;
+  dofs_ += dofs_each * points;
+}
+
 // Assumes that all vertices of the mesh are on its convex hull. The engine that is compiled in counts the actual work.
 void Check::add_hull(std::int64_t vertices, const XMLElement* element) {
+  vertices_ += vertices;
   if (!kLoadLimitsHulls)
     check_limit("squares of meshes' vertices", hull_work_ += vertices * vertices, kHullWork, element);
 }
@@ -436,7 +714,7 @@ double Check::real(const Element& element, const char* attribute, double fallbac
 
 // Runs after all XML has been read, because the last setting of the folders applies.
 void Check::check_files() {
-  for (const auto& file : files_) {
+  for (const auto& file : source_.files) {
     const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
     check_limit("bytes in all files", file_bytes_ += static_cast<std::int64_t>(content.size()), kAllFileBytes);
     try {
@@ -450,25 +728,38 @@ void Check::check_files() {
 void Check::check_file(const File& file, const std::string& path, const std::string& content) {
   switch (file.kind) {
     case File::Kind::mesh: return add_hull(check_mesh(path, content, limits_));
+    case File::Kind::flex: return add_points(check_mesh(path, content, limits_), file.copies);
     case File::Kind::skin: return check_skin(content, limits_);
     case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
     case File::Kind::texture: return add_pixels(file.copies * check_image(path, content, limits_));
   }
 }
 
-bool is_absolute(const std::string& path) {
-  return !path.empty() && (path[0] == '/' || path[0] == '\\' || path.find(":/") != std::string::npos ||
-                           path.find(":\\") != std::string::npos);
-}
-
 // Builds the path as MuJoCo does.
 std::string Check::path_of(const File& file) const {
-  std::string name = settings_.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
+  const Settings& settings = source_.settings;
+  std::string name = settings.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
   if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");
-  std::string below = file.kind == File::Kind::texture ? settings_.texture_folder : settings_.mesh_folder;
+  std::string below = file.kind == File::Kind::texture ? settings.texture_folder : settings.mesh_folder;
   if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
   if (is_absolute(name)) return name;
-  return is_absolute(below) ? below + name : folder_.path() + below + name;
+  return is_absolute(below) ? below + name : source_.folder + below + name;
+}
+
+// MuJoCo reads a file as its content type says, and else as its extension says.
+void Check::check_content_type(const Element& element, const std::string& file) const {
+  const std::string given = element.text("content_type");
+  if (given.empty()) return;
+  std::string extension = file.substr(std::min(file.find_last_of('.'), file.size()));
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  for (const auto& [type, fitting] : {std::pair{"model/obj", ".obj"},
+                                      {"model/stl", ".stl"},
+                                      {"model/vnd.mujoco.msh", ".msh"},
+                                      {"image/png", ".png"},
+                                      {"text/xml", ".xml"}})
+    if (given == type && extension == fitting) return;
+  refuse("the content type " + quoted(given) + " does not fit the extension of file " + quoted(file), &element.xml);
 }
 
 // ---- Refusing ----
@@ -482,7 +773,7 @@ void Check::refuse(const std::string& why, const XMLElement* element) const {
   std::string place;
   if (element) {
     place = " (element <" + std::string(element->Value()) + ">, line " + std::to_string(element->GetLineNum());
-    if (included_.size() > 1) place += " of this file or an included one";
+    if (source_.included.size() > 1) place += " of this file or an included one";
     place += ")";
   }
   fail(MJENV_E_MODEL, why + place);

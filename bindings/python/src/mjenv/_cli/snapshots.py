@@ -19,10 +19,10 @@ from mjenv._handle import Rows, open_rows
 from mjenv.errors import SnapshotError
 
 # A snapshot begins with the stamp. Then each row has a head and a record of doubles.
-STAMP = struct.Struct("<8sIIQQQ")  # magic, version, rounding of norms, identity, rows, checksum
+STAMP = struct.Struct("<8sHHIQQQ")  # magic, version, engine, rounding of norms, identity, rows, checksum
 # PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
 HEAD = struct.Struct("<4Q2Iq8B")
-VERSION = 2
+VERSION = 3
 FLAGS = ("derived_from", "seeded", "ready", "ended")
 
 Row = dict[str, Any]  # an int, or an array of float64, by name
@@ -69,7 +69,7 @@ def read(path: Path, id: str | None, assignments: list[str]) -> Image:
     data = path.read_bytes()
     if len(data) < STAMP.size:
         raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, _, _, count, _ = STAMP.unpack_from(data)
+    magic, version, _, _, _, count, _ = STAMP.unpack_from(data)
     if magic != b"mjenvrow":
         raise SnapshotError(f"{path} is no snapshot of rows")
     if version != VERSION:
