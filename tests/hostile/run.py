@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Plays every model of models.py in its own process and folder and reports those that go wrong.
 
-Usage: tests/hostile/run PLAYER [--seconds S] [--unbounded] [WORD...]
+Usage: tests/hostile/run PLAYER [--mujoco 2|4|4-few] [--seconds S] [--unbounded] [WORD...]
   PLAYER       the program built from play.c
+  --mujoco     the version of the player's MuJoCo: which cases are played (default 2)
   --seconds    of CPU time that a model may take (default 10); 20 times as much by the clock
   --unbounded  without a limit on memory, which sanitizers cannot bear
   WORD         only cases with one of these words in their names
@@ -100,11 +101,16 @@ def complaint(case: models.Case, code: int, said: str, printed: str, wrote: bool
 def main() -> int:
     parser = argparse.ArgumentParser(usage=__doc__)
     parser.add_argument("player", type=os.path.abspath)
+    parser.add_argument("--mujoco", choices=("2", "4", "4-few"), default="2")
     parser.add_argument("--seconds", type=int, default=10)
     parser.add_argument("--unbounded", action="store_true")
     parser.add_argument("words", nargs="*")
-    arguments = parser.parse_args()
-    chosen = [c for c in models.cases() if not arguments.words or any(word in c.name for word in arguments.words)]
+    arguments = parser.parse_intermixed_args()
+    chosen = [
+        c
+        for c in models.cases(arguments.mujoco)
+        if not arguments.words or any(word in c.name for word in arguments.words)
+    ]
     outcomes: collections.Counter[str] = collections.Counter()
     slowest: list[tuple[float, str]] = []
     wrong = 0
