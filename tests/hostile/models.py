@@ -1030,12 +1030,12 @@ TODAY = """<mujoco model="today">
       <edge equality="true"/><pin id="0"/>
     </flexcomp>
     <flexcomp name="pad" dim="3" count="3 3 3" spacing="0.05 0.05 0.05" dof="trilinear" pos="2 0 1" mass="1">
-      <elasticity young="1e4" poisson="0.2"/>
+      <edge equality="true"/>
     </flexcomp>
   </worldbody>
   <actuator>
-    <position name="servo" joint="hip-" class="servo" nsample="4" delay="0.004"/>
-    <dcmotor joint="hip-" motorconst="0.05" resistance="1"/>
+    <position name="servo" joint="hip" class="servo" nsample="4" delay="0.004"/>
+    <dcmotor joint="hip" motorconst="0.05" resistance="1"/>
   </actuator>
   <sensor>
     <framepos objtype="site" objname="here" nsample="3" delay="0.004" interval="0.004"/>
