@@ -77,7 +77,7 @@ struct Source {
   std::vector<std::unique_ptr<XMLDocument>> documents;  // of the included files and the children
   Settings settings;
   std::vector<File> files;
-  std::map<std::string, Node> named;            // the bodies and frames up to here
+  std::map<std::string, Node> named;             // the bodies and frames up to here
   std::vector<Child> children;                   // models that can be attached
   std::map<std::string, std::int64_t> attached;  // how often each child is attached
 };
