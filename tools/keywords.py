@@ -93,7 +93,7 @@ def parts() -> Iterator[str]:
     }
     first, *others = options.values()
     common = {name: kind for name, kind in first.items() if all(name in other for other in others)}
-    yield class_of("Common", "Rendering", {**common, "disable_env_checker": "bool | None"})
+    yield class_of("Common", "Rendering", {**common, "engine": "str | None", "disable_env_checker": "bool | None"})
     yield VECTOR
     names = {id: re.sub(r"-v(\d+)$", r"V\1", id) for id in options}
     for id, own in options.items():

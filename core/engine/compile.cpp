@@ -14,7 +14,6 @@
 namespace mjenv::core {
 
 mjModel* compile(const std::string& folder, const std::string& text, std::int64_t hull_limit) {
-  open_mujoco();
   const ClassicLocale locale;
   const ErrorTrap trap;
   const MemoryFile file(folder, text);

@@ -10,6 +10,7 @@
 #include "engine/cache.hpp"
 #include "engine/compile.hpp"
 #include "engine/model.hpp"
+#include "engine/mujoco.hpp"
 #include "engine/untrusted/files.hpp"
 #include "engine/untrusted/limits.hpp"
 #include "engine/untrusted/mjcf.hpp"
@@ -79,6 +80,7 @@ std::shared_ptr<const Model> Model::parse(const std::string& label, const std::s
 std::shared_ptr<const Model> Model::open(const Source& source) {
   const std::string key = std::to_string(static_cast<int>(source.origin)) + source.label + '\0' + source.text;
   if (auto found = cache.find(key)) return found;
+  open_mujoco();  // here, because its errors are not about the model
   bool refers_to_files = false;
   Compiled compiled;
   about(source.label, [&] {

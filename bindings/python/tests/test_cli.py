@@ -256,8 +256,7 @@ def test_bad_snapshots(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.Cap
 def test_every_field_of_an_image_is_compared(envs: mjenv.VectorEnv) -> None:
     """The named parts and the head make up the whole of a row."""
     image = envs.snapshot(0)
-    rows = snapshots.Rows("Ant-v5", {"autoreset_mode": "next_step"})
-    row = snapshots._row(image, 0, 1, snapshots._parts(rows))
+    row = snapshots._row(image, 0, 1, snapshots._parts(envs._pool.rows))
     doubles = sum(value.size for value in row.values() if isinstance(value, np.ndarray))
     assert snapshots.STAMP.size + snapshots.HEAD.size + 8 * doubles == len(image)
     assert row["carried"].size == 2  # x and y of the torso

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from mjenv import _abi
-from mjenv._library import LIBRARY
+from mjenv._engine import ENGINES
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADER = (ROOT / "capi/include/mjenv/mjenv.h").read_text()
@@ -18,10 +18,11 @@ def test_the_committed_files_are_fresh() -> None:
 
 
 def test_every_function_and_struct_of_the_header_is_declared() -> None:
+    library = ENGINES.get()
     functions = set(re.findall(r"^MJENV_API .*?(mjenv_\w+)\(", HEADER, re.M))
     assert len(functions) > 30
     for name in functions:
-        assert getattr(LIBRARY, name).argtypes is not None, name
+        assert getattr(library, name).argtypes is not None, name
     structs = set(re.findall(r"^\} (mjenv_\w+);", HEADER, re.M)) - set(re.findall(r"typedef enum (mjenv_\w+)", HEADER))
     assert {"mjenv_batch", "mjenv_option", "mjenv_field", "mjenv_space", "mjenv_spec"} <= structs
     for name in structs:
@@ -30,4 +31,4 @@ def test_every_function_and_struct_of_the_header_is_declared() -> None:
 
 def test_status_names() -> None:
     for status in _abi.Status:
-        assert LIBRARY.mjenv_status_name(status) == f"MJENV_{status.name}".encode()
+        assert ENGINES.get().mjenv_status_name(status) == f"MJENV_{status.name}".encode()

@@ -3,6 +3,8 @@
 make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id), options(id)
 and model_xml(id) tell what there is. load_tasks("libmy_robots.so") adds your own robots and tasks. Importing registers
 all ids with Gymnasium, as mjenv/Ant-v5 and so on.
+
+make("Ant-v5", engine="4.0") computes with MuJoCo 4.0 instead of 2.2.2. engines() tells which engines there are.
 """
 
 from typing import TYPE_CHECKING
@@ -16,6 +18,7 @@ from mjenv.errors import (
     AlreadyPendingCallError,
     BusyError,
     ClosedError,
+    EngineError,
     Error,
     ForkedError,
     InternalError,
@@ -34,7 +37,7 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
-from mjenv.registration import ids, load_tasks, model_xml, options, register, register_ids, spec, version
+from mjenv.registration import engines, ids, load_tasks, model_xml, options, register, register_ids, spec, version
 from mjenv.task import Task
 from mjenv.vector import VectorEnv
 
@@ -49,6 +52,7 @@ __all__ = [
     "AutoresetMode",
     "BusyError",
     "ClosedError",
+    "EngineError",
     "Error",
     "ForkedError",
     "InternalError",
@@ -72,6 +76,7 @@ __all__ = [
     "UnknownIdError",
     "UnknownNameError",
     "VectorEnv",
+    "engines",
     "ids",
     "load_tasks",
     "make",

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Dtype, Kind, Role, Status, Type
+from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import Rendering
-from mjenv._library import LIBRARY
-from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError, check
+from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError
 
 Float64Array = NDArray[np.float64]
 
@@ -38,6 +38,10 @@ DTYPES: dict[int, type[np.generic]] = {
     Type.INT32: np.int32,
     Type.UINT8: np.uint8,
 }
+
+# The arrays of bytes in MuJoCo 4.0, which has bools where 2.2.2 has other bytes.
+_BYTES = {"names", "paths", "plugin_attr", "text_data", "tex_data", "body_simple"}
+_BYTES |= {"body_sameframe", "geom_sameframe", "site_sameframe"}
 
 
 @dataclass(frozen=True)
@@ -103,21 +107,21 @@ def _destroy_with(owner: object, destroy: Any, handle: int | None) -> weakref.fi
     return finalizer
 
 
-def ids() -> tuple[str, ...]:
+def ids(engine: Engine) -> tuple[str, ...]:
     """All environment ids, sorted."""
-    return tuple(_text(LIBRARY.mjenv_id_at(i)) for i in range(LIBRARY.mjenv_id_count()))
+    return tuple(_text(engine.mjenv_id_at(i)) for i in range(engine.mjenv_id_count()))
 
 
-def spec_of(id: str) -> Any:
+def spec_of(engine: Engine, id: str) -> Any:
     """The mjenv_spec of an id."""
     spec = _struct(_abi.mjenv_spec)
-    check(LIBRARY.mjenv_spec_of(encoded(id, "the id"), byref(spec)), UnknownIdError)
+    engine.check(engine.mjenv_spec_of(encoded(id, "the id"), byref(spec)), UnknownIdError)
     return spec
 
 
-def camera_config(id: str) -> dict[str, Any] | None:
+def camera_config(engine: Engine, id: str) -> dict[str, Any] | None:
     """Gymnasium's default_camera_config of an id; None where it has none."""
-    spec = spec_of(id)
+    spec = spec_of(engine, id)
     lookat = np.array(spec.camera_lookat)
     values = {
         "trackbodyid": spec.camera_trackbodyid,
@@ -134,19 +138,20 @@ def camera_config(id: str) -> dict[str, Any] | None:
 class Options:
     """The options of one id, at their defaults until set."""
 
-    def __init__(self, id: str) -> None:
+    def __init__(self, engine: Engine, id: str) -> None:
         handle = c_void_p()
-        check(LIBRARY.mjenv_options_create(encoded(id, "the id"), byref(handle)), UnknownIdError)
+        engine.check(engine.mjenv_options_create(encoded(id, "the id"), byref(handle)), UnknownIdError)
         self.id = id
         self.pointer = handle.value
-        _destroy_with(self, LIBRARY.mjenv_options_destroy, self.pointer)
+        self._engine, self._check = engine, engine.check
+        _destroy_with(self, engine.mjenv_options_destroy, self.pointer)
 
     def schema(self) -> dict[str, Option]:
         """All options by name, with their present values as defaults."""
         found = {}
         option = _struct(_abi.mjenv_option)
-        for i in range(LIBRARY.mjenv_options_count(self.pointer)):
-            check(LIBRARY.mjenv_options_at(self.pointer, i, byref(option)))
+        for i in range(self._engine.mjenv_options_count(self.pointer)):
+            self._check(self._engine.mjenv_options_at(self.pointer, i, byref(option)))
             name, kind = _text(option.name), Kind(option.kind)
             choices = tuple(_text(option.choices).split())
             default = self._get(option.name, kind)
@@ -164,18 +169,18 @@ class Options:
     def _get(self, name: bytes, kind: Kind) -> Any:
         if kind in (Kind.FLAG, Kind.INTEGER, Kind.STRING_OR_INT):
             integer = c_int64()
-            status = LIBRARY.mjenv_options_get_integer(self.pointer, name, byref(integer))
+            status = self._engine.mjenv_options_get_integer(self.pointer, name, byref(integer))
             if kind != Kind.STRING_OR_INT or status == Status.OK:
-                check(status)
+                self._check(status)
                 return bool(integer.value) if kind == Kind.FLAG else integer.value
         if kind == Kind.REALS:
             count = c_size_t()
-            check(LIBRARY.mjenv_options_get_reals(self.pointer, name, None, 0, byref(count)))
+            self._check(self._engine.mjenv_options_get_reals(self.pointer, name, None, 0, byref(count)))
             reals = (c_double * count.value)()
-            check(LIBRARY.mjenv_options_get_reals(self.pointer, name, reals, count, byref(count)))
+            self._check(self._engine.mjenv_options_get_reals(self.pointer, name, reals, count, byref(count)))
             return reals[0] if len(reals) == 1 else tuple(reals)
         text = c_char_p()
-        check(LIBRARY.mjenv_options_get_string(self.pointer, name, byref(text)))
+        self._check(self._engine.mjenv_options_get_string(self.pointer, name, byref(text)))
         return _text(text.value)
 
     def _set(self, option: Option, value: Any) -> None:
@@ -183,7 +188,7 @@ class Options:
         if isinstance(value, os.PathLike):
             value = os.path.abspath(os.fspath(value))
         if isinstance(value, str):
-            check(LIBRARY.mjenv_options_set_string(self.pointer, name, encoded(value, option.name)))
+            self._check(self._engine.mjenv_options_set_string(self.pointer, name, encoded(value, option.name)))
         elif option.kind == Kind.REALS and not _is_integer(value):
             self._set_reals(option, value)
         else:
@@ -196,7 +201,7 @@ class Options:
                 integer = int(value)
             if not -(2**63) <= integer < 2**63:
                 raise InvalidValueError(f"option {option.name!r} of {self.id} cannot be {integer}", Status.E_VALUE)
-            check(LIBRARY.mjenv_options_set_integer(self.pointer, name, integer))
+            self._check(self._engine.mjenv_options_set_integer(self.pointer, name, integer))
 
     def _set_reals(self, option: Option, value: Any) -> None:
         try:
@@ -207,7 +212,7 @@ class Options:
             raise self._refused(option, value)
         reals = given.astype(np.float64).reshape(-1)
         pointer = pointer_to(reals, c_double)
-        check(LIBRARY.mjenv_options_set_reals(self.pointer, option.name.encode(), pointer, reals.size))
+        self._check(self._engine.mjenv_options_set_reals(self.pointer, option.name.encode(), pointer, reals.size))
 
     def _refused(self, option: Option, value: Any) -> OptionError:
         kinds = {
@@ -223,7 +228,7 @@ class Options:
 
 def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> OptionError:
     """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
-    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__], 1)
+    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__, "engine"], 1)
     hint = f". Did you mean {similar[0]!r}?" if similar else ""
     return OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
 
@@ -258,11 +263,13 @@ class Rows:
     One thread at a time calls the library with the handle: every call stands in `with rows.alone():`.
     """
 
-    def __init__(self, id: str, options: Mapping[str, Any], count: int = 1) -> None:
-        chosen = Options(id)
+    def __init__(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> None:
+        chosen = Options(engine, id)
         chosen.set(options)
         handle = c_void_p()
-        check(LIBRARY.mjenv_create(chosen.pointer, count, byref(handle)))
+        engine.check(engine.mjenv_create(chosen.pointer, count, byref(handle)))
+        self.engine: Engine = engine
+        self.check: Callable[[int], None] = engine.check
         self.id: str = id
         self.options: dict[str, Any] = dict(options)
         self.count: int = count
@@ -271,10 +278,10 @@ class Rows:
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
-        self._destroy = _destroy_with(self, LIBRARY.mjenv_destroy, handle.value)
+        self._destroy = _destroy_with(self, engine.mjenv_destroy, handle.value)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
+        return _restored, (self.engine.name, self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
 
     # ---- calls ----
 
@@ -297,13 +304,13 @@ class Rows:
     def call(self, function: Callable[..., int], *arguments: Any) -> None:
         """Calls function(handle, *arguments) and raises unless it returns MJENV_OK."""
         with self.alone():
-            check(function(self.pointer, *arguments))
+            self.check(function(self.pointer, *arguments))
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         """The same call with arguments that are converted once, to be called by who holds the lock."""
-        types = getattr(LIBRARY, function).argtypes
+        types = getattr(self.engine, function).argtypes
         converted = (kind.from_param(value) for kind, value in zip(types, (self.pointer, *arguments), strict=True))
-        return partial(LIBRARY[function], *converted)
+        return partial(self.engine[function], *converted)
 
     def busy(self) -> BusyError:
         return BusyError(f"another thread is inside this {self.id}", Status.E_BUSY)
@@ -325,16 +332,16 @@ class Rows:
 
     def reset(self, mask: NDArray[np.bool_] | None, out: Any) -> None:
         """Begins new episodes of the masked rows, of all without a mask."""
-        check(LIBRARY.mjenv_reset(self.pointer, None if mask is None else pointer_to(mask, c_uint8), out))
+        self.check(self.engine.mjenv_reset(self.pointer, None if mask is None else pointer_to(mask, c_uint8), out))
 
     def observe(self, out: Any) -> None:
         """Writes the observations of the rows as they are."""
-        check(LIBRARY.mjenv_observe(self.pointer, out))
+        self.check(self.engine.mjenv_observe(self.pointer, out))
 
     def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
         """Plays `steps` actions of each row."""
         address, code = actions.ctypes.data, FLOATS[actions.dtype]
-        check(LIBRARY.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
+        self.check(self.engine.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
 
     def check_sendable(self) -> None:
         """Raises if rows cannot be stepped one by one, which send does."""
@@ -343,14 +350,21 @@ class Rows:
 
     def frame_skip(self) -> int:
         with self.alone():
-            return int(LIBRARY.mjenv_frame_skip(self.pointer))
+            return int(self.engine.mjenv_frame_skip(self.pointer))
 
     def fields(self, role: Role) -> tuple[Field, ...]:
         """The fields of a role. They are kept, because DATA and MODEL have hundreds."""
         if role not in self._fields:
             with self.alone():
-                self._fields[role] = tuple(_fields(self.pointer, role))
+                self._fields[role] = tuple(self._read_fields(role))
         return self._fields[role]
+
+    def _read_fields(self, role: Role) -> Iterator[Field]:
+        field = _struct(_abi.mjenv_field)
+        for i in range(self.engine.mjenv_field_count(self.pointer, role)):
+            self.check(self.engine.mjenv_field_at(self.pointer, role, i, byref(field)))
+            shape = tuple(field.shape[: field.ndim])
+            yield Field(_text(field.name), shape, field.offset, field.count, Type(field.type), _text(field.doc))
 
     def array(self, role: Role, name: str) -> Field | None:
         """The array of mjData (Role.DATA) or mjModel (Role.MODEL) with MuJoCo's name."""
@@ -368,7 +382,7 @@ class Rows:
         """The lower and the upper bounds of the space of observations or actions."""
         space = _struct(_abi.mjenv_space)
         with self.alone():
-            check(LIBRARY.mjenv_space_of(self.pointer, role, byref(space)))
+            self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
             return np.array(space.low[: space.count]), np.array(space.high[: space.count])
 
     def timestep(self) -> float:
@@ -377,14 +391,14 @@ class Rows:
 
     def object_index(self, kind: str, name: str) -> int:
         index = c_int64()
-        self.call(LIBRARY.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
+        self.call(self.engine.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
         return index.value
 
     def object_name(self, kind: str, index: int) -> str:
         name = c_char_p()
         with self.alone():
-            status = LIBRARY.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
-            check(Status.E_NAME if status == Status.E_VALUE else status)
+            status = self.engine.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
+            self.check(Status.E_NAME if status == Status.E_VALUE else status)
             return _text(name.value)
 
     # ---- random streams ----
@@ -393,80 +407,78 @@ class Rows:
         """Gives a row the stream of numpy.random.default_rng(seed), for a seed >= 0 of any size."""
         count = max(1, (seed.bit_length() + 31) // 32)
         digits = (c_uint32 * count)(*((seed >> 32 * i) & 0xFFFFFFFF for i in range(count)))
-        self.call(LIBRARY.mjenv_seed_digits, row, digits, count)
+        self.call(self.engine.mjenv_seed_digits, row, digits, count)
 
     def seed_rows(self, seeds: NDArray[np.uint64], mask: NDArray[np.bool_]) -> None:
         """Gives each masked row the stream of its seed."""
-        self.call(LIBRARY.mjenv_seed, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8))
+        self.call(self.engine.mjenv_seed, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8))
 
     def stream(self, row: int) -> tuple[int, int]:
         """State and increment of a row's random stream, as numpy.random.PCG64 has them."""
         words = (c_uint64 * 4)()
-        self.call(LIBRARY.mjenv_get_stream, row, words, 4)
+        self.call(self.engine.mjenv_get_stream, row, words, 4)
         return words[0] | words[1] << 64, words[2] | words[3] << 64
 
     def set_stream(self, row: int, state: int, increment: int) -> None:
         words = (c_uint64 * 4)(*(x >> shift & 0xFFFFFFFFFFFFFFFF for x in (state, increment) for shift in (0, 64)))
-        self.call(LIBRARY.mjenv_set_stream, row, words, 4)
+        self.call(self.engine.mjenv_set_stream, row, words, 4)
 
     # ---- the state of rows ----
 
     def read(self, row: int, field: Field) -> NDArray[Any]:
         """A read-only copy of an array of mjData or mjModel, in MuJoCo's shape and dtype."""
-        array = self._read(row, field.name, field.count).astype(DTYPES[field.type], copy=False).reshape(field.shape)
+        array = self._read(row, field.name, field.count).astype(self._dtype_of(field), copy=False)
+        array = array.reshape(field.shape)
         array.flags.writeable = False
         return array
+
+    def _dtype_of(self, field: Field) -> type[np.generic]:
+        """The dtype in MuJoCo's Python package."""
+        is_bool = field.type == Type.UINT8 and self.engine.name != "2.2.2" and field.name not in _BYTES
+        return np.bool_ if is_bool else DTYPES[field.type]
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)
         count = c_size_t()
-        self.call(LIBRARY.mjenv_read, row, name.encode(), pointer_to(values, c_double), size, byref(count))
+        self.call(self.engine.mjenv_read, row, name.encode(), pointer_to(values, c_double), size, byref(count))
         return values
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))
         if q.ndim != 1 or v.ndim != 1:
             raise InvalidValueError(f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each")
-        self.call(LIBRARY.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
+        self.call(self.engine.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
         if frames != _int64(frames):
             raise InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
-        self.call(LIBRARY.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
+        self.call(self.engine.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
-        self.call(LIBRARY.mjenv_copy_row, source, pointer_to(mask, c_uint8))
+        self.call(self.engine.mjenv_copy_row, source, pointer_to(mask, c_uint8))
 
     def snapshot(self, row: int) -> bytes:
         size = c_size_t()
         with self.alone():
-            check(LIBRARY.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))
+            self.check(self.engine.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))
             image = ctypes.create_string_buffer(size.value)
-            check(LIBRARY.mjenv_snapshot(self.pointer, row, image, size, byref(size)))
+            self.check(self.engine.mjenv_snapshot(self.pointer, row, image, size, byref(size)))
         return image.raw
 
     def restore(self, row: int, image: bytes) -> None:
-        self.call(LIBRARY.mjenv_restore, row, image, len(image))
-
-
-def _fields(env: int, role: Role) -> Iterator[Field]:
-    field = _struct(_abi.mjenv_field)
-    for i in range(LIBRARY.mjenv_field_count(env, role)):
-        check(LIBRARY.mjenv_field_at(env, role, i, byref(field)))
-        shape = tuple(field.shape[: field.ndim])
-        yield Field(_text(field.name), shape, field.offset, field.count, Type(field.type), _text(field.doc))
+        self.call(self.engine.mjenv_restore, row, image, len(image))
 
 
 # What opens the rows of tasks that were registered in Python.
-OPENERS: dict[str, Callable[[str, Mapping[str, Any], int], Rows]] = {}
+OPENERS: dict[str, Callable[[Engine, str, Mapping[str, Any], int], Rows]] = {}
 
 
-def open_rows(id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
+def open_rows(engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
     """Builds an environment of any id."""
-    return OPENERS.get(id, Rows)(id, options, count)
+    return OPENERS.get(id, Rows)(engine, id, options, count)
 
 
-def _restored(id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
-    rows = open_rows(id, options, count)
+def _restored(engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
+    rows = open_rows(ENGINES.get(engine), id, options, count)
     rows.restore(_abi.ALL_ROWS, image)
     return rows

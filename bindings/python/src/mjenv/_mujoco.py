@@ -5,33 +5,36 @@ from __future__ import annotations
 import operator
 from typing import Any, NoReturn
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mjenv._abi import Role, Status
 from mjenv._handle import Rows
 from mjenv.errors import UnknownNameError
 
 # Which part of an array belongs to one object: its row, or the range that starts at its address.
-_ROW, _QPOS, _DOF, _SENSOR = "row", "qpos", "dof", "sensor"
+_ROW, _QPOS, _DOF, _SENSOR, _MOMENT = "row", "qpos", "dof", "sensor", "moment"
 
 _BODY = (
-    "xfrc_applied xpos xquat xmat xipos ximat subtree_com cinert crb cvel subtree_linvel subtree_angmom cacc cfrc_int "
-    "cfrc_ext"
+    "xfrc_applied xpos xquat xmat xipos ximat xiquat subtree_com cinert crb cvel subtree_linvel subtree_angmom cacc "
+    "cfrc_int cfrc_ext"
 )
 _DOFS = (
     "qvel qacc qacc_warmstart qacc_smooth qfrc_applied qfrc_passive qfrc_bias qfrc_actuator qfrc_smooth "
     "qfrc_constraint qfrc_inverse cdof cdof_dot"
 )
 
-# Arrays of mjData by kind of object: attribute -> (array, part).
+# Arrays of mjData by kind of object: attribute -> (array, part). Some of them only MuJoCo 4.0 has.
 _DATA: dict[str, dict[str, tuple[str, str]]] = {
     "body": {name: (name, _ROW) for name in _BODY.split()},
     "joint": {name: (name, _DOF) for name in _DOFS.split()}
     | {"qpos": ("qpos", _QPOS), "xanchor": ("xanchor", _ROW), "xaxis": ("xaxis", _ROW)},
-    "geom": {"xpos": ("geom_xpos", _ROW), "xmat": ("geom_xmat", _ROW)},
-    "site": {"xpos": ("site_xpos", _ROW), "xmat": ("site_xmat", _ROW)},
+    "geom": {name: (f"geom_{name}", _ROW) for name in ("xpos", "xmat", "xquat")},
+    "site": {name: (f"site_{name}", _ROW) for name in ("xpos", "xmat", "xquat")},
     "camera": {"xpos": ("cam_xpos", _ROW), "xmat": ("cam_xmat", _ROW)},
     "light": {"xpos": ("light_xpos", _ROW), "xdir": ("light_xdir", _ROW)},
-    "actuator": {name: (f"actuator_{name}", _ROW) for name in ("force", "length", "moment", "velocity")}
-    | {"ctrl": ("ctrl", _ROW)},
+    "actuator": {name: (f"actuator_{name}", _ROW) for name in ("force", "length", "velocity")}
+    | {"ctrl": ("ctrl", _ROW), "moment": ("actuator_moment", _MOMENT)},
     "tendon": {name: (f"ten_{name}", _ROW) for name in ("length", "velocity")},
     "sensor": {"data": ("sensordata", _SENSOR)},
 }
@@ -49,6 +52,8 @@ _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
     "sensor": (("sensor_", _ROW),),
 }
 _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
+# In MuJoCo 4.0 these are of the joint, and not of its degrees of freedom.
+_OF_JOINTS = ("solref", "solimp")
 
 
 class _ReadOnly:
@@ -155,7 +160,9 @@ class View(_ReadOnly):
             raise self._missing(name)
         array, part = found
         values = getattr(self._arrays, array)
-        if part == _ROW:
+        if part == _MOMENT and values.ndim == 1:
+            return self._moment(values)
+        if part in (_ROW, _MOMENT):
             return values.reshape(values.shape[0], -1)[self.id]
         first, last = self._range(part, len(values))
         return values[first:last]
@@ -165,6 +172,14 @@ class View(_ReadOnly):
 
     def __repr__(self) -> str:
         return f"<{self._kind} {self.id} {self.name!r}>"
+
+    def _moment(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """An actuator's row of actuator_moment, of which MuJoCo 4.0 stores only some elements."""
+        first, count = (int(getattr(self._arrays, name)[self.id]) for name in ("moment_rowadr", "moment_rownnz"))
+        row = np.zeros(int(self._arrays._rows.value(Role.MODEL, "nv")))
+        row[self._arrays.moment_colind[first : first + count]] = values[first : first + count]
+        row.flags.writeable = False
+        return row
 
     def _range(self, part: str, end: int) -> tuple[int, int]:
         address = {_QPOS: "jnt_qposadr", _DOF: "jnt_dofadr", _SENSOR: "sensor_adr"}[part]
@@ -230,10 +245,11 @@ class Data(_Named):
         return Contacts(self._rows, self._row)
 
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
-        return _DATA[kind].get(name)
+        found = _DATA[kind].get(name)
+        return found if found and self._rows.array(Role.DATA, found[0]) else None
 
     def _names(self, kind: str) -> list[str]:
-        return list(_DATA[kind])
+        return [name for name in _DATA[kind] if self._part(kind, name)]
 
 
 class Model(_Named):
@@ -252,7 +268,10 @@ class Model(_Named):
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
         if kind == "joint" and name in _QPOS_OF_MODEL:
             return name, _QPOS
-        found = ((prefix + name, part) for prefix, part in _MODEL[kind])
+        prefixes = _MODEL[kind]
+        if name in _OF_JOINTS and self._rows.engine.name != "2.2.2":
+            prefixes = prefixes[::-1]
+        found = ((prefix + name, part) for prefix, part in prefixes)
         return next((array for array in found if self._rows.array(Role.MODEL, array[0])), None)
 
     def _names(self, kind: str) -> list[str]:

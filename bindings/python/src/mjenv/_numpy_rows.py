@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
+from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
-from mjenv._library import LIBRARY
 from mjenv._registered import Checked, Registered, building
 from mjenv._step import views
-from mjenv.errors import ResetNeeded, SnapshotError, TaskError, check, last_error
+from mjenv.errors import ResetNeeded, SnapshotError, TaskError
 from mjenv.task import Random, Sim
 
 BoolArray = NDArray[np.bool_]
@@ -67,8 +67,10 @@ class _Out:
 class NumpyRows(Rows):
     """Rows whose observations, rewards and infos a NumPy task computes."""
 
-    def __init__(self, registered: Registered, id: str, options: Mapping[str, Any], count: int = 1) -> None:
-        asked = Options(id)
+    def __init__(
+        self, registered: Registered, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1
+    ) -> None:
+        asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}
         names = dict.fromkeys((*registered.kind.needs, *settings["arrays"].split()))
@@ -77,7 +79,8 @@ class NumpyRows(Rows):
         self._task = registered.kind()
         building.task = self._task
         try:
-            super().__init__(id, {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}, count)
+            given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
+            super().__init__(engine, id, given, count)
         except TaskError:
             error = building.__dict__.get("error")
             if error is not None:  # what the task itself has raised
@@ -127,7 +130,7 @@ class NumpyRows(Rows):
         self._reset_all(mask, _Out(out._obj, self))
 
     def observe(self, out: Any) -> None:
-        check(LIBRARY.mjenv_observe(self.pointer, byref(self._inner.struct)))
+        self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
         found = _Out(out._obj, self)
         self._write_obs(found.obs, self._observations())
         if found.arrays is not None:
@@ -155,11 +158,11 @@ class NumpyRows(Rows):
         inner.ended[...] = False
         inner.status[...] = Status.OK
         if stepped.any():
-            status = LIBRARY.mjenv_step(self.pointer, mask, address, size, code, byref(inner.struct))
+            status = self.engine.mjenv_step(self.pointer, mask, address, size, code, byref(inner.struct))
             ended[stepped] = (inner.ended[0] | inner.ended[1])[stepped]
             if status:
                 self._task.carry(self._sim)  # other rows were stepped
-                raise last_error(status)
+                raise self.engine.last_error(status)
         reward, terminated, infos = self._checked.step(self._sim, action)
         # Copies, because the task may have returned views of what carry and resets change.
         reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
@@ -225,12 +228,12 @@ class NumpyRows(Rows):
         image, size, nq, nv = self._pristine, len(self._pristine), qpos.shape[1], qvel.shape[1]
         for row, of_row, q, v in zip(rows, words, qpos, qvel, strict=True):
             # A row that was never reset has the warm start of MuJoCo's solver that Gymnasium's reset_model finds.
-            check(LIBRARY.mjenv_restore(self.pointer, row, image, size))
-            check(LIBRARY.mjenv_set_stream(self.pointer, row, of_row, 6))
-            status = LIBRARY.mjenv_set_state(
+            self.check(self.engine.mjenv_restore(self.pointer, row, image, size))
+            self.check(self.engine.mjenv_set_stream(self.pointer, row, of_row, 6))
+            status = self.engine.mjenv_set_state(
                 self.pointer, row, pointer_to(q, c_double), nq, pointer_to(v, c_double), nv
             )
-            check(status)
+            self.check(status)
             self._read_row(row)
         for name, values in state.items():
             self._state[name][chosen] = values
@@ -280,7 +283,7 @@ class NumpyRows(Rows):
         for name, array in self._views.items():
             values = array[row : row + 1]
             pointer = pointer_to(values, c_double)
-            check(LIBRARY.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
+            self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
 
     def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
         """The rows' random streams as NumPy's."""
@@ -288,7 +291,7 @@ class NumpyRows(Rows):
             self._streams.append(np.random.Generator(np.random.PCG64(0)))
         words = (c_uint64 * 6)()
         for row, stream in zip(rows, self._streams, strict=False):
-            check(LIBRARY.mjenv_get_stream(self.pointer, row, words, 6))
+            self.check(self.engine.mjenv_get_stream(self.pointer, row, words, 6))
             stream.bit_generator.state = {
                 "bit_generator": "PCG64",
                 "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
@@ -339,12 +342,13 @@ class NumpyRows(Rows):
             start += values.nbytes
         with self.alone():
             if row == _abi.ALL_ROWS:
-                check(LIBRARY.mjenv_observe(self.pointer, byref(self._inner.struct)))
+                self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
             else:
                 self._read_row(row)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (type(self._task), self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
+        image = self.snapshot(_abi.ALL_ROWS)
+        return _restored, (type(self._task), self.engine.name, self.id, self.options, self.count, image)
 
 
 def _words(stream: np.random.Generator) -> Any:
@@ -354,8 +358,8 @@ def _words(stream: np.random.Generator) -> Any:
     return (c_uint64 * 6)(*words, state["has_uint32"], state["uinteger"])
 
 
-def _restored(kind: type, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
+def _restored(kind: type, engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
     """kind is an argument because unpickling it imports the module that registers it."""
-    rows = open_rows(id, options, count)
+    rows = open_rows(ENGINES.get(engine), id, options, count)
     rows.restore(_abi.ALL_ROWS, image)
     return rows

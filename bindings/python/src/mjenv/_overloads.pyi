@@ -19,6 +19,7 @@ class Common(Rendering, total=False):
     on_divergence: Literal["continue", "terminate"]
     cpu_affinity: bool
     arrays: str
+    engine: str | None
     disable_env_checker: bool | None
 
 class Vector(TypedDict, total=False):

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Status
+from mjenv._engine import Engine
 from mjenv._handle import Rows, _destroy_with, _struct, camera_config, pointer_to
 from mjenv._keywords import Rendering, RenderMode
-from mjenv._library import LIBRARY
-from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError, check
+from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError
 
 Colours = NDArray[np.uint8]
 Depth = NDArray[np.float32]
@@ -27,6 +27,11 @@ MAX_GEOM = 1000  # Gymnasium's default
 # default_camera_config is missing here, because only some ids take it: see camera_config_of.
 KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
 _FREE, _NO_CAMERA = -1, -2
+# By engine: MuJoCo's mjtVisFlag as a flag of the library, where they differ. 4.0 has put islands (15) between the
+# others.
+_FLAGS: dict[str, tuple[_abi.Visual | None, ...]] = {
+    "4.0": (*tuple(_abi.Visual)[:15], None, *tuple(_abi.Visual)[15:]),
+}
 _NUMBERS = ("distance", "azimuth", "elevation")
 _WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
 
@@ -81,7 +86,7 @@ class Pictures:
         with self._rows.alone():
             if row not in self._windows:
                 env = self._rows.pointer
-                self._windows[row] = _Window(env, self._settings(env, _FREE))
+                self._windows[row] = _Window(self._rows.engine, env, self._settings(env, _FREE))
             self._windows[row].draw(row)
 
     def _picture(self, row: int) -> Picture:
@@ -92,7 +97,8 @@ class Pictures:
         with self._rows.alone():
             if place not in self._renderers:
                 env = self._rows.pointer
-                self._renderers[place] = _Renderer(env, self._settings(env, self._camera))
+                settings = self._settings(env, self._camera)
+                self._renderers[place] = _Renderer(self._rows.engine, env, settings)
             rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
             self._renderers[place].draw(row, rgb, depth)
@@ -121,7 +127,7 @@ class Pictures:
 
     def _settings(self, env: int, camera: int) -> Any:
         settings = _struct(_abi.mjenv_render_settings)
-        check(LIBRARY.mjenv_render_defaults(env, byref(settings)))
+        self._rows.check(self._rows.engine.mjenv_render_defaults(env, byref(settings)))
         if camera <= _NO_CAMERA:
             raise InvalidValueError(f"camera_id is {camera}; -1 is the free camera", Status.E_VALUE)
         settings.width, settings.height, settings.max_geom = self.width, self.height, self.max_geom
@@ -129,12 +135,16 @@ class Pictures:
         if self.fast:
             settings.samples, settings.shadows = 0, 0
         self._place_camera(settings)
+        flags = _FLAGS.get(self._rows.engine.name, tuple(_abi.Visual))
         for flag, value in (self.visual_options or {}).items():
             index = _index("a key of visual_options", flag)
-            if not 0 <= index < len(_abi.Visual):
-                last = len(_abi.Visual) - 1
-                raise UnknownNameError(f"visual_options has the flag {index}; there are 0..{last}", Status.E_NAME)
-            settings.visual[index] = bool(value)
+            if not 0 <= index < len(flags):
+                raise UnknownNameError(
+                    f"visual_options has the flag {index}; there are 0..{len(flags) - 1}", Status.E_NAME
+                )
+            if flags[index] is None:
+                raise UnknownNameError(f"visual_options has the flag {index}, which mjenv does not draw", Status.E_NAME)
+            settings.visual[flags[index]] = bool(value)
         return settings
 
     def _place_camera(self, settings: Any) -> None:
@@ -154,38 +164,38 @@ class Pictures:
 class _Renderer:
     """An owned mjenv_renderer."""
 
-    def __init__(self, env: int, settings: Any) -> None:
+    def __init__(self, engine: Engine, env: int, settings: Any) -> None:
         handle = c_void_p()
-        check(LIBRARY.mjenv_renderer_create(env, byref(settings), byref(handle)))
-        self._pointer = handle.value
-        self.close = _destroy_with(self, LIBRARY.mjenv_renderer_destroy, handle.value)
+        engine.check(engine.mjenv_renderer_create(env, byref(settings), byref(handle)))
+        self._engine, self._pointer = engine, handle.value
+        self.close = _destroy_with(self, engine.mjenv_renderer_destroy, handle.value)
 
     def draw(self, row: int, rgb: Colours | None, depth: Depth | None) -> None:
         colours = (None, 0) if rgb is None else (pointer_to(rgb, c_uint8), rgb.size)
         depths = (None, 0) if depth is None else (pointer_to(depth, c_float), depth.size)
-        check(LIBRARY.mjenv_render(self._pointer, row, *colours, *depths))
+        self._engine.check(self._engine.mjenv_render(self._pointer, row, *colours, *depths))
 
 
 class _Window:
     """An owned mjenv_window."""
 
-    def __init__(self, env: int, settings: Any) -> None:
+    def __init__(self, engine: Engine, env: int, settings: Any) -> None:
         handle = c_void_p()
-        check(LIBRARY.mjenv_window_create(env, byref(settings), byref(handle)))
-        self._pointer = handle.value
-        self.close = _destroy_with(self, LIBRARY.mjenv_window_destroy, handle.value)
+        engine.check(engine.mjenv_window_create(env, byref(settings), byref(handle)))
+        self._engine, self._pointer = engine, handle.value
+        self.close = _destroy_with(self, engine.mjenv_window_destroy, handle.value)
 
     def draw(self, row: int) -> None:
-        check(LIBRARY.mjenv_window_draw(self._pointer, row))
+        self._engine.check(self._engine.mjenv_window_draw(self._pointer, row))
 
 
-def camera_config_of(id: str, options: dict[str, Any]) -> dict[str, Any] | None:
+def camera_config_of(engine: Engine, id: str, options: dict[str, Any]) -> dict[str, Any] | None:
     """The environment's default_camera_config.
 
     Takes the keyword out of the options of ids whose class in Gymnasium has it. It stays in the others', where it is an
     unknown option.
     """
-    config = camera_config(id)
+    config = camera_config(engine, id)
     if id.endswith("-v5") or id == "Swimmer-v4":
         return options.pop("default_camera_config", config)  # type: ignore[no-any-return]
     return config

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._arguments import check_seed
+from mjenv._engine import Engine
 from mjenv._handle import FLOATS, Float64Array, Rows, open_rows, pointer_to
-from mjenv._library import LIBRARY
 from mjenv._outputs import BoolArray, Outputs
 from mjenv._pictures import Pictures
 from mjenv._step import float_array, wrong_shape
@@ -25,7 +25,6 @@ from mjenv.errors import (
     InvalidValueError,
     NoAsyncCallError,
     OptionError,
-    check,
 )
 
 UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
@@ -39,6 +38,7 @@ class Pool:
 
     def __init__(
         self,
+        engine: Engine,
         id: str,
         options: Mapping[str, Any],
         count: int,
@@ -48,7 +48,7 @@ class Pool:
         rendering: Mapping[str, Any],
     ) -> None:
         """final: whether the rows' last observations are kept when they are reset. rendering: as Pictures takes it."""
-        self.rows = open_rows(id, options, count)
+        self.rows = open_rows(engine, id, options, count)
         self.pictures = Pictures(self.rows, **rendering)
         self.count = count
         self.frame_skip = self.rows.frame_skip()
@@ -64,6 +64,7 @@ class Pool:
         self.outputs = Outputs(rows, self._obs_dtype, final=self._final)
         self.out = byref(self.outputs.struct)
         self.shape: tuple[int, int] = (self.count, self.outputs.nu)
+        self._send, self._recv = rows.engine.mjenv_send, rows.engine.mjenv_recv
         # The number of rows between send and recv, and the dtype of their actions.
         self.pending = 0
         self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
@@ -145,12 +146,12 @@ class Pool:
         with self.rows.alone():
             env = self.rows.pointer
             try:
-                status = LIBRARY.mjenv_send(env, pointer, count, address, size, code)
+                status = self._send(env, pointer, count, address, size, code)
             finally:
                 if not status:
                     self.pending += count
                     self._sent_float32[part] = action.dtype == np.float32
-            check(status)
+            self.rows.check(status)
 
     def receive(self, least: int | None) -> NDArray[np.int64]:
         """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending.
@@ -165,10 +166,10 @@ class Pool:
         count = c_size_t()
         pointer, size, received = pointer_to(buffer, c_int64), buffer.size, byref(count)
         try:
-            status = LIBRARY.mjenv_recv(env, wanted, -1, pointer, size, received, self.out)
+            status = self._recv(env, wanted, -1, pointer, size, received, self.out)
         finally:  # also if an interrupt comes as the call returns: the rows are no longer under way
             self.pending -= count.value
-        check(status)
+        self.rows.check(status)
         return np.sort(buffer[: count.value])
 
     def sent_dtype(self, rows: NDArray[np.int64]) -> np.dtype[Any]:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from mjenv import _task_abi
 from mjenv._abi import Kind, Role, Status, Type
+from mjenv._engine import Engine
 from mjenv._handle import Float64Array, Rows, encoded, pointer_to
-from mjenv._library import LIBRARY
-from mjenv.errors import InvalidValueError, OptionError, TaskError, check
+from mjenv.errors import InvalidValueError, OptionError, TaskError
 from mjenv.task import Field, Model, Random, Setting, Sim, Task
 
 # mjenv_task_api.need knows these; the other arrays are always there.
@@ -48,7 +48,7 @@ _FIELD_TYPES: dict[Any, Type] = {
 
 
 class Registered:
-    """A task that the library knows. It must be kept for the rest of the process, because the library calls it."""
+    """A task that every engine knows. It must be kept for the rest of the process, because the engines call it."""
 
     def __init__(self, id: str, kind: type[Task]) -> None:
         self.id, self.kind = id, kind
@@ -72,14 +72,14 @@ class Registered:
         self._kept: list[Any] = []
         self.struct = self._described(addresses)
 
-    def open(self, id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
+    def open(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
         """Builds an environment of a task in machine code."""
-        return Rows(id, options, count)
+        return Rows(engine, id, options, count)
 
-    def register(self) -> None:
-        function = LIBRARY["mjenv_register_task"]
+    def register(self, engine: Engine) -> None:
+        function = engine["mjenv_register_task"]
         function.argtypes, function.restype = (POINTER(_task_abi.mjenv_task),), c_int32
-        check(function(byref(self.struct)))
+        engine.check(function(byref(self.struct)))
 
     def _described(self, addresses: Mapping[str, int]) -> Any:
         kind = self.kind

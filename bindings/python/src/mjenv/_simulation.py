@@ -37,6 +37,11 @@ class Simulation:
         return Model(self._rows)
 
     @property
+    def engine(self) -> str:
+        """The name of the engine that computes the row: its version of MuJoCo."""
+        return self._rows.engine.name
+
+    @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
         return self._rows.timestep() * self.frame_skip

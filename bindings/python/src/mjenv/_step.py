@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Status, Type
 from mjenv._handle import FLOATS, Field, Float64Array, Rows
-from mjenv.errors import InvalidValueError, OptionError, last_error
+from mjenv.errors import InvalidValueError, OptionError
 
 Results = TypeVar("Results")
 Info = dict[str, Any]
@@ -81,7 +81,7 @@ class Step(Generic[Results]):
             buffer[...] = actions
             status = call()
             if status:
-                raise last_error(status)
+                raise self._rows.engine.last_error(status)
             return results()
         finally:
             if taken:

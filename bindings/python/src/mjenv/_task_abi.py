@@ -124,6 +124,14 @@ class mjenv_task_api(Structure):
     )
 
 
+class mjenv_random(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_int32),
+        ("api", c_void_p),
+    )
+
+
 class mjenv_builder(Structure):
     _fields_ = (
         ("struct_size", c_uint32),

@@ -15,11 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._arguments import image_of, time_limit_of
+from mjenv._engine import ENGINES
 from mjenv._handle import Batch, Float64Array, Rows, open_rows, pointer_to
 from mjenv._pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
 from mjenv._simulation import Simulation
 from mjenv._step import CONVERTERS, Info, Record, Step, views
-from mjenv.errors import InvalidValueError, OptionError, last_error
+from mjenv.errors import InvalidValueError, OptionError
 
 Results = tuple[Float64Array, float, bool, bool, Info]
 
@@ -84,7 +85,7 @@ class _Exchange:
                 raise self._rows.gone()
             status = self._reset()
             if status:
-                raise last_error(status)
+                raise self._rows.engine.last_error(status)
             return self._reset_batch.obs[0].copy(), self._reset_info.read(self._reset_batch.info)
 
 
@@ -126,15 +127,17 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         max_geom: int = MAX_GEOM,
         visual_options: dict[int, bool] | None = None,
         render_fast: bool = False,
+        engine: str | None = None,
         **options: Any,
     ) -> None:
         """Takes the arguments of make. max_episode_steps=None means the id's own limit, -1 no limit."""
-        self.default_camera_config: dict[str, Any] | None = camera_config_of(id, options)
+        library = ENGINES.get(engine)
+        self.default_camera_config: dict[str, Any] | None = camera_config_of(library, id, options)
         if options.get("autoreset_mode", "disabled") != "disabled":
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
         if max_episode_steps is not None:
             options["max_episode_steps"] = time_limit_of(max_episode_steps)
-        self._rows = open_rows(id, options)
+        self._rows = open_rows(library, id, options)
         self._seed: int | None = None
         self._generator: np.random.Generator | None = None
         self._pictures = Pictures(

@@ -8,7 +8,6 @@ from __future__ import annotations
 import gymnasium
 
 from mjenv._abi import Status
-from mjenv._library import LIBRARY
 
 
 class Error(gymnasium.error.Error):
@@ -24,6 +23,13 @@ class Error(gymnasium.error.Error):
 
     def __reduce__(self) -> tuple[type[Error], tuple[str, Status]]:
         return type(self), (self.message, self.status)
+
+
+class EngineError(Error, ImportError):
+    """No engine has this name, or its library or MuJoCo's cannot be loaded; the message says what to install."""
+
+    def __init__(self, message: str, status: int = Status.E_FILE) -> None:
+        super().__init__(message, status)
 
 
 class UnknownIdError(Error, gymnasium.error.UnregisteredEnv):
@@ -129,14 +135,7 @@ _BY_STATUS: dict[int, type[Error]] = {
 }
 
 
-def last_error(status: int, unknown_name: type[Error] = UnknownNameError) -> Error:
-    """The exception for the call that has just failed; unknown_name is the class for MJENV_E_NAME."""
-    message = LIBRARY.mjenv_last_error().decode("utf-8", "replace")
+def error_of(status: int, message: str, unknown_name: type[Error] = UnknownNameError) -> Error:
+    """The exception for a call that failed; unknown_name is the class for MJENV_E_NAME."""
     kind = unknown_name if status == Status.E_NAME else _BY_STATUS[status]
     return kind(message, status)
-
-
-def check(status: int, unknown_name: type[Error] = UnknownNameError) -> None:
-    """Raises unless the status is MJENV_OK."""
-    if status:
-        raise last_error(status, unknown_name)

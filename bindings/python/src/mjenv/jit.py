@@ -18,16 +18,15 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from ctypes import POINTER
 from typing import Any
 
 import numba
 import numpy as np
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 from mjenv import _task_abi
-from mjenv._library import LIBRARY
 
 _NUMPY = {
     ctypes.c_uint32: np.uint32,
@@ -50,22 +49,38 @@ _SIM, _START, _OUTCOME = (
 )
 
 
-def _functions() -> Any:
-    function = LIBRARY["mjenv_task_functions"]
-    function.argtypes, function.restype = (), POINTER(_task_abi.mjenv_task_api)
-    return function().contents
-
-
-_api = _functions()
-random, uniform, normal, integers, choice = _api.random, _api.uniform, _api.normal, _api.integers, _api.choice
-
-
 @intrinsic  # type: ignore[misc]
 def _pointer(context: Any, address: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
 
     return _NUMBERS(address), generate
+
+
+def _draw(name: str, result: Any, *kinds: Any) -> Any:
+    """The function of mjenv_task_api with this name. Its first argument is the address of an mjenv_random."""
+    signature = result(types.uint64, *kinds)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        def load(address: Any, struct: Any, field: str) -> Any:
+            there = builder.add(address, context.get_constant(types.uint64, getattr(struct, field).offset))
+            return builder.load(builder.inttoptr(there, address.type.as_pointer()))
+
+        # The stream's own engine draws.
+        api = load(arguments[0], _task_abi.mjenv_random, "api")
+        kind = ir.FunctionType(context.get_value_type(signature.return_type), [value.type for value in arguments])
+        function = builder.inttoptr(load(api, _task_abi.mjenv_task_api, name), kind.as_pointer())
+        return builder.call(function, arguments)
+
+    if kinds:
+        return intrinsic(lambda context, random, a, b: (signature, generate))
+    return intrinsic(lambda context, random: (signature, generate))
+
+
+random, normal = _draw("random", types.float64), _draw("normal", types.float64)
+uniform = _draw("uniform", types.float64, types.float64, types.float64)
+integers = _draw("integers", types.int64, types.int64, types.int64)
+choice = _draw("choice", types.int64, types.int64, types.voidptr)
 
 
 @numba.njit  # type: ignore[misc]

@@ -15,13 +15,13 @@ from gymnasium.envs.registration import EnvSpec
 
 from mjenv import _handle
 from mjenv._abi import Status
+from mjenv._engine import ENGINES
 from mjenv._handle import Option
-from mjenv._library import LIBRARY
 from mjenv._numpy_rows import NumpyRows
 from mjenv._pictures import RENDER_MODES
 from mjenv._registered import Registered
 from mjenv.env import MujocoEnv
-from mjenv.errors import InvalidValueError, OptionError, check
+from mjenv.errors import EngineError, InvalidValueError, OptionError
 from mjenv.task import Task
 
 NAMESPACE = "mjenv"
@@ -30,68 +30,89 @@ UNLISTED = "Model-v0"  # an id that ids() leaves out, because it needs the optio
 VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
 
 
-def version() -> str:
+def engines() -> tuple[str, ...]:
+    """The names of the engines that can be used here, each the version of MuJoCo that it computes with: "2.2.2", and
+    "4.0" where MuJoCo 4.0 is installed. Loads them."""
+    return tuple(name for name in ENGINES.names() if _is_usable(name))
+
+
+def _is_usable(engine: str) -> bool:
+    try:
+        ENGINES.get(engine)
+    except EngineError:
+        return False
+    return True
+
+
+# Here and in the other functions, engine is one of engines(). None is the default, which the environment variable
+# MJENV_ENGINE names.
+
+
+def version(engine: str | None = None) -> str:
     """The library's version and the MuJoCo version whose bits it reproduces."""
-    return str(LIBRARY.mjenv_version().decode())
+    return ENGINES.get(engine).version()
 
 
-def ids() -> tuple[str, ...]:
+def ids(engine: str | None = None) -> tuple[str, ...]:
     """The environment ids, sorted: the built-in robots and the loaded tasks. "Model-v0" is not listed: it steps a model
     alone, which the option xml_file or xml_string chooses, and observes qpos and qvel."""
-    return _handle.ids()
+    return _handle.ids(ENGINES.get(engine))
 
 
-def options(id: str) -> dict[str, Option]:
+def options(id: str, engine: str | None = None) -> dict[str, Option]:
     """The constructor options of an id by name, in Gymnasium's order, then those of mjenv itself."""
-    schema = _handle.Options(_own(id)).schema()
+    schema = _handle.Options(ENGINES.get(engine), _own(id)).schema()
     return schema | {name: replace(schema[name], vector_default=value) for name, value in VECTOR_DEFAULTS.items()}
 
 
-def spec(id: str) -> EnvSpec:
-    """What gymnasium.spec(id) says; the entry points are this package's."""
+def spec(id: str, engine: str | None = None) -> EnvSpec:
+    """What gymnasium.spec(id) says; the entry points are this package's. If an engine is given, the spec chooses it."""
     id = _own(id)
-    found = _handle.spec_of(id)
+    found = _handle.spec_of(ENGINES.get(engine), id)
     return EnvSpec(
         id=id,
         entry_point=f"mjenv.entry_points:{id}",
         reward_threshold=None if math.isnan(found.reward_threshold) else found.reward_threshold,
         max_episode_steps=found.max_episode_steps or None,
         vector_entry_point=f"mjenv.entry_points:{id}/vector",
+        kwargs={} if engine is None else {"engine": engine},
     )
 
 
-def model_xml(id: str) -> str:
+def model_xml(id: str, engine: str | None = None) -> str:
     """The text (MJCF) of an id's default model: the start of a model of your own."""
     id = _own(id)
-    text = _handle.spec_of(id).model_xml
+    text = _handle.spec_of(ENGINES.get(engine), id).model_xml
     if text is not None:
         return str(text.decode())
-    file = options(id)["xml_file"].default
+    file = options(id, engine)["xml_file"].default
     if not file:
         raise InvalidValueError(f"{id} has no default model: its options xml_file and xml_string choose one")
     return Path(file).expanduser().read_text()
 
 
 def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
-    """Loads a plug-in, a shared object with tasks of your own. Its ids then work like the built-in ones: in make,
-    make_vec and the other functions, and as "mjenv/ID" in Gymnasium's.
+    """Loads a plug-in, a shared object with tasks of your own. Its ids then work like the built-in ones, on every
+    engine: in make, make_vec and the other functions, and as "mjenv/ID" in Gymnasium's.
 
     Tasks stay loaded until the process ends, and loading a plug-in again does nothing. A process that is started, and
     not forked, loads it again: call this there too, or list plug-ins in the environment variable MJENV_TASKS, separated
     by ":". path=None loads those and raises the error if one of them cannot be loaded.
     """
     if path is None:
-        check(LIBRARY.mjenv_load_tasks(None))
+        file = None
     else:
         if not isinstance(path, (str, os.PathLike)):
             raise OptionError(f"a plug-in is given by the path of its file, not {path!r}", Status.E_TYPE)
-        check(LIBRARY.mjenv_load_tasks(_handle.encoded(os.fspath(path), "the path of a plug-in")))
+        # An absolute path, because engines that are loaded later load the plug-in then.
+        file = _handle.encoded(os.path.abspath(os.fspath(path)), "the path of a plug-in")
+    ENGINES.register(lambda engine: engine.check(engine.mjenv_load_tasks(file)))
     register_ids()
 
 
-def spec_asked(id: str | EnvSpec) -> EnvSpec:
+def spec_asked(id: str | EnvSpec, engine: str | None) -> EnvSpec:
     """The spec that make and make_vec are asked to build."""
-    return id if isinstance(id, EnvSpec) else spec(id)
+    return id if isinstance(id, EnvSpec) else spec(id, engine)
 
 
 def _own(id: Any) -> str:
@@ -103,15 +124,15 @@ def _own(id: Any) -> str:
 
 
 def register(id: str, task: type[Task]) -> None:
-    """Gives a task an id, "Reach-v0" for example, which mjenv's functions know then for the rest of the process, and
-    Gymnasium's as "mjenv/Reach-v0".
+    """Gives a task an id, "Reach-v0" for example, which mjenv's functions know then for the rest of the process, on
+    every engine, and Gymnasium's as "mjenv/Reach-v0".
 
     A process that was started, and not forked, has to import the module that calls this.
     """
     if not isinstance(task, type) or not issubclass(task, Task):
         raise OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)
     registered = Registered(id, task)
-    registered.register()
+    ENGINES.register(registered.register)
     # This also keeps the callbacks, which the library calls for the rest of the process.
     _handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
     register_ids()
@@ -143,11 +164,11 @@ def make(
     id: one of ids(), or an EnvSpec. max_episode_steps: None for the id's own limit, -1 for none. disable_env_checker:
     accepted; there is no checking wrapper. options: see options(id), and Gymnasium's keywords for rendering; with
     "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection. render_fast=True
-    draws without multisampling and shadows.
+    draws without multisampling and shadows. engine="4.0" computes with MuJoCo 4.0; see engines().
     """
-    asked = spec_asked(id)
-    own = spec(asked.id)
+    asked = spec_asked(id, options.get("engine"))
     chosen = {**copy.deepcopy(asked.kwargs), **options}
+    own = spec(asked.id, chosen.get("engine"))
     limit = asked.max_episode_steps if max_episode_steps is None else max_episode_steps
     mode = chosen.get("render_mode")
     single = mode.removesuffix("_list") if isinstance(mode, str) else mode

@@ -27,6 +27,7 @@ from mjenv._arguments import (
     row_numbers,
     time_limit_of,
 )
+from mjenv._engine import ENGINES
 from mjenv._handle import FLOATS, Batch, Float64Array
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
@@ -58,9 +59,10 @@ def make_vec(
     id: one of ids(), or an EnvSpec, whose num_envs and vector_kwargs then hold as in gymnasium.make_vec.
     num_threads: 0 for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to
     nearest). copy=False: observations are views of an array that the next call overwrites. max_episode_steps,
-    disable_env_checker, options: as in make; arrays="xpos sensordata" exports these arrays of mjData with each step.
+    disable_env_checker, options: as in make, engine="4.0" too; arrays="xpos sensordata" exports these arrays of mjData
+    with each step.
     """
-    asked = spec_asked(id)
+    asked = spec_asked(id, options.get("engine"))
     given = copying.deepcopy(asked.kwargs)
     given.pop("vectorization_mode", None)
     num_envs = given.pop("num_envs", num_envs)
@@ -78,7 +80,7 @@ def make_vec(
     if asked.max_episode_steps is None:
         chosen.setdefault("max_episode_steps", -1)  # where gymnasium.make_vec would take the id's own limit
 
-    own = spec_of(asked.id)
+    own = spec_of(asked.id, chosen.get("engine"))
     made = VectorEnv(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen})
     # By this spec gymnasium.make_vec builds the same.
     own.max_episode_steps = asked.max_episode_steps
@@ -112,11 +114,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         dtype: DTypeLike = np.float64,
         copy: bool = True,
         disable_env_checker: bool | None = None,
+        engine: str | None = None,
         **options: Any,
     ) -> None:
         """Takes the arguments of make_vec. max_episode_steps=None means the id's own limit, -1 no limit."""
+        library = ENGINES.get(engine)
         rendering = {name: options.pop(name) for name in KEYWORDS if name in options}
-        rendering["default_camera_config"] = camera_config_of(id, options)
+        rendering["default_camera_config"] = camera_config_of(library, id, options)
         if max_episode_steps is not None:
             options["max_episode_steps"] = time_limit_of(max_episode_steps)
         self.num_envs: int = count_of(num_envs)
@@ -125,7 +129,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         obs_dtype = obs_dtype_of(dtype)
         options.update(num_threads=num_threads, autoreset_mode=self.autoreset_mode.name.lower())
         final = self.autoreset_mode == AutoresetMode.SAME_STEP
-        self._pool = Pool(id, options, self.num_envs, obs_dtype, final=final, rendering=rendering)
+        self._pool = Pool(library, id, options, self.num_envs, obs_dtype, final=final, rendering=rendering)
         self.render_mode = self._pool.pictures.mode
         self._in_windows = self.render_mode == "human"
         self._prepare()
@@ -349,6 +353,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """An attribute of every row."""
         return self.call(name)
+
+    @property
+    def engine(self) -> str:
+        """The name of the engine that computes the rows."""
+        return self._pool.rows.engine.name
 
     @property
     def dt(self) -> float:

@@ -2,9 +2,9 @@
 
     python -m mjenv verify [ID ...]
 
-Needs gymnasium[mujoco]. Options, seeds and actions are drawn from a seeded generator, so a difference can be
-repeated. Option values are plain Python numbers: a weight given as np.float64 widens float32 costs in Gymnasium, while
-mjenv takes it as a float.
+Needs gymnasium[mujoco], with MuJoCo 2.2.2 or 4.0, which is compared with the engine of its version. Options, seeds and
+actions are drawn from a seeded generator, so a difference can be repeated. Option values are plain Python numbers: a
+weight given as np.float64 widens float32 costs in Gymnasium, while mjenv takes it as a float.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ from numpy.typing import NDArray
 import mjenv
 from mjenv import Kind, Option
 from mjenv._abi import Role
+from mjenv._engine import FILES, name_of
+from mjenv.errors import EngineError
 
 # The ways to draw actions, each with the greatest multiple of the bounds that it reaches.
 SCALES = {"inside": 1.0, "three times out of bounds": 3.0, "wild": 1e6}
@@ -49,6 +51,7 @@ class Run:
     steps: int
     dtype: str = "float32"
     actions: str = "inside"
+    engine: str | None = None
 
 
 def same(ours: Any, theirs: Any) -> bool:
@@ -96,7 +99,8 @@ def _exact(value: Any) -> str:
 
 def describe(run: Run) -> str:
     """The run as text, with everything that is needed to repeat it."""
-    return f"{run.id} {dict(run.options)!r} seed {run.seed}, {run.dtype} actions {run.actions}"
+    engine = "" if run.engine is None else f", engine {run.engine}"
+    return f"{run.id} {dict(run.options)!r} seed {run.seed}, {run.dtype} actions {run.actions}{engine}"
 
 
 @contextlib.contextmanager
@@ -171,7 +175,8 @@ def compare_descriptions(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any])
     assert ours.spec is not None
     assert theirs.spec is not None
     mine, other = asdict(ours.spec), asdict(theirs.spec)
-    mine["kwargs"].pop("strict", None)
+    for name in ("strict", "engine"):
+        mine["kwargs"].pop(name, None)
     for fields in (mine, other):
         for name in ("entry_point", "vector_entry_point"):  # each package has its own
             fields.pop(name)
@@ -207,7 +212,7 @@ def compare_data(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any]) -> int:
 def play(run: Run) -> int:
     """Plays a run on both and returns the number of episodes. Raises DifferenceError."""
     # Not strict, because Gymnasium takes actions that are not finite, and steps past the end.
-    ours = mjenv.make(run.id, disable_env_checker=True, strict=False, **run.options)
+    ours = mjenv.make(run.id, disable_env_checker=True, strict=False, engine=run.engine, **run.options)
     theirs = gymnasium.make(run.id, disable_env_checker=True, **run.options)
     rng = np.random.default_rng([zlib.crc32(run.id.encode()), run.seed % 2**32])
     where = "at construction"
@@ -248,10 +253,12 @@ def _action(run: Run, space: Any, rng: np.random.Generator) -> NDArray[Any]:
     return action.astype(run.dtype)
 
 
-def draw_runs(id: str, option_sets: int, seeds: int, steps: int, draw: int = 0) -> Iterator[Run]:
+def draw_runs(
+    id: str, option_sets: int, seeds: int, steps: int, draw: int = 0, engine: str | None = None
+) -> Iterator[Run]:
     """Runs of an id, first with the default options and then with random ones. draw: the seed of the drawing."""
     rng = np.random.default_rng([draw, zlib.crc32(id.encode())])
-    with mjenv.make(id) as env:
+    with mjenv.make(id, engine=engine) as env:
         bodies = [env.model.body(i).name for i in range(env.model.nbody)]
     for index in range(option_sets):
         options = draw_options(id, bodies, rng) if index else {}
@@ -259,10 +266,21 @@ def draw_runs(id: str, option_sets: int, seeds: int, steps: int, draw: int = 0) 
             seed = int(rng.choice([0, 2**32 + 5, 2**63 + 1])) if rng.random() < 0.1 else int(rng.integers(2**31))
             dtype = "float64" if rng.integers(2) else "float32"
             actions = list(SCALES)[rng.integers(len(SCALES))]
-            yield Run(id, options, seed, steps, dtype, actions)
+            yield Run(id, options, seed, steps, dtype, actions, engine)
 
 
-def versions() -> str:
+def fitting_engine() -> str:
+    """The engine that computes as the installed MuJoCo does. Raises EngineError if there is none."""
+    found = name_of(mujoco.__version__)
+    if found not in FILES:
+        raise EngineError(
+            f"MuJoCo {found} is installed, and mjenv computes as MuJoCo {' and '.join(FILES)} do: install one of these "
+            "(pip install mujoco==2.2.2, or pip install 'mujoco>=4.0,<4.1')"
+        )
+    return found
+
+
+def versions(engine: str | None = None) -> str:
     """The versions of what is compared."""
     theirs = f"gymnasium {gymnasium.__version__}, mujoco {mujoco.__version__}, numpy {np.__version__}"
-    return f"mjenv {mjenv.version()} with {theirs}"
+    return f"mjenv {mjenv.version(engine)} with {theirs}"

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import mjenv
 from mjenv._cli import bench, catalogue, completion, play, snapshots, tasks, verify
-from mjenv._cli.arguments import plugin
+from mjenv._cli.arguments import known_engine, plugin
 
 EPILOG = """\
 Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints
@@ -36,6 +36,13 @@ def parser() -> argparse.ArgumentParser:
         type=plugin,
         metavar="FILE",
         help="a plug-in with tasks of your own, whose ids the command then knows; repeatable",
+    )
+    made.add_argument(
+        "--engine",
+        type=known_engine,
+        metavar="NAME",
+        help="the engine, 2.2.2 or 4.0: its version of MuJoCo (default: $MJENV_ENGINE, or else 2.2.2); mjenv engines "
+        "tells which can be used",
     )
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in (catalogue, play, bench, verify, snapshots, tasks):

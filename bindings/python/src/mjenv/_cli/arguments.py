@@ -10,6 +10,7 @@ from typing import Any
 
 import mjenv
 from mjenv import Kind
+from mjenv._engine import ENGINES
 from mjenv._handle import unknown_option
 
 Commands = Any  # what add_subparsers returns; argparse has no public name for its type
@@ -20,6 +21,14 @@ def known_id(text: str) -> str:
         return mjenv.spec(text).id
     except mjenv.UnknownIdError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def known_engine(text: str) -> str:
+    try:
+        ENGINES.get(text)
+    except mjenv.EngineError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def plugin(text: str) -> str:
@@ -67,9 +76,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )
 
 
-def options_of(id: str, assignments: Sequence[str]) -> dict[str, Any]:
+def options_of(id: str, assignments: Sequence[str], engine: str | None = None) -> dict[str, Any]:
     """NAME=VALUE texts as keyword arguments of make."""
-    schema = mjenv.options(id)
+    schema = mjenv.options(id, engine)
     found: dict[str, Any] = {}
     for assignment in assignments:
         name, equals, text = assignment.partition("=")

@@ -92,17 +92,18 @@ def run(arguments: argparse.Namespace) -> int:
         for id in ids:
             results.append(measure(id, arguments, advance))
     if arguments.json:
-        print_json({"versions": versions(), "cpus": len(os.sched_getaffinity(0)), "results": results})
+        print_json({"versions": versions(arguments.engine), "cpus": len(os.sched_getaffinity(0)), "results": results})
         return 0
-    print(f"{versions()}; {len(os.sched_getaffinity(0))} CPUs; medians of {arguments.rounds} interleaved rounds")
+    cpus = len(os.sched_getaffinity(0))
+    print(f"{versions(arguments.engine)}; {cpus} CPUs; medians of {arguments.rounds} interleaved rounds")
     for result in results:
         _show(result)
     return 0
 
 
-def versions() -> str:
+def versions(engine: str | None) -> str:
     """The versions of what is measured."""
-    found = [f"mjenv {mjenv.version()}", f"gymnasium {gymnasium.__version__}", f"numpy {np.__version__}"]
+    found = [f"mjenv {mjenv.version(engine)}", f"gymnasium {gymnasium.__version__}", f"numpy {np.__version__}"]
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         found.append(f"mujoco {importlib.metadata.version('mujoco')}")
     return ", ".join([*found, f"Python {platform.python_version()}"])
@@ -149,8 +150,8 @@ def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender]
         else:
             found.append(Contender("gymnasium make", single, 0, slice_seconds))
             found.append(Contender(f"gymnasium make_vec {rows}", vector, rows, slice_seconds))
-    found.append(Contender("mjenv make", mjenv.make(id), 0, slice_seconds))
-    envs = mjenv.make_vec(id, rows, num_threads=arguments.threads)
+    found.append(Contender("mjenv make", mjenv.make(id, engine=arguments.engine), 0, slice_seconds))
+    envs = mjenv.make_vec(id, rows, num_threads=arguments.threads, engine=arguments.engine)
     found.append(Contender(f"mjenv make_vec {rows}", envs, rows, slice_seconds))
     return found, refusal
 

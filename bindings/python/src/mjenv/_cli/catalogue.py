@@ -1,4 +1,4 @@
-"""mjenv list, mjenv info, mjenv model: describe the environments."""
+"""mjenv list, mjenv info, mjenv model: describe the environments. mjenv engines: lists the engines."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from mjenv import Kind
 from mjenv._abi import Role, Type
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
+from mjenv._engine import ENGINES
 from mjenv._handle import Field, Rows
 
 SIZES = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ncam")
@@ -43,6 +44,14 @@ def add(commands: Commands) -> None:
     command.set_defaults(run=run_list)
 
     command = commands.add_parser(
+        "engines",
+        help="list the engines",
+        description="Lists the engines with the files of their libraries, or why one cannot be used.",
+    )
+    add_json(command)
+    command.set_defaults(run=run_engines)
+
+    command = commands.add_parser(
         "info",
         help="describe an environment",
         description="Describes an environment: spaces, the parts of observation, action and info, constructor options "
@@ -63,8 +72,28 @@ def add(commands: Commands) -> None:
     command.set_defaults(run=run_model)
 
 
+def run_engines(arguments: argparse.Namespace) -> int:
+    found = [_engine(name) for name in ENGINES.names()]
+    if arguments.json:
+        print_json(found)
+        return 0
+    rows = [[one["name"], "yes" if one["default"] else "", one["file"] or one["problem"]] for one in found]
+    terminal.table(["engine", "default", "library"], rows)
+    return 0
+
+
+def _engine(name: str) -> dict[str, Any]:
+    """What mjenv engines prints: the file of a library, or why there is none that can be used."""
+    found: dict[str, Any] = {"name": name, "default": name == ENGINES.default, "file": None, "problem": None}
+    try:
+        found["file"] = ENGINES.get(name).path
+    except mjenv.EngineError as error:
+        found["problem"] = str(error)
+    return found
+
+
 def run_list(arguments: argparse.Namespace) -> int:
-    found = [_summary(id) for id in mjenv.ids()]
+    found = [_summary(id, arguments.engine) for id in mjenv.ids(arguments.engine)]
     if arguments.json:
         print_json(found)
         return 0
@@ -81,9 +110,9 @@ def run_list(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(id: str) -> dict[str, Any]:
-    spec = mjenv.spec(id)
-    env = mjenv.make(id)
+def _summary(id: str, engine: str | None) -> dict[str, Any]:
+    spec = mjenv.spec(id, engine)
+    env = mjenv.make(id, engine=engine)
     summary = {
         "id": id,
         "observation": len(env._rows.bounds(Role.OBSERVATION)[0]),
@@ -102,13 +131,14 @@ def _short(value: Any) -> str:
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
-def describe(id: str, options: dict[str, Any]) -> dict[str, Any]:
+def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dict[str, Any]:
     """Everything that mjenv info prints."""
-    spec = mjenv.spec(id)
-    env = mjenv.make(id, **options)
+    spec = mjenv.spec(id, engine)
+    env = mjenv.make(id, **options, engine=engine)
     rows, model = env._rows, env.model
     described: dict[str, Any] = {
         "id": id,
+        "engine": env.engine,
         "max_episode_steps": spec.max_episode_steps,
         "reward_threshold": spec.reward_threshold,
         "spaces": {
@@ -116,7 +146,7 @@ def describe(id: str, options: dict[str, Any]) -> dict[str, Any]:
             "action": _space(rows, Role.ACTION, env.action_space),
         },
         **{name: [_field(field) for field in rows.fields(role)] for name, role in ROLES.items()},
-        "options": [_option(option, options) for option in mjenv.options(id).values()],
+        "options": [_option(option, options) for option in mjenv.options(id, engine).values()],
         "model": {
             **{name: int(getattr(model, name)) for name in SIZES},
             "timestep": rows.timestep(),
@@ -163,7 +193,8 @@ def _option(option: mjenv.Option, given: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_info(arguments: argparse.Namespace) -> int:
-    described = describe(arguments.id, options_of(arguments.id, arguments.option))
+    options = options_of(arguments.id, arguments.option, arguments.engine)
+    described = describe(arguments.id, options, arguments.engine)
     if arguments.json:
         print_json(described)
     else:
@@ -172,7 +203,7 @@ def run_info(arguments: argparse.Namespace) -> int:
 
 
 def run_model(arguments: argparse.Namespace) -> int:
-    sys.stdout.write(mjenv.model_xml(arguments.id))
+    sys.stdout.write(mjenv.model_xml(arguments.id, arguments.engine))
     return 0
 
 

@@ -106,13 +106,14 @@ def run(arguments: argparse.Namespace) -> int:
     needed("imageio", "imageio_ffmpeg" if writer_of is Mp4 else "PIL")
     if arguments.normalizer and not arguments.policy:
         raise mjenv.OptionError("--normalizer belongs to a --policy")
-    keywords = options_of(arguments.id, arguments.option)
+    keywords = options_of(arguments.id, arguments.option, arguments.engine)
     with mjenv.make(
         arguments.id,
         render_mode="rgb_array",
         width=arguments.width,
         height=arguments.height,
         render_fast=arguments.fast,
+        engine=arguments.engine,
         **camera_of(arguments.camera),
         **keywords,
     ) as env:
@@ -265,11 +266,11 @@ def run_gallery(arguments: argparse.Namespace) -> int:
     if arguments.file.suffix.lower() != ".png":
         raise mjenv.InvalidValueError(f"{arguments.file}: a gallery is a .png file")
     needed("PIL")
-    ids = [id for id in mjenv.ids() if id.endswith("-v5")]
+    ids = [id for id in mjenv.ids(arguments.engine) if id.endswith("-v5")]
     pictures, labels = [], []
     with terminal.progress(len(ids), "drawing") as advance:
         for id in ids:
-            rgb, depth = portrait(id, arguments.seed, arguments.size)
+            rgb, depth = portrait(id, arguments.seed, arguments.size, arguments.engine)
             pictures.append(rgb)
             labels.append(id.removesuffix("-v5"))
             if id == "Ant-v5":
@@ -280,10 +281,10 @@ def run_gallery(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def portrait(id: str, seed: int, size: int) -> Any:
+def portrait(id: str, seed: int, size: int, engine: str | None = None) -> Any:
     """A robot after a few random actions: colours and depth."""
     steps, camera = VIEWS.get(id, (GALLERY_STEPS, None))
-    view: dict[str, Any] = {"width": size, "height": size, "default_camera_config": camera}
+    view: dict[str, Any] = {"width": size, "height": size, "default_camera_config": camera, "engine": engine}
     with mjenv.make(id, strict=False, render_mode="rgbd_tuple", **view) as env:
         env.action_space.seed(seed)
         env.reset(seed=seed)

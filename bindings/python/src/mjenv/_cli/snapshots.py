@@ -15,6 +15,7 @@ import mjenv
 from mjenv._abi import ALL_ROWS, Role
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
+from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Rows, open_rows
 from mjenv.errors import SnapshotError
 
@@ -32,6 +33,7 @@ Row = dict[str, Any]  # an int, or an array of float64, by name
 class Image:
     """A snapshot that the library accepted."""
 
+    engine: str
     id: str
     rows: list[Row]
 
@@ -64,7 +66,7 @@ def add(commands: Commands) -> None:
         add_json(action)
 
 
-def read(path: Path, id: str | None, assignments: list[str]) -> Image:
+def read(path: Path, arguments: argparse.Namespace) -> Image:
     """Reads a snapshot. The library checks that it is whole and fits the id."""
     data = path.read_bytes()
     if len(data) < STAMP.size:
@@ -76,21 +78,23 @@ def read(path: Path, id: str | None, assignments: list[str]) -> Image:
         raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
     if count < 1 or (len(data) - STAMP.size) % count or (len(data) - STAMP.size) // count < HEAD.size:
         raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
-    rows = _owner(path, data, count, id, assignments)
+    engine = ENGINES.get(arguments.engine)
+    rows = _owner(engine, path, data, count, arguments)
     try:
-        return Image(rows.id, [_row(data, index, count, _parts(rows)) for index in range(count)])
+        return Image(engine.name, rows.id, [_row(data, index, count, _parts(rows)) for index in range(count)])
     finally:
         rows.close()
 
 
-def _owner(path: Path, data: bytes, count: int, id: str | None, assignments: list[str]) -> Rows:
+def _owner(engine: Engine, path: Path, data: bytes, count: int, arguments: argparse.Namespace) -> Rows:
     """Rows of the id and the options that the image fits, restored from it."""
     last: SnapshotError | None = None
-    for candidate in mjenv.ids() if id is None else (id,):
-        given = options_of(candidate, assignments) if id is not None else {}
+    id = arguments.id
+    for candidate in mjenv.ids(engine.name) if id is None else (id,):
+        given = options_of(candidate, arguments.option, engine.name) if id is not None else {}
         modes = [given["autoreset_mode"]] if "autoreset_mode" in given else ["disabled", "next_step", "same_step"]
         for mode in modes:
-            rows = open_rows(candidate, {**given, "autoreset_mode": mode}, count)
+            rows = open_rows(engine, candidate, {**given, "autoreset_mode": mode}, count)
             size = STAMP.size + count * (len(rows.snapshot(0)) - STAMP.size)
             try:
                 rows.restore(ALL_ROWS, data)
@@ -141,12 +145,12 @@ def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> R
 
 
 def run_show(arguments: argparse.Namespace) -> int:
-    image = read(arguments.file, arguments.id, arguments.option)
+    image = read(arguments.file, arguments)
     if arguments.json:
         rows = [{name: _jsonable(value) for name, value in row.items()} for row in image.rows]
-        print_json({"id": image.id, "rows": rows})
+        print_json({"id": image.id, "engine": image.engine, "rows": rows})
         return 0
-    print(f"{image.id}: {len(image.rows)} row(s)")
+    print(f"{image.id}: {len(image.rows)} row(s), engine {image.engine}")
     for index, row in enumerate(image.rows):
         terminal.heading(f"Row {index}")
         terminal.table(["field", "value"], [[name, _shown(value)] for name, value in row.items()])
@@ -154,12 +158,13 @@ def run_show(arguments: argparse.Namespace) -> int:
 
 
 def run_diff(arguments: argparse.Namespace) -> int:
-    first = read(arguments.file, arguments.id, arguments.option)
-    second = read(arguments.other, arguments.id, arguments.option)
-    if first.id != second.id or len(first.rows) != len(second.rows):
+    first = read(arguments.file, arguments)
+    second = read(arguments.other, arguments)
+    if (first.engine, first.id, len(first.rows)) != (second.engine, second.id, len(second.rows)):
         raise SnapshotError(
-            f"{arguments.file} is of {len(first.rows)} row(s) of {first.id}, {arguments.other} of "
-            f"{len(second.rows)} of {second.id}: only snapshots of one id and number of rows can be compared"
+            f"{arguments.file} is of {len(first.rows)} row(s) of {first.id} on engine {first.engine}, "
+            f"{arguments.other} of {len(second.rows)} of {second.id} on engine {second.engine}: only snapshots of one "
+            "engine, id and number of rows can be compared"
         )
     differences = list(compare(first, second))
     if arguments.json:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import mjenv
 from mjenv._cli.arguments import Commands
-from mjenv._library import LIBRARY
+from mjenv._engine import ENGINES
 
 # The files of a new task, and the templates in new_task/ from which they are made.
 FILES = {
@@ -67,8 +67,9 @@ def _filled(template: str, values: dict[str, str]) -> str:
 
 
 def run_cmake_dir(arguments: argparse.Namespace) -> int:
-    folder = Path(LIBRARY._name).resolve().parent / "cmake" / "mjenv"
+    library = ENGINES.get(arguments.engine).path
+    folder = Path(library).resolve().parent / "cmake" / "mjenv"
     if not (folder / "mjenv-config.cmake").exists():
-        raise FileNotFoundError(f"there is no CMake package beside {LIBRARY._name}: {folder} is missing")
+        raise FileNotFoundError(f"there is no CMake package beside {library}: {folder} is missing")
     print(folder)
     return 0

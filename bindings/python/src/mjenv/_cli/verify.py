@@ -12,7 +12,7 @@ import mjenv
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json
 
-PROMISE = "Equal bits are promised for gymnasium 1.3.0, mujoco 2.2.2, numpy 2."
+PROMISE = "Equal bits are promised for gymnasium 1.3.0, mujoco 2.2.2 or 4.0.0, numpy 2."
 INSTALL = 'To compare with Gymnasium: pip install "gymnasium[mujoco]"'
 
 
@@ -21,8 +21,9 @@ def add(commands: Commands) -> None:
         "verify",
         help="compare every bit with the Gymnasium that is installed",
         description="Plays each id here and in the installed Gymnasium with random options, seeds and actions, and "
-        f'compares every bit of every output. Needs pip install "gymnasium[mujoco]". {PROMISE} An id that Gymnasium '
-        "cannot build is named and left out; exit status 2 if that leaves none.",
+        f'compares every bit of every output. Needs pip install "gymnasium[mujoco]". The engine is that of the '
+        f"installed MuJoCo, unless --engine chooses one. {PROMISE} An id that Gymnasium cannot build is named and left "
+        "out; exit status 2 if that leaves none, or if the installed MuJoCo fits no engine.",
     )
     command.add_argument("id", nargs="*", type=known_id, help="ids to compare (default: all)")
     command.add_argument(
@@ -44,18 +45,19 @@ def run(arguments: argparse.Namespace) -> int:
     except ImportError as error:
         print(f"{error}: {INSTALL}", file=sys.stderr)
         return 2
-    ids = arguments.id or mjenv.ids()
+    engine = arguments.engine or compare.fitting_engine()
+    ids = arguments.id or mjenv.ids(engine)
     if not arguments.json:
-        print(compare.versions())
+        print(compare.versions(engine))
     results = []
     with terminal.progress(len(ids) * arguments.option_sets * arguments.seeds, "comparing") as advance:
         for id in ids:
-            results.append(_compare(compare, id, arguments, advance))
+            results.append(_compare(compare, id, engine, arguments, advance))
             if not arguments.json:
                 print(_line(results[-1], arguments.steps), flush=True)
     outcomes = [result["equal"] for result in results]
     if arguments.json:
-        print_json({"versions": compare.versions(), "steps": arguments.steps, "results": results})
+        print_json({"versions": compare.versions(engine), "steps": arguments.steps, "results": results})
     elif False in outcomes:
         print(f"{outcomes.count(False)} of {len(ids)} ids differ. {PROMISE}")
     if outcomes.count(None) == len(ids):
@@ -64,12 +66,13 @@ def run(arguments: argparse.Namespace) -> int:
     return int(False in outcomes)
 
 
-def _compare(compare: Any, id: str, arguments: argparse.Namespace, advance: Any) -> dict[str, Any]:
+def _compare(compare: Any, id: str, engine: str, arguments: argparse.Namespace, advance: Any) -> dict[str, Any]:
     """equal: True, False, or None if Gymnasium cannot build its environment of this id."""
     result: dict[str, Any] = {"id": id, "equal": True, "runs": 0, "episodes": 0, "message": ""}
     try:
         with compare.quiet():
-            for one in compare.draw_runs(id, arguments.option_sets, arguments.seeds, arguments.steps, arguments.draw):
+            chosen = arguments.option_sets, arguments.seeds, arguments.steps, arguments.draw, engine
+            for one in compare.draw_runs(id, *chosen):
                 result["episodes"] += compare.play(one)
                 result["runs"] += 1
                 advance()

@@ -1,0 +1,177 @@
+"""The engines: libmjenv.so is built on MuJoCo 2.2.2, and libmjenv-mujoco4.so on MuJoCo 4.0.
+
+An engine's name is its version of MuJoCo. A process can use several engines at once. The environment variable
+MJENV_LIBRARY names the file of one of them; the others are beside that file or inside the package.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import importlib.util
+import os
+import threading
+from collections.abc import Callable
+from ctypes import byref, c_void_p
+from pathlib import Path
+from typing import Any
+
+from mjenv import _abi
+from mjenv._abi import Status
+from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
+
+# The library of each engine, the usual one first.
+FILES = {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"}
+# The names of MuJoCo's library, for engines that open it at run time.
+_MUJOCO = {"4.0": ("libmujoco.so.4.0.1", "libmujoco.so.4.0.0")}
+
+
+def name_of(mujoco: str) -> str:
+    """The name of the engine with a version of MuJoCo: 4.0 with 4.0.1. The version itself if there is none."""
+    return next((name for name in FILES if f"{mujoco}.".startswith(f"{name}.")), mujoco)
+
+
+class Engine(_abi.Library):
+    """A loaded library: its functions, and its errors."""
+
+    def __init__(self, path: str) -> None:
+        try:
+            super().__init__(path)
+        except OSError as error:
+            raise EngineError(f"cannot load {path}: {error}") from error
+        except AttributeError as error:
+            raise EngineError(f"{path} is not the library of this package: {error}") from error
+        number = self.mjenv_abi_version()
+        if number != _abi.ABI_VERSION:
+            raise EngineError(f"{path} has ABI version {number}; this package needs {_abi.ABI_VERSION}")
+        self.path: str = path
+        self.name: str = name_of(self.version().partition("MuJoCo ")[2].rstrip(")"))
+        self.registrations = 0  # how many of Engines.register were made
+
+    def version(self) -> str:
+        """The library's version and that of its MuJoCo."""
+        return str(self.mjenv_version().decode())
+
+    def check(self, status: int, unknown_name: type[Error] = UnknownNameError) -> None:
+        """Raises unless the status is MJENV_OK. unknown_name: the class for MJENV_E_NAME."""
+        if status:
+            raise self.last_error(status, unknown_name)
+
+    def last_error(self, status: int, unknown_name: type[Error] = UnknownNameError) -> Error:
+        """The exception for the call that has just failed."""
+        return error_of(status, self.mjenv_last_error().decode("utf-8", "replace"), unknown_name)
+
+    def check_mujoco(self) -> None:
+        """Raises EngineError if MuJoCo's library cannot be opened. The first model that is built opens it."""
+        options, env = c_void_p(), c_void_p()
+        self.check(self.mjenv_options_create(b"InvertedPendulum-v5", byref(options)))
+        status = self.mjenv_create(options, 1, byref(env))
+        self.mjenv_options_destroy(options)
+        if status:
+            raise EngineError(f"engine {self.name}: {self.last_error(status)}", status)
+        self.mjenv_destroy(env)
+
+
+class Engines:
+    """The engines of this process. Each is loaded when it is first asked for, and never unloaded."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._ready: dict[str, Engine] = {}
+        self._opened: dict[str, Engine] = {}  # also those that lack MuJoCo's library or a registration
+        self._registrations: list[Callable[[Engine], None]] = []
+        self._folders = [Path(__file__).parent]
+        self.default = next(iter(FILES))
+        file = os.environ.get("MJENV_LIBRARY")
+        if file:
+            given = Engine(file)
+            self._opened[given.name] = given
+            self._folders.insert(0, Path(file).parent)
+            self.default = given.name
+        self.default = os.environ.get("MJENV_ENGINE") or self.default
+
+    def get(self, name: str | None = None) -> Engine:
+        """The engine of that name, the default one for None. Raises EngineError if it cannot be used."""
+        if name is None:
+            name = self.default
+        if not isinstance(name, str):
+            raise OptionError(f"engine is a str, {next(reversed(FILES))!r} for example, not {name!r}", Status.E_TYPE)
+        engine = self._ready.get(name)
+        return engine or self._load(name)
+
+    def names(self) -> tuple[str, ...]:
+        """The names that get may know, of engines that can be used and others."""
+        return tuple(dict.fromkeys((*FILES, *self._opened)))
+
+    def register(self, registration: Callable[[Engine], Any]) -> None:
+        """Calls a function for every engine, now or when it is loaded. If it fails now, it is not called again."""
+        with self._lock:
+            engines = self._ready.values()
+            for engine in engines:
+                registration(engine)
+            for engine in engines:
+                engine.registrations += 1
+            self._registrations.append(registration)
+
+    def _load(self, name: str) -> Engine:
+        with self._lock:
+            if name not in self._opened:
+                self._opened[name] = self._open(name)
+            engine = self._opened[name]
+            if name not in self._ready:
+                if name in _MUJOCO:
+                    _open_mujoco(_MUJOCO[name])
+                    engine.check_mujoco()
+                for registration in self._registrations[engine.registrations :]:
+                    registration(engine)
+                    engine.registrations += 1
+                self._ready[name] = engine
+            return engine
+
+    def _open(self, name: str) -> Engine:
+        if name not in FILES:
+            raise EngineError(f"there is no engine {name!r}; there are {', '.join(self.names())}", Status.E_NAME)
+        files = [folder / FILES[name] for folder in self._folders]
+        file = next((file for file in files if file.exists()), None)
+        if file is None:
+            needs = " with MuJoCo's headers (pip install mjenv[mujoco4])" if name in _MUJOCO else ""
+            raise EngineError(
+                f"this installation has no engine {name}, which is {files[-1]}. Install a wheel of mjenv, or build the "
+                f"package from source{needs}, or set the environment variable MJENV_LIBRARY to the path of a built "
+                f"{FILES[name]}."
+            )
+        engine = Engine(str(file))
+        if engine.name != name:
+            raise EngineError(f"{file} is engine {engine.name}, not {name}")
+        return engine
+
+
+def _open_mujoco(names: tuple[str, ...]) -> None:
+    """Opens MuJoCo's library in the installed package, because the engine takes one that the process has already.
+
+    Does nothing if MJENV_MUJOCO names a library, if the process has one, or if no package is installed: the engine then
+    asks the system, or says what to install.
+    """
+    if os.environ.get("MJENV_MUJOCO"):
+        return
+    for name in names:
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(name, os.RTLD_NOW | os.RTLD_NOLOAD)
+            return
+    try:
+        package = importlib.util.find_spec("mujoco")
+    except ValueError:  # a module without a spec took its name
+        package = None
+    folders = (package.submodule_search_locations or ()) if package else ()
+    file = next((file for folder in folders for name in names if (file := Path(folder, name)).exists()), None)
+    if file:
+        try:
+            ctypes.CDLL(str(file), os.RTLD_NOW)
+        except OSError as error:
+            raise EngineError(
+                f"cannot load {file}: {error}; install it again (pip install --force-reinstall mujoco-core), or set "
+                "MJENV_MUJOCO to the path of another libmujoco.so.4.0.x"
+            ) from error
+
+
+ENGINES = Engines()
