@@ -1,6 +1,7 @@
 """Python with both engines: which one computes, that each equals Gymnasium or itself alone, and what is refused.
 
-MJENV_LIBRARY names libmjenv.so, and libmjenv-mujoco4.so is beside it. This Python has Gymnasium and MuJoCo 4.0.
+MJENV_LIBRARY names a libmjenv.so with MuJoCo 2.2.2 compiled in; libmjenv-mujoco4.so and tests/tasks are beside it. This
+Python has Gymnasium and MuJoCo 4.0.
 """
 
 from __future__ import annotations

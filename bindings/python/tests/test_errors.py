@@ -392,4 +392,4 @@ def test_a_library_that_is_none(library: str) -> None:
         check=False,
     )
     assert run.returncode == 1
-    assert f"ImportError: mjenv: {'cannot load ' if library != 'libm.so.6' else ''}{library}" in run.stderr
+    assert f"mjenv.errors.EngineError: {'cannot load ' if library != 'libm.so.6' else ''}{library}" in run.stderr
