@@ -1,7 +1,6 @@
 """Python with both engines: which one computes, that each equals Gymnasium or itself alone, and what is refused.
 
-MJENV_LIBRARY names a libmjenv.so with MuJoCo 2.2.2 compiled in; libmjenv-mujoco4.so and tests/tasks are beside it. This
-Python has Gymnasium and MuJoCo 4.0.
+MuJoCo 2.2.2 is compiled into build/libmjenv.so. This Python has Gymnasium and MuJoCo 4.0.
 """
 
 from __future__ import annotations
@@ -27,10 +26,9 @@ from mjenv import _cli, verify
 from mjenv.verify import check_same
 
 ROOT = Path(__file__).resolve().parents[2]
-LIBRARY = Path(os.environ["MJENV_LIBRARY"]).absolute()
+LIBRARY = Path(os.environ["MJENV_LIBRARY"])  # conftest.py sets it
 LIBRARY_4 = LIBRARY.with_name("libmjenv-mujoco4.so")
 MUJOCO = next(Path(mujoco.__file__).parent.glob("libmujoco.so.4.0.*"))
-os.environ.setdefault("MUJOCO_GL", "egl")
 sys.path.append(str(ROOT / "bindings/python/tests"))
 from tasks_of_python import NumpyHopper  # noqa: E402
 
@@ -272,7 +270,7 @@ def test_a_copy_of_a_numpy_task_keeps_its_engine() -> None:
     assert play(other) == play(envs) == play(mjenv.make_vec("Hopper-v5", 2, engine="4.0"))
 
 
-PLUGIN = LIBRARY.resolve().parent / "tests/tasks/libhopper_c.so"
+PLUGIN = ROOT / "build/tests/tasks/libhopper_c.so"
 
 
 @pytest.mark.parametrize("how", ["before", "after", "variable"])
