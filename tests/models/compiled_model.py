@@ -54,11 +54,12 @@ def fields(model: mujoco.MjModel) -> dict[str, Field]:
             named[f"names.{kind[1]}"] = [text(int(address)) for address in value]
 
     # Pixels are too many to list. The saved model has what the bindings do not show; it does not fill its buffer.
-    pixels = np.split(np.asarray(out.pop("tex_rgb")), np.asarray(out["tex_adr"])[1:])
+    data = "tex_rgb" if "tex_rgb" in out else "tex_data"  # as MuJoCo 2.2.2 and 4.0 call it
+    pixels = np.split(np.asarray(out.pop(data)), np.asarray(out["tex_adr"])[1:])
     saved = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, saved)
     hashes: dict[str, Field] = {
-        "tex_rgb.sha256": [sha256(texture) for texture in pixels if texture.size],
+        f"{data}.sha256": [sha256(texture) for texture in pixels if texture.size],
         "mj_saveModel.sha256": [sha256(saved)],
     }
     return {**named, **out, **hashes}

@@ -1,0 +1,193 @@
+"""What MuJoCo 4.0 carries from step to step belongs to a row, against MuJoCo's own mj_step, bit for bit.
+
+Several rows share one mjData, start anew in the middle of others' episodes, and go on in another environment.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+import mjenv
+
+ROWS, STEPS = 3, 120
+ARM = """
+<mujoco>
+  <option timestep="0.004" integrator="{integrator}">{option}</option>
+  <worldbody>
+    <geom type="plane" size="5 5 1" friction="1 0.01 0.01"/>
+    <body name="cart" pos="0 0 0.4">
+      <joint name="x" type="slide" axis="1 0 0" {joint}/>
+      <geom type="box" size="0.1 0.1 0.05" mass="1"/>
+      <site name="top" pos="0 0 0.1"/>
+      <body name="pole" pos="0 0 0.05">
+        <joint name="y" type="hinge" axis="0 1 0" {joint}/>
+        <geom type="capsule" fromto="0 0 0 0.3 0 0.3" size="0.03" mass="0.3"/>
+        <site name="tip" pos="0.3 0 0.3"/>
+      </body>
+    </body>
+    <body pos="0.5 0 0.15"><freejoint/><geom size="0.1" mass="0.2"/></body>
+    {world}
+  </worldbody>
+  <tendon>
+    <fixed name="sum" {tendon}><joint joint="x" coef="1"/><joint joint="y" coef="-0.5"/></fixed>
+  </tendon>
+  <actuator>
+    <motor joint="x" gear="20" ctrlrange="-1 1" {actuator}/>
+    {actuators}
+  </actuator>
+  <sensor>
+    <framepos objtype="site" objname="tip" {sensor}/>
+    <actuatorfrc actuator="drive" {sensor}/>
+    <accelerometer site="tip" {sensor}/>
+  </sensor>
+</mujoco>
+"""
+SERVO = '<position name="drive" joint="y" kp="30" ctrlrange="-1 1" {}/>'
+NONE = dict.fromkeys(("option", "joint", "world", "tendon", "actuator", "actuators", "sensor"), "")
+PLAIN = NONE | {"integrator": "implicitfast", "actuators": SERVO.format("")}
+
+
+def flex(inside: str, attributes: str = 'dim="2" count="4 4 1"') -> str:
+    return (
+        f'<flexcomp name="f" type="grid" {attributes} spacing="0.1 0.1 0.1" radius="0.01" mass="0.3" pos="0 1 0.4">'
+        f"{inside}</flexcomp>"
+    )
+
+
+ELASTIC = '<elasticity young="3e4" poisson="0.2" thickness="0.01" elastic2d="both" damping="0.001" {}/>'
+MODELS: dict[str, dict[str, str]] = {
+    "plain": {},
+    "euler": {"integrator": "Euler"},
+    "runge_kutta": {"integrator": "RK4"},
+    "discrete": {"integrator": "discrete"},
+    "control_delay": {
+        "actuator": 'nsample="5" delay="0.02"',
+        "actuators": SERVO.format('nsample="9" delay="0.03" interp="linear"'),
+    },
+    "control_history": {"actuator": 'nsample="4"'},
+    "sensor_delay": {"sensor": 'nsample="6" delay="0.02"'},
+    "sensor_delay_cubic": {"sensor": 'nsample="6" delay="0.017" interp="cubic"'},
+    "sensor_interval": {"sensor": 'nsample="3" interval="0.011"'},
+    "sensor_interval_phase": {"sensor": 'nsample="3" interval="0.02 -0.008"'},
+    "sensor_interval_delay": {"sensor": 'nsample="4" interval="0.011" delay="0.02"'},
+    "runge_kutta_delays": {"integrator": "RK4", "actuator": 'nsample="5" delay="0.02"', "sensor": 'nsample="2"'},
+    "filter": {
+        "actuators": '<general name="drive" joint="y" dyntype="filterexact" dynprm="0.05" gainprm="9" ctrlrange="-1 1"/>'
+    },
+    "pid": {"actuators": '<pid name="drive" joint="y" kp="20" ki="9" kv="1" imax="5" slewmax="3" ctrlrange="-1 1"/>'},
+    "motor": {
+        "actuators": '<dcmotor name="drive" joint="y" motorconst="0.5" resistance="1" inductance="0.01" ctrlrange="-9 9"/>'
+    },
+    "plastic_joints": {"joint": 'stiffness="40" springyield="1"', "integrator": "Euler"},
+    "plastic_tendon": {"tendon": 'stiffness="60" springyield="0.5" springlength="0"'},
+    "flex_edges": {"world": flex('<edge equality="true" damping="0.1"/>'), "integrator": "Euler"},
+    "flex_elastic": {"world": flex(ELASTIC.format("")), "integrator": "discrete"},
+    "flex_plastic": {"world": flex(ELASTIC.format('yield="0.01 0.01"')), "integrator": "discrete"},
+    "flex_nodes": {
+        "world": flex('<elasticity young="3e4" poisson="0.2"/>', 'dim="3" count="3 3 3" dof="trilinear"'),
+        "integrator": "discrete",
+    },
+    "rod": {
+        "world": flex(
+            '<edge equality="true"/><elasticity young="1e6" shear="4e5"/><pin id="0 1"/>', 'dim="1" count="6 1 1"'
+        ),
+        "integrator": "discrete",
+    },
+    "speculative": {"option": '<flag speculative="enable"/>'},
+    "adhesion_energy": {"option": '<flag energy="enable" fwdinv="enable"/>'},
+}
+ARRAYS = (
+    *("time", "qpos", "qvel", "act", "history", "plastic", "qacc", "qacc_warmstart", "sensordata", "actuator_force"),
+    *("xpos", "cvel", "qfrc_passive", "qfrc_constraint", "ten_length", "flexvert_xpos"),
+)
+
+
+def text_of(name: str) -> str:
+    return ARM.format(**(PLAIN | MODELS[name]))
+
+
+class Pair:
+    """The rows of mjenv, which share one mjData, and one mjData of MuJoCo's for each."""
+
+    def __init__(self, name: str) -> None:
+        self.model: Any = mujoco.MjModel.from_xml_string(text_of(name))
+        self.plain = [mujoco.MjData(self.model) for _ in range(ROWS)]
+        self.arrays = [array for array in ARRAYS if np.size(getattr(self.plain[0], array))]
+        self.rng = np.random.default_rng(3)
+        self.envs = self.another(name)
+
+    def another(self, name: str) -> Any:
+        mode, arrays = AutoresetMode.DISABLED, " ".join(array for array in self.arrays if array != "time")
+        return mjenv.make_vec(
+            "Model-v0", ROWS, num_threads=1, xml_string=text_of(name), autoreset_mode=mode, arrays=arrays, frame_skip=2
+        )
+
+    def reset(self, mask: np.ndarray) -> None:
+        self.envs.reset(seed=1, options={"reset_mask": mask})
+        for data in (data for data, chosen in zip(self.plain, mask, strict=True) if chosen):
+            mujoco.mj_resetData(self.model, data)
+            mujoco.mj_forward(self.model, data)
+
+    def step(self) -> None:
+        actions = self.rng.uniform(-1.2, 1.2, (ROWS, self.model.nu))
+        self.envs.step(actions)
+        for action, data in zip(actions, self.plain, strict=True):
+            data.ctrl[:] = action
+            for _ in range(2):
+                mujoco.mj_step(self.model, data)
+
+    def check(self, what: object) -> None:
+        for row, data in enumerate(self.plain):
+            for array in self.arrays:
+                ours = self.envs.envs[row].data.time if array == "time" else self.envs.arrays[array][row]
+                theirs = np.asarray(getattr(data, array), np.float64)
+                assert np.asarray(ours, np.float64).tobytes() == theirs.tobytes(), (what, row, array)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_rows(name: str) -> None:
+    pair = Pair(name)
+    pair.reset(np.ones(ROWS, np.bool_))
+    pair.check("reset")
+    for step in range(STEPS):
+        if step % 17 == 16:
+            pair.reset(np.arange(ROWS) != step % ROWS)
+            pair.check(f"reset before step {step}")
+        pair.step()
+        pair.check(f"step {step}")
+        if step % 25 == 24:
+            # The rows go on in another environment, whose mjData has been elsewhere.
+            other = pair.another(name)
+            other.reset(seed=2)
+            other.step(pair.rng.uniform(-1, 1, (ROWS, pair.model.nu)))
+            other.restore(pair.envs.snapshot())
+            pair.envs = other
+
+
+def test_the_models_have_what_they_are_for() -> None:
+    def of(name: str) -> Any:
+        return mujoco.MjModel.from_xml_string(text_of(name))
+
+    for name in MODELS:
+        assert (of(name).nhistory > 0) == any(word in name for word in ("delay", "history", "interval")), name
+        assert (of(name).nplastic > 0) == any(word in name for word in ("plastic", "rod")), name
+        assert (of(name).nflex > 0) == any(word in name for word in ("flex", "rod")), name
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"option": '<flag sleep="enable"/>'}, "sleeping"),
+        ({"option": '<flag ipc="enable"/>', "integrator": "discrete", "world": flex(ELASTIC.format(""))}, "ipc"),
+    ],
+)
+def test_refused(changes: dict[str, str], why: str) -> None:
+    xml = ARM.format(**(PLAIN | changes))
+    assert mujoco.MjModel.from_xml_string(xml).nq > 0
+    with pytest.raises(mjenv.ModelError, match=why):
+        mjenv.make("Model-v0", xml_string=xml)
