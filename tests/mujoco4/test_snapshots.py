@@ -11,8 +11,8 @@ import pytest
 
 from mjenv import _abi
 
-ROOT = Path(__file__).resolve().parents[2]
-LIBRARIES = {"4.0.0": os.environ["MJENV_LIBRARY"], "2.2.2": str(ROOT / "build" / "libmjenv.so")}
+LIBRARY = Path(os.environ["MJENV_LIBRARY"])  # conftest.py sets it
+LIBRARIES = {"2.2.2": str(LIBRARY), "4.0.0": str(LIBRARY.with_name("libmjenv-mujoco4.so"))}
 PAIRS = [("2.2.2", "4.0.0"), ("4.0.0", "2.2.2")]
 
 

@@ -76,13 +76,9 @@ MODELS: dict[str, dict[str, str]] = {
     "sensor_interval_phase": {"sensor": 'nsample="3" interval="0.02 -0.008"'},
     "sensor_interval_delay": {"sensor": 'nsample="4" interval="0.011" delay="0.02"'},
     "runge_kutta_delays": {"integrator": "RK4", "actuator": 'nsample="5" delay="0.02"', "sensor": 'nsample="2"'},
-    "filter": {
-        "actuators": '<general name="drive" joint="y" dyntype="filterexact" dynprm="0.05" gainprm="9" ctrlrange="-1 1"/>'
-    },
+    "filter": {"actuators": '<general name="drive" joint="y" dyntype="filterexact" dynprm="0.05" gainprm="9"/>'},
     "pid": {"actuators": '<pid name="drive" joint="y" kp="20" ki="9" kv="1" imax="5" slewmax="3" ctrlrange="-1 1"/>'},
-    "motor": {
-        "actuators": '<dcmotor name="drive" joint="y" motorconst="0.5" resistance="1" inductance="0.01" ctrlrange="-9 9"/>'
-    },
+    "motor": {"actuators": '<dcmotor name="drive" joint="y" motorconst="0.5" resistance="1" ctrlrange="-9 9"/>'},
     "plastic_joints": {"joint": 'stiffness="40" springyield="1"', "integrator": "Euler"},
     "plastic_tendon": {"tendon": 'stiffness="60" springyield="0.5" springlength="0"'},
     "flex_edges": {"world": flex('<edge equality="true" damping="0.1"/>'), "integrator": "Euler"},
@@ -122,9 +118,15 @@ class Pair:
         self.envs = self.another(name)
 
     def another(self, name: str) -> Any:
-        mode, arrays = AutoresetMode.DISABLED, " ".join(array for array in self.arrays if array != "time")
         return mjenv.make_vec(
-            "Model-v0", ROWS, num_threads=1, xml_string=text_of(name), autoreset_mode=mode, arrays=arrays, frame_skip=2
+            "Model-v0",
+            ROWS,
+            engine="4.0",
+            num_threads=1,
+            xml_string=text_of(name),
+            autoreset_mode=AutoresetMode.DISABLED,
+            arrays=" ".join(array for array in self.arrays if array != "time"),
+            frame_skip=2,
         )
 
     def reset(self, mask: np.ndarray) -> None:
@@ -190,4 +192,4 @@ def test_refused(changes: dict[str, str], why: str) -> None:
     xml = ARM.format(**(PLAIN | changes))
     assert mujoco.MjModel.from_xml_string(xml).nq > 0
     with pytest.raises(mjenv.ModelError, match=why):
-        mjenv.make("Model-v0", xml_string=xml)
+        mjenv.make("Model-v0", engine="4.0", xml_string=xml)

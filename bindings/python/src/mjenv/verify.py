@@ -202,8 +202,6 @@ def compare_data(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any]) -> int:
     for field in ours._rows.fields(Role.DATA):
         other: Any = getattr(data, field.name, None)
         if np.shape(other) == field.shape and not field.name.startswith("efc_"):
-            if getattr(other, "dtype", None) == np.bool_:
-                other = other.view(np.uint8)  # the type that flags have here
             check_same(f"data.{field.name}", getattr(ours.data, field.name), other)
             count += 1
     return count
