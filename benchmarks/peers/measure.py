@@ -15,13 +15,14 @@ from statistics import median
 
 import report
 from common import ROBOTS, Worker, cpu_model, rates_in_turns
-from results import PEERS, Row, read, write
+from results import ON_MUJOCO4, PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
 
 
 def applies(peer: str, envs: int, threads: int) -> bool:
     """Whether a peer supports this number of environments and threads."""
+    peer = peer.removeprefix(ON_MUJOCO4)
     if peer in ("mjenv-single", "gymnasium-single"):
         return (envs, threads) == (1, 1)
     if peer in ("mjenv-async", "envpool-async"):
@@ -35,12 +36,18 @@ def applies(peer: str, envs: int, threads: int) -> bool:
 
 def start(peer: str, arguments: argparse.Namespace) -> Worker:
     environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
-    if peer == "mjenv-c":
-        return Worker(peer, [arguments.program, arguments.library], environment)
-    if peer.startswith("mjenv"):
-        environment |= {"MJENV_LIBRARY": arguments.library, "PYTHONPATH": arguments.package}
-    python = arguments.peers_python if peer.startswith(("envpool", "mujoco")) else arguments.reference_python
-    return Worker(peer, [python, str(HERE / "worker.py"), peer], environment)
+    kind = peer.removeprefix(ON_MUJOCO4)
+    library, python = arguments.library, arguments.reference_python
+    if kind != peer:
+        library, python = arguments.mujoco4_library, arguments.mujoco4_python
+        environment["MJENV_MUJOCO"] = arguments.mujoco4
+    if kind == "mjenv-c":
+        return Worker(peer, [arguments.program, library], environment)
+    if kind.startswith("mjenv"):
+        environment |= {"MJENV_LIBRARY": library, "PYTHONPATH": arguments.package}
+    if kind.startswith(("envpool", "mujoco")):
+        python = arguments.peers_python
+    return Worker(peer, [python, str(HERE / "worker.py"), kind], environment)
 
 
 def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds: float, rounds: int) -> list[Row]:
@@ -75,7 +82,8 @@ def parse() -> argparse.Namespace:
     add("--rounds", type=int, default=9, help="blocks of each peer (9)")
     add("--output", type=Path, default=Path("build/peers"), help="folder of the CSV, the tables and the chart")
     add("--add", action="store_true", help="keep what the folder's CSV holds of other configurations")
-    for name in ("library", "package", "program", "reference-python", "peers-python"):
+    of_mujoco4 = ("mujoco4", "mujoco4-library", "mujoco4-python")
+    for name in ("library", "package", "program", "reference-python", "peers-python", *of_mujoco4):
         add(f"--{name}", required=True, type=os.path.abspath, help=argparse.SUPPRESS)
     return parser.parse_args()
 

@@ -22,6 +22,11 @@ NAMES = {
     "envpool-sync": "EnvPool",
     "envpool-async": "EnvPool, async",
     "mujoco-batch": "mujoco.batch (physics only)",
+    "mujoco4-mjenv-c": "mjenv on MuJoCo 4.0, C",
+    "mujoco4-mjenv-single": "mjenv on MuJoCo 4.0, `make`",
+    "mujoco4-mjenv": "mjenv on MuJoCo 4.0, `make_vec`",
+    "mujoco4-gymnasium-single": "Gymnasium on MuJoCo 4.0, `make`",
+    "mujoco4-gymnasium-sync": "Gymnasium on MuJoCo 4.0, `SyncVectorEnv`",
 }
 # The chart's entries: name, colour, the peer for one environment, and the peer for many.
 SERIES = (
@@ -48,7 +53,7 @@ class Results:
         self.about = sorted({r["about"] for r in rows})
 
     def rate(self, robot: str, case: Case, peer: str) -> float | None:
-        if peer == "gymnasium-sync":
+        if peer.endswith("gymnasium-sync"):
             case = (case[0], 1)  # it has only one thread
         row = self._rows.get((robot, *case, peer))
         return float(row["steps_per_second"]) if row else None
@@ -110,6 +115,14 @@ def summary(results: Results) -> str:
             for other in ("mjenv-c", "gymnasium-sync", "gymnasium-async", "envpool-sync", "mujoco-batch")
         ),
         *(((envs, 2), "mjenv-async", "envpool-async") for envs in (8, 64, 1024)),
+        ((1, 1), "mujoco4-mjenv-c", "mujoco4-gymnasium-single"),
+        ((1, 1), "mujoco4-mjenv-single", "mujoco4-gymnasium-single"),
+        *(
+            ((envs, threads), "mujoco4-mjenv", other)
+            for envs in (8, 64, 1024)
+            for threads in (1, 2)
+            for other in ("mujoco4-gymnasium-sync", "envpool-sync", "mujoco-batch")
+        ),
     ):
         ratios = results.ratios(case, peer, other)
         if ratios:

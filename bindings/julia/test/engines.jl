@@ -1,5 +1,7 @@
 # Tests the choice of an engine. tests/mujoco4/both_engines.jl needs the library on MuJoCo 4.0, and plays with it.
 
+const HERE = realpath(get(ENV, "MJENV_LIBRARY", joinpath(REPOSITORY, "build", "libmjenv.so")))
+
 @testset "this engine" begin
     @test "2.2.2" in MJEnv.engines()
     @test Env(env -> env.engine, "Hopper-v5") == "2.2.2"
@@ -25,14 +27,14 @@ end
 @testset "missing libraries" begin
     mktempdir() do folder
         only_one = joinpath(folder, "libmjenv.so")
-        symlink(realpath(ENV["MJENV_LIBRARY"]), only_one)
+        symlink(HERE, only_one)
         variables = ["MJENV_LIBRARY" => only_one]
         @test occursin("[\"2.2.2\"]", spoken("print(MJEnv.engines())"; variables = variables))
         said = spoken("Env(\"Hopper-v5\"; engine = \"4.0\")"; variables = variables)
         @test occursin("MuJoCo 4.0 was not found", said)
         @test occursin(joinpath(folder, "libmjenv-mujoco4.so"), said)
         @test occursin("MJENV_ENGINE=", said)  # how to build it
-        symlink(realpath(ENV["MJENV_LIBRARY"]), joinpath(folder, "libmjenv-mujoco4.so"))
+        symlink(HERE, joinpath(folder, "libmjenv-mujoco4.so"))
         said = spoken("Env(\"Hopper-v5\"; engine = \"4.0\")"; variables = variables)
         @test occursin("libmjenv-mujoco4.so: it works with MuJoCo 2.2.2", said)
     end
