@@ -3,15 +3,16 @@
 // same.
 //
 //   levers [ID...]    prints CSV: id, steps/s of the plain loop, then each lever's gain over the loop before it
-#include <mujoco/mujoco.h>
-
 #include <array>
 #include <cstring>
 
 #include "engine/model.hpp"
+#include "engine/mujoco.hpp"
 #include "engine/work.hpp"
 #include "measure.hpp"
 
+// Names in this namespace are MuJoCo's functions on every engine, see engine/mujoco4.hpp.
+namespace mjenv::core {
 namespace {
 
 using measure::check;
@@ -83,7 +84,7 @@ Tape record(const char* id, std::size_t nu) {
   return tape;
 }
 
-void play(const Case& c, const Tape& tape, const mjenv::core::Model& model, std::size_t lever, mjData* d) {
+void play(const Case& c, const Tape& tape, const Model& model, std::size_t lever, mjData* d) {
   const mjModel* stock = model.get();
   mjModel m = *stock;
   if (lever >= 3) {
@@ -116,7 +117,7 @@ void play(const Case& c, const Tape& tape, const mjenv::core::Model& model, std:
 }
 
 void run(const Case& c) {
-  const auto model = mjenv::core::Model::open(c.model);
+  const auto model = Model::open(c.model);
   const mjModel* m = model->get();
   const Tape tape = record(c.id, static_cast<std::size_t>(m->nu));
   std::array<mjData*, levers.size()> data{};
@@ -143,13 +144,15 @@ void run(const Case& c) {
   for (mjData* d : data) mj_deleteData(d);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  const std::vector<std::string> wanted(argv + 1, argv + argc);
+void run_all(const std::vector<std::string>& wanted) {
   std::printf("# mjenv %s, %s\nid,steps_per_second", mjenv_version(), measure::cpu().c_str());
   for (std::size_t lever = 1; lever < levers.size(); ++lever) std::printf(",%s", levers[lever]);
   std::printf("\n");
   for (const auto& c : cases)
     if (wanted.empty() || std::find(wanted.begin(), wanted.end(), c.id) != wanted.end()) run(c);
 }
+
+}  // namespace
+}  // namespace mjenv::core
+
+int main(int argc, char** argv) { mjenv::core::run_all({argv + 1, argv + argc}); }
