@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "engine/assets.hpp"
+#include "engine/errors.hpp"
 #include "error.hpp"
 #include "structs.hpp"
 #include "task/api.hpp"
@@ -278,6 +279,7 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
+  const ErrorTrap trap;  // the model may have opened MuJoCo, too late for the trap of the whole call
   task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;
   task.revision = revision_;
