@@ -59,6 +59,7 @@ function(mjenv_use_library)
   endif()
   # The core reads models and pictures with the libraries that MuJoCo reads them with.
   mjenv_find_sources(sources)
+  set(sources "${sources}" PARENT_SCOPE)  # a release contains Eigen, too
   foreach(name tinyxml2 lodepng)
     if(version MATCHES "^4" AND sources)
       add_library(mjenv_${name} STATIC ${sources}/${name}/${name}.cpp)

@@ -63,7 +63,8 @@ void check_engine(int engine) {
   if (engine == engine_number()) return;
   const auto part = [engine](int unit) { return std::to_string(engine / unit % 100); };
   fail(MJENV_E_SNAPSHOT, "the image was made on MuJoCo " + part(10000) + "." + part(100) + "." + part(1) +
-                             ", but this environment uses MuJoCo " + mujoco_version());
+                             ", but this environment uses MuJoCo " + mujoco_version() +
+                             ": restore it on the engine of that version");
 }
 
 void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {

@@ -237,7 +237,7 @@ def test_a_pickle_finds_its_engine_in_another_process(engine: str, default: str)
 def test_the_other_engine_refuses_a_snapshot(ours: str, other: str) -> None:
     env, refusing = mjenv.make("Ant-v5", engine=ours), mjenv.make("Ant-v5", engine=other)
     env.reset(seed=3), refusing.reset(seed=3)
-    with pytest.raises(mjenv.SnapshotError):
+    with pytest.raises(mjenv.SnapshotError, match=f"made on MuJoCo {ours}.*uses MuJoCo {other}.*the engine of that"):
         refusing.restore(env.snapshot())
     assert refusing.step(np.zeros(8))[0].shape == (105,)
 
@@ -368,7 +368,9 @@ def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     with mjenv.make("Hopper-v5", engine="4.0") as env:
         env.reset(seed=1)
         file.write_bytes(env.snapshot())
-    assert output("--engine", "4.0", "snapshot", "show", file)["engine"] == "4.0"
+    assert output("snapshot", "show", file)["engine"] == "4.0"
+    assert _cli.main(["--engine", "2.2.2", "snapshot", "show", str(file), "--id", "Hopper-v5"]) == 2
+    assert "was made on MuJoCo 4.0" in capsys.readouterr().err
 
 
 def test_verify_where_no_engine_fits(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ import mjenv
 from mjenv._abi import ALL_ROWS, Role
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
-from mjenv._engine import ENGINES, Engine
+from mjenv._engine import ENGINES, Engine, name_of
 from mjenv._handle import Rows, open_rows
 from mjenv.errors import SnapshotError
 
@@ -71,17 +71,18 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
     data = path.read_bytes()
     if len(data) < STAMP.size:
         raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, _, _, _, count, _ = STAMP.unpack_from(data)
+    magic, version, engine, _, _, count, _ = STAMP.unpack_from(data)
     if magic != b"mjenvrow":
         raise SnapshotError(f"{path} is no snapshot of rows")
     if version != VERSION:
         raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
     if count < 1 or (len(data) - STAMP.size) % count or (len(data) - STAMP.size) // count < HEAD.size:
         raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
-    engine = ENGINES.get(arguments.engine)
-    rows = _owner(engine, path, data, count, arguments)
+    mujoco = f"{engine // 10000}.{engine // 100 % 100}.{engine % 100}"
+    library = ENGINES.get(arguments.engine or name_of(mujoco))
+    rows = _owner(library, path, data, count, arguments)
     try:
-        return Image(engine.name, rows.id, [_row(data, index, count, _parts(rows)) for index in range(count)])
+        return Image(library.name, rows.id, [_row(data, index, count, _parts(rows)) for index in range(count)])
     finally:
         rows.close()
 
