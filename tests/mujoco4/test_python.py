@@ -373,6 +373,36 @@ def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert "was made on MuJoCo 4.0" in capsys.readouterr().err
 
 
+DELAYED = """
+<mujoco><worldbody><body><joint name="hinge" axis="0 1 0"/><geom size=".1" pos="0 0 .5"/></body></worldbody>
+<actuator><position joint="hinge" kp="2" delay=".006" nsample="4"/></actuator></mujoco>
+"""
+
+
+def test_every_field_of_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A model with delays, whose state has more parts than those of MuJoCo 2.2.2."""
+    model, file = tmp_path / "delayed.xml", tmp_path / "image"
+    model.write_text(DELAYED)
+    with mjenv.make("Model-v0", engine="4.0", xml_file=str(model)) as env:
+        env.reset(seed=1)
+        for _ in range(3):
+            before = env.data.history
+            env.step(np.full(1, 0.5))
+        file.write_bytes(env.snapshot())
+        words = "snapshot", "show", str(file), "--id", "Model-v0", "--option", f"xml_file={model}", "--json"
+        assert _cli.main([*words]) == 0
+        [row] = json.loads(capsys.readouterr().out)["rows"]
+        assert before.any()
+        assert row["history"] == env.data.history.tolist()
+        assert row["before.history"] == before.tolist()
+        assert (row["qpos"], row["ctrl"], row["carried"]) == (env.data.qpos.tolist(), [0.5], [])
+
+
+def test_a_relative_path_of_a_library() -> None:
+    text = f"import os; os.chdir({str(LIBRARY.parent)!r}); import mjenv; os.chdir('/'); print(mjenv.engines())"
+    assert printed(text, MJENV_LIBRARY=f"./{LIBRARY.name}") == "('2.2.2', '4.0')\n"
+
+
 def test_verify_where_no_engine_fits(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(mujoco, "__version__", "3.3.7")
     assert _cli.main(["verify", "Ant-v5"]) == 2

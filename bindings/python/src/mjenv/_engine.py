@@ -86,7 +86,8 @@ class Engines:
         if file:
             given = Engine(file)
             self._opened[given.name] = given
-            self._folders.insert(0, Path(file).parent)
+            if "/" in file:
+                self._folders.insert(0, Path(file).absolute().parent)
             self.default = given.name
         self.default = os.environ.get("MJENV_ENGINE") or self.default
 

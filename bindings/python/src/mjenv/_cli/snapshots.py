@@ -117,6 +117,9 @@ def _parts(rows: Rows) -> list[tuple[str, int]]:
     """The names and lengths of the parts of a record of doubles."""
     nq, nv, na, nu = (int(rows.value(Role.MODEL, name)) for name in ("nq", "nv", "na", "nu"))
     lengths = {"time": 1, "qpos": nq, "qvel": nv, "act": na, "qacc_warmstart": nv, "ctrl": nu}
+    for name in ("history", "plastic"):  # of MuJoCo 4.0
+        if rows.array(Role.MODEL, f"n{name}"):
+            lengths[name] = int(rows.value(Role.MODEL, f"n{name}"))
     return [*lengths.items(), *((f"before.{name}", length) for name, length in lengths.items())]
 
 
