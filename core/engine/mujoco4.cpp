@@ -53,7 +53,7 @@ template <typename Pointer>
 void look_up(void* library, const char* name, Pointer& pointer) {
   void* const found = dlsym(library, name);
   if (!found) refuse(std::string("MuJoCo's library has no ") + name);
-  static_assert(sizeof pointer == sizeof found);
+  static_assert(sizeof(Pointer) == sizeof(void*));
   std::memcpy(&pointer, &found, sizeof found);
 }
 
