@@ -384,6 +384,28 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
   });
 }
 
+mjenv_status mjenv_write(mjenv_env* env, std::int64_t row, const char* array, const double* values,
+                         std::size_t count) {
+  return change_env(env, [&](Env& e) {
+    const std::string name = text(array, "array");
+    need_array(values, count, "values");
+    e.write(row, name, values, count);
+  });
+}
+
+mjenv_status mjenv_write_rows(mjenv_env* env, const std::uint8_t* mask, const char* array, const double* values,
+                              std::size_t count) {
+  return change_env(env, [&](Env& e) {
+    const std::string name = text(array, "array");
+    need_array(values, count, "values");
+    e.write(mask, name, values, count);
+  });
+}
+
+mjenv_status mjenv_set_constants(mjenv_env* env, std::int64_t row) {
+  return change_env(env, [&](Env& e) { e.set_constants(row); });
+}
+
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
                             std::int64_t frames) {
   return change_env(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_DTYPE_FLOAT64, "ctrl"), frames); });

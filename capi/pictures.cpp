@@ -29,7 +29,7 @@ void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.mutex);
   if (!link.env || !link.env->object) fail(MJENV_E_ARGUMENT, "the environment that is to be drawn was destroyed");
   const Entered env(link.env);
-  (*env).env.show(row, [&](mjData_* data) { painter.look_at(data); });
+  (*env).env.show(row, [&](const mjModel_& model, mjData_* data) { painter.look_at(model, data); });
 }
 
 }  // namespace

@@ -86,16 +86,7 @@ std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<
   const bool frames = !frames_unread(model);
   if (!frames) view->ncam = view->nlight = 0;
   if (!pairs) return view;
-  use_pairs(*view, *pairs);
-  view->npair = static_cast<int>(pairs->dim.size());
-  view->pair_dim = pairs->dim.data();
-  view->pair_geom1 = pairs->geom1.data();
-  view->pair_geom2 = pairs->geom2.data();
-  view->pair_solref = pairs->solref.data();
-  view->pair_solimp = pairs->solimp.data();
-  view->pair_margin = pairs->margin.data();
-  view->pair_gap = pairs->gap.data();
-  view->pair_friction = pairs->friction.data();
+  set_pairs(*view, *pairs);
   if (frames) return view;
   view->ngeom = 0;
   sameframe.assign(static_cast<std::size_t>(model.ngeom), 1);

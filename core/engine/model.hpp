@@ -47,6 +47,8 @@ class Model {
   const mjModel_* get() const { return model_.get(); }
   // A view of the same model that mj_step computes faster, with equal bits.
   const mjModel_* stepped() const { return stepped_.get(); }
+  // The geom pairs of that view, null if MuJoCo searches for pairs.
+  const Pairs* pairs() const { return pairs_ ? &*pairs_ : nullptr; }
   bool trusted() const { return origin_ != Origin::stranger; }
   const std::string& label() const { return label_; }
   const std::vector<Array>& arrays() const { return arrays_; }

@@ -33,7 +33,9 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
   X(mj_freeLastXML) \
   X(mj_saveModel) \
   X(mj_sizeModel) \
+  X(mj_copyModel) \
   X(mj_deleteModel) \
+  X(mj_setConst) \
   X(mj_makeData) \
   X(mj_resetData) \
   X(mj_deleteData) \

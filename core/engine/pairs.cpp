@@ -96,4 +96,25 @@ std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
   return pairs;
 }
 
+void set_pairs(mjModel& view, Pairs& pairs) {
+  use_pairs(view, pairs);
+  view.npair = static_cast<int>(pairs.dim.size());
+  view.pair_dim = pairs.dim.data();
+  view.pair_geom1 = pairs.geom1.data();
+  view.pair_geom2 = pairs.geom2.data();
+  view.pair_solref = pairs.solref.data();
+  view.pair_solimp = pairs.solimp.data();
+  view.pair_margin = pairs.margin.data();
+  view.pair_gap = pairs.gap.data();
+  view.pair_friction = pairs.friction.data();
+}
+
+void mix_again(const Pairs& listed, const mjModel& m, Pairs& mixed) {
+  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
+  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
+                      &mixed.adhesion})
+    array->clear();
+  for (std::size_t i = 0; i < listed.geom1.size(); ++i) append(mixed, m, listed.geom1[i], listed.geom2[i]);
+}
+
 }  // namespace mjenv::core

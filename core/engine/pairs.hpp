@@ -24,4 +24,10 @@ struct Pairs {
 // to happen in this model.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
+// Makes collision detection in a view of the model use the pairs alone. The view refers to them.
+void set_pairs(mjModel_& view, Pairs& pairs);
+
+// Computes the parameters of the same pairs for a model that differs in the parameters of its geoms.
+void mix_again(const Pairs& listed, const mjModel_& model, Pairs& mixed);
+
 }  // namespace mjenv::core

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <new>
+#include <utility>
 
 #include "engine/mujoco.hpp"
 #include "error.hpp"
@@ -34,17 +36,29 @@ T* put(T* to, const T* from, std::size_t count) {
 
 }  // namespace
 
+StateLayout::Part StateLayout::part(const std::string& array) const {
+  std::size_t offset = 0;
+  for (const auto& [name, count] : {std::pair<const char*, std::size_t>{"time", 1},
+                                    {"qpos", nq},
+                                    {"qvel", nv},
+                                    {"act", na},
+                                    {"qacc_warmstart", nv},
+                                    {"ctrl", nu}}) {
+    if (array == name) return {offset, count};
+    offset += count;
+  }
+  return {0, 0};
+}
+
 void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Work::Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& needs, std::size_t carry_count)
-    : model_(std::move(model)), layout_(*model_), carried_(carry_count), info_(needs.info) {
+    : model_(std::move(model)), frame_skip_(frame_skip), layout_(*model_), carried_(carry_count), info_(needs.info) {
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);
   const mjModel* m = model_->get();
   data_.reset(mj_makeData(m));
   if (!data_) throw std::bad_alloc();
   action_.assign(layout_.nu, std::numeric_limits<double>::quiet_NaN());
-  sim_.timestep = m->opt.timestep;
-  sim_.dt = m->opt.timestep * frame_skip;
   expose();
   for (const auto& name : needs.arrays) share(name);
   needs_ = needs;
@@ -53,7 +67,7 @@ Work::Work(std::shared_ptr<const Model> model, int frame_skip, const Needs& need
 
 // Writes the pointers and sizes that callbacks use.
 void Work::expose() {
-  const mjModel* m = model_->get();
+  const mjModel* m = &model();
   const mjData* d = data_.get();
   if (needs_.contacts) contacts_.resize(static_cast<std::size_t>(max_contacts(*m)));
   mjenv_sim& c = sim_;
@@ -63,6 +77,8 @@ void Work::expose() {
   c.nq = size(m->nq), c.nv = size(m->nv), c.na = size(m->na), c.nu = size(m->nu);
   c.nbody = size(m->nbody), c.njnt = size(m->njnt), c.ngeom = size(m->ngeom), c.nsite = size(m->nsite);
   c.ntendon = size(m->ntendon), c.nsensordata = size(m->nsensordata);
+  c.timestep = m->opt.timestep;
+  c.dt = m->opt.timestep * frame_skip_;
   c.time = &d->time;
   c.action = action_.data();
   c.carried = carried_.data();
@@ -81,7 +97,8 @@ void Work::expose() {
   c.qfrc_bias = d->qfrc_bias, c.qfrc_constraint = d->qfrc_constraint;
   c.ten_length = d->ten_length, c.ten_velocity = d->ten_velocity;
   c.contacts = needs_.contacts ? contacts_.data() : nullptr;
-  c.qpos0 = m->qpos0, c.body_mass = m->body_mass;
+  // A task's initial positions are those that the model had when the task was built, as Gymnasium's init_qpos.
+  c.qpos0 = model_->get()->qpos0, c.body_mass = m->body_mass;
   c.arrays = shared_.data();
 }
 
@@ -111,6 +128,7 @@ const Array& Work::share(const std::string& name) {
     fail(MJENV_E_NAME, quoted(name) + " does not lie in one piece: ask for \"contacts\" with mjenv_build_need");
   needs_.arrays.push_back(name);
   shared_.push_back(found->data);
+  shared_originals_.push_back(found->data);
   if (on_demand(name))
     need(name);
   else
@@ -159,6 +177,26 @@ std::vector<Array> Work::arrays() const {
   add_of_contacts("contact.exclude", &contact->exclude, 1);
   add_of_contacts("contact.efc_address", &contact->efc_address, 1);
   return list;
+}
+
+void Work::use(const OwnArrays& arrays, std::byte* block) {
+  if (!view_) view_.emplace(*model_);
+  view_->use(arrays, block);
+  const mjModel& m = model();
+  sim_.timestep = m.opt.timestep;
+  sim_.dt = m.opt.timestep * frame_skip_;
+  sim_.body_mass = m.body_mass;
+  for (const OwnArray& array : arrays.list()) {
+    std::byte* values = block + array.offset;
+    if (array.place == OwnArray::Place::data_input) {
+      void* input;
+      std::memcpy(&input, reinterpret_cast<const std::byte*>(data_.get()) + array.member, sizeof input);
+      std::memcpy(input, values, array.bytes);
+      continue;
+    }
+    for (std::size_t i = 0; i < shared_.size(); ++i)
+      if (shared_originals_[i] == array.original.data) shared_[i] = values;
+  }
 }
 
 void Work::clear() {
@@ -211,7 +249,7 @@ void Work::save(double* state) const {
 }
 
 void Work::forward() {
-  mj_forward(model_->stepped(), data_.get());
+  mj_forward(&stepped(), data_.get());
   frames_lag_ = contacts_lag_ = true;
 }
 
@@ -220,13 +258,13 @@ void Work::step(const Action& action, std::int64_t frames, double* before) {
   clear_warnings();
   sim_.action_dtype = action.dtype;
   for (std::int64_t i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
-  for (std::int64_t i = 1; i < frames; ++i) mj_step(model_->stepped(), d);
+  for (std::int64_t i = 1; i < frames; ++i) mj_step(&stepped(), d);
   save(before);
   repeat_step();
 }
 
 void Work::repeat_step() {
-  mj_step(model_->stepped(), data_.get());
+  mj_step(&stepped(), data_.get());
   forces_lag_ = frames_lag_ = contacts_lag_ = true;
 }
 
@@ -239,7 +277,7 @@ void Work::complete() {
 
 void Work::complete_frames() {
   if (!frames_lag_) return;
-  const mjModel* m = model_->get();
+  const mjModel* m = &model();
   mjData* d = data_.get();
   for (int g = 0; g < m->ngeom; ++g) update_frame(*m, *d, g);
   mj_camlight(m, d);
@@ -248,12 +286,12 @@ void Work::complete_frames() {
 
 void Work::complete_forces() {
   if (!forces_lag_) return;
-  mj_rnePostConstraint(model_->get(), data_.get());
+  mj_rnePostConstraint(&model(), data_.get());
   forces_lag_ = false;
 }
 
 void Work::list_contacts() {
-  const mjModel* m = model_->get();
+  const mjModel* m = &model();
   const mjData* d = data_.get();
   const int count = std::min(d->ncon, max_contacts(*m));
   for (int i = 0; i < count; ++i) {

@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/action.hpp"
 #include "engine/model.hpp"
+#include "engine/model_view.hpp"
 #include "mjenv/task.h"
 
 namespace mjenv::core {
@@ -26,6 +28,12 @@ class StateLayout {
         size(1 + nq + nv + na + nv + nu + more) {}
 
   std::size_t nq, nv, na, nu, more, size;
+
+  // Where the array with MuJoCo's name lies in a state; its count is 0 if no part of the state has this name.
+  struct Part {
+    std::size_t offset, count;
+  };
+  Part part(const std::string& array) const;
 
   double* qpos(double* state) const { return state + 1; }
   double* qvel(double* state) const { return state + 1 + nq; }
@@ -66,6 +74,11 @@ class Work {
   // The arrays of mjData, with MuJoCo's names.
   std::vector<Array> arrays() const;
 
+  // What MuJoCo computes with: the model, in which arrays are a row's own after `use`.
+  const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
+  // Computes with a row's own arrays, and copies its inputs into mjData. The block must outlive its use.
+  void use(const OwnArrays& arrays, std::byte* block);
+
   // Calls mj_resetData, which also clears the derived arrays.
   void clear();
   // Starts an episode. Resets less than clear, which is faster and has the same effect on what follows.
@@ -100,6 +113,8 @@ class Work {
     void operator()(mjData_* data) const;
   };
   std::shared_ptr<const Model> model_;
+  std::optional<ModelView> view_;  // only if rows have arrays of their own
+  int frame_skip_;
   StateLayout layout_;
   std::unique_ptr<mjData_, Delete> data_;
   bool forces_lag_ = false;    // cacc, cfrc_int and cfrc_ext are older than the last mj_step
@@ -109,9 +124,10 @@ class Work {
   std::vector<double> carried_, action_, info_;
   std::vector<mjenv_contact> contacts_;
   std::vector<Array> data_arrays_;  // filled when a task first shares an array
-  std::vector<const void*> shared_;
+  std::vector<const void*> shared_, shared_originals_;
   mjenv_sim sim_{};  // points into mjModel and mjData, whose arrays never move
 
+  const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
   void clear_warnings();
   void expose();
   void list_contacts();

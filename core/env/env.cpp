@@ -58,7 +58,7 @@ Env::Env(const Options& options, std::int64_t rows)
       task_(task_of(id_of(options_.id()))->build(options_)),
       workers_(task_, threads_for(options_, task_, rows), options_.get("cpu_affinity").integer != 0),
       schema_(task_, options_.get("arrays").text, workers_[0].work()),
-      rows_(workers_[0].work().layout(), task_.carry_count, rows),
+      rows_(*task_.model, task_.carry_count, rows),
       episodes_(options_, task_, schema_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
   workers_.prepare(schema_);
@@ -223,6 +223,11 @@ void Env::receive(std::size_t least, double timeout, std::int64_t* rows_done, st
 const Array& Env::array(std::int64_t row, const std::string& name) {
   check_settled();
   rows_.check(row);
+  if (const OwnArray* own = rows_.own().arrays().find(name); own && own->original.data) {
+    own_array_ = own->original;
+    own_array_.data = rows_.own().present(row) + own->offset;
+    return own_array_;
+  }
   for (const Array& array : task_.model->arrays())
     if (array.name == name) return array;
   if (const Array* found = workers_.of(rows_.head(row)).array(rows_, row, name)) return *found;
@@ -232,7 +237,7 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   fail(MJENV_E_NAME, "no array " + quoted(name) + "; there are " + listed(names));
 }
 
-void Env::show(std::int64_t row, const std::function<void(mjData_*)>& draw) {
+void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
   check_settled();
   rows_.check(row);
   if (!rows_.head(row).ready) fail(MJENV_E_NOT_RESET, in_row(row, "reset it before it is drawn"));
@@ -255,6 +260,85 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   workers_.of(head).set_state(rows_, row, qpos, qvel);
   head.ready = true;
   head.ended = false;
+}
+
+void Env::write(std::int64_t row, const std::string& array, const double* values, std::size_t count) {
+  if (row != MJENV_ALL_ROWS) rows_.check(row);
+  write(array, count,
+        [&](std::int64_t i) { return row == MJENV_ALL_ROWS || i == row ? values : nullptr; });
+}
+
+void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count) {
+  const auto each = count / static_cast<std::size_t>(rows());
+  if (count % static_cast<std::size_t>(rows()) != 0)
+    fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", which is no multiple of the " +
+                           std::to_string(rows()) + " rows");
+  write(array, each, [&](std::int64_t i) {
+    return is_selected(mask, i) ? values + static_cast<std::size_t>(i) * each : nullptr;
+  });
+}
+
+void Env::write(const std::string& array, std::size_t count,
+                const std::function<const double*(std::int64_t)>& values_of) {
+  check_settled();
+  OwnValues& own = rows_.own();
+  const StateLayout::Part part = rows_.layout().part(array);
+  const OwnArray* target = nullptr;
+  if (part.count > 0) {
+    check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count), static_cast<std::int64_t>(part.count));
+  } else {
+    const OwnArray description = own.arrays().describe(array);
+    check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
+                static_cast<std::int64_t>(description.original.count()));
+    for_each_written(values_of, [&](std::int64_t row, const double* values) {
+      try {
+        OwnArrays::check(description, values);
+      } catch (const Error& error) {
+        fail(error.status(), in_row(row, error.what()));
+      }
+    });
+    make_own({array});
+    target = own.arrays().find(array);
+  }
+  if (!target)
+    for_each_written(values_of, [&](std::int64_t row, const double* values) {
+      for (std::size_t i = 0; i < count; ++i)
+        if (!std::isfinite(values[i]))
+          fail(MJENV_E_VALUE, in_row(row, array + "[" + std::to_string(i) + "] is " + number(values[i])));
+    });
+  for_each_written(values_of, [&](std::int64_t row, const double*) { rows_.keep(row); });
+  for_each_written(values_of, [&](std::int64_t row, const double* values) {
+    if (target)
+      OwnArrays::write(*target, values, own.present(row));
+    else
+      std::copy_n(values, count, rows_.state(row) + part.offset);
+    rows_.head(row).written = true;
+    workers_.forget(row);
+  });
+}
+
+template <typename Body>
+void Env::for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const {
+  for (std::int64_t row = 0; row < rows(); ++row)
+    if (const double* values = values_of(row)) body(row, values);
+}
+
+void Env::make_own(const std::vector<std::string>& arrays) {
+  workers_.release();  // their work spaces refer to the rows' present blocks of memory
+  rows_.own().add(arrays);
+}
+
+void Env::set_constants(std::int64_t row) {
+  check_settled();
+  if (row != MJENV_ALL_ROWS) rows_.check(row);
+  for (std::int64_t i = 0; i < rows(); ++i) {
+    if (row != MJENV_ALL_ROWS && i != row) continue;
+    Worker& worker = workers_.of(rows_.head(i));
+    const auto names = worker.set_constants(rows_, i);
+    if (names.empty()) continue;
+    make_own(names);
+    worker.set_constants(rows_, i);
+  }
 }
 
 void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
@@ -286,7 +370,10 @@ void Env::snapshot(std::int64_t row, void* image) const {
 
 void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
-  read_image(rows_, identity(), options_.id(), row, image, size);
+  // Work spaces refer to the memory of own values, which moves if the image brings new arrays.
+  const bool may_move = !rows_.own().empty() || size != snapshot_size(row);
+  if (may_move) workers_.release();
+  read_image(rows_, model(), identity(), options_.id(), row, image, size);
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "env/episodes.hpp"
 #include "env/image.hpp"
@@ -54,9 +55,14 @@ class Env {
 
   // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls draw with an mjData that equals Gymnasium's in the row's present state. draw must not change it.
-  void show(std::int64_t row, const std::function<void(mjData_*)>& draw);
+  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change them.
+  void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
+  // Writes an array of the row's mjModel, or an input of its mjData. row may be MJENV_ALL_ROWS.
+  void write(std::int64_t row, const std::string& array, const double* values, std::size_t count);
+  void write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count);
+  // Calls mj_setConst. row may be MJENV_ALL_ROWS.
+  void set_constants(std::int64_t row);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
   void copy_row(std::int64_t from, const std::uint8_t* to_mask);
@@ -75,10 +81,18 @@ class Env {
   mutable std::optional<Identity> identity_;  // computed when it is first needed
   Rng action_rng_;
   bool actions_seeded_ = false;
+  Array own_array_;  // what array() returned last, if it is a row's own
 
   const Identity& identity() const;
   // Throws while rows are under way between send and receive.
   void check_settled() const;
+  // Writes to each row the values that values_of(row) points to; null: none. `count`: the numbers of one row.
+  void write(const std::string& array, std::size_t count,
+             const std::function<const double*(std::int64_t)>& values_of);
+  template <typename Body>
+  void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;
+  // Gives the rows values of their own of these arrays.
+  void make_own(const std::vector<std::string>& arrays);
   void check_actions(const Action& actions, std::int64_t per_row) const;
 };
 

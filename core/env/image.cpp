@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <utility>
+#include <vector>
 
 #include "engine/model.hpp"
 #include "error.hpp"
@@ -11,7 +13,11 @@
 namespace mjenv::core {
 namespace {
 
-// An image consists of an ImageHeader and, for each row, a RowHeader and the row's record.
+// An image consists of
+//   - an ImageHeader
+//   - the names of the arrays that rows have of their own, each with its end, a 0; and padding to a multiple of 8 bytes
+//   - for each row, a RowHeader, the row's record and its own values; then, if ImageHeader::has_past, what OwnValues
+//     keeps: two blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept.
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint16_t version = 3;
@@ -19,22 +25,24 @@ struct ImageHeader {
   Identity::Rounding rounding = Identity::Rounding::any;
   std::uint64_t identity = 0;
   std::uint64_t rows = 0;
+  std::uint32_t names_bytes = 0, has_past = 0;
   std::uint64_t checksum = 0;  // of everything after the header
 };
 
 struct RowHeader {
   Rng rng;
   std::int64_t steps = 0;
-  std::uint8_t origin = 0, seeded = 0, ready = 0, ended = 0;
-  std::array<std::uint8_t, 4> unused{};
+  std::uint8_t origin = 0, seeded = 0, ready = 0, ended = 0, written = 0, has_constants = 0;
+  std::uint8_t kept = 0;  // bits of Kept
+  std::uint8_t unused = 0;
 };
 static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56, "an image has no padding");
-static_assert(sizeof(ImageHeader) == 40, "an image has no padding");
+static_assert(sizeof(ImageHeader) == 48, "an image has no padding");
+
+enum Kept : std::uint8_t { kept_computed = 1, kept_stepped = 2, kept_state = 4 };
 
 // More steps than any episode has. A larger count means that the image is damaged, and could overflow.
 constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
-
-std::size_t row_bytes(const Rows& rows) { return sizeof(RowHeader) + rows.record_bytes(); }
 
 // A half-open range of rows.
 struct Range {
@@ -45,12 +53,70 @@ struct Range {
   std::uint64_t count() const { return static_cast<std::uint64_t>(end - first); }
 };
 
+// Where the parts of an image lie.
+struct Layout {
+  std::size_t names, record, block, state;  // bytes
+  bool has_past;
+
+  std::size_t row() const { return sizeof(RowHeader) + record + (has_past ? 3 * block + state : block); }
+  std::size_t rows_start() const { return sizeof(ImageHeader) + names; }
+};
+
+std::string names_of(const OwnArrays& arrays) {
+  std::string names;
+  for (const OwnArray& array : arrays.list()) names += array.original.name + '\0';
+  names.resize((names.size() + 7) / 8 * 8);
+  return names;
+}
+
+Layout layout_of(const Rows& rows, const Range& range) {
+  bool has_past = false;
+  for (std::int64_t i = range.first; i < range.end && !has_past; ++i) {
+    const OwnValues::Past* past = rows.own().past(i);
+    has_past = past && (past->computed || past->stepped || past->state);
+  }
+  return {names_of(rows.own().arrays()).size(), rows.record_bytes(), rows.own().block_bytes(),
+          rows.layout().size * sizeof(double), has_past};
+}
+
+// Appends an image's names, if they are names of arrays that can be written.
+bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
+  try {
+    for (std::size_t start = 0; start < size;) {
+      const std::string name(from + start, strnlen(from + start, size - start));
+      if (!name.empty()) arrays.add(name);
+      start += name.size() + 1;
+    }
+  } catch (const Error&) {
+    return false;
+  }
+  const std::string names = names_of(arrays);
+  return names.size() == size && std::memcmp(names.data(), from, size) == 0;
+}
+
+// Whether MuJoCo can compute with these values.
+bool are_valid(const OwnArrays& arrays, const std::byte* block) {
+  std::vector<double> values;
+  try {
+    for (OwnArray array : arrays.list()) {
+      values.resize(array.original.count());
+      Array here = array.original;
+      here.data = block + array.offset;
+      here.read(values.data());
+      OwnArrays::check(array, values.data());
+    }
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
+
 bool is_valid(const RowHeader& header) {
   // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might never
   // end.
   const bool even = header.seeded != 0 && header.rng.words()[2] % 2 == 0;
   return header.origin <= static_cast<std::uint8_t>(Origin::set) && header.steps >= 0 && header.steps <= kMaxSteps &&
-         !even;
+         header.written <= 1 && header.has_constants <= 1 && header.kept < 8 && !even;
 }
 
 std::uint16_t engine_number() {
@@ -94,33 +160,56 @@ Identity identity_of(const Options& options, const Task& task) {
 
 std::size_t image_size(const Rows& rows, std::int64_t row) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
-  return sizeof(ImageHeader) + Range(rows, row).count() * row_bytes(rows);
+  const Range range(rows, row);
+  const Layout layout = layout_of(rows, range);
+  return layout.rows_start() + range.count() * layout.row();
 }
 
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image) {
   const Range range(rows, row);
+  const Layout layout = layout_of(rows, range);
+  const OwnValues& own = rows.own();
   auto* to = static_cast<unsigned char*>(image) + sizeof(ImageHeader);
+  const auto append = [&](const void* from, std::size_t size) {
+    if (size > 0 && from)
+      std::memcpy(to, from, size);
+    else
+      std::memset(to, 0, size);
+    to += size;
+  };
+  append(names_of(own.arrays()).data(), layout.names);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const Rows::Head& head = rows.head(i);
     RowHeader header{head.rng, head.steps};
     header.origin = static_cast<std::uint8_t>(head.origin);
     header.seeded = head.seeded, header.ready = head.ready, header.ended = head.ended;
-    std::memcpy(to, &header, sizeof header);
-    std::memcpy(to + sizeof header, rows.state(i), rows.record_bytes());
-    to += row_bytes(rows);
+    header.written = head.written, header.has_constants = head.has_constants;
+    const OwnValues::Past* past = own.past(i);
+    if (past)
+      header.kept = static_cast<std::uint8_t>((past->computed ? kept_computed : 0) | (past->stepped ? kept_stepped : 0) |
+                                              (past->state ? kept_state : 0));
+    append(&header, sizeof header);
+    append(rows.state(i), layout.record);
+    append(own.empty() ? nullptr : own.present(i), layout.block);
+    if (!layout.has_past) continue;
+    append(past ? past->computed.get() : nullptr, layout.block);
+    append(past ? past->stepped.get() : nullptr, layout.block);
+    append(past ? past->state.get() : nullptr, layout.state);
   }
   ImageHeader header;
   header.engine = engine_number();
   header.identity = identity.hash;
   header.rounding = identity.rounding;
   header.rows = range.count();
+  header.names_bytes = static_cast<std::uint32_t>(layout.names);
+  header.has_past = layout.has_past;
   header.checksum = hash(static_cast<unsigned char*>(image) + sizeof header, image_size(rows, row) - sizeof header);
   std::memcpy(image, &header, sizeof header);
 }
 
-void read_image(Rows& rows, const Identity& identity, const std::string& id, std::int64_t row, const void* image,
-                std::size_t size) {
-  const std::size_t needed = image_size(rows, row);
+void read_image(Rows& rows, const Model& model, const Identity& identity, const std::string& id, std::int64_t row,
+                const void* image, std::size_t size) {
+  if (row != MJENV_ALL_ROWS) rows.check(row);
   const ImageHeader expected;
   ImageHeader header;
   if (size < sizeof header) fail(MJENV_E_SNAPSHOT, "an image of " + std::to_string(size) + " bytes is too short");
@@ -138,27 +227,71 @@ void read_image(Rows& rows, const Identity& identity, const std::string& id, std
   if (header.rows != range.count())
     fail(MJENV_E_SNAPSHOT,
          "the image holds " + std::to_string(header.rows) + " row(s), not " + std::to_string(range.count()));
-  bool intact = size == needed && header.rounding <= Identity::Rounding::fused &&
-                (header.rounding == Identity::Rounding::any) == (identity.rounding == Identity::Rounding::any) &&
-                header.checksum == hash(from + sizeof header, size - sizeof header);
-  const auto record_at = [&](std::int64_t i) {
-    return from + sizeof header + static_cast<std::size_t>(i - range.first) * row_bytes(rows);
-  };
-  const auto row_header_at = [&](std::int64_t i) {
-    RowHeader row_header;
-    std::memcpy(&row_header, record_at(i), sizeof row_header);
-    return row_header;
-  };
-  for (std::int64_t i = range.first; intact && i < range.end; ++i) intact = is_valid(row_header_at(i));
-  if (!intact) fail(MJENV_E_SNAPSHOT, "the image is damaged, or size_bytes is not its size");
-  check_rounding(header.rounding, identity.rounding);
+  const auto damaged = [] { fail(MJENV_E_SNAPSHOT, "the image is damaged, or size_bytes is not its size"); };
+  OwnArrays arrays(model);
+  if (header.has_past > 1 || header.names_bytes > size - sizeof header ||
+      !read_names(reinterpret_cast<const char*>(from) + sizeof header, header.names_bytes, arrays))
+    damaged();
+  const Layout layout{header.names_bytes, rows.record_bytes(), arrays.block_bytes(),
+                      rows.layout().size * sizeof(double), header.has_past != 0};
+  if (size != layout.rows_start() + range.count() * layout.row() || header.rounding > Identity::Rounding::fused ||
+      (header.rounding == Identity::Rounding::any) != (identity.rounding == Identity::Rounding::any) ||
+      header.checksum != hash(from + sizeof header, size - sizeof header))
+    damaged();
 
+  struct RowImage {
+    RowHeader header;
+    const std::byte *record, *present, *computed, *stepped, *state;
+  };
+  const auto row_image = [&](std::int64_t i) {
+    RowImage r{};
+    const auto* start = reinterpret_cast<const std::byte*>(from) + layout.rows_start() +
+                        static_cast<std::size_t>(i - range.first) * layout.row();
+    std::memcpy(&r.header, start, sizeof r.header);
+    r.record = start + sizeof r.header;
+    r.present = r.record + layout.record;
+    r.computed = r.present + layout.block;
+    r.stepped = r.computed + layout.block;
+    r.state = r.stepped + layout.block;
+    return r;
+  };
+  // All of the image is checked, and all memory is allocated, before any row changes.
   for (std::int64_t i = range.first; i < range.end; ++i) {
-    const RowHeader row_header = row_header_at(i);
-    std::memcpy(rows.state(i), record_at(i) + sizeof row_header, rows.record_bytes());
-    rows.head(i) = {
-        row_header.rng,        row_header.steps,     0, static_cast<Origin>(row_header.origin), row_header.seeded != 0,
-        row_header.ready != 0, row_header.ended != 0};
+    const RowImage r = row_image(i);
+    const unsigned kept = r.header.kept;
+    if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !are_valid(arrays, r.present) ||
+        (kept & kept_computed && !are_valid(arrays, r.computed)) ||
+        (kept & kept_stepped && !are_valid(arrays, r.stepped)))
+      damaged();
+  }
+  check_rounding(header.rounding, identity.rounding);
+  OwnValues& own = rows.own();
+  std::vector<std::string> names;
+  for (const OwnArray& array : arrays.list()) names.push_back(array.original.name);
+  own.add(names);
+  if (layout.has_past) own.make_pasts();
+  std::vector<OwnValues::Past> pasts(range.count());
+  for (std::int64_t i = range.first; i < range.end; ++i) {
+    const RowImage r = row_image(i);
+    OwnValues::Past& past = pasts[static_cast<std::size_t>(i - range.first)];
+    if (r.header.kept & kept_computed) past.computed = own.translated(arrays, r.computed);
+    if (r.header.kept & kept_stepped) past.stepped = own.translated(arrays, r.stepped);
+    if (r.header.kept & kept_state) {
+      past.state = std::make_unique<double[]>(layout.state / sizeof(double));
+      std::memcpy(past.state.get(), r.state, layout.state);
+    }
+  }
+  for (std::int64_t i = range.first; i < range.end; ++i) {
+    const RowImage r = row_image(i);
+    std::memcpy(rows.state(i), r.record, layout.record);
+    own.set(i, arrays, r.present, std::move(pasts[static_cast<std::size_t>(i - range.first)]));
+    Rows::Head& head = rows.head(i);
+    head = {};
+    head.rng = r.header.rng;
+    head.steps = r.header.steps;
+    head.origin = static_cast<Origin>(r.header.origin);
+    head.seeded = r.header.seeded != 0, head.ready = r.header.ready != 0, head.ended = r.header.ended != 0;
+    head.written = r.header.written != 0, head.has_constants = r.header.has_constants != 0;
   }
 }
 

@@ -7,10 +7,12 @@
 
 namespace mjenv::core {
 
-Rows::Rows(const StateLayout& layout, std::int64_t carry_count, std::int64_t count)
-    : state_size_(layout.size),
+Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
+    : layout_(model),
+      state_size_(layout_.size),
       carry_count_(static_cast<std::size_t>(carry_count)),
-      record_size_(2 * state_size_ + carry_count_ + layout.nq + layout.nv) {
+      record_size_(2 * state_size_ + carry_count_ + layout_.nq + layout_.nv),
+      own_(model, count) {
   check_memory(count, " rows", sizeof(Head) + record_bytes());
   heads_.resize(static_cast<std::size_t>(count));
   records_.resize(static_cast<std::size_t>(count) * record_size_);
@@ -21,7 +23,14 @@ void Rows::check(std::int64_t row) const {
     fail(MJENV_E_VALUE, "row " + std::to_string(row) + " is outside 0.." + std::to_string(count() - 1));
 }
 
+void Rows::keep(std::int64_t row) {
+  if (head(row).origin == Origin::cleared) return;
+  if (!own_.empty()) own_.keep(row);
+  if (head(row).origin == Origin::set) own_.keep_state(row, state(row), state_size_);
+}
+
 void Rows::copy(std::int64_t from, std::int64_t to) {
+  own_.copy(from, to);  // first, because memory may run out
   std::memcpy(state(to), state(from), record_bytes());
   head(to) = head(from);
 }

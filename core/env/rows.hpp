@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/work.hpp"
+#include "env/own_values.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
@@ -25,9 +26,12 @@ class Rows {
     bool seeded = false;  // rng is seeded
     bool ready = false;   // the row can be stepped: it was reset, or its state was set
     bool ended = false;   // the row's episode has ended
+    // State or own values were written after the derived arrays were computed.
+    bool written = false;
+    bool has_constants = false;  // mj_setConst was called after the derived arrays were computed
   };
 
-  Rows(const StateLayout& layout, std::int64_t carry_count, std::int64_t count);
+  Rows(const Model& model, std::int64_t carry_count, std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
@@ -43,11 +47,19 @@ class Rows {
   double* carried(std::int64_t row) { return before(row) + state_size_; }
   double* changed(std::int64_t row) { return carried(row) + carry_count_; }
   std::size_t record_bytes() const { return record_size_ * sizeof(double); }
+  const StateLayout& layout() const { return layout_; }
+
+  OwnValues& own() { return own_; }
+  const OwnValues& own() const { return own_; }
+  // Call before the row's state or own values are written: they are kept as long as the derived arrays need them.
+  void keep(std::int64_t row);
 
   void copy(std::int64_t from, std::int64_t to);
 
  private:
+  StateLayout layout_;
   std::size_t state_size_, carry_count_, record_size_;
+  OwnValues own_;
   std::vector<Head> heads_;
   std::vector<double> records_;
 };

@@ -26,16 +26,37 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     std::copy_n(start, layout.size, rows.before(row));
   work_.save(rows.state(row));
   std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
+  OwnValues& own = rows.own();
+  if (origin == Origin::set)
+    own.computed_after_step(row);
+  else
+    own.computed_all(row);
+  if (own.arrays().has_inputs() && work_.diverged()) {  // mj_step has called mj_resetData, which clears the inputs
+    own.keep(row);
+    own.arrays().clear_inputs(own.present(row));
+  }
   Rows::Head& head = rows.head(row);
   head.origin = origin;
   head.worker = index;
+  head.written = head.has_constants = false;
   resident_ = row;
+}
+
+void Worker::use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t)) {
+  OwnValues& own = rows.own();
+  if (!own.empty()) work_.use(own.arrays(), (own.*values)(row));
 }
 
 void Worker::hold(Rows& rows, std::int64_t row) {
   if (holds(rows, row)) return;
   release();  // in case MuJoCo fails
   compute(rows, row);
+  if (rows.head(row).written) {
+    work_.complete();  // as long as what it computes from is unchanged
+    use(rows, row);
+    if (rows.head(row).has_constants) compute_constants(rows, row);
+    work_.load(rows.state(row));
+  }
   load_carried(rows, row);
   rows.head(row).worker = index;
   resident_ = row;
@@ -46,21 +67,49 @@ void Worker::compute(Rows& rows, std::int64_t row) {
     case Origin::cleared: return work_.clear();
     case Origin::forward:
       work_.begin();
+      use(rows, row, &OwnValues::computed);
       work_.load(rows.before(row));
       return work_.forward();
-    case Origin::step: work_.load(rows.before(row)); return work_.repeat_step();
+    case Origin::step:
+      use(rows, row, &OwnValues::computed);
+      work_.load(rows.before(row));
+      return work_.repeat_step();
     case Origin::set:
+      use(rows, row, &OwnValues::stepped);
       work_.load(rows.before(row));
       work_.repeat_step();
       work_.complete_forces();
+      use(rows, row, &OwnValues::computed);
       const StateLayout& layout = work_.layout();
+      const double* kept = rows.own().state(row);
       double* start = before_.data();
-      std::copy_n(rows.state(row), layout.size, start);
+      std::copy_n(kept ? kept : rows.state(row), layout.size, start);
       std::copy_n(rows.changed(row), layout.nq, layout.qpos(start));
       std::copy_n(rows.changed(row) + layout.nq, layout.nv, layout.warmstart(start));
       work_.load(start);
       return work_.forward();
   }
+}
+
+void Worker::compute_constants(Rows& rows, std::int64_t row) {
+  if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
+  const OwnValues& own = rows.own();
+  constants_->compute(own.arrays(), own.empty() ? nullptr : rows.own().present(row), work_.data());
+}
+
+std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
+  hold(rows, row);
+  work_.complete();
+  release();  // in case MuJoCo fails
+  compute_constants(rows, row);
+  OwnValues& own = rows.own();
+  std::vector<std::string> names = constants_->new_arrays(own.arrays());
+  if (!names.empty()) return names;
+  rows.keep(row);
+  if (!own.empty()) constants_->save(own.arrays(), own.present(row));
+  work_.save(rows.state(row));
+  rows.head(row).written = rows.head(row).has_constants = true;
+  return names;
 }
 
 void Worker::clear(Rows& rows) {
@@ -73,7 +122,9 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();
+  rows.own().clear_inputs(row);
   work_.begin();
+  use(rows, row);
   work_.save(start);
   std::fill_n(work_.carried(), task_.carry_count, 0.0);
   Random random(&rng);
@@ -87,8 +138,14 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
 }
 
 void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames) {
+  if (rows.head(row).written) {  // what the task carries may depend on what was written
+    hold(rows, row);
+    task_.calls->carry(work_);
+    std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
+  }
   release();
   load_carried(rows, row);
+  use(rows, row);
   work_.load(rows.state(row));
   work_.step(action, frames, before_.data());
 }
@@ -121,6 +178,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
     work_.complete_forces();
   else
     work_.begin();
+  use(rows, row);
   load_carried(rows, row);
   work_.load(start);
   work_.forward();
@@ -153,11 +211,11 @@ const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name
   return &*found;
 }
 
-void Worker::show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& draw) {
+void Worker::show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
   hold(rows, row);
   release();  // in case draw fails
   work_.complete();
-  draw(work_.data());
+  draw(work_.model(), work_.data());
   resident_ = row;
 }
 

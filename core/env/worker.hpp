@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "engine/constants.hpp"
 #include "engine/work.hpp"
 #include "env/failures.hpp"
 #include "env/place.hpp"
@@ -52,6 +54,9 @@ class Worker {
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
+  // Calls mj_setConst for the row's model. Returns the arrays that must become the row's own first, or, if there are none,
+  // saves the constants.
+  std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
 
@@ -60,8 +65,8 @@ class Worker {
   void write_arrays(const Schema& schema, const Place& place);
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls draw with an mjData that equals Gymnasium's in the row's present state. draw must not change it.
-  void show(Rows& rows, std::int64_t row, const std::function<void(mjData_*)>& draw);
+  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change them.
+  void show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
 
  private:
   static constexpr std::int64_t kNone = -1;
@@ -71,6 +76,7 @@ class Worker {
   std::int64_t resident_ = kNone;
   std::vector<double> before_;  // the state before the last forward or mj_step in work_
   std::vector<double> observation_;
+  std::unique_ptr<Constants> constants_;
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;
 
@@ -78,7 +84,11 @@ class Worker {
     std::copy_n(rows.carried(row), task_.carry_count, work_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
+  // Computes the row's derived arrays with the values that it had then.
   void compute(Rows& rows, std::int64_t row);
+  void compute_constants(Rows& rows, std::int64_t row);
+  // Makes the work space use the row's values: the present ones, those of the last computation, or of the last mj_step.
+  void use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t) = &OwnValues::present);
 };
 
 }  // namespace mjenv::core

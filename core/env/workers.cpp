@@ -27,4 +27,8 @@ void Workers::forget(std::int64_t row) {
   for (auto& worker : workers_) worker->forget(row);
 }
 
+void Workers::release() {
+  for (auto& worker : workers_) worker->release();
+}
+
 }  // namespace mjenv::core

@@ -75,7 +75,11 @@ void Drawing::free_in(gl::Context& owner) noexcept {
   }
 }
 
-void Drawing::update(mjData* data) {
+void Drawing::update(const mjModel& row, mjData* data) {
+  const mjVisual settings = model.vis;
+  model = row;
+  model.vis = settings;
+  if (geom_rgba) model.geom_rgba = geom_rgba;
   drawing([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
   budget.check(scene);
 }

@@ -16,7 +16,8 @@ namespace mjenv::core {
 constexpr int kMaxSamples = 64;
 
 struct Drawing {
-  mjModel model;  // shares its arrays with the Model
+  mjModel model;  // shares its arrays with the Model, or with a row's view of it
+  float* geom_rgba = nullptr;  // replaces the model's colours unless it is null
   Budget budget;
   mjvCamera camera{};
   mjvOption options{};
@@ -36,7 +37,8 @@ struct Drawing {
   // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
 
-  void update(mjData* data);
+  // Shows a row.
+  void update(const mjModel& row, mjData* data);
 
  private:
   // Delegated to, so that the destructor runs if the public constructor throws.

@@ -112,9 +112,9 @@ void Renderer::place_camera(const mjData_& data) {
   camera_placed_ = true;
 }
 
-void Renderer::look_at(mjData_* data) {
+void Renderer::look_at(const mjModel_& model, mjData_* data) {
   place_camera(*data);
-  drawing_->update(data);
+  drawing_->update(model, data);
 }
 
 void Renderer::draw(std::uint8_t* rgb, float* depth) {

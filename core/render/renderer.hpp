@@ -30,7 +30,7 @@ class Renderer {
   // Fails in a forked child, which cannot use its parent's OpenGL.
   void check_here() const;
   // Sets what draw draws next. Does not change data.
-  void look_at(mjData_* data);
+  void look_at(const mjModel_& model, mjData_* data);
   // Writes the picture to rgb[height][width][3] and depth[height][width]. Either may be null.
   void draw(std::uint8_t* rgb, float* depth);
 

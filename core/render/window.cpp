@@ -37,11 +37,9 @@ std::string formatted(const char* format, Values... values) {
 
 Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
     : model_(std::move(model)),
-      geom_rgba_(model_->get()->geom_rgba, model_->get()->geom_rgba + 4 * model_->get()->ngeom),
       drawing_(*model_, sized_for_a_window(settings)),
       context_(gl::open_window(settings.width, settings.height, "mjenv")),
       glfw_(context_->glfw) {
-  drawing_.model.geom_rgba = geom_rgba_.data();
   drawing_.camera.distance = or_default(settings.distance, drawing_.camera.distance);
   for (int axis = 0; axis < 3; ++axis) drawing_.camera.lookat[axis] = or_default(settings.lookat[axis], 0);
 
@@ -79,10 +77,15 @@ void Window::begin() {
   if (waits_) pictures_due_ = 0;
 }
 
-void Window::look_at(mjData* data) {
+void Window::look_at(const mjModel& model, mjData* data) {
   iterations_ = *solver_iterations(*data);
   time_ = data->time;
-  drawing_.update(data);
+  if (transparent_) {
+    geom_rgba_.assign(model.geom_rgba, model.geom_rgba + 4 * model.ngeom);
+    for (std::size_t i = 3; i < geom_rgba_.size(); i += 4) geom_rgba_[i] /= 5;
+  }
+  drawing_.geom_rgba = transparent_ ? geom_rgba_.data() : nullptr;
+  drawing_.update(model, data);
 }
 
 void Window::draw() {
@@ -166,8 +169,6 @@ void Window::press(int key) {
     case 'E': options.frame = options.frame == mjFRAME_BODY ? mjFRAME_NONE : mjFRAME_BODY; return;
     case 'R':
       transparent_ = !transparent_;
-      for (std::size_t i = 3; i < geom_rgba_.size(); i += 4)
-        geom_rgba_[i] = transparent_ ? geom_rgba_[i] / 5 : geom_rgba_[i] * 5;
       return;
     default:
       if (key >= '0' && key <= '4') options.geomgroup[key - '0'] ^= 1;

@@ -23,13 +23,13 @@ class Window {
   void begin();
   bool wants_picture() const { return open_ && (waits_ || pictures_due_ > 0); }
   // Sets what draw draws next. Does not change data.
-  void look_at(mjData* data);
+  void look_at(const mjModel& model, mjData* data);
   // Draws the picture and handles the user's input.
   void draw();
 
  private:
   std::shared_ptr<const Model> model_;
-  std::vector<float> geom_rgba_;  // a copy of the model's colours, which the user can make transparent
+  std::vector<float> geom_rgba_;  // the model's colours, made transparent
   Drawing drawing_;
   std::unique_ptr<gl::GlfwContext> context_;
   const gl::Glfw& glfw_;

@@ -435,6 +435,9 @@ const FUNCTIONS = (
     :mjenv_object_index,
     :mjenv_object_name,
     :mjenv_set_state,
+    :mjenv_write,
+    :mjenv_write_rows,
+    :mjenv_set_constants,
     :mjenv_simulate,
     :mjenv_copy_row,
     :mjenv_snapshot,
@@ -850,8 +853,38 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
     nv,
 )
 
-mjenv_simulate(env, row, ctrl, count, frames) = ccall(
+mjenv_write(env, row, array, values, count) = ccall(
     address(env, 46),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t),
+    env,
+    row,
+    array,
+    values,
+    count,
+)
+
+mjenv_write_rows(env, mask, array, values, count) = ccall(
+    address(env, 47),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Csize_t),
+    env,
+    mask,
+    array,
+    values,
+    count,
+)
+
+mjenv_set_constants(env, row) = ccall(
+    address(env, 48),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64),
+    env,
+    row,
+)
+
+mjenv_simulate(env, row, ctrl, count, frames) = ccall(
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
     env,
@@ -862,7 +895,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, from, to_mask) = ccall(
-    address(env, 47),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
     env,
@@ -871,7 +904,7 @@ mjenv_copy_row(env, from, to_mask) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 48),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
     env,
@@ -882,7 +915,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 49),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
     env,
@@ -892,7 +925,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 50),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -900,7 +933,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 51),
+    address(env, 54),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -909,21 +942,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 52),
+    address(renderer, 55),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 53),
+    address(renderer, 56),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 54),
+    address(renderer, 57),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
     renderer,
@@ -935,7 +968,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 55),
+    address(env, 58),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -944,21 +977,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 56),
+    address(window, 59),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 57),
+    address(window, 60),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 58),
+    address(window, 61),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -966,21 +999,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 59),
+    address(engine, 62),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 60),
+    address(engine, 63),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 61),
+    address(engine, 64),
     Ptr{mjenv_task_api},
     (),
 )

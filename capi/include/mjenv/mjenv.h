@@ -518,7 +518,7 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 /* Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's
  * env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are
  * undefined.
- *   row       must be valid even if the array belongs to the mjModel
+ *   row       the row; its own values, if it has any, of an array of the mjModel (mjenv_write)
  *   array     its name in MuJoCo: "xpos", "body_mass", "nq", "opt.timestep" (mjenv_field_at lists them: MJENV_ROLE_DATA
  *             and MJENV_ROLE_MODEL)
  *   values    [capacity] receives the elements
@@ -543,6 +543,39 @@ MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type,
  * Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, size_t nq, const double *qvel,
                                        size_t nv);
+
+/* ---- Rows that differ ----
+ * Each row can have values of its own in the arrays of its mjModel, and inputs in its mjData. Writing has the effect
+ * that the same assignment to Gymnasium's env.unwrapped.model or env.unwrapped.data would have at that moment, bit for
+ * bit: values count from the next mj_step or mj_forward on, those of the mjModel stay over resets, and a reset clears
+ * the inputs. What a task took from the model when it was built stays as it was: spaces, the positions that episodes
+ * start from. An environment gives all rows memory for an array when it is first written; images hold it, too. */
+
+/* Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values.
+ *   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers ("body_mass",
+ *             "geom_friction", "opt.timestep"), except those of meshes, textures, skins and flexes; and the integers
+ *             eq_active, jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited, geom_contype,
+ *             geom_conaffinity, opt.iterations, opt.noslip_iterations, opt.mpr_iterations and opt.disableflags. Of the
+ *             mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat
+ *             and userdata
+ *   values    [count] all elements of the array; count is the number that mjenv_read gives
+ * Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia, size
+ * or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0.
+ * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
+MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *array, const double *values, size_t count);
+
+/* Writes an array of many rows, each with values of its own.
+ *   mask      [rows] not 0 for each row to write; NULL: all rows
+ *   values    [rows][elements of the array]; those of rows that the mask leaves out are not read
+ *   count     rows * elements
+ * Errors: as mjenv_write. */
+MJENV_API mjenv_status mjenv_write_rows(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
+                                        size_t count);
+
+/* Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0 when
+ * it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the row
+ * ends in the position qpos0; reset it, or set its state. Errors: VALUE (row), PHYSICS, TASK. */
+MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, int64_t row);
 
 /* Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is
  * the number of actuators. It is not a step of the episode: there is no reward, and the row's step count stays.

@@ -314,6 +314,12 @@ class Library(CDLL):
         self.mjenv_object_name.restype = c_int32
         self.mjenv_set_state.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, POINTER(c_double), c_size_t)
         self.mjenv_set_state.restype = c_int32
+        self.mjenv_write.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_size_t)
+        self.mjenv_write.restype = c_int32
+        self.mjenv_write_rows.argtypes = (c_void_p, POINTER(c_uint8), c_char_p, POINTER(c_double), c_size_t)
+        self.mjenv_write_rows.restype = c_int32
+        self.mjenv_set_constants.argtypes = (c_void_p, c_int64)
+        self.mjenv_set_constants.restype = c_int32
         self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, c_int64)
         self.mjenv_simulate.restype = c_int32
         self.mjenv_copy_row.argtypes = (c_void_p, c_int64, POINTER(c_uint8))

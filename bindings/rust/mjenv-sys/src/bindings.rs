@@ -1925,7 +1925,7 @@ extern "C" {
     #[doc = " Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's"]
     #[doc = " env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are"]
     #[doc = " undefined."]
-    #[doc = "   row       must be valid even if the array belongs to the mjModel"]
+    #[doc = "   row       the row; its own values, if it has any, of an array of the mjModel (mjenv_write)"]
     #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (mjenv_field_at lists them: MJENV_ROLE_DATA"]
     #[doc = "             and MJENV_ROLE_MODEL)"]
     #[doc = "   values    [capacity] receives the elements"]
@@ -1980,6 +1980,46 @@ extern "C" {
         qvel: *const f64,
         nv: usize,
     ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values."]
+    #[doc = "   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers (\"body_mass\","]
+    #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes; and the integers"]
+    #[doc = "             eq_active, jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited, geom_contype,"]
+    #[doc = "             geom_conaffinity, opt.iterations, opt.noslip_iterations, opt.mpr_iterations and opt.disableflags. Of the"]
+    #[doc = "             mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat"]
+    #[doc = "             and userdata"]
+    #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
+    #[doc = " Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia, size"]
+    #[doc = " or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0."]
+    #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
+    pub fn mjenv_write(
+        env: *mut mjenv_env,
+        row: i64,
+        array: *const ::std::os::raw::c_char,
+        values: *const f64,
+        count: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Writes an array of many rows, each with values of its own."]
+    #[doc = "   mask      [rows] not 0 for each row to write; NULL: all rows"]
+    #[doc = "   values    [rows][elements of the array]; those of rows that the mask leaves out are not read"]
+    #[doc = "   count     rows * elements"]
+    #[doc = " Errors: as mjenv_write."]
+    pub fn mjenv_write_rows(
+        env: *mut mjenv_env,
+        mask: *const u8,
+        array: *const ::std::os::raw::c_char,
+        values: *const f64,
+        count: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0 when"]
+    #[doc = " it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the row"]
+    #[doc = " ends in the position qpos0; reset it, or set its state. Errors: VALUE (row), PHYSICS, TASK."]
+    pub fn mjenv_set_constants(env: *mut mjenv_env, row: i64) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is"]

@@ -1,0 +1,36 @@
+// The numbers of a model that MuJoCo computes from others when it compiles a model: mj_setConst.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/own_arrays.hpp"
+
+namespace mjenv::core {
+
+// Calls mj_setConst for one row after the other, on a copy of the model, because it changes the model.
+class Constants {
+ public:
+  explicit Constants(const Model& model);
+  ~Constants();
+
+  // Computes the constants of the model with a row's own arrays. As in MuJoCo, data ends in the position qpos0.
+  void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
+  // The arrays that differ from the model's and are not among the row's own.
+  std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
+  // Copies the row's own arrays.
+  void save(const OwnArrays& arrays, std::byte* block) const;
+
+ private:
+  struct Delete {
+    void operator()(mjModel_* model) const;
+  };
+  const Model& model_;
+  std::unique_ptr<mjModel_, Delete> copy_;
+
+  std::byte* values_of(const OwnArray& array) const;
+};
+
+}  // namespace mjenv::core

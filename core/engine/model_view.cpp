@@ -1,0 +1,34 @@
+#include "engine/model_view.hpp"
+
+#include <cstring>
+
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core {
+
+ModelView::ModelView(const Model& model)
+    : model_(model),
+      whole_(std::make_unique<mjModel>(*model.get())),
+      stepped_(std::make_unique<mjModel>(*model.stepped())) {}
+
+ModelView::~ModelView() = default;
+
+void ModelView::use(const OwnArrays& arrays, std::byte* block) {
+  for (const OwnArray& array : arrays.list()) {
+    if (array.place == OwnArray::Place::data_input) continue;
+    std::byte* values = block + array.offset;
+    for (mjModel* view : {whole_.get(), stepped_.get()}) {
+      std::byte* member = reinterpret_cast<std::byte*>(view) + array.member;
+      if (array.place == OwnArray::Place::model_number)
+        std::memcpy(member, values, array.bytes);
+      else
+        std::memcpy(member, &values, sizeof values);
+    }
+  }
+  searches_ = arrays.change_search();
+  if (searches_ || !arrays.change_contacts() || !model_.pairs()) return;
+  mix_again(*model_.pairs(), *whole_, mixed_);
+  set_pairs(*stepped_, mixed_);
+}
+
+}  // namespace mjenv::core

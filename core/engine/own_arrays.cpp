@@ -1,0 +1,256 @@
+#include "engine/own_arrays.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "engine/mujoco.hpp"
+#include "engine/untrusted/limits.hpp"
+#include "error.hpp"
+
+namespace mjenv::core {
+namespace {
+
+using Names = std::vector<const char*>;
+
+bool is_in(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool begins_with(const Names& beginnings, const std::string& name) {
+  return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.rfind(b, 0) == 0; });
+}
+
+// Numbers that are shared by all rows because they are large, or that MuJoCo uses as indices.
+const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "wrap_prm", "plugin_"};
+
+// The integers that neither size nor connect anything, with their bounds.
+struct IntegerRule {
+  const char* array;
+  double low, high;
+};
+const std::vector<IntegerRule> kIntegers{
+    {"eq_active", 0, 1},
+    {"jnt_limited", 0, 1},
+    {"tendon_limited", 0, 1},
+    {"actuator_ctrllimited", 0, 1},
+    {"actuator_forcelimited", 0, 1},
+    {"geom_contype", 0, std::numeric_limits<int>::max()},
+    {"geom_conaffinity", 0, std::numeric_limits<int>::max()},
+    {"opt.iterations", 1, static_cast<double>(kIterations.stranger)},
+    {"opt.noslip_iterations", 0, static_cast<double>(kIterations.stranger)},
+    {"opt.mpr_iterations", 1, static_cast<double>(kIterations.stranger)},
+    {"opt.ccd_iterations", 1, static_cast<double>(kIterations.stranger)},
+    {"opt.disableflags", 0, (1 << mjNDISABLE) - 1},
+};
+
+// MuJoCo divides by these where the model's own number is positive.
+const Names kPositive{"body_mass",     "body_inertia",    "geom_size",     "hfield_size", "cam_fovy",
+                      "opt.timestep",  "opt.impratio",    "stat.extent",   "stat.meansize",
+                      "stat.meanmass", "stat.meaninertia"};
+const Names kNotNegative{"geom_friction",    "geom_rbound",         "geom_solmix",   "dof_armature", "dof_frictionloss",
+                         "pair_friction",    "tendon_frictionloss", "opt.tolerance", "opt.density",  "opt.viscosity",
+                         "tendon_width",     "site_size",           "opt.apirate"};
+const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat", "mocap_quat"};
+const Names kDirections{"jnt_axis"};
+
+// What decides which geom pairs can touch, and how precisely MuJoCo searches for them.
+const Names kSearch{"geom_size",  "geom_rbound",  "geom_pos",         "geom_quat", "geom_margin",     "geom_gap",
+                    "geom_contype", "geom_conaffinity", "geom_fluid", "body_pos",  "body_quat",       "jnt_pos",
+                    "jnt_axis",   "opt.disableflags", "geom_aabb",    "bvh_aabb",  "geom_surfacevel", "body_margin"};
+const Names kContacts{"geom_friction", "geom_solref", "geom_solimp", "geom_solmix", "geom_adhesion"};
+
+struct Input {
+  const char* name;
+  mjtNum* mjData::*member;
+  std::int64_t rows, columns;
+};
+
+std::vector<Input> inputs_of(const mjModel& m) {
+  return {{"qfrc_applied", &mjData::qfrc_applied, m.nv, 1},
+          {"xfrc_applied", &mjData::xfrc_applied, m.nbody, 6},
+          {"mocap_pos", &mjData::mocap_pos, m.nmocap, 3},
+          {"mocap_quat", &mjData::mocap_quat, m.nmocap, 4},
+          {"userdata", &mjData::userdata, m.nuserdata, 1}};
+}
+
+template <typename Struct>
+std::size_t offset_in(const Struct& start, const void* member) {
+  return static_cast<std::size_t>(static_cast<const char*>(member) - reinterpret_cast<const char*>(&start));
+}
+
+std::size_t size_of(mjenv_type type) {
+  switch (type) {
+    case MJENV_TYPE_FLOAT32: return sizeof(float);
+    case MJENV_TYPE_INT32: return sizeof(int);
+    case MJENV_TYPE_UINT8: return 1;
+    default: return sizeof(double);
+  }
+}
+
+bool is_integer(mjenv_type type) { return type != MJENV_TYPE_FLOAT64 && type != MJENV_TYPE_FLOAT32; }
+
+const IntegerRule* rule_of(const std::string& name) {
+  const auto found =
+      std::find_if(kIntegers.begin(), kIntegers.end(), [&](const IntegerRule& rule) { return name == rule.array; });
+  return found == kIntegers.end() ? nullptr : &*found;
+}
+
+[[noreturn]] void refuse_name(const std::string& name, const std::string& why) {
+  fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
+}
+
+// The offset in mjModel of the pointer to the array, or of the number.
+std::size_t member_of(const mjModel& m, const std::string& name) {
+  std::size_t member = 0;
+  for_each_number(m, [&](const char* n, const auto* data, auto...) {
+    if (name == n) member = offset_in(m, data);
+  });
+  for_each_array(m, [&](const char* n, const auto& data, std::int64_t, std::int64_t, bool) {
+    if (name == n) member = offset_in(m, &data);
+  });
+  for (const auto& [n, data] : {std::pair<const char*, const double*>{"stat.meaninertia", &m.stat.meaninertia},
+                                {"stat.meanmass", &m.stat.meanmass},
+                                {"stat.meansize", &m.stat.meansize},
+                                {"stat.extent", &m.stat.extent},
+                                {"stat.center", m.stat.center}})
+    if (name == n) member = offset_in(m, data);
+  return member;
+}
+
+}  // namespace
+
+bool is_writable(const Array& of_model) {
+  return is_integer(of_model.type) ? rule_of(of_model.name) != nullptr : !begins_with(kShared, of_model.name);
+}
+
+const OwnArray* OwnArrays::find(const std::string& name) const {
+  const auto found = std::find_if(list_.begin(), list_.end(), [&](const OwnArray& a) { return a.original.name == name; });
+  return found == list_.end() ? nullptr : &*found;
+}
+
+OwnArray OwnArrays::describe(const std::string& name) const {
+  const mjModel& m = *model_->get();
+  OwnArray array{};
+  const auto of_model = std::find_if(model_->arrays().begin(), model_->arrays().end(),
+                                     [&](const Array& candidate) { return candidate.name == name; });
+  if (of_model != model_->arrays().end()) {
+    if (!is_writable(*of_model))
+      refuse_name(name, is_integer(of_model->type) ? "it is part of the model's structure, which all rows share: change "
+                                                     "the model file"
+                                                   : "meshes, textures and skins are shared by all rows: change the "
+                                                     "model file");
+    array.original = *of_model;
+    const bool is_number = name.find('.') != std::string::npos;
+    array.place = is_number ? OwnArray::Place::model_number : OwnArray::Place::model_array;
+    array.member = member_of(m, name);
+  } else {
+    const mjData data{};
+    const auto inputs = inputs_of(m);
+    const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) { return name == i.name; });
+    if (input == inputs.end())
+      refuse_name(name, "MuJoCo computes it, or there is no such array; of mjData these can be written: time, qpos, "
+                        "qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata");
+    array.original = {name, MJENV_TYPE_FLOAT64, {input->rows}, nullptr};
+    if (input->columns > 1) array.original.shape.push_back(input->columns);
+    array.place = OwnArray::Place::data_input;
+    array.member = offset_in(data, &(data.*input->member));
+  }
+  array.bytes = array.original.count() * size_of(array.original.type);
+  return array;
+}
+
+void OwnArrays::add(const std::string& name) {
+  if (find(name)) return;
+  OwnArray array = describe(name);
+  array.offset = block_bytes_;
+  list_.push_back(array);
+  block_bytes_ += (array.bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
+  has_inputs_ |= array.place == OwnArray::Place::data_input;
+  change_search_ |= is_in(kSearch, name);
+  change_contacts_ |= is_in(kContacts, name);
+  // mj_resetData places mocap bodies where the model has them.
+  if (model_->get()->nmocap > 0 && (name == "body_pos" || name == "body_quat")) {
+    add("mocap_pos");
+    add("mocap_quat");
+  }
+}
+
+void OwnArrays::check(const OwnArray& array, const double* values) {
+  const std::string& name = array.original.name;
+  const std::size_t count = array.original.count();
+  const auto refuse = [&](std::size_t i, const std::string& why) {
+    fail(MJENV_E_VALUE, name + "[" + std::to_string(i) + "] is " + number(values[i]) + why);
+  };
+  const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
+  const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
+  std::vector<double> originals(positive ? count : 0);
+  if (positive) array.original.read(originals.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = values[i];
+    if (!std::isfinite(value)) refuse(i, "");
+    if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
+      refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
+    if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
+      refuse(i, ", more than a float32 can hold");
+    if (not_negative && value < 0) refuse(i, ", but must not be negative");
+    if (positive && value == 0 && originals[i] > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");
+  }
+  const std::size_t columns = is_in(kQuaternions, name) ? 4 : is_in(kDirections, name) ? 3 : 0;
+  for (std::size_t i = 0; columns > 0 && i < count; i += columns) {
+    double square = 0;
+    for (std::size_t j = i; j < i + columns; ++j) square += values[j] * values[j];
+    if (square < mjMINVAL) refuse(i, std::string(", and so are the next: a ") +
+                                         (columns == 4 ? "quaternion" : "direction") + " must not be zero");
+  }
+}
+
+void OwnArrays::write(const OwnArray& array, const double* values, std::byte* block) {
+  const auto convert = [&](auto zero) {
+    using T = decltype(zero);
+    for (std::size_t i = 0; i < array.original.count(); ++i) {
+      const T value = static_cast<T>(values[i]);
+      std::memcpy(block + array.offset + i * sizeof(T), &value, sizeof(T));
+    }
+  };
+  switch (array.original.type) {
+    case MJENV_TYPE_FLOAT32: return convert(float{});
+    case MJENV_TYPE_INT32: return convert(int{});
+    case MJENV_TYPE_UINT8: return convert(mjtByte{});
+    default: return convert(double{});
+  }
+}
+
+void OwnArrays::fill(std::size_t first, std::byte* block) const {
+  for (std::size_t i = first; i < list_.size(); ++i)
+    if (list_[i].original.data) std::memcpy(block + list_[i].offset, list_[i].original.data, list_[i].bytes);
+  clear_inputs(block, first);
+}
+
+void OwnArrays::clear_inputs(std::byte* block, std::size_t first) const {
+  const mjModel& m = *model_->get();
+  const auto values_of = [&](const char* name, const double* original) {
+    const OwnArray* own = find(name);
+    return own ? reinterpret_cast<const double*>(block + own->offset) : original;
+  };
+  for (std::size_t i = first; i < list_.size(); ++i) {
+    const OwnArray& array = list_[i];
+    if (array.place != OwnArray::Place::data_input) continue;
+    std::memset(block + array.offset, 0, array.bytes);
+    const bool is_quat = array.original.name == "mocap_quat";
+    if (!is_quat && array.original.name != "mocap_pos") continue;
+    const double* of_bodies = is_quat ? values_of("body_quat", m.body_quat) : values_of("body_pos", m.body_pos);
+    const std::size_t columns = is_quat ? 4 : 3;
+    auto* to = reinterpret_cast<double*>(block + array.offset);
+    for (int body = 0; body < m.nbody; ++body) {
+      if (m.body_mocapid[body] < 0) continue;
+      std::copy_n(of_bodies + columns * static_cast<std::size_t>(body), columns,
+                  to + columns * static_cast<std::size_t>(m.body_mocapid[body]));
+    }
+  }
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,60 @@
+// The arrays of which each row of an environment has its own values, because they were written: arrays and options of
+// mjModel, and inputs of mjData that are no part of a row's state.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "engine/model.hpp"
+
+namespace mjenv::core {
+
+struct OwnArray {
+  enum class Place { model_array, model_number, data_input };
+
+  Array original;  // data: the model's values; null for an input of mjData
+  Place place;
+  std::size_t member;  // the offset of the array's pointer, or of the number, in mjModel or mjData
+  std::size_t bytes;
+  std::size_t offset;  // in a row's block
+};
+
+// Lays out the block of memory that holds the values of one row. Arrays are appended and never removed.
+class OwnArrays {
+ public:
+  explicit OwnArrays(const Model& model) : model_(&model) {}
+
+  const std::vector<OwnArray>& list() const { return list_; }
+  std::size_t block_bytes() const { return block_bytes_; }
+  const OwnArray* find(const std::string& name) const;
+  // Fails with MJENV_E_NAME and the reason if the array cannot be written.
+  OwnArray describe(const std::string& name) const;
+  // Appends the array unless it is there.
+  void add(const std::string& name);
+
+  // Fails with MJENV_E_VALUE if MuJoCo could not compute with these values.
+  static void check(const OwnArray& array, const double* values);
+  static void write(const OwnArray& array, const double* values, std::byte* block);
+  // Gives the arrays from number `first` on their original values.
+  void fill(std::size_t first, std::byte* block) const;
+  // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
+  void clear_inputs(std::byte* block, std::size_t first = 0) const;
+
+  bool has_inputs() const { return has_inputs_; }
+  // Which geom pairs can touch, or how precisely MuJoCo searches for them, may differ from the original model.
+  bool change_search() const { return change_search_; }
+  // The parameters of contacts may differ from the original model.
+  bool change_contacts() const { return change_contacts_; }
+
+ private:
+  const Model* model_;
+  std::vector<OwnArray> list_;
+  std::size_t block_bytes_ = 0;
+  bool has_inputs_ = false, change_search_ = false, change_contacts_ = false;
+};
+
+// Whether this is an array of mjModel that rows may have values of their own of.
+bool is_writable(const Array& of_model);
+
+}  // namespace mjenv::core

@@ -1,0 +1,135 @@
+#include "env/own_values.hpp"
+
+#include <cstring>
+#include <utility>
+
+#include "system/memory.hpp"
+
+namespace mjenv::core {
+namespace {
+
+std::byte* bytes(double* block) { return reinterpret_cast<std::byte*>(block); }
+
+std::unique_ptr<double[]> copied(const void* block, std::size_t size) {
+  auto copy = std::make_unique<double[]>(size / sizeof(double));
+  std::memcpy(copy.get(), block, size);
+  return copy;
+}
+
+}  // namespace
+
+void OwnValues::add(const std::string& name) { add(std::vector{name}); }
+
+void OwnValues::add(const std::vector<std::string>& names) {
+  OwnArrays arrays = arrays_;
+  for (const std::string& name : names) arrays.add(name);
+  const std::size_t first = arrays_.list().size(), old_bytes = arrays_.block_bytes();
+  if (arrays.list().size() == first) return;
+  const std::size_t size = arrays.block_bytes() / sizeof(double);
+  check_memory(static_cast<std::int64_t>(rows_), " rows with arrays of their own", arrays.block_bytes());
+  const auto widen = [&](const void* from, double* to) {
+    if (old_bytes > 0) std::memcpy(to, from, old_bytes);
+    arrays.fill(first, bytes(to));
+  };
+  std::vector<double> blocks(rows_ * size);
+  for (std::size_t row = 0; row < rows_; ++row)
+    widen(blocks_.data() + row * (old_bytes / sizeof(double)), blocks.data() + row * size);
+  std::vector<Past> pasts(past_.size());
+  for (std::size_t row = 0; row < past_.size(); ++row)
+    for (Block Past::*member : {&Past::computed, &Past::stepped}) {
+      if (!(past_[row].*member)) continue;
+      pasts[row].*member = std::make_unique<double[]>(size);
+      widen((past_[row].*member).get(), (pasts[row].*member).get());
+    }
+  for (std::size_t row = 0; row < past_.size(); ++row) pasts[row].state = std::move(past_[row].state);
+  arrays_ = std::move(arrays);
+  blocks_ = std::move(blocks);
+  past_ = std::move(pasts);
+}
+
+void OwnValues::make_pasts() {
+  if (past_.empty()) past_.resize(rows_);
+}
+
+OwnValues::Past& OwnValues::make_past(std::int64_t row) {
+  make_pasts();
+  return *past(row);
+}
+
+std::byte* OwnValues::present(std::int64_t row) {
+  return bytes(blocks_.data()) + static_cast<std::size_t>(row) * arrays_.block_bytes();
+}
+
+std::byte* OwnValues::computed(std::int64_t row) {
+  const Past* p = past(row);
+  return p && p->computed ? bytes(p->computed.get()) : present(row);
+}
+
+std::byte* OwnValues::stepped(std::int64_t row) {
+  const Past* p = past(row);
+  return p && p->stepped ? bytes(p->stepped.get()) : computed(row);
+}
+
+const double* OwnValues::state(std::int64_t row) const {
+  return past_.empty() ? nullptr : past_[static_cast<std::size_t>(row)].state.get();
+}
+
+void OwnValues::keep(std::int64_t row) {
+  Past& p = make_past(row);
+  if (!p.computed) p.computed = copied(present(row), block_bytes());
+}
+
+void OwnValues::keep_state(std::int64_t row, const double* state, std::size_t size) {
+  Past& p = make_past(row);
+  state_size_ = size;
+  if (!p.state) p.state = copied(state, size * sizeof(double));
+}
+
+void OwnValues::computed_all(std::int64_t row) {
+  if (Past* p = past(row)) *p = {};
+}
+
+void OwnValues::computed_after_step(std::int64_t row) {
+  Past* p = past(row);
+  if (!p) return;
+  if (!p->stepped) p->stepped = std::move(p->computed);
+  p->computed.reset();
+  p->state.reset();
+}
+
+void OwnValues::clear_inputs(std::int64_t row) {
+  if (!arrays_.has_inputs()) return;
+  keep(row);
+  arrays_.clear_inputs(present(row));
+}
+
+void OwnValues::copy(std::int64_t from, std::int64_t to) {
+  Past kept;
+  if (const Past* p = past(from)) {
+    if (p->computed) kept.computed = copied(p->computed.get(), block_bytes());
+    if (p->stepped) kept.stepped = copied(p->stepped.get(), block_bytes());
+    if (p->state) kept.state = copied(p->state.get(), state_size_ * sizeof(double));
+  }
+  if (!empty()) std::memcpy(present(to), present(from), block_bytes());
+  if (Past* p = past(to)) *p = std::move(kept);
+}
+
+void OwnValues::translate(const OwnArrays& layout, const std::byte* block, std::byte* to) const {
+  arrays_.fill(0, to);
+  for (const OwnArray& array : arrays_.list())
+    if (const OwnArray* from = layout.find(array.original.name))
+      std::memcpy(to + array.offset, block + from->offset, array.bytes);
+}
+
+OwnValues::Block OwnValues::translated(const OwnArrays& layout, const std::byte* block) const {
+  auto copy = std::make_unique<double[]>(block_bytes() / sizeof(double));
+  translate(layout, block, bytes(copy.get()));
+  return copy;
+}
+
+void OwnValues::set(std::int64_t row, const OwnArrays& layout, const std::byte* block, Past kept) {
+  if (!empty()) translate(layout, block, present(row));
+  if (Past* p = past(row)) *p = std::move(kept);
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,74 @@
+// The values of the arrays that rows have of their own: a block of memory for each row, laid out by OwnArrays. And what
+// is needed to compute a row's derived arrays again after its values or its state were written.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/own_arrays.hpp"
+
+namespace mjenv::core {
+
+// A row's derived arrays belong to the values with which they were computed. Values that are written afterwards count
+// from the next computation on, so the old ones are kept until then: those of the last computation, and, for derived
+// arrays of Origin::set, those of the last mj_step before it, and the state that set_state set.
+class OwnValues {
+ public:
+  OwnValues(const Model& model, std::int64_t rows) : arrays_(model), rows_(static_cast<std::size_t>(rows)) {}
+
+  bool empty() const { return arrays_.list().empty(); }
+  const OwnArrays& arrays() const { return arrays_; }
+  // Gives all rows values of their own of the array, which are the model's. Changes nothing if it fails.
+  void add(const std::string& name);
+  void add(const std::vector<std::string>& names);
+
+  std::size_t block_bytes() const { return arrays_.block_bytes(); }
+
+  // The row's values; those of its last computation; those of its last mj_step. For use while not empty().
+  std::byte* present(std::int64_t row);
+  std::byte* computed(std::int64_t row);
+  std::byte* stepped(std::int64_t row);
+  const std::byte* present(std::int64_t row) const { return const_cast<OwnValues*>(this)->present(row); }
+  // The state that was kept, or null.
+  const double* state(std::int64_t row) const;
+
+  // Call before the row's values, or its state, are written.
+  void keep(std::int64_t row);
+  void keep_state(std::int64_t row, const double* state, std::size_t size);
+  // Call when the derived arrays were computed with the present values: all of them, or all but the forces.
+  void computed_all(std::int64_t row);
+  void computed_after_step(std::int64_t row);
+
+  // Clears the inputs of mjData, as mj_resetData does.
+  void clear_inputs(std::int64_t row);
+  void copy(std::int64_t from, std::int64_t to);
+
+  // For images of rows. What was kept of a row; a null pointer where nothing was.
+  using Block = std::unique_ptr<double[]>;  // aligned for doubles
+  struct Past {
+    Block computed, stepped, state;
+  };
+  // Null if nothing was kept of any row.
+  const Past* past(std::int64_t row) const { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
+  void make_pasts();
+  // A block in this layout, from one in another. Arrays that the other lacks have the model's values.
+  Block translated(const OwnArrays& layout, const std::byte* block) const;
+  // Does not throw after make_pasts.
+  void set(std::int64_t row, const OwnArrays& layout, const std::byte* block, Past past);
+
+ private:
+  OwnArrays arrays_;
+  std::size_t rows_;
+  std::vector<double> blocks_;
+  std::vector<Past> past_;  // empty until something is kept
+  std::size_t state_size_ = 0;
+
+  Past* past(std::int64_t row) { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
+  Past& make_past(std::int64_t row);
+  void translate(const OwnArrays& layout, const std::byte* block, std::byte* to) const;
+};
+
+}  // namespace mjenv::core
