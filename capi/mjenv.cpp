@@ -384,8 +384,7 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
   });
 }
 
-mjenv_status mjenv_write(mjenv_env* env, std::int64_t row, const char* array, const double* values,
-                         std::size_t count) {
+mjenv_status mjenv_write(mjenv_env* env, std::int64_t row, const char* array, const double* values, std::size_t count) {
   return change_env(env, [&](Env& e) {
     const std::string name = text(array, "array");
     need_array(values, count, "values");

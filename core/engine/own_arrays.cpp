@@ -48,19 +48,19 @@ const std::vector<IntegerRule> kIntegers{
 };
 
 // MuJoCo divides by these where the model's own number is positive.
-const Names kPositive{"body_mass",     "body_inertia",    "geom_size",     "hfield_size", "cam_fovy",
-                      "opt.timestep",  "opt.impratio",    "stat.extent",   "stat.meansize",
-                      "stat.meanmass", "stat.meaninertia"};
-const Names kNotNegative{"geom_friction",    "geom_rbound",         "geom_solmix",   "dof_armature", "dof_frictionloss",
-                         "pair_friction",    "tendon_frictionloss", "opt.tolerance", "opt.density",  "opt.viscosity",
-                         "tendon_width",     "site_size",           "opt.apirate"};
+const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfield_size",
+                      "cam_fovy",      "opt.timestep",  "opt.impratio",    "stat.extent",
+                      "stat.meansize", "stat.meanmass", "stat.meaninertia"};
+const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix",   "dof_armature", "dof_frictionloss",
+                         "pair_friction", "tendon_frictionloss", "opt.tolerance", "opt.density",  "opt.viscosity",
+                         "tendon_width",  "site_size",           "opt.apirate"};
 const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat", "mocap_quat"};
 const Names kDirections{"jnt_axis"};
 
 // What decides which geom pairs can touch, and how precisely MuJoCo searches for them.
-const Names kSearch{"geom_size",  "geom_rbound",  "geom_pos",         "geom_quat", "geom_margin",     "geom_gap",
+const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",   "geom_quat", "geom_margin",     "geom_gap",
                     "geom_contype", "geom_conaffinity", "geom_fluid", "body_pos",  "body_quat",       "jnt_pos",
-                    "jnt_axis",   "opt.disableflags", "geom_aabb",    "bvh_aabb",  "geom_surfacevel", "body_margin"};
+                    "jnt_axis",     "opt.disableflags", "geom_aabb",  "bvh_aabb",  "geom_surfacevel", "body_margin"};
 const Names kContacts{"geom_friction", "geom_solref", "geom_solimp", "geom_solmix", "geom_adhesion"};
 
 struct Input {
@@ -128,7 +128,8 @@ bool is_writable(const Array& of_model) {
 }
 
 const OwnArray* OwnArrays::find(const std::string& name) const {
-  const auto found = std::find_if(list_.begin(), list_.end(), [&](const OwnArray& a) { return a.original.name == name; });
+  const auto found =
+      std::find_if(list_.begin(), list_.end(), [&](const OwnArray& a) { return a.original.name == name; });
   return found == list_.end() ? nullptr : &*found;
 }
 
@@ -139,10 +140,11 @@ OwnArray OwnArrays::describe(const std::string& name) const {
                                      [&](const Array& candidate) { return candidate.name == name; });
   if (of_model != model_->arrays().end()) {
     if (!is_writable(*of_model))
-      refuse_name(name, is_integer(of_model->type) ? "it is part of the model's structure, which all rows share: change "
-                                                     "the model file"
-                                                   : "meshes, textures and skins are shared by all rows: change the "
-                                                     "model file");
+      refuse_name(name, is_integer(of_model->type)
+                            ? "it is part of the model's structure, which all rows share: change "
+                              "the model file"
+                            : "meshes, textures and skins are shared by all rows: change the "
+                              "model file");
     array.original = *of_model;
     const bool is_number = name.find('.') != std::string::npos;
     array.place = is_number ? OwnArray::Place::model_number : OwnArray::Place::model_array;
@@ -152,8 +154,9 @@ OwnArray OwnArrays::describe(const std::string& name) const {
     const auto inputs = inputs_of(m);
     const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) { return name == i.name; });
     if (input == inputs.end())
-      refuse_name(name, "MuJoCo computes it, or there is no such array; of mjData these can be written: time, qpos, "
-                        "qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata");
+      refuse_name(name,
+                  "MuJoCo computes it, or there is no such array; of mjData these can be written: time, qpos, "
+                  "qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata");
     array.original = {name, MJENV_TYPE_FLOAT64, {input->rows}, nullptr};
     if (input->columns > 1) array.original.shape.push_back(input->columns);
     array.place = OwnArray::Place::data_input;
@@ -203,8 +206,9 @@ void OwnArrays::check(const OwnArray& array, const double* values) {
   for (std::size_t i = 0; columns > 0 && i < count; i += columns) {
     double square = 0;
     for (std::size_t j = i; j < i + columns; ++j) square += values[j] * values[j];
-    if (square < mjMINVAL) refuse(i, std::string(", and so are the next: a ") +
-                                         (columns == 4 ? "quaternion" : "direction") + " must not be zero");
+    if (square < mjMINVAL)
+      refuse(i, std::string(", and so are the next: a ") + (columns == 4 ? "quaternion" : "direction") +
+                    " must not be zero");
   }
 }
 

@@ -264,18 +264,16 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
 
 void Env::write(std::int64_t row, const std::string& array, const double* values, std::size_t count) {
   if (row != MJENV_ALL_ROWS) rows_.check(row);
-  write(array, count,
-        [&](std::int64_t i) { return row == MJENV_ALL_ROWS || i == row ? values : nullptr; });
+  write(array, count, [&](std::int64_t i) { return row == MJENV_ALL_ROWS || i == row ? values : nullptr; });
 }
 
 void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count) {
   const auto each = count / static_cast<std::size_t>(rows());
   if (count % static_cast<std::size_t>(rows()) != 0)
-    fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", which is no multiple of the " +
-                           std::to_string(rows()) + " rows");
-  write(array, each, [&](std::int64_t i) {
-    return is_selected(mask, i) ? values + static_cast<std::size_t>(i) * each : nullptr;
-  });
+    fail(MJENV_E_SIZE,
+         "count is " + std::to_string(count) + ", which is no multiple of the " + std::to_string(rows()) + " rows");
+  write(array, each,
+        [&](std::int64_t i) { return is_selected(mask, i) ? values + static_cast<std::size_t>(i) * each : nullptr; });
 }
 
 void Env::write(const std::string& array, std::size_t count,
@@ -285,7 +283,8 @@ void Env::write(const std::string& array, std::size_t count,
   const StateLayout::Part part = rows_.layout().part(array);
   const OwnArray* target = nullptr;
   if (part.count > 0) {
-    check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count), static_cast<std::int64_t>(part.count));
+    check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
+                static_cast<std::int64_t>(part.count));
   } else {
     const OwnArray description = own.arrays().describe(array);
     check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),

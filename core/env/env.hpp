@@ -55,7 +55,8 @@ class Env {
 
   // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change them.
+  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
+  // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
   // Writes an array of the row's mjModel, or an input of its mjData. row may be MJENV_ALL_ROWS.
@@ -87,8 +88,7 @@ class Env {
   // Throws while rows are under way between send and receive.
   void check_settled() const;
   // Writes to each row the values that values_of(row) points to; null: none. `count`: the numbers of one row.
-  void write(const std::string& array, std::size_t count,
-             const std::function<const double*(std::int64_t)>& values_of);
+  void write(const std::string& array, std::size_t count, const std::function<const double*(std::int64_t)>& values_of);
   template <typename Body>
   void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;
   // Gives the rows values of their own of these arrays.

@@ -186,8 +186,8 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
     header.written = head.written, header.has_constants = head.has_constants;
     const OwnValues::Past* past = own.past(i);
     if (past)
-      header.kept = static_cast<std::uint8_t>((past->computed ? kept_computed : 0) | (past->stepped ? kept_stepped : 0) |
-                                              (past->state ? kept_state : 0));
+      header.kept = static_cast<std::uint8_t>((past->computed ? kept_computed : 0) |
+                                              (past->stepped ? kept_stepped : 0) | (past->state ? kept_state : 0));
     append(&header, sizeof header);
     append(rows.state(i), layout.record);
     append(own.empty() ? nullptr : own.present(i), layout.block);

@@ -54,8 +54,8 @@ class Worker {
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
-  // Calls mj_setConst for the row's model. Returns the arrays that must become the row's own first, or, if there are none,
-  // saves the constants.
+  // Calls mj_setConst for the row's model. Returns the arrays that must become the row's own first, or, if there are
+  // none, saves the constants.
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
@@ -65,7 +65,8 @@ class Worker {
   void write_arrays(const Schema& schema, const Place& place);
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change them.
+  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
+  // them.
   void show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
 
  private:

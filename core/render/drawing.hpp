@@ -16,7 +16,7 @@ namespace mjenv::core {
 constexpr int kMaxSamples = 64;
 
 struct Drawing {
-  mjModel model;  // shares its arrays with the Model, or with a row's view of it
+  mjModel model;               // shares its arrays with the Model, or with a row's view of it
   float* geom_rgba = nullptr;  // replaces the model's colours unless it is null
   Budget budget;
   mjvCamera camera{};

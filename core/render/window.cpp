@@ -167,9 +167,7 @@ void Window::press(int key) {
       options.flags[mjVIS_CONTACTPOINT] = options.flags[mjVIS_CONTACTFORCE] = contacts_;
       return;
     case 'E': options.frame = options.frame == mjFRAME_BODY ? mjFRAME_NONE : mjFRAME_BODY; return;
-    case 'R':
-      transparent_ = !transparent_;
-      return;
+    case 'R': transparent_ = !transparent_; return;
     default:
       if (key >= '0' && key <= '4') options.geomgroup[key - '0'] ^= 1;
   }

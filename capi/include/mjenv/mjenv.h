@@ -559,9 +559,9 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  *             mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat
  *             and userdata
  *   values    [count] all elements of the array; count is the number that mjenv_read gives
- * Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia, size
- * or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0.
- * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
+ * Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia,
+ * size or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0. Errors:
+ * NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *array, const double *values, size_t count);
 
 /* Writes an array of many rows, each with values of its own.
@@ -572,9 +572,9 @@ MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *arra
 MJENV_API mjenv_status mjenv_write_rows(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
                                         size_t count);
 
-/* Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0 when
- * it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the row
- * ends in the position qpos0; reset it, or set its state. Errors: VALUE (row), PHYSICS, TASK. */
+/* Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0
+ * when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the
+ * row ends in the position qpos0; reset it, or set its state. Errors: VALUE (row), PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, int64_t row);
 
 /* Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is

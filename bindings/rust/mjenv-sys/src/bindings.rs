@@ -1990,9 +1990,9 @@ extern "C" {
     #[doc = "             mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat"]
     #[doc = "             and userdata"]
     #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
-    #[doc = " Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia, size"]
-    #[doc = " or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0."]
-    #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
+    #[doc = " Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia,"]
+    #[doc = " size or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0. Errors:"]
+    #[doc = " NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
     pub fn mjenv_write(
         env: *mut mjenv_env,
         row: i64,
@@ -2016,9 +2016,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0 when"]
-    #[doc = " it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the row"]
-    #[doc = " ends in the position qpos0; reset it, or set its state. Errors: VALUE (row), PHYSICS, TASK."]
+    #[doc = " Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0"]
+    #[doc = " when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the"]
+    #[doc = " row ends in the position qpos0; reset it, or set its state. Errors: VALUE (row), PHYSICS, TASK."]
     pub fn mjenv_set_constants(env: *mut mjenv_env, row: i64) -> mjenv_status;
 }
 extern "C" {
