@@ -98,7 +98,7 @@ bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
 bool are_valid(const OwnArrays& arrays, const std::byte* block) {
   std::vector<double> values;
   try {
-    for (OwnArray array : arrays.list()) {
+    for (const OwnArray& array : arrays.list()) {
       values.resize(array.original.count());
       Array here = array.original;
       here.data = block + array.offset;
