@@ -1,6 +1,6 @@
 """Arrays of mjModel and inputs of mjData, written at random times here and in Gymnasium, every bit.
 
-Every test plays Gymnasium's environment beside rows of mjenv, writes the same numbers to both, and compares every output.
+Every test plays Gymnasium's environment beside mjenv's, writes the same numbers to both, and compares all outputs.
 """
 
 from __future__ import annotations

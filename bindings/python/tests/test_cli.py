@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import mjenv
+from mjenv._abi import Role
 from mjenv._cli import arguments, bench, main, snapshots
 from test_schema import SCHEMA
 
@@ -256,10 +257,23 @@ def test_bad_snapshots(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.Cap
 def test_every_field_of_an_image_is_compared(envs: mjenv.VectorEnv) -> None:
     """The named parts and the head make up the whole of a row."""
     image = envs.snapshot(0)
-    row = snapshots._row(image, 0, 1, snapshots._parts(envs._pool.rows))
+    row = snapshots._row(image[snapshots.STAMP.size :], snapshots._parts(envs._pool.rows))
     doubles = sum(value.size for value in row.values() if isinstance(value, np.ndarray))
     assert snapshots.STAMP.size + snapshots.HEAD.size + 8 * doubles == len(image)
     assert row["carried"].size == 2  # x and y of the torso
+
+
+def test_a_snapshot_shows_the_arrays_of_a_row(
+    envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = envs._pool.rows
+    rows.write(1, "opt.timestep", 0.004)
+    rows.write(0, "geom_contype", rows.value(Role.MODEL, "geom_contype", 0))
+    found = output(capsys, "snapshot", "show", kept(envs, tmp_path / "own"))
+    assert [row["own.opt.timestep"] for row in found["rows"][:2]] == [[0.01], [0.004]]
+    envs.step(envs.action_space.sample())
+    other = output(capsys, "snapshot", "diff", tmp_path / "own", kept(envs, tmp_path / "later"), status=1)
+    assert not any("own" in difference["field"] for difference in other["differences"])
 
 
 def test_completion_in_bash(capsys: pytest.CaptureFixture[str]) -> None:

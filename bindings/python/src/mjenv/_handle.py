@@ -446,18 +446,18 @@ class Rows:
     def write(self, row: int, name: str, values: Any) -> None:
         """Writes an array of a row's mjModel or mjData, or of all rows (-1)."""
         numbers = np.ascontiguousarray(values, np.float64)
-        self.call(LIBRARY.mjenv_write, row, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
+        self.call(self.engine.mjenv_write, row, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
 
     def write_rows(self, mask: NDArray[np.bool_] | None, name: str, values: Any) -> None:
         """Writes an array of the masked rows, of all without a mask: values[rows, ...]."""
         numbers = np.ascontiguousarray(values, np.float64)
         selected = None if mask is None else pointer_to(mask, c_uint8)
         array = encoded(name, "the array")
-        self.call(LIBRARY.mjenv_write_rows, selected, array, pointer_to(numbers, c_double), numbers.size)
+        self.call(self.engine.mjenv_write_rows, selected, array, pointer_to(numbers, c_double), numbers.size)
 
     def set_constants(self, row: int) -> None:
         """Calls mj_setConst for a row, or for all rows (-1)."""
-        self.call(LIBRARY.mjenv_set_constants, row)
+        self.call(self.engine.mjenv_set_constants, row)
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))

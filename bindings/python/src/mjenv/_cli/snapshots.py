@@ -16,15 +16,17 @@ from mjenv._abi import ALL_ROWS, Role
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 from mjenv._engine import ENGINES, Engine, name_of
-from mjenv._handle import Rows, open_rows
+from mjenv._handle import DTYPES, Field, Rows, open_rows
 from mjenv.errors import SnapshotError
 
-# A snapshot begins with the stamp. Then each row has a head and a record of doubles.
-STAMP = struct.Struct("<8sHHIQQQ")  # magic, version, engine, rounding of norms, identity, rows, checksum
+# A snapshot begins with the stamp, and the names of the arrays that rows have of their own. Then each row has a head, a
+# record of doubles, and its own values.
+# magic, version, engine, rounding of norms, identity, rows, bytes of names, whether older values are kept, checksum
+STAMP = struct.Struct("<8sHHIQQIIQ")
 # PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
 HEAD = struct.Struct("<4Q2Iq8B")
 VERSION = 3
-FLAGS = ("derived_from", "seeded", "ready", "ended")
+FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants")
 
 Row = dict[str, Any]  # an int, or an array of float64, by name
 
@@ -71,18 +73,30 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
     data = path.read_bytes()
     if len(data) < STAMP.size:
         raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, engine, _, _, count, _ = STAMP.unpack_from(data)
+    magic, version, engine, _, _, count, names, has_past, _ = STAMP.unpack_from(data)
     if magic != b"mjenvrow":
         raise SnapshotError(f"{path} is no snapshot of rows")
     if version != VERSION:
         raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
-    if count < 1 or (len(data) - STAMP.size) % count or (len(data) - STAMP.size) // count < HEAD.size:
+    size, rest = divmod(len(data) - STAMP.size - names, max(count, 1))
+    if count < 1 or rest or size < HEAD.size:
         raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
     mujoco = f"{engine // 10000}.{engine // 100 % 100}.{engine % 100}"
     library = ENGINES.get(arguments.engine or name_of(mujoco))
     rows = _owner(library, path, data, count, arguments)
     try:
-        return Image(library.name, rows.id, [_row(data, index, count, _parts(rows)) for index in range(count)])
+        own = _own_fields(rows, data[STAMP.size : STAMP.size + names].decode().split("\0"))
+        parts = _parts(rows)
+        block = sum(-(-field.count * np.dtype(DTYPES[field.type]).itemsize // 8) * 8 for field in own)
+        state = 8 * sum(length for name, length in parts if not name.startswith("before."))
+        tail = 3 * block + state if has_past else block
+        found = []
+        for index in range(count):
+            start = STAMP.size + names + index * size
+            row = _row(data[start : start + size - tail], parts)
+            row |= {f"own.{f.name}": rows.read(index, f).reshape(-1).astype(np.float64) for f in own}
+            found.append(row)
+        return Image(library.name, rows.id, found)
     finally:
         rows.close()
 
@@ -96,15 +110,12 @@ def _owner(engine: Engine, path: Path, data: bytes, count: int, arguments: argpa
         modes = [given["autoreset_mode"]] if "autoreset_mode" in given else ["disabled", "next_step", "same_step"]
         for mode in modes:
             rows = open_rows(engine, candidate, {**given, "autoreset_mode": mode}, count)
-            size = STAMP.size + count * (len(rows.snapshot(0)) - STAMP.size)
             try:
                 rows.restore(ALL_ROWS, data)
                 return rows
             except SnapshotError as error:
                 last = error
                 rows.close()
-            if size != len(data):
-                break
     if id is not None:
         raise SnapshotError(f"{path}: {last}")
     raise SnapshotError(
@@ -123,10 +134,14 @@ def _parts(rows: Rows) -> list[tuple[str, int]]:
     return [*lengths.items(), *((f"before.{name}", length) for name, length in lengths.items())]
 
 
-def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> Row:
-    size = (len(data) - STAMP.size) // count
-    start = STAMP.size + index * size
-    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags = HEAD.unpack_from(data, start)
+def _own_fields(rows: Rows, names: list[str]) -> list[Field]:
+    """The arrays that rows have of their own."""
+    found = (rows.array(Role.MODEL, name) or rows.array(Role.DATA, name) for name in names if name)
+    return [field for field in found if field]
+
+
+def _row(data: bytes, parts: list[tuple[str, int]]) -> Row:
+    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags = HEAD.unpack_from(data)
     row: Row = {
         "stream.state": state_low | state_high << 64,
         "stream.increment": increment_low | increment_high << 64,
@@ -135,7 +150,7 @@ def _row(data: bytes, index: int, count: int, parts: list[tuple[str, int]]) -> R
         "steps": steps,
         **dict(zip(FLAGS, flags, strict=False)),
     }
-    record = np.frombuffer(data, "<f8", (size - HEAD.size) // 8, start + HEAD.size)
+    record = np.frombuffer(data, "<f8", -1, HEAD.size)
     at = 0
     for name, length in parts:
         row[name] = record[at : at + length]
