@@ -320,9 +320,9 @@ def test_unknown_arrays_and_objects(env: mjenv.MujocoEnv) -> None:
     with pytest.raises(TypeError):
         env.data.body(1.0)  # type: ignore[arg-type]
     with pytest.raises(AttributeError, match="read-only"):
-        env.data.qpos = np.zeros(15)
+        env.data.xpos = np.zeros(15)
     with pytest.raises(ValueError, match="read-only"):
-        env.data.qpos[0] = 1
+        env.data.xpos[0] = 1
 
 
 # ---- handles ----

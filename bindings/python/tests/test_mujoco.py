@@ -80,12 +80,86 @@ def test_contacts() -> None:
         contact[0].dist = 0.0
 
 
-def test_arrays_are_read_only_copies(env: mjenv.MujocoEnv) -> None:
+def test_arrays_are_copies(env: mjenv.MujocoEnv) -> None:
     before = env.data.qpos
     kept = before.copy()
     env.step(np.ones(8))
     assert before.tobytes() == kept.tobytes() != env.data.qpos.tobytes()
-    assert not before.flags.writeable
+    assert not env.data.xpos.flags.writeable
+
+
+def test_writing_as_in_gymnasium(env: mjenv.MujocoEnv) -> None:
+    """Every way to assign to an array of the model writes it; what is computed from one is an ordinary array."""
+    model, data = env.model, env.data
+    friction = model.geom_friction
+    model.geom_friction[:, 0] *= 0.5
+    assert model.geom_friction[:, 0].tolist() == (friction[:, 0] / 2).tolist()
+    view = model.body_mass[2:4]
+    mass = model.body_mass
+    mass[1] = 7
+    view += 1  # keeps what was written through the other copy
+    np.multiply(mass, 2, out=mass)
+    assert model.body_mass.tolist()[1] == 14
+    assert model.body_mass.tolist() == mass.tolist()
+    view.fill(3)
+    assert model.body_mass[2:4].tolist() == [3, 3]
+    doubled = mass * 2
+    doubled[:] = 0
+    mass.copy()[:] = 0
+    assert type(doubled) is np.ndarray
+    assert model.body_mass[1] == 14
+    model.opt.timestep = 0.002
+    assert env.dt == 0.002 * 5
+    model.opt.gravity[2] = -1.5
+    assert model.opt.gravity.tolist() == [0, 0, -1.5]
+    model.body("torso").mass = 2
+    model.joint("hip_1").damping[:] = 4
+    assert (model.body("torso").mass.tolist(), model.dof_damping[6]) == ([2], 4)
+    data.body("torso").xfrc_applied[2] = 100
+    data.qpos[0] = 3
+    data.time = 2
+    assert (data.xfrc_applied[1, 2], data.qpos[0], data.time) == (100, 3, 2)
+    model.qpos0[0] = 9
+    assert (model.qpos0[0], env.init_qpos[0]) == (9, 0)
+    env.reset(seed=0)
+    assert data.xfrc_applied.any() == 0
+    assert model.body_mass[1] == 2
+
+
+def test_what_cannot_be_written(env: mjenv.MujocoEnv) -> None:
+    before = env.model.body_mass.tolist()
+    with pytest.raises(ValueError, match=r"row 0: body_mass\[3\] is -1"):
+        env.model.body_mass[:] = [0, 5, 5, -1, *before[4:]]
+    assert env.model.body_mass.tolist() == before
+    mass = env.model.body_mass
+    with pytest.raises(ValueError, match="is nan"):
+        mass[1] = np.nan
+    assert mass.tolist() == before
+    with pytest.raises(KeyError, match="structure"):
+        env.model.body_parentid[1] = 3
+    with pytest.raises(AttributeError, match="read-only"):
+        env.data.xpos = np.zeros((14, 3))
+    with pytest.raises(ValueError, match="read-only"):
+        env.data.xpos[0] = 1
+    with pytest.raises(AttributeError, match="nothing"):
+        env.model.nothing = 1
+    with pytest.raises(AttributeError, match="read-only"):
+        env.data.body("torso").xpos = 1
+
+
+def test_rows_of_a_vector_differ() -> None:
+    envs = mjenv.make_vec("Hopper-v5", 2)
+    envs.reset(seed=[1, 1])
+    envs.envs[1].model.body_mass[1] *= 3
+    assert envs.envs[0].model.body_mass[1] * 3 == envs.envs[1].model.body_mass[1]
+    first, second = envs.step(np.ones((2, 3)))[0]
+    assert first.tobytes() != second.tobytes()
+
+
+def test_set_constants(env: mjenv.MujocoEnv) -> None:
+    env.model.body_mass[1:] *= 2
+    env.set_constants()
+    assert env.model.body_subtreemass[0] == env.model.body_mass[1:].sum()
 
 
 def test_initial_state(env: mjenv.MujocoEnv) -> None:

@@ -276,6 +276,7 @@ class Rows:
         self.closed: bool = False
         self.lock: threading.Lock = threading.Lock()
         self._pointer: int | None = handle.value
+        self._init_qpos: Float64Array | None = None
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._destroy = _destroy_with(self, engine.mjenv_destroy, handle.value)
@@ -385,9 +386,17 @@ class Rows:
             self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
             return np.array(space.low[: space.count]), np.array(space.high[: space.count])
 
-    def timestep(self) -> float:
+    def timestep(self, row: int = 0) -> float:
         """The seconds that one mj_step simulates."""
-        return float(self._read(0, "opt.timestep", 1)[0])
+        return float(self._read(row, "opt.timestep", 1)[0])
+
+    def init_qpos(self) -> Float64Array:
+        """qpos0 as the model had it when it was loaded."""
+        if self._init_qpos is None:
+            field = self.array(Role.MODEL, "qpos0")
+            assert field is not None
+            self._init_qpos = self.read(0, field)
+        return self._init_qpos
 
     def object_index(self, kind: str, name: str) -> int:
         index = c_int64()
@@ -445,11 +454,13 @@ class Rows:
 
     def write(self, row: int, name: str, values: Any) -> None:
         """Writes an array of a row's mjModel or mjData, or of all rows (-1)."""
+        self.init_qpos()  # before it might change
         numbers = np.ascontiguousarray(values, np.float64)
         self.call(self.engine.mjenv_write, row, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
 
     def write_rows(self, mask: NDArray[np.bool_] | None, name: str, values: Any) -> None:
         """Writes an array of the masked rows, of all without a mask: values[rows, ...]."""
+        self.init_qpos()
         numbers = np.ascontiguousarray(values, np.float64)
         selected = None if mask is None else pointer_to(mask, c_uint8)
         array = encoded(name, "the array")

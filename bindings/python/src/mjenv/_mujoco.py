@@ -1,15 +1,20 @@
-"""env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names, as read-only copies."""
+"""env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names.
+
+Each access reads a fresh copy. Assigning to what can be written writes it through to the simulation.
+"""
 
 from __future__ import annotations
 
 import operator
-from typing import Any, NoReturn
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._handle import Rows
+from mjenv._written import written_array
 from mjenv.errors import UnknownNameError
 
 # Which part of an array belongs to one object: its row, or the range that starts at its address.
@@ -52,31 +57,35 @@ _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
     "sensor": (("sensor_", _ROW),),
 }
 _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
+
+# What can be written of mjData. All else MuJoCo computes from it.
+_INPUTS = frozenset(
+    "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata".split()
+)
 # In MuJoCo 4.0 these are of the joint, and not of its degrees of freedom.
 _OF_JOINTS = ("solref", "solimp")
 
 
-class _ReadOnly:
+class _Attributes:
     """Attributes that come from the library."""
 
     __slots__ = ()
 
-    def __setattr__(self, name: str, value: Any) -> NoReturn:
-        raise AttributeError(
-            f"{name!r} is read-only: set_state changes the state, and the options xml_file and xml_string the model"
-        )
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name!r} is read-only, because MuJoCo computes it")
 
     def _missing(self, name: str) -> AttributeError:
         return AttributeError(f"{type(self).__name__} has no {name!r}; dir() lists what it has")
 
 
-class Arrays(_ReadOnly):
+class Arrays(_Attributes):
     """Arrays by name, each access a fresh copy."""
 
-    __slots__ = ("_prefix", "_role", "_row", "_rows")
+    __slots__ = ("_changed", "_prefix", "_role", "_row", "_rows")
 
-    def __init__(self, rows: Rows, row: int, role: Role, prefix: str = "") -> None:
-        for name, value in (("_rows", rows), ("_row", row), ("_role", role), ("_prefix", prefix)):
+    def __init__(self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
+        values = {"_rows": rows, "_row": row, "_role": role, "_changed": changed, "_prefix": prefix}
+        for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Any:
@@ -86,7 +95,30 @@ class Arrays(_ReadOnly):
         if field is None:
             raise self._missing(name)
         array = self._rows.read(self._row, field)
-        return array if field.shape else array.item()
+        if not field.shape:
+            return array.item()
+        if not self._is_written(field.name):
+            return array
+        return written_array(array, lambda: self._rows.read(self._row, field), lambda new: self._write(field.name, new))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        field = self._rows.array(self._role, self._prefix + name)
+        if field is None:
+            raise self._missing(name)
+        if not self._is_written(field.name):
+            super().__setattr__(name, value)
+        if field.shape:
+            getattr(self, name)[...] = value
+        else:
+            self._write(field.name, value)
+
+    def _is_written(self, array: str) -> bool:
+        """Whether the library may accept values: of mjModel it says itself what it refuses, and why."""
+        return self._role == Role.MODEL or array in _INPUTS
+
+    def _write(self, array: str, values: Any) -> None:
+        self._rows.write(self._row, array, np.asarray(values, np.float64))
+        self._changed()
 
     def __dir__(self) -> list[str]:
         names = {name.removeprefix(self._prefix) for name in self._all() if name.startswith(self._prefix)}
@@ -101,8 +133,8 @@ class Contacts(Arrays):
 
     __slots__ = ()
 
-    def __init__(self, rows: Rows, row: int) -> None:
-        super().__init__(rows, row, Role.DATA, "contact.")
+    def __init__(self, data: Data) -> None:
+        super().__init__(data._rows, data._row, Role.DATA, data._changed, "contact.")
 
     def __getattr__(self, name: str) -> Any:
         return super().__getattr__(name)[: len(self)]
@@ -118,7 +150,7 @@ class Contacts(Arrays):
         return Contact(self, number % count)
 
 
-class Contact(_ReadOnly):
+class Contact(_Attributes):
     """One contact: geom1, geom2, dist, pos, frame and so on."""
 
     __slots__ = ("_contacts", "_index")
@@ -138,7 +170,7 @@ class Contact(_ReadOnly):
         return f"<contact {self._index} of geoms {self.geom1} and {self.geom2}>"
 
 
-class View(_ReadOnly):
+class View(_Attributes):
     """One object of the model: id, name, and its part of each array."""
 
     __slots__ = ("_arrays", "_kind", "id", "name")
@@ -166,6 +198,12 @@ class View(_ReadOnly):
             return values.reshape(values.shape[0], -1)[self.id]
         first, last = self._range(part, len(values))
         return values[first:last]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        part = getattr(self, name)
+        if not isinstance(part, np.ndarray) or not part.flags.writeable:
+            super().__setattr__(name, value)
+        part[...] = value
 
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *self._arrays._names(self._kind)})
@@ -236,13 +274,13 @@ class Data(_Named):
 
     __slots__ = ()
 
-    def __init__(self, rows: Rows, row: int = 0) -> None:
-        super().__init__(rows, row, Role.DATA)
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+        super().__init__(rows, row, Role.DATA, changed)
 
     @property
     def contact(self) -> Contacts:
         """The contacts that the last mj_step or mj_forward found."""
-        return Contacts(self._rows, self._row)
+        return Contacts(self)
 
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
         found = _DATA[kind].get(name)
@@ -260,10 +298,10 @@ class Model(_Named):
     opt: Arrays
     stat: Arrays
 
-    def __init__(self, rows: Rows) -> None:
-        super().__init__(rows, 0, Role.MODEL)
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+        super().__init__(rows, row, Role.MODEL, changed)
         for name in ("opt", "stat"):
-            object.__setattr__(self, name, Arrays(rows, 0, Role.MODEL, f"{name}."))
+            object.__setattr__(self, name, Arrays(rows, row, Role.MODEL, changed, f"{name}."))
 
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
         if kind == "joint" and name in _QPOS_OF_MODEL:

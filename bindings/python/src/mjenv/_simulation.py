@@ -28,13 +28,30 @@ class Simulation:
 
     @property
     def data(self) -> Data:
-        """The row's mjData. Every access of an array reads a fresh, read-only copy."""
-        return Data(self._rows, self._row)
+        """The row's mjData. Every access of an array reads a fresh copy.
+
+        Assigning to qpos, qvel, act, ctrl, time, qacc_warmstart, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat or
+        userdata, or to elements of them, writes them. A reset clears the forces.
+        """
+        return Data(self._rows, self._row, self._changed)
 
     @property
     def model(self) -> Model:
-        """The mjModel. Every access of an array reads a fresh, read-only copy."""
-        return Model(self._rows)
+        """The row's mjModel. Every access of an array reads a fresh copy.
+
+        Assigning to arrays or options, or to elements of them, gives the row values of its own from the next simulation
+        on: ``env.unwrapped.model.geom_friction[:, 0] *= 0.5``, ``env.unwrapped.model.opt.timestep = 0.002``.
+        """
+        return Model(self._rows, self._row, self._changed)
+
+    def set_constants(self) -> None:
+        """Calls mj_setConst(model, data): computes anew what MuJoCo derives from masses, sizes and qpos0.
+
+        The row ends in the position qpos0: reset it, or set its state.
+        """
+        self._check_settled()
+        self._rows.set_constants(self._row)
+        self._changed()
 
     @property
     def engine(self) -> str:
@@ -44,13 +61,12 @@ class Simulation:
     @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
-        return self._rows.timestep() * self.frame_skip
+        return self._rows.timestep(self._row) * self.frame_skip
 
     @property
     def init_qpos(self) -> Float64Array:
         """The model's positions, float64[nq], to which a reset adds noise; read-only."""
-        qpos0: Float64Array = self.model.qpos0
-        return qpos0
+        return self._rows.init_qpos()
 
     @property
     def init_qvel(self) -> Float64Array:

@@ -1,0 +1,82 @@
+"""Arrays that write their changes through to the simulation, as those of MuJoCo's Python package do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass
+class Origin:
+    """Where a copy was read from."""
+
+    copy: NDArray[Any]  # the whole array
+    read: Callable[[], NDArray[Any]]
+    write: Callable[[NDArray[Any]], None]
+
+
+class WrittenArray(np.ndarray[Any, Any]):
+    """A copy of an array of mjModel or mjData. Assigning to it, or to a view of it, writes the simulation's array.
+
+    What is computed from it is an ordinary array, and so is a copy.
+    """
+
+    _origin: Origin | None = None
+
+    def __array_finalize__(self, source: Any) -> None:
+        self._origin = getattr(source, "_origin", None)
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        origin = self._refreshed()
+        super().__setitem__(key, value)
+        self._write(origin)
+
+    def fill(self, value: Any) -> None:
+        self[...] = value
+
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: str, *inputs: Any, out: tuple[Any, ...] = (), **arguments: Any
+    ) -> Any:
+        written = [array for array in out if isinstance(array, WrittenArray)]
+        origins = [array._refreshed() for array in written]
+        if out:
+            arguments["out"] = tuple(_plain(array) for array in out)
+        result = getattr(ufunc, method)(*(_plain(array) for array in inputs), **arguments)
+        for array, origin in zip(written, origins, strict=True):
+            array._write(origin)
+        return out[0] if len(out) == 1 else out or result
+
+    def _refreshed(self) -> Origin | None:
+        """The origin, if this is a view of what was read from it. Other elements may have been written since."""
+        origin = self._origin
+        if origin is None or not np.may_share_memory(self, origin.copy):
+            return None
+        origin.copy[...] = origin.read()
+        return origin
+
+    def _write(self, origin: Origin | None) -> None:
+        if origin is None:
+            return
+        try:
+            origin.write(origin.copy)
+        except BaseException:
+            origin.copy[...] = origin.read()
+            raise
+
+
+def _plain(array: Any) -> Any:
+    return array.view(np.ndarray) if isinstance(array, WrittenArray) else array
+
+
+def written_array(
+    values: NDArray[Any], read: Callable[[], NDArray[Any]], write: Callable[[NDArray[Any]], None]
+) -> WrittenArray:
+    """The values, which were read by `read`, as an array whose changes go to `write`."""
+    copy = np.array(values)
+    array = copy.view(WrittenArray)
+    array._origin = Origin(copy, read, write)
+    return array
