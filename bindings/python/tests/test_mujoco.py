@@ -156,10 +156,39 @@ def test_rows_of_a_vector_differ() -> None:
     assert first.tobytes() != second.tobytes()
 
 
+def test_arrays_of_all_rows() -> None:
+    envs = mjenv.make_vec("Hopper-v5", 3)
+    envs.reset(seed=0)
+    mass = envs.envs[0].model.body_mass
+    envs.model.body_mass[[0, 2], 1] = [5, 6]
+    envs.model.body_mass[:, 2] *= 2
+    assert envs.model.body_mass[:, 1].tolist() == [5, mass[1], 6]
+    assert envs.envs[2].model.body_mass.tolist() == [0, 6, mass[2] * 2, *mass[3:]]
+    envs.model.opt.timestep = [0.001, 0.002, 0.003]
+    envs.model.opt.gravity[1, 2] = -1
+    assert [row.dt for row in envs.envs] == [0.004, 0.008, 0.012]
+    assert envs.model.opt.gravity[:, 2].tolist() == [-9.81, -1, -9.81]
+    envs.data.xfrc_applied[:, 1, 0] = [1, 2, 3]
+    assert [row.data.xfrc_applied[1, 0] for row in envs.envs] == [1, 2, 3]
+    assert envs.data.xpos.shape == (3, 5, 3)
+    with pytest.raises(ValueError, match=r"row 1: body_mass\[1\]"):
+        envs.model.body_mass[1, 1] = -1
+    with pytest.raises(ValueError, match="read-only"):
+        envs.data.xpos[0] = 0
+    with pytest.raises(AttributeError, match="nothing"):
+        envs.model.nothing = 1
+    assert {"body_mass", "opt"} <= set(dir(envs.model))
+    total = envs.model.body_subtreemass
+    envs.model.body_mass[:] = 2 * np.stack([mass] * 3)
+    envs.set_constants()
+    assert envs.model.body_subtreemass.tolist() == (2 * total).tolist()
+
+
 def test_set_constants(env: mjenv.MujocoEnv) -> None:
-    env.model.body_mass[1:] *= 2
+    before = env.model.body_subtreemass
+    env.model.body_mass[:] *= 2
     env.set_constants()
-    assert env.model.body_subtreemass[0] == env.model.body_mass[1:].sum()
+    assert env.model.body_subtreemass.tolist() == (2 * before).tolist()
 
 
 def test_initial_state(env: mjenv.MujocoEnv) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv._abi import Role, Status
-from mjenv._handle import Rows
-from mjenv._written import written_array
+from mjenv._handle import Field, Rows
+from mjenv._written import WrittenArray, written_array
 from mjenv.errors import UnknownNameError
 
 # Which part of an array belongs to one object: its row, or the range that starts at its address.
@@ -317,3 +317,45 @@ class Model(_Named):
         for prefix, _ in _MODEL[kind]:
             own += [name.removeprefix(prefix) for name in self._all() if name.startswith(prefix)]
         return own
+
+
+class RowArrays(_Attributes):
+    """The arrays of all rows by name, [rows, ...]. Each access reads all rows; an assignment writes the rows that differ."""
+
+    __slots__ = ("_changed", "_prefix", "_role", "_rows")
+
+    def __init__(self, rows: Rows, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
+        for name, value in {"_rows": rows, "_role": role, "_changed": changed, "_prefix": prefix}.items():
+            object.__setattr__(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if self._role == Role.MODEL and not self._prefix and name in ("opt", "stat"):
+            return RowArrays(self._rows, self._role, self._changed, f"{name}.")
+        field = self._rows.array(self._role, self._prefix + name)
+        if field is None:
+            raise self._missing(name)
+        array = self._read(field)
+        if self._role == Role.DATA and field.name not in _INPUTS:
+            array.flags.writeable = False
+            return array
+        return written_array(array, lambda: self._read(field), lambda new: self._write(field, new))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        array = getattr(self, name)
+        if not isinstance(array, WrittenArray):
+            super().__setattr__(name, value)
+        array[...] = value
+
+    def __dir__(self) -> list[str]:
+        names = {field.name.removeprefix(self._prefix) for field in self._rows.fields(self._role)}
+        return sorted({*object.__dir__(self), *(name.partition(".")[0] for name in names)})
+
+    def _read(self, field: Field) -> NDArray[Any]:
+        return np.stack([self._rows.read(row, field) for row in range(self._rows.count)])
+
+    def _write(self, field: Field, values: NDArray[Any]) -> None:
+        differs = (values != self._read(field)).reshape(self._rows.count, -1).any(axis=1)
+        self._rows.write_rows(differs, field.name, values)
+        self._changed()

@@ -29,6 +29,7 @@ from mjenv._arguments import (
 )
 from mjenv._engine import ENGINES
 from mjenv._handle import FLOATS, Batch, Float64Array
+from mjenv._mujoco import RowArrays
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv._pool import Pool
@@ -337,6 +338,37 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     @np_random.setter
     def np_random(self, value: Any) -> NoReturn:
         raise AttributeError("np_random is read-only; reset takes seeds")
+
+    # ---- the simulation of all rows ----
+
+    @property
+    def model(self) -> RowArrays:
+        """The rows' mjModels: ``envs.model.body_mass[rows, body] = masses`` gives rows values of their own.
+
+        Each access of an array reads (num_envs, ...) of all rows. An array that was written takes memory in every row.
+        """
+        return RowArrays(self._pool.rows, Role.MODEL, self._changed)
+
+    @property
+    def data(self) -> RowArrays:
+        """The rows' mjData: ``envs.data.xfrc_applied[:, body, :3] = forces``. What MuJoCo computes is read-only.
+
+        Each access of an array reads (num_envs, ...) of all rows, which may compute them again: to read arrays in every
+        step, export them (the option arrays).
+        """
+        return RowArrays(self._pool.rows, Role.DATA, self._changed)
+
+    def set_constants(self) -> None:
+        """Calls mj_setConst for every row: computes anew what MuJoCo derives from masses, sizes and qpos0.
+
+        The rows end in the position qpos0: reset them, or set their states.
+        """
+        self._pool.check_settled()
+        self._pool.rows.set_constants(ALL_ROWS)
+        self._changed()
+
+    def _changed(self) -> None:
+        self._pool.stale = True
 
     # ---- single rows ----
 
