@@ -320,7 +320,7 @@ class Model(_Named):
 
 
 class RowArrays(_Attributes):
-    """The arrays of all rows by name, [rows, ...]. Reading reads all rows; an assignment writes the rows that differ."""
+    """The arrays of all rows by name, [rows, ...]. An assignment writes the rows whose values it changes."""
 
     __slots__ = ("_changed", "_prefix", "_role", "_rows")
 
