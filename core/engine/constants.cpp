@@ -2,9 +2,11 @@
 
 #include <cstring>
 #include <new>
+#include <type_traits>
 
 #include "engine/errors.hpp"
 #include "engine/mujoco.hpp"
+#include "error.hpp"
 
 namespace mjenv::core {
 
@@ -34,7 +36,22 @@ void Constants::compute(const OwnArrays& arrays, const std::byte* block, mjData_
   mj_setConst(copy_.get(), data);
 }
 
+// Fails if mj_setConst has changed an array that rows cannot have values of their own of.
+void Constants::check_shared() const {
+  std::vector<const void*> originals;
+  for_each_array(*model_.get(), [&](const char*, const auto* data, auto...) { originals.push_back(data); });
+  std::size_t i = 0;
+  for_each_array(*copy_, [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool) {
+    const void* original = originals[i++];
+    const auto size = static_cast<std::size_t>(rows * columns) * sizeof *data;
+    const bool is_real = std::is_floating_point_v<std::decay_t<decltype(*data)>>;
+    if (is_real || size == 0 || std::memcmp(data, original, size) == 0) return;
+    fail(MJENV_E_MODEL, "mj_setConst changes " + std::string(name) + ", which all rows share: change the model file");
+  });
+}
+
 std::vector<std::string> Constants::new_arrays(const OwnArrays& arrays) const {
+  check_shared();
   std::vector<std::string> names;
   OwnArrays all(model_);
   for (const Array& array : model_.arrays()) {

@@ -16,7 +16,8 @@ class Constants {
   explicit Constants(const Model& model);
   ~Constants();
 
-  // Computes the constants of the model with a row's own arrays. As in MuJoCo, data ends in the position qpos0.
+  // Computes the constants of the model with a row's own arrays. As in MuJoCo, data ends in the position
+  // qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
   // The arrays that differ from the model's and are not among the row's own.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
@@ -30,6 +31,7 @@ class Constants {
   const Model& model_;
   std::unique_ptr<mjModel_, Delete> copy_;
 
+  void check_shared() const;
   std::byte* values_of(const OwnArray& array) const;
 };
 

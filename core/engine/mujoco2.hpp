@@ -8,6 +8,7 @@
 #include <cstring>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "engine/errors.hpp"
 #include "engine/pairs.hpp"
@@ -117,6 +118,13 @@ inline void append_more(Pairs&, const mjModel&, int /*g1*/, int /*g2*/, int /*fi
 
 // Makes collision detection use the pairs alone.
 inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; }
+
+// ---- Own arrays of rows ----
+
+// Arrays of real numbers that this version also uses as indices.
+inline const std::vector<const char*> kIndices{};
+// Parameters whose signs say what the state of an actuator consists of.
+inline const std::vector<const char*> kSlotParameters{};
 
 // ---- Drawing ----
 

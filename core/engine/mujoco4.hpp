@@ -10,6 +10,7 @@
 #include <new>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/errors.hpp"
 #include "engine/pairs.hpp"
@@ -203,6 +204,13 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
   view.pair_solreffriction = pairs.solreffriction.data();
   view.pair_adhesion = pairs.adhesion.data();
 }
+
+// ---- Own arrays of rows ----
+
+// Arrays of real numbers that this version also uses as indices: eq_data, of equality constraints between flexes.
+inline const std::vector<const char*> kIndices{"eq_data"};
+// Parameters whose signs say what the state of an actuator consists of.
+inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
 
 // ---- Drawing ----
 

@@ -44,7 +44,6 @@ const std::vector<IntegerRule> kIntegers{
     {"opt.noslip_iterations", 0, static_cast<double>(kIterations.stranger)},
     {"opt.mpr_iterations", 1, static_cast<double>(kIterations.stranger)},
     {"opt.ccd_iterations", 1, static_cast<double>(kIterations.stranger)},
-    {"opt.disableflags", 0, (1 << mjNDISABLE) - 1},
 };
 
 // MuJoCo divides by these where the model's own number is positive.
@@ -58,9 +57,9 @@ const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "c
 const Names kDirections{"jnt_axis"};
 
 // What decides which geom pairs can touch, and how precisely MuJoCo searches for them.
-const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",   "geom_quat", "geom_margin",     "geom_gap",
-                    "geom_contype", "geom_conaffinity", "geom_fluid", "body_pos",  "body_quat",       "jnt_pos",
-                    "jnt_axis",     "opt.disableflags", "geom_aabb",  "bvh_aabb",  "geom_surfacevel", "body_margin"};
+const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",        "geom_quat",  "geom_margin", "geom_gap",
+                    "geom_contype", "geom_conaffinity", "geom_fluid",      "body_pos",   "body_quat",   "jnt_pos",
+                    "jnt_axis",     "geom_aabb",        "geom_surfacevel", "body_margin"};
 const Names kContacts{"geom_friction", "geom_solref", "geom_solimp", "geom_solmix", "geom_adhesion"};
 
 struct Input {
@@ -124,6 +123,7 @@ std::size_t member_of(const mjModel& m, const std::string& name) {
 }  // namespace
 
 bool is_writable(const Array& of_model) {
+  if (is_in(kIndices, of_model.name)) return false;
   return is_integer(of_model.type) ? rule_of(of_model.name) != nullptr : !begins_with(kShared, of_model.name);
 }
 
@@ -140,11 +140,12 @@ OwnArray OwnArrays::describe(const std::string& name) const {
                                      [&](const Array& candidate) { return candidate.name == name; });
   if (of_model != model_->arrays().end()) {
     if (!is_writable(*of_model))
-      refuse_name(name, is_integer(of_model->type)
-                            ? "it is part of the model's structure, which all rows share: change "
-                              "the model file"
-                            : "meshes, textures and skins are shared by all rows: change the "
-                              "model file");
+      refuse_name(
+          name,
+          is_integer(of_model->type)
+              ? "it is part of the model's structure, which all rows share: change "
+                "the model file"
+              : "it is shared by all rows, because it is large or MuJoCo uses it as an index: change the model file");
     array.original = *of_model;
     const bool is_number = name.find('.') != std::string::npos;
     array.place = is_number ? OwnArray::Place::model_number : OwnArray::Place::model_array;
@@ -169,6 +170,7 @@ OwnArray OwnArrays::describe(const std::string& name) const {
 void OwnArrays::add(const std::string& name) {
   if (find(name)) return;
   OwnArray array = describe(name);
+  if (array.bytes == 0) return;
   array.offset = block_bytes_;
   list_.push_back(array);
   block_bytes_ += (array.bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
@@ -190,11 +192,16 @@ void OwnArrays::check(const OwnArray& array, const double* values) {
   };
   const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
   const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
-  std::vector<double> originals(positive ? count : 0);
-  if (positive) array.original.read(originals.data());
+  std::vector<double> originals(array.original.data ? count : 0);
+  if (array.original.data) array.original.read(originals.data());
   for (std::size_t i = 0; i < count; ++i) {
     const double value = values[i];
-    if (!std::isfinite(value)) refuse(i, "");
+    if (array.original.data && std::memcmp(&value, &originals[i], sizeof value) == 0) continue;  // infinite bounds, too
+    if (!std::isfinite(value)) refuse(i, ", but must be finite");
+    if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
+    if (is_in(kSlotParameters, name) && (value > 0) - (value < 0) != (originals[i] > 0) - (originals[i] < 0))
+      refuse(i, ", but must have the sign of the model's own " + number(originals[i]) +
+                    ", which says what the actuator's state consists of");
     if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
       refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
     if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
@@ -207,8 +214,7 @@ void OwnArrays::check(const OwnArray& array, const double* values) {
     double square = 0;
     for (std::size_t j = i; j < i + columns; ++j) square += values[j] * values[j];
     if (square < mjMINVAL)
-      refuse(i, std::string(", and so are the next: a ") + (columns == 4 ? "quaternion" : "direction") +
-                    " must not be zero");
+      refuse(i, std::string(", which begins a ") + (columns == 4 ? "quaternion" : "direction") + " that is too short");
   }
 }
 

@@ -200,7 +200,8 @@ void Work::use(const OwnArrays& arrays, std::byte* block) {
 }
 
 void Work::clear() {
-  mj_resetData(model_->get(), data_.get());
+  mj_resetData(&model(), data_.get());
+  put(data_->qpos, model_->get()->qpos0, layout_.nq);
   forces_lag_ = frames_lag_ = false;
   contacts_lag_ = true;
 }
@@ -225,6 +226,8 @@ void Work::begin() {
 void Work::load(const double* state) {
   mjData* d = data_.get();
   clear_stack(*d);  // an error that is thrown out of MuJoCo does not reset its stack
+  clear_warnings();
+  diverged_early_ = false;
   d->time = *state++;
   for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq},
                                      {d->qvel, layout_.nv},
@@ -259,6 +262,7 @@ void Work::step(const Action& action, std::int64_t frames, double* before) {
   sim_.action_dtype = action.dtype;
   for (std::int64_t i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
   for (std::int64_t i = 1; i < frames; ++i) mj_step(&stepped(), d);
+  diverged_early_ = diverged();
   save(before);
   repeat_step();
 }

@@ -107,6 +107,8 @@ class Work {
 
   // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward, and reset the simulation.
   bool diverged() const;
+  // Whether it did so before the last mj_step of a step.
+  bool diverged_early() const { return diverged_early_; }
 
  private:
   struct Delete {
@@ -120,12 +122,14 @@ class Work {
   bool forces_lag_ = false;    // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;    // the frames are older than the last mj_step or mj_forward
   bool contacts_lag_ = false;  // contacts_ is older than the contacts of mjData
+  bool diverged_early_ = false;
   Needs needs_;
   std::vector<double> carried_, action_, info_;
   std::vector<mjenv_contact> contacts_;
   std::vector<Array> data_arrays_;  // filled when a task first shares an array
   std::vector<const void*> shared_, shared_originals_;
-  mjenv_sim sim_{};  // points into mjModel and mjData, whose arrays never move
+  // Points into mjModel and mjData. `use` points it to a row's own arrays, which move when an array is added.
+  mjenv_sim sim_{};
 
   const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
   void clear_warnings();

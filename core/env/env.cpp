@@ -296,7 +296,8 @@ void Env::write(const std::string& array, std::size_t count,
         fail(error.status(), in_row(row, error.what()));
       }
     });
-    make_own({array});
+    if (count == 0) return;
+    if (!own.arrays().find(array)) make_own({array});
     target = own.arrays().find(array);
   }
   if (!target)
@@ -330,14 +331,15 @@ void Env::make_own(const std::vector<std::string>& arrays) {
 void Env::set_constants(std::int64_t row) {
   check_settled();
   if (row != MJENV_ALL_ROWS) rows_.check(row);
-  for (std::int64_t i = 0; i < rows(); ++i) {
-    if (row != MJENV_ALL_ROWS && i != row) continue;
-    Worker& worker = workers_.of(rows_.head(i));
+  const auto set = [&](Worker& worker, std::int64_t i) {
     const auto names = worker.set_constants(rows_, i);
-    if (names.empty()) continue;
+    if (names.empty()) return;
     make_own(names);
     worker.set_constants(rows_, i);
-  }
+  };
+  for (std::int64_t i = 0; i < rows(); ++i)
+    if (row == MJENV_ALL_ROWS || i == row) Workers::attempt(workers_.of(rows_.head(i)), i, set);
+  workers_.raise();
 }
 
 void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {

@@ -17,7 +17,7 @@ namespace {
 //   - an ImageHeader
 //   - the names of the arrays that rows have of their own, each with its end, a 0; and padding to a multiple of 8 bytes
 //   - for each row, a RowHeader, the row's record and its own values; then, if ImageHeader::has_past, what OwnValues
-//     keeps: two blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept.
+//     keeps: three blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept.
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint16_t version = 3;
@@ -39,7 +39,7 @@ struct RowHeader {
 static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56, "an image has no padding");
 static_assert(sizeof(ImageHeader) == 48, "an image has no padding");
 
-enum Kept : std::uint8_t { kept_computed = 1, kept_stepped = 2, kept_state = 4 };
+enum Kept : std::uint8_t { kept_computed = 1, kept_stepped = 2, kept_constants = 4, kept_state = 8 };
 
 // More steps than any episode has. A larger count means that the image is damaged, and could overflow.
 constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
@@ -58,7 +58,7 @@ struct Layout {
   std::size_t names, record, block, state;  // bytes
   bool has_past;
 
-  std::size_t row() const { return sizeof(RowHeader) + record + (has_past ? 3 * block + state : block); }
+  std::size_t row() const { return sizeof(RowHeader) + record + (has_past ? 4 * block + state : block); }
   std::size_t rows_start() const { return sizeof(ImageHeader) + names; }
 };
 
@@ -73,7 +73,7 @@ Layout layout_of(const Rows& rows, const Range& range) {
   bool has_past = false;
   for (std::int64_t i = range.first; i < range.end && !has_past; ++i) {
     const OwnValues::Past* past = rows.own().past(i);
-    has_past = past && (past->computed || past->stepped || past->state);
+    has_past = past && (past->computed || past->stepped || past->constants || past->state);
   }
   return {names_of(rows.own().arrays()).size(), rows.record_bytes(), rows.own().block_bytes(),
           rows.layout().size * sizeof(double), has_past};
@@ -116,7 +116,7 @@ bool is_valid(const RowHeader& header) {
   // end.
   const bool even = header.seeded != 0 && header.rng.words()[2] % 2 == 0;
   return header.origin <= static_cast<std::uint8_t>(Origin::set) && header.steps >= 0 && header.steps <= kMaxSteps &&
-         header.written <= 1 && header.has_constants <= 1 && header.kept < 8 && !even;
+         header.written <= 1 && header.has_constants <= 1 && header.kept < 16 && !even;
 }
 
 std::uint16_t engine_number() {
@@ -186,14 +186,16 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
     header.written = head.written, header.has_constants = head.has_constants;
     const OwnValues::Past* past = own.past(i);
     if (past)
-      header.kept = static_cast<std::uint8_t>((past->computed ? kept_computed : 0) |
-                                              (past->stepped ? kept_stepped : 0) | (past->state ? kept_state : 0));
+      header.kept =
+          static_cast<std::uint8_t>((past->computed ? kept_computed : 0) | (past->stepped ? kept_stepped : 0) |
+                                    (past->constants ? kept_constants : 0) | (past->state ? kept_state : 0));
     append(&header, sizeof header);
     append(rows.state(i), layout.record);
     append(own.empty() ? nullptr : own.present(i), layout.block);
     if (!layout.has_past) continue;
     append(past ? past->computed.get() : nullptr, layout.block);
     append(past ? past->stepped.get() : nullptr, layout.block);
+    append(past ? past->constants.get() : nullptr, layout.block);
     append(past ? past->state.get() : nullptr, layout.state);
   }
   ImageHeader header;
@@ -241,7 +243,7 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
 
   struct RowImage {
     RowHeader header;
-    const std::byte *record, *present, *computed, *stepped, *state;
+    const std::byte *record, *present, *computed, *stepped, *constants, *state;
   };
   const auto row_image = [&](std::int64_t i) {
     RowImage r{};
@@ -252,7 +254,8 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
     r.present = r.record + layout.record;
     r.computed = r.present + layout.block;
     r.stepped = r.computed + layout.block;
-    r.state = r.stepped + layout.block;
+    r.constants = r.stepped + layout.block;
+    r.state = r.constants + layout.block;
     return r;
   };
   // All of the image is checked, and all memory is allocated, before any row changes.
@@ -261,7 +264,8 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
     const unsigned kept = r.header.kept;
     if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !are_valid(arrays, r.present) ||
         (kept & kept_computed && !are_valid(arrays, r.computed)) ||
-        (kept & kept_stepped && !are_valid(arrays, r.stepped)))
+        (kept & kept_stepped && !are_valid(arrays, r.stepped)) ||
+        (kept & kept_constants && !are_valid(arrays, r.constants)))
       damaged();
   }
   check_rounding(header.rounding, identity.rounding);
@@ -270,12 +274,13 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
   for (const OwnArray& array : arrays.list()) names.push_back(array.original.name);
   own.add(names);
   if (layout.has_past) own.make_pasts();
-  std::vector<OwnValues::Past> pasts(range.count());
-  for (std::int64_t i = range.first; i < range.end; ++i) {
+  std::vector<OwnValues::Past> pasts(layout.has_past ? range.count() : 0);
+  for (std::int64_t i = range.first; i < range.end && layout.has_past; ++i) {
     const RowImage r = row_image(i);
     OwnValues::Past& past = pasts[static_cast<std::size_t>(i - range.first)];
     if (r.header.kept & kept_computed) past.computed = own.translated(arrays, r.computed);
     if (r.header.kept & kept_stepped) past.stepped = own.translated(arrays, r.stepped);
+    if (r.header.kept & kept_constants) past.constants = own.translated(arrays, r.constants);
     if (r.header.kept & kept_state) {
       past.state = std::make_unique<double[]>(layout.state / sizeof(double));
       std::memcpy(past.state.get(), r.state, layout.state);
@@ -284,7 +289,9 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const RowImage r = row_image(i);
     std::memcpy(rows.state(i), r.record, layout.record);
-    own.set(i, arrays, r.present, std::move(pasts[static_cast<std::size_t>(i - range.first)]));
+    OwnValues::Past past;
+    if (layout.has_past) past = std::move(pasts[static_cast<std::size_t>(i - range.first)]);
+    own.set(i, arrays, r.present, std::move(past));
     Rows::Head& head = rows.head(i);
     head = {};
     head.rng = r.header.rng;

@@ -34,9 +34,9 @@ void OwnValues::add(const std::vector<std::string>& names) {
   std::vector<double> blocks(rows_ * size);
   for (std::size_t row = 0; row < rows_; ++row)
     widen(blocks_.data() + row * (old_bytes / sizeof(double)), blocks.data() + row * size);
-  std::vector<Past> pasts(past_.size());
+  std::vector<Past> pasts(rows_);  // here, because threads that step rows must not allocate it
   for (std::size_t row = 0; row < past_.size(); ++row)
-    for (Block Past::*member : {&Past::computed, &Past::stepped}) {
+    for (Block Past::*member : {&Past::computed, &Past::stepped, &Past::constants}) {
       if (!(past_[row].*member)) continue;
       pasts[row].*member = std::make_unique<double[]>(size);
       widen((past_[row].*member).get(), (pasts[row].*member).get());
@@ -85,6 +85,13 @@ void OwnValues::keep_state(std::int64_t row, const double* state, std::size_t si
   if (!p.state) p.state = copied(state, size * sizeof(double));
 }
 
+std::byte* OwnValues::of_constants(std::int64_t row) {
+  const Past* p = past(row);
+  return p && p->constants ? bytes(p->constants.get()) : present(row);
+}
+
+void OwnValues::keep_constants(std::int64_t row) { make_past(row).constants = copied(present(row), block_bytes()); }
+
 void OwnValues::computed_all(std::int64_t row) {
   if (Past* p = past(row)) *p = {};
 }
@@ -94,13 +101,8 @@ void OwnValues::computed_after_step(std::int64_t row) {
   if (!p) return;
   if (!p->stepped) p->stepped = std::move(p->computed);
   p->computed.reset();
+  p->constants.reset();
   p->state.reset();
-}
-
-void OwnValues::clear_inputs(std::int64_t row) {
-  if (!arrays_.has_inputs()) return;
-  keep(row);
-  arrays_.clear_inputs(present(row));
 }
 
 void OwnValues::copy(std::int64_t from, std::int64_t to) {
@@ -108,6 +110,7 @@ void OwnValues::copy(std::int64_t from, std::int64_t to) {
   if (const Past* p = past(from)) {
     if (p->computed) kept.computed = copied(p->computed.get(), block_bytes());
     if (p->stepped) kept.stepped = copied(p->stepped.get(), block_bytes());
+    if (p->constants) kept.constants = copied(p->constants.get(), block_bytes());
     if (p->state) kept.state = copied(p->state.get(), state_size_ * sizeof(double));
   }
   if (!empty()) std::memcpy(present(to), present(from), block_bytes());

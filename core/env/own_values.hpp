@@ -12,9 +12,9 @@
 
 namespace mjenv::core {
 
-// A row's derived arrays belong to the values with which they were computed. Values that are written afterwards count
-// from the next computation on, so the old ones are kept until then: those of the last computation, and, for derived
-// arrays of Origin::set, those of the last mj_step before it, and the state that set_state set.
+// A row keeps up to four versions of its values: the present ones; those of its last computation, if they were written
+// since; those of its last mj_step, if set_state has computed with others; and those with which mj_setConst was called.
+// It also keeps the state that set_state has set, if it was written since.
 class OwnValues {
  public:
   OwnValues(const Model& model, std::int64_t rows) : arrays_(model), rows_(static_cast<std::size_t>(rows)) {}
@@ -32,24 +32,28 @@ class OwnValues {
   std::byte* computed(std::int64_t row);
   std::byte* stepped(std::int64_t row);
   const std::byte* present(std::int64_t row) const { return const_cast<OwnValues*>(this)->present(row); }
+  // Those with which mj_setConst was called.
+  std::byte* of_constants(std::int64_t row);
   // The state that was kept, or null.
   const double* state(std::int64_t row) const;
 
   // Call before the row's values, or its state, are written.
   void keep(std::int64_t row);
   void keep_state(std::int64_t row, const double* state, std::size_t size);
+  // Call after mj_setConst.
+  void keep_constants(std::int64_t row);
   // Call when the derived arrays were computed with the present values: all of them, or all but the forces.
   void computed_all(std::int64_t row);
   void computed_after_step(std::int64_t row);
 
   // Clears the inputs of mjData, as mj_resetData does.
-  void clear_inputs(std::int64_t row);
+  void clear_inputs(std::int64_t row) { arrays_.clear_inputs(present(row)); }
   void copy(std::int64_t from, std::int64_t to);
 
   // For images of rows. What was kept of a row; a null pointer where nothing was.
   using Block = std::unique_ptr<double[]>;  // aligned for doubles
   struct Past {
-    Block computed, stepped, state;
+    Block computed, stepped, constants, state;
   };
   // Null if nothing was kept of any row.
   const Past* past(std::int64_t row) const { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }

@@ -31,9 +31,11 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     own.computed_after_step(row);
   else
     own.computed_all(row);
-  if (own.arrays().has_inputs() && work_.diverged()) {  // mj_step has called mj_resetData, which clears the inputs
-    own.keep(row);
-    own.arrays().clear_inputs(own.present(row));
+  if (origin == Origin::step && own.arrays().has_inputs() && work_.diverged()) {
+    // mj_step has called mj_resetData, which clears the inputs. If it did so before the last mj_step, that one had
+    // none.
+    if (!work_.diverged_early()) own.keep(row);
+    own.clear_inputs(row);
   }
   Rows::Head& head = rows.head(row);
   head.origin = origin;
@@ -64,10 +66,11 @@ void Worker::hold(Rows& rows, std::int64_t row) {
 
 void Worker::compute(Rows& rows, std::int64_t row) {
   switch (rows.head(row).origin) {
-    case Origin::cleared: return work_.clear();
+    case Origin::cleared: use(rows, row); return work_.clear();
     case Origin::forward:
-      work_.begin();
       use(rows, row, &OwnValues::computed);
+      work_.begin();
+      use(rows, row, &OwnValues::computed);  // the inputs again, which begin may have cleared
       work_.load(rows.before(row));
       return work_.forward();
     case Origin::step:
@@ -94,13 +97,14 @@ void Worker::compute(Rows& rows, std::int64_t row) {
 void Worker::compute_constants(Rows& rows, std::int64_t row) {
   if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
   const OwnValues& own = rows.own();
-  constants_->compute(own.arrays(), own.empty() ? nullptr : rows.own().present(row), work_.data());
+  constants_->compute(own.arrays(), own.empty() ? nullptr : rows.own().of_constants(row), work_.data());
 }
 
 std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
   hold(rows, row);
   work_.complete();
   release();  // in case MuJoCo fails
+  if (!rows.own().empty()) rows.own().keep_constants(row);
   compute_constants(rows, row);
   OwnValues& own = rows.own();
   std::vector<std::string> names = constants_->new_arrays(own.arrays());
@@ -122,9 +126,15 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();
-  rows.own().clear_inputs(row);
+  OwnValues& own = rows.own();
+  if (own.arrays().has_inputs()) {  // cleared in a copy, because the task may fail
+    cleared_.assign(own.present(row), own.present(row) + own.block_bytes());
+    own.arrays().clear_inputs(cleared_.data());
+    work_.use(own.arrays(), cleared_.data());
+  } else {
+    use(rows, row);
+  }
   work_.begin();
-  use(rows, row);
   work_.save(start);
   std::fill_n(work_.carried(), task_.carry_count, 0.0);
   Random random(&rng);
@@ -135,10 +145,13 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   work_.load(start);
   work_.forward();
   save(rows, row, Origin::forward);
+  if (!own.arrays().has_inputs()) return;
+  own.clear_inputs(row);
+  use(rows, row);
 }
 
 void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames) {
-  if (rows.head(row).written) {  // what the task carries may depend on what was written
+  if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
     task_.calls->carry(work_);
     std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
@@ -176,8 +189,10 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   release();
   if (has_forces)
     work_.complete_forces();
-  else
+  else {
+    use(rows, row);
     work_.begin();
+  }
   use(rows, row);
   load_carried(rows, row);
   work_.load(start);

@@ -47,7 +47,8 @@ class Worker {
   void clear(Rows& rows);
   // Begins an episode: the task draws its initial state from rng, then mj_forward computes the derived arrays.
   void begin(Rows& rows, std::int64_t row, Rng& rng);
-  // Calls mj_step `frames` times, beginning with the row's state. The row itself changes only in commit.
+  // Calls mj_step `frames` times, beginning with the row's state. Only commit changes the row, except
+  // that the numbers the task carries are computed anew if the row was written.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);
@@ -77,6 +78,7 @@ class Worker {
   std::int64_t resident_ = kNone;
   std::vector<double> before_;  // the state before the last forward or mj_step in work_
   std::vector<double> observation_;
+  std::vector<std::byte> cleared_;  // a row's own values, without inputs
   std::unique_ptr<Constants> constants_;
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;

@@ -27,6 +27,12 @@ void Workers::forget(std::int64_t row) {
   for (auto& worker : workers_) worker->forget(row);
 }
 
+void Workers::raise() {
+  Failures failures;
+  for (auto& worker : workers_) failures.take(worker->failures);
+  failures.raise();
+}
+
 void Workers::release() {
   for (auto& worker : workers_) worker->release();
 }

@@ -33,6 +33,8 @@ class Workers {
   // then this throws one error for all that failed.
   template <typename Body>
   void for_rows(std::int64_t count, const Body& body);
+  // Throws one error for all that failed in the workers.
+  void raise();
   // Calls body(worker, row). If it throws, adds the error to the worker's failures.
   template <typename Body>
   static void attempt(Worker& worker, std::int64_t row, const Body& body) noexcept;
@@ -61,9 +63,7 @@ void Workers::for_rows(std::int64_t count, const Body& body) {
     }
   };
   pool_->run(std::cref(job));
-  Failures failures;
-  for (auto& worker : workers_) failures.take(worker->failures);
-  failures.raise();
+  raise();
 }
 
 template <typename Body>

@@ -100,20 +100,20 @@ void Renderer::check_size() const {
 }
 
 // Like Gymnasium, places the free camera once: at the first picture, from the state at that time.
-void Renderer::place_camera(const mjData_& data) {
+void Renderer::place_camera(const mjModel_& model, const mjData_& data) {
   if (camera_placed_) return;
   mjvCamera& camera = drawing_->camera;
-  camera.distance = or_default(distance_, model_->get()->stat.extent);
+  camera.distance = or_default(distance_, model.stat.extent);
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> positions;
-    for (int geom = 0; geom < model_->get()->ngeom; ++geom) positions.push_back(data.geom_xpos[3 * geom + axis]);
+    for (int geom = 0; geom < model.ngeom; ++geom) positions.push_back(data.geom_xpos[3 * geom + axis]);
     camera.lookat[axis] = or_default(lookat_[static_cast<std::size_t>(axis)], median(positions));
   }
   camera_placed_ = true;
 }
 
 void Renderer::look_at(const mjModel_& model, mjData_* data) {
-  place_camera(*data);
+  place_camera(model, *data);
   drawing_->update(model, data);
 }
 

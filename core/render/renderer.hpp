@@ -47,7 +47,7 @@ class Renderer {
   std::vector<float> depth_;
 
   void check_size() const;
-  void place_camera(const mjData_& data);
+  void place_camera(const mjModel_& model, const mjData_& data);
 };
 
 }  // namespace mjenv::core

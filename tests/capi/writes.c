@@ -293,6 +293,82 @@ static void test_divergence(void** state) {
   mjenv_destroy(env);
 }
 
+// Inputs that were written before the first reset are cleared by it, on all threads at once.
+static void test_before_the_first_reset(void** state) {
+  (void)state;
+  enum { MANY = 64 };
+  mjenv_env* env = env_with_threads("Hopper-v5", 5, MANY);
+  size_t count;
+  double* force = read_array(env, 0, "xfrc_applied", &count);
+  for (size_t i = 0; i < count; ++i) force[i] = 1;
+  assert_ok(mjenv_write(env, MJENV_ALL_ROWS, "xfrc_applied", force, count));
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  memset(force, 0, count * sizeof *force);
+  for (int row = 0; row < MANY; ++row) {
+    double* read = read_array(env, row, "xfrc_applied", &count);
+    assert_same_bits("xfrc_applied", read, force, count);
+    free(read);
+  }
+  free(force);
+  mjenv_destroy(env);
+}
+
+// Arrays that the model has no elements of; MuJoCo steps with geom pairs that the library has listed.
+static void test_empty_arrays(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Hopper-v5", 1);
+  const double none = 0, action[3] = {0};
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  const char* const arrays[] = {"pair_margin", "pair_friction", "tendon_stiffness", "mocap_pos", "userdata"};
+  for (size_t i = 0; i < COUNT(arrays); ++i) {
+    assert_ok(mjenv_write(env, 0, arrays[i], &none, 0));
+    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i]);
+  }
+  assert_ok(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
+  mjenv_destroy(env);
+}
+
+// A row that diverges leaves the inputs of others alone, also while the other is computed in the same work space.
+static void test_divergence_of_another(void** state) {
+  (void)state;
+  mjenv_env *env = env_of_id("Hopper-v5", 2), *alone = env_of_id("Hopper-v5", 1);
+  seed_rows(env, 1);
+  seed_rows(alone, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_reset(alone, NULL, NULL));
+  double force[36] = {0}, action[6] = {0};
+  size_t count, nq, nv;
+  free(read_array(env, 1, "qfrc_applied", &count));
+  force[1] = 1e12;
+  assert_ok(mjenv_write(env, 1, "qfrc_applied", force, count));
+  assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(alone, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
+  force[1] = 2;
+  assert_ok(mjenv_write(env, 0, "qfrc_applied", force, count));
+  assert_ok(mjenv_write(alone, 0, "qfrc_applied", force, count));
+  assert_same_array(env, 0, alone, "xpos");
+  double *qpos = read_array(env, 0, "qpos", &nq), *qvel = read_array(env, 0, "qvel", &nv);
+  assert_ok(mjenv_set_state(env, 0, qpos, nq, qvel, nv));
+  assert_ok(mjenv_set_state(alone, 0, qpos, nq, qvel, nv));
+  assert_same_array(env, 0, alone, "qfrc_applied");
+  assert_ok(mjenv_step(env, (const uint8_t[]){1, 0}, action, 6, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(alone, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
+  assert_same_array(env, 0, alone, "qpos");
+  // The row that diverged is computed again after the other one: it ends where its step had left it.
+  double* before = read_array(env, 1, "qpos", &nq);
+  assert_ok(mjenv_step(env, (const uint8_t[]){1, 0}, action, 6, MJENV_DTYPE_FLOAT64, NULL));
+  double* after = read_array(env, 1, "qpos", &nq);
+  assert_same_bits("qpos", after, before, nq);
+  free(before);
+  free(after);
+  free(qpos);
+  free(qvel);
+  mjenv_destroy(env);
+  mjenv_destroy(alone);
+}
+
 int main(int argc, char** argv) {
   (void)argc, (void)argv;
 #define WITH(id, threads) \
@@ -311,6 +387,9 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_read_back),
       cmocka_unit_test(test_refusals),
       cmocka_unit_test(test_divergence),
+      cmocka_unit_test(test_before_the_first_reset),
+      cmocka_unit_test(test_empty_arrays),
+      cmocka_unit_test(test_divergence_of_another),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

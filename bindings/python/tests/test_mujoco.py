@@ -106,6 +106,8 @@ def test_writing_as_in_gymnasium(env: mjenv.MujocoEnv) -> None:
     doubled = mass * 2
     doubled[:] = 0
     mass.copy()[:] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        np.copyto(mass, 1)
     assert type(doubled) is np.ndarray
     assert model.body_mass[1] == 14
     model.opt.timestep = 0.002

@@ -276,10 +276,12 @@ class Rows:
         self.closed: bool = False
         self.lock: threading.Lock = threading.Lock()
         self._pointer: int | None = handle.value
-        self._init_qpos: Float64Array | None = None
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._destroy = _destroy_with(self, engine.mjenv_destroy, handle.value)
+        # The model's qpos0 before anybody writes it, as Gymnasium keeps it; read-only.
+        self.init_qpos: Float64Array = self._read(0, "qpos0", int(self._read(0, "nq", 1)[0]))
+        self.init_qpos.flags.writeable = False
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.engine.name, self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
@@ -390,14 +392,6 @@ class Rows:
         """The seconds that one mj_step simulates."""
         return float(self._read(row, "opt.timestep", 1)[0])
 
-    def init_qpos(self) -> Float64Array:
-        """qpos0 as the model had it when it was loaded."""
-        if self._init_qpos is None:
-            field = self.array(Role.MODEL, "qpos0")
-            assert field is not None
-            self._init_qpos = self.read(0, field)
-        return self._init_qpos
-
     def object_index(self, kind: str, name: str) -> int:
         index = c_int64()
         self.call(self.engine.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
@@ -454,13 +448,11 @@ class Rows:
 
     def write(self, row: int, name: str, values: Any) -> None:
         """Writes an array of a row's mjModel or mjData, or of all rows (-1)."""
-        self.init_qpos()  # before it might change
         numbers = np.ascontiguousarray(values, np.float64)
         self.call(self.engine.mjenv_write, row, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
 
     def write_rows(self, mask: NDArray[np.bool_] | None, name: str, values: Any) -> None:
         """Writes an array of the masked rows, of all without a mask: values[rows, ...]."""
-        self.init_qpos()
         numbers = np.ascontiguousarray(values, np.float64)
         selected = None if mask is None else pointer_to(mask, c_uint8)
         array = encoded(name, "the array")

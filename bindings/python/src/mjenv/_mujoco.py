@@ -201,7 +201,7 @@ class View(_Attributes):
 
     def __setattr__(self, name: str, value: Any) -> None:
         part = getattr(self, name)
-        if not isinstance(part, np.ndarray) or not part.flags.writeable:
+        if not isinstance(part, WrittenArray):
             super().__setattr__(name, value)
         part[...] = value
 

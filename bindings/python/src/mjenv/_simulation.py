@@ -47,7 +47,7 @@ class Simulation:
     def set_constants(self) -> None:
         """Calls mj_setConst(model, data): computes anew what MuJoCo derives from masses, sizes and qpos0.
 
-        The row ends in the position qpos0: reset it, or set its state.
+        The row ends in the position qpos_spring: reset it, or set its state.
         """
         self._check_settled()
         self._rows.set_constants(self._row)
@@ -66,7 +66,7 @@ class Simulation:
     @property
     def init_qpos(self) -> Float64Array:
         """The model's positions, float64[nq], to which a reset adds noise; read-only."""
-        return self._rows.init_qpos()
+        return self._rows.init_qpos
 
     @property
     def init_qvel(self) -> Float64Array:

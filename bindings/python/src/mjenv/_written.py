@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +23,8 @@ class Origin:
 class WrittenArray(np.ndarray[Any, Any]):
     """A copy of an array of mjModel or mjData. Assigning to it, or to a view of it, writes the simulation's array.
 
-    What is computed from it is an ordinary array, and so is a copy.
+    What is computed from it is an ordinary array, and a copy writes nothing. Other functions that change an array in
+    place (np.copyto, sort) raise, because their changes would not be written.
     """
 
     _origin: Origin | None = None
@@ -32,7 +34,8 @@ class WrittenArray(np.ndarray[Any, Any]):
 
     def __setitem__(self, key: Any, value: Any) -> None:
         origin = self._refreshed()
-        super().__setitem__(key, value)
+        with _unlocked(*([] if origin is None else [origin.copy, self])):
+            super().__setitem__(key, value)
         self._write(origin)
 
     def fill(self, value: Any) -> None:
@@ -41,21 +44,26 @@ class WrittenArray(np.ndarray[Any, Any]):
     def __array_ufunc__(
         self, ufunc: np.ufunc, method: str, *inputs: Any, out: tuple[Any, ...] = (), **arguments: Any
     ) -> Any:
-        written = [array for array in out if isinstance(array, WrittenArray)]
-        origins = [array._refreshed() for array in written]
-        if out:
-            arguments["out"] = tuple(_plain(array) for array in out)
-        result = getattr(ufunc, method)(*(_plain(array) for array in inputs), **arguments)
-        for array, origin in zip(written, origins, strict=True):
+        plain = tuple(_plain(array) for array in inputs)
+        if not out:
+            return getattr(ufunc, method)(*plain, **arguments)
+        written = [(array, array._refreshed()) for array in out if isinstance(array, WrittenArray)]
+        with ExitStack() as stack:
+            for array, origin in written:
+                if origin is not None:
+                    stack.enter_context(_unlocked(origin.copy, array))
+            getattr(ufunc, method)(*plain, out=tuple(_plain(array) for array in out), **arguments)
+        for array, origin in written:
             array._write(origin)
-        return out[0] if len(out) == 1 else out or result
+        return out[0] if len(out) == 1 else out
 
     def _refreshed(self) -> Origin | None:
         """The origin, if this is a view of what was read from it. Other elements may have been written since."""
         origin = self._origin
         if origin is None or not np.may_share_memory(self, origin.copy):
             return None
-        origin.copy[...] = origin.read()
+        with _unlocked(origin.copy):
+            origin.copy[...] = origin.read()
         return origin
 
     def _write(self, origin: Origin | None) -> None:
@@ -64,8 +72,21 @@ class WrittenArray(np.ndarray[Any, Any]):
         try:
             origin.write(origin.copy)
         except BaseException:
-            origin.copy[...] = origin.read()
+            with _unlocked(origin.copy):
+                origin.copy[...] = origin.read()
             raise
+
+
+@contextmanager
+def _unlocked(*arrays: NDArray[Any]) -> Iterator[None]:
+    """Makes the arrays writeable for a moment: first an array, then a view of it."""
+    for array in arrays:
+        array.flags.writeable = True
+    try:
+        yield
+    finally:
+        for array in arrays:
+            array.flags.writeable = False
 
 
 def _plain(array: Any) -> Any:
@@ -77,6 +98,7 @@ def written_array(
 ) -> WrittenArray:
     """The values, which were read by `read`, as an array whose changes go to `write`."""
     copy = np.array(values)
+    copy.flags.writeable = False
     array = copy.view(WrittenArray)
     array._origin = Origin(copy, read, write)
     return array

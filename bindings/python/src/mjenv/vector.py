@@ -361,7 +361,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     def set_constants(self) -> None:
         """Calls mj_setConst for every row: computes anew what MuJoCo derives from masses, sizes and qpos0.
 
-        The rows end in the position qpos0: reset them, or set their states.
+        The rows end in the position qpos_spring: reset them, or set their states.
         """
         self._pool.check_settled()
         self._pool.rows.set_constants(ALL_ROWS)

@@ -89,7 +89,7 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
         parts = _parts(rows)
         block = sum(-(-field.count * np.dtype(DTYPES[field.type]).itemsize // 8) * 8 for field in own)
         state = 8 * sum(length for name, length in parts if not name.startswith("before."))
-        tail = 3 * block + state if has_past else block
+        tail = 4 * block + state if has_past else block
         found = []
         for index in range(count):
             start = STAMP.size + names + index * size
