@@ -196,7 +196,7 @@ void OwnArrays::check(const OwnArray& array, const double* values) {
   if (array.original.data) array.original.read(originals.data());
   for (std::size_t i = 0; i < count; ++i) {
     const double value = values[i];
-    if (array.original.data && std::memcmp(&value, &originals[i], sizeof value) == 0) continue;  // infinite bounds, too
+    if (array.original.data && value == originals[i]) continue;  // infinite bounds, too
     if (!std::isfinite(value)) refuse(i, ", but must be finite");
     if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
     if (is_in(kSlotParameters, name) && (value > 0) - (value < 0) != (originals[i] > 0) - (originals[i] < 0))

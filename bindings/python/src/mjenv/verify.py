@@ -29,6 +29,7 @@ import mjenv
 from mjenv import Kind, Option
 from mjenv._abi import Role
 from mjenv._engine import FILES, name_of
+from mjenv._written import WrittenArray
 from mjenv.errors import EngineError
 
 # The ways to draw actions, each with the greatest multiple of the bounds that it reaches.
@@ -56,6 +57,8 @@ class Run:
 
 def same(ours: Any, theirs: Any) -> bool:
     """Whether two values have the same type and the same bits."""
+    if isinstance(ours, WrittenArray):
+        ours = ours.view(np.ndarray)
     if type(ours) is not type(theirs):
         return False
     if isinstance(ours, dict):
