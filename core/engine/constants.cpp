@@ -36,7 +36,7 @@ void Constants::compute(const OwnArrays& arrays, const std::byte* block, mjData_
   mj_setConst(copy_.get(), data);
 }
 
-// Fails if mj_setConst has changed an array that rows cannot have values of their own of.
+// Fails if mj_setConst has changed an array of which rows cannot have their own values.
 void Constants::check_shared() const {
   std::vector<const void*> originals;
   for_each_array(*model_.get(), [&](const char*, const auto* data, auto...) { originals.push_back(data); });

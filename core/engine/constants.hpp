@@ -19,9 +19,10 @@ class Constants {
   // Computes the constants of the model with a row's own arrays. As in MuJoCo, data ends in the position
   // qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
-  // The arrays that differ from the model's and are not among the row's own.
+  // The arrays that mj_setConst has changed and that are not among the row's own. Fails with MJENV_E_MODEL if it has
+  // changed what all rows share.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
-  // Copies the row's own arrays.
+  // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;
 
  private:

@@ -1,11 +1,9 @@
 #include "engine/own_arrays.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <type_traits>
 
 #include "engine/mujoco.hpp"
 #include "engine/untrusted/limits.hpp"
@@ -46,7 +44,7 @@ const std::vector<IntegerRule> kIntegers{
     {"opt.ccd_iterations", 1, static_cast<double>(kIterations.stranger)},
 };
 
-// MuJoCo divides by these where the model's own number is positive.
+// MuJoCo divides by these: 0 is accepted only where the model itself has 0.
 const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfield_size",
                       "cam_fovy",      "opt.timestep",  "opt.impratio",    "stat.extent",
                       "stat.meansize", "stat.meanmass", "stat.meaninertia"};
@@ -102,21 +100,12 @@ const IntegerRule* rule_of(const std::string& name) {
   fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
 }
 
-// The offset in mjModel of the pointer to the array, or of the number.
-std::size_t member_of(const mjModel& m, const std::string& name) {
+// The offset in mjModel of the pointer to the array.
+std::size_t pointer_to(const mjModel& m, const std::string& name) {
   std::size_t member = 0;
-  for_each_number(m, [&](const char* n, const auto* data, auto...) {
-    if (name == n) member = offset_in(m, data);
-  });
   for_each_array(m, [&](const char* n, const auto& data, std::int64_t, std::int64_t, bool) {
     if (name == n) member = offset_in(m, &data);
   });
-  for (const auto& [n, data] : {std::pair<const char*, const double*>{"stat.meaninertia", &m.stat.meaninertia},
-                                {"stat.meanmass", &m.stat.meanmass},
-                                {"stat.meansize", &m.stat.meansize},
-                                {"stat.extent", &m.stat.extent},
-                                {"stat.center", m.stat.center}})
-    if (name == n) member = offset_in(m, data);
   return member;
 }
 
@@ -149,7 +138,7 @@ OwnArray OwnArrays::describe(const std::string& name) const {
     array.original = *of_model;
     const bool is_number = name.find('.') != std::string::npos;
     array.place = is_number ? OwnArray::Place::model_number : OwnArray::Place::model_array;
-    array.member = member_of(m, name);
+    array.member = is_number ? offset_in(m, array.original.data) : pointer_to(m, name);
   } else {
     const mjData data{};
     const auto inputs = inputs_of(m);

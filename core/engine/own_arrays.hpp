@@ -36,15 +36,15 @@ class OwnArrays {
   // Fails with MJENV_E_VALUE if MuJoCo could not compute with these values.
   static void check(const OwnArray& array, const double* values);
   static void write(const OwnArray& array, const double* values, std::byte* block);
-  // Gives the arrays from number `first` on their original values.
+  // Writes the original values of the arrays from number `first` on to the block.
   void fill(std::size_t first, std::byte* block) const;
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;
 
   bool has_inputs() const { return has_inputs_; }
-  // Which geom pairs can touch, or how precisely MuJoCo searches for them, may differ from the original model.
+  // Whether they may change which geom pairs can touch, or how precisely MuJoCo searches for them.
   bool change_search() const { return change_search_; }
-  // The parameters of contacts may differ from the original model.
+  // Whether they may change the parameters of contacts.
   bool change_contacts() const { return change_contacts_; }
 
  private:
@@ -54,7 +54,7 @@ class OwnArrays {
   bool has_inputs_ = false, change_search_ = false, change_contacts_ = false;
 };
 
-// Whether this is an array of mjModel that rows may have values of their own of.
+// Whether rows can have their own values of this array of mjModel.
 bool is_writable(const Array& of_model);
 
 }  // namespace mjenv::core

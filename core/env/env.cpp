@@ -281,37 +281,40 @@ void Env::write(const std::string& array, std::size_t count,
   check_settled();
   OwnValues& own = rows_.own();
   const StateLayout::Part part = rows_.layout().part(array);
-  const OwnArray* target = nullptr;
-  if (part.count > 0) {
-    check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
-                static_cast<std::int64_t>(part.count));
-  } else {
-    const OwnArray description = own.arrays().describe(array);
-    check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
-                static_cast<std::int64_t>(description.original.count()));
-    for_each_written(values_of, [&](std::int64_t row, const double* values) {
-      try {
-        OwnArrays::check(description, values);
-      } catch (const Error& error) {
-        fail(error.status(), in_row(row, error.what()));
-      }
-    });
-    if (count == 0) return;
-    if (!own.arrays().find(array)) make_own({array});
-    target = own.arrays().find(array);
+  const bool is_state = part.count > 0;
+  OwnArray target{};
+  if (!is_state) {
+    const OwnArray* found = own.arrays().find(array);
+    target = found ? *found : own.arrays().describe(array);
   }
-  if (!target)
-    for_each_written(values_of, [&](std::int64_t row, const double* values) {
-      for (std::size_t i = 0; i < count; ++i)
-        if (!std::isfinite(values[i]))
-          fail(MJENV_E_VALUE, in_row(row, array + "[" + std::to_string(i) + "] is " + number(values[i])));
-    });
+  check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
+              static_cast<std::int64_t>(is_state ? part.count : target.original.count()));
+  const auto check = [&](const double* values) {
+    if (!is_state) return OwnArrays::check(target, values);
+    for (std::size_t i = 0; i < count; ++i)
+      if (!std::isfinite(values[i])) fail(MJENV_E_VALUE, array + "[" + std::to_string(i) + "] is " + number(values[i]));
+  };
+  const double* checked = nullptr;  // rows may share their values
+  for_each_written(values_of, [&](std::int64_t row, const double* values) {
+    if (values == checked) return;
+    try {
+      check(values);
+    } catch (const Error& error) {
+      fail(error.status(), in_row(row, error.what()));
+    }
+    checked = values;
+  });
+  if (count == 0) return;
+  if (!is_state && !own.arrays().find(array)) {
+    make_own({array});
+    target = *own.arrays().find(array);
+  }
   for_each_written(values_of, [&](std::int64_t row, const double*) { rows_.keep(row); });
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
-    if (target)
-      OwnArrays::write(*target, values, own.present(row));
-    else
+    if (is_state)
       std::copy_n(values, count, rows_.state(row) + part.offset);
+    else
+      OwnArrays::write(target, values, own.present(row));
     rows_.head(row).written = true;
     workers_.forget(row);
   });

@@ -18,8 +18,6 @@ std::unique_ptr<double[]> copied(const void* block, std::size_t size) {
 
 }  // namespace
 
-void OwnValues::add(const std::string& name) { add(std::vector{name}); }
-
 void OwnValues::add(const std::vector<std::string>& names) {
   OwnArrays arrays = arrays_;
   for (const std::string& name : names) arrays.add(name);

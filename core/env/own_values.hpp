@@ -21,8 +21,7 @@ class OwnValues {
 
   bool empty() const { return arrays_.list().empty(); }
   const OwnArrays& arrays() const { return arrays_; }
-  // Gives all rows values of their own of the array, which are the model's. Changes nothing if it fails.
-  void add(const std::string& name);
+  // Gives all rows their own values of these arrays, at first the model's. Changes nothing if it fails.
   void add(const std::vector<std::string>& names);
 
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
@@ -40,7 +39,7 @@ class OwnValues {
   // Call before the row's values, or its state, are written.
   void keep(std::int64_t row);
   void keep_state(std::int64_t row, const double* state, std::size_t size);
-  // Call after mj_setConst.
+  // Call before mj_setConst.
   void keep_constants(std::int64_t row);
   // Call when the derived arrays were computed with the present values: all of them, or all but the forces.
   void computed_all(std::int64_t row);
@@ -57,6 +56,7 @@ class OwnValues {
   };
   // Null if nothing was kept of any row.
   const Past* past(std::int64_t row) const { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
+  // Allocates room for what is kept of the rows.
   void make_pasts();
   // A block in this layout, from one in another. Arrays that the other lacks have the model's values.
   Block translated(const OwnArrays& layout, const std::byte* block) const;

@@ -93,17 +93,18 @@ class Pair:
     def __init__(self, rows: Any, row: int, theirs: Any) -> None:
         self.rows, self.row, self.theirs = rows, row, theirs
 
-    def old(self, name: str) -> Array:
+    def place(self, name: str) -> tuple[Any, str]:
+        """The object of Gymnasium that has the array, and the attribute."""
         base = self.theirs.unwrapped
         owner, _, member = name.rpartition(".")
-        place = base.data if name in DATA else base.model.opt if owner == "opt" else base.model
-        return np.asarray(getattr(place, member), np.float64)
+        return base.data if name in DATA else base.model.opt if owner == "opt" else base.model, member
+
+    def old(self, name: str) -> Array:
+        return np.asarray(getattr(*self.place(name)), np.float64)
 
     def write(self, name: str, values: Array) -> None:
         """The same assignment on both sides."""
-        base = self.theirs.unwrapped
-        owner, _, member = name.rpartition(".")
-        place = base.data if name in DATA else base.model.opt if owner == "opt" else base.model
+        place, member = self.place(name)
         if values.ndim == 0:
             setattr(place, member, values.item())
         else:
@@ -115,7 +116,7 @@ class Pair:
         for name in written:
             old = self.old(name)
             if old.size:
-                self.write(name, ({**MODEL, **DATA})[name](rng, old))
+                self.write(name, (MODEL | DATA)[name](rng, old))
         return written
 
 

@@ -94,12 +94,12 @@ class Arrays(_Attributes):
         field = self._rows.array(self._role, self._prefix + name)
         if field is None:
             raise self._missing(name)
-        array = self._rows.read(self._row, field)
-        if not field.shape:
+        array = self._read(field)
+        if not array.shape:
             return array.item()
         if not self._is_written(field.name):
             return array
-        return written_array(array, lambda: self._rows.read(self._row, field), lambda new: self._write(field.name, new))
+        return written_array(array, lambda: self._read(field), lambda new: self._write(field, new))
 
     def __setattr__(self, name: str, value: Any) -> None:
         field = self._rows.array(self._role, self._prefix + name)
@@ -107,17 +107,22 @@ class Arrays(_Attributes):
             raise self._missing(name)
         if not self._is_written(field.name):
             super().__setattr__(name, value)
-        if field.shape:
-            getattr(self, name)[...] = value
+        array = getattr(self, name)
+        if isinstance(array, WrittenArray):
+            array[...] = value
         else:
-            self._write(field.name, value)
+            self._write(field, value)
 
     def _is_written(self, array: str) -> bool:
         """Whether the library may accept values: of mjModel it says itself what it refuses, and why."""
         return self._role == Role.MODEL or array in _INPUTS
 
-    def _write(self, array: str, values: Any) -> None:
-        self._rows.write(self._row, array, np.asarray(values, np.float64))
+    def _read(self, field: Field) -> NDArray[Any]:
+        array: NDArray[Any] = self._rows.read(self._row, field)
+        return array
+
+    def _write(self, field: Field, values: Any) -> None:
+        self._rows.write(self._row, field.name, values)
         self._changed()
 
     def __dir__(self) -> list[str]:
@@ -319,41 +324,27 @@ class Model(_Named):
         return own
 
 
-class RowArrays(_Attributes):
+class RowArrays(Arrays):
     """The arrays of all rows by name, [rows, ...]. An assignment writes the rows whose values it changes."""
 
-    __slots__ = ("_changed", "_prefix", "_role", "_rows")
+    __slots__ = ()
 
     def __init__(self, rows: Rows, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
-        for name, value in {"_rows": rows, "_role": role, "_changed": changed, "_prefix": prefix}.items():
-            object.__setattr__(self, name, value)
+        super().__init__(rows, 0, role, changed, prefix)
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
         if self._role == Role.MODEL and not self._prefix and name in ("opt", "stat"):
             return RowArrays(self._rows, self._role, self._changed, f"{name}.")
-        field = self._rows.array(self._role, self._prefix + name)
-        if field is None:
-            raise self._missing(name)
-        array = self._read(field)
-        if self._role == Role.DATA and field.name not in _INPUTS:
-            array.flags.writeable = False
-            return array
-        return written_array(array, lambda: self._read(field), lambda new: self._write(field, new))
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        array = getattr(self, name)
-        if not isinstance(array, WrittenArray):
-            super().__setattr__(name, value)
-        array[...] = value
+        return super().__getattr__(name)
 
     def __dir__(self) -> list[str]:
-        names = {field.name.removeprefix(self._prefix) for field in self._rows.fields(self._role)}
-        return sorted({*object.__dir__(self), *(name.partition(".")[0] for name in names)})
+        groups = ("opt", "stat") if self._role == Role.MODEL and not self._prefix else ()
+        return sorted({*super().__dir__(), *groups})
 
     def _read(self, field: Field) -> NDArray[Any]:
-        return np.stack([self._rows.read(row, field) for row in range(self._rows.count)])
+        array = np.stack([self._rows.read(row, field) for row in range(self._rows.count)])
+        array.flags.writeable = False
+        return array
 
     def _write(self, field: Field, values: NDArray[Any]) -> None:
         differs = (values != self._read(field)).reshape(self._rows.count, -1).any(axis=1)
