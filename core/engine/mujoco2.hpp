@@ -125,6 +125,10 @@ inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; 
 inline const std::vector<const char*> kIndices{};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{};
+// Calls visit(name, pointer, count, what mj_resetData copies to it) for each input of mjData that only this version
+// has.
+template <typename Visit>
+void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 
 // ---- Drawing ----
 

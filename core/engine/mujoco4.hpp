@@ -211,6 +211,12 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
 inline const std::vector<const char*> kIndices{"eq_data"};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
+// Calls visit(name, pointer, count, what mj_resetData copies to it) for each input of mjData that only this version
+// has.
+template <typename Visit>
+void for_each_more_input(const mjModel& m, const mjData& d, const Visit& visit) {
+  visit("eq_active", d.eq_active, m.neq, m.eq_active0);
+}
 
 // ---- Drawing ----
 

@@ -32,6 +32,7 @@ struct IntegerRule {
 };
 const std::vector<IntegerRule> kIntegers{
     {"eq_active", 0, 1},
+    {"eq_active0", 0, 1},
     {"jnt_limited", 0, 1},
     {"tendon_limited", 0, 1},
     {"actuator_ctrllimited", 0, 1},
@@ -60,23 +61,35 @@ const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",        "geom
                     "jnt_axis",     "geom_aabb",        "geom_surfacevel", "body_margin"};
 const Names kContacts{"geom_friction", "geom_solref", "geom_solimp", "geom_solmix", "geom_adhesion"};
 
-struct Input {
-  const char* name;
-  mjtNum* mjData::*member;
-  std::int64_t rows, columns;
-};
-
-std::vector<Input> inputs_of(const mjModel& m) {
-  return {{"qfrc_applied", &mjData::qfrc_applied, m.nv, 1},
-          {"xfrc_applied", &mjData::xfrc_applied, m.nbody, 6},
-          {"mocap_pos", &mjData::mocap_pos, m.nmocap, 3},
-          {"mocap_quat", &mjData::mocap_quat, m.nmocap, 4},
-          {"userdata", &mjData::userdata, m.nuserdata, 1}};
-}
-
 template <typename Struct>
 std::size_t offset_in(const Struct& start, const void* member) {
   return static_cast<std::size_t>(static_cast<const char*>(member) - reinterpret_cast<const char*>(&start));
+}
+
+struct Input {
+  const char* name;
+  mjenv_type type;
+  std::size_t member;
+  std::int64_t rows, columns;
+  const void* cleared;
+};
+
+std::vector<Input> inputs_of(const mjModel& m) {
+  const mjData d{};
+  std::vector<Input> list;
+  const auto add = [&](const char* name, const auto& member, std::int64_t rows, std::int64_t columns = 1) {
+    list.push_back({name, MJENV_TYPE_FLOAT64, offset_in(d, &member), rows, columns, nullptr});
+  };
+  if (m.na == 0) add("act", d.act, 0);  // else it is part of the state
+  add("qfrc_applied", d.qfrc_applied, m.nv);
+  add("xfrc_applied", d.xfrc_applied, m.nbody, 6);
+  add("mocap_pos", d.mocap_pos, m.nmocap, 3);
+  add("mocap_quat", d.mocap_quat, m.nmocap, 4);
+  add("userdata", d.userdata, m.nuserdata);
+  for_each_more_input(m, d, [&](const char* name, const auto& member, std::int64_t rows, const void* cleared) {
+    list.push_back({name, MJENV_TYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
+  });
+  return list;
 }
 
 std::size_t size_of(mjenv_type type) {
@@ -140,17 +153,18 @@ OwnArray OwnArrays::describe(const std::string& name) const {
     array.place = is_number ? OwnArray::Place::model_number : OwnArray::Place::model_array;
     array.member = is_number ? offset_in(m, array.original.data) : pointer_to(m, name);
   } else {
-    const mjData data{};
     const auto inputs = inputs_of(m);
     const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) { return name == i.name; });
     if (input == inputs.end())
       refuse_name(name,
                   "MuJoCo computes it, or there is no such array; of mjData these can be written: time, qpos, "
-                  "qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata");
-    array.original = {name, MJENV_TYPE_FLOAT64, {input->rows}, nullptr};
+                  "qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata, and "
+                  "eq_active of MuJoCo 4.0");
+    array.original = {name, input->type, {input->rows}, nullptr};
     if (input->columns > 1) array.original.shape.push_back(input->columns);
     array.place = OwnArray::Place::data_input;
-    array.member = offset_in(data, &(data.*input->member));
+    array.member = input->member;
+    array.cleared = input->cleared;
   }
   array.bytes = array.original.count() * size_of(array.original.type);
   return array;
@@ -171,6 +185,7 @@ void OwnArrays::add(const std::string& name) {
     add("mocap_pos");
     add("mocap_quat");
   }
+  if (name == "eq_active0") add("eq_active");  // which mj_resetData sets to it
 }
 
 void OwnArrays::check(const OwnArray& array, const double* values) {
@@ -238,6 +253,11 @@ void OwnArrays::clear_inputs(std::byte* block, std::size_t first) const {
   for (std::size_t i = first; i < list_.size(); ++i) {
     const OwnArray& array = list_[i];
     if (array.place != OwnArray::Place::data_input) continue;
+    if (array.cleared) {
+      const OwnArray* own = find(array.original.name + "0");
+      std::memcpy(block + array.offset, own ? block + own->offset : array.cleared, array.bytes);
+      continue;
+    }
     std::memset(block + array.offset, 0, array.bytes);
     const bool is_quat = array.original.name == "mocap_quat";
     if (!is_quat && array.original.name != "mocap_pos") continue;

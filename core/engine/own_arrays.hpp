@@ -17,7 +17,8 @@ struct OwnArray {
   Place place;
   std::size_t member;  // the offset of the array's pointer, or of the number, in mjModel or mjData
   std::size_t bytes;
-  std::size_t offset;  // in a row's block
+  std::size_t offset;   // in a row's block
+  const void* cleared;  // of an input of mjData: the array of the model that mj_resetData copies; null: none
 };
 
 // Lays out the block of memory that holds the values of one row. Arrays are appended and never removed.

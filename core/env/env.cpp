@@ -270,8 +270,8 @@ void Env::write(std::int64_t row, const std::string& array, const double* values
 void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count) {
   const auto each = count / static_cast<std::size_t>(rows());
   if (count % static_cast<std::size_t>(rows()) != 0)
-    fail(MJENV_E_SIZE,
-         "count is " + std::to_string(count) + ", which is no multiple of the " + std::to_string(rows()) + " rows");
+    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) +
+                           ", which is no multiple of the " + std::to_string(rows()) + " rows");
   write(array, each,
         [&](std::int64_t i) { return is_selected(mask, i) ? values + static_cast<std::size_t>(i) * each : nullptr; });
 }
@@ -287,8 +287,11 @@ void Env::write(const std::string& array, std::size_t count,
     const OwnArray* found = own.arrays().find(array);
     target = found ? *found : own.arrays().describe(array);
   }
+  const std::size_t needed = is_state ? part.count : target.original.count();
+  if (needed == 0 && count > 0)
+    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", but the model has none");
   check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
-              static_cast<std::int64_t>(is_state ? part.count : target.original.count()));
+              static_cast<std::int64_t>(needed));
   const auto check = [&](const double* values) {
     if (!is_state) return OwnArrays::check(target, values);
     for (std::size_t i = 0; i < count; ++i)

@@ -231,6 +231,31 @@ TEST(state_is_read_and_set) {
   return "";
 }
 
+TEST(rows_are_written) {
+  mjenv::Env env("Reacher-v5", 2);
+  const std::vector<double> mass = env.read(0, "body_mass");
+  std::vector<double> heavy = mass;
+  for (double& each : heavy) each *= 2;
+  std::vector<double> both = mass;
+  both.insert(both.end(), heavy.begin(), heavy.end());
+  env.write(1, "body_mass", heavy);
+  EXPECT(same_bits(env.read(0, "body_mass"), mass) && same_bits(env.read(1, "body_mass"), heavy));
+  env.write(MJENV_ALL_ROWS, "body_mass", mass);
+  EXPECT(same_bits(env.read(1, "body_mass"), mass));
+  env.write_rows("body_mass", both);
+  EXPECT(same_bits(env.read(0, "body_mass"), mass) && same_bits(env.read(1, "body_mass"), heavy));
+  const std::vector<double> light_weight = env.read(0, "dof_invweight0");
+  env.set_constants(1);
+  EXPECT(same_bits(env.read(0, "dof_invweight0"), light_weight));
+  EXPECT(env.read(1, "body_subtreemass")[0] > env.read(0, "body_subtreemass")[0]);
+  env.write_rows(std::array<std::uint8_t, 2>{1, 0}, "body_mass", std::vector<double>(2 * mass.size(), 0.5));
+  EXPECT(env.read(0, "body_mass")[1] == 0.5 && same_bits(env.read(1, "body_mass"), heavy));
+  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.write(0, "no_such", mass); }));
+  EXPECT(refused(MJENV_E_SIZE, "body_mass", [&] { env.write_rows("body_mass", mass); }));
+  EXPECT(refused(MJENV_E_VALUE, "body_mass", [&] { env.write(0, "body_mass", std::vector<double>(mass.size(), -1)); }));
+  return "";
+}
+
 TEST(automatic_resets_are_told) {
   mjenv::Env env(mjenv::Options("Reacher-v5").set("autoreset_mode", "same_step").set("max_episode_steps", 2), 2);
   mjenv::Batch out = env.batch();
@@ -261,6 +286,7 @@ int main() {
       cmocka_unit_test(rows_are_copied_and_continued),
       cmocka_unit_test(masks_choose_rows),
       cmocka_unit_test(state_is_read_and_set),
+      cmocka_unit_test(rows_are_written),
       cmocka_unit_test(automatic_resets_are_told),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -242,7 +242,7 @@ static void test_refusals(void** state) {
   assert_refused(MJENV_E_ARGUMENT, mjenv_write(env, 0, NULL, mass, count), "array");
   assert_refused(MJENV_E_ARGUMENT, mjenv_write(env, 0, "body_mass", NULL, count), "values");
   assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, "body_mass", mass, count - 1), "body_mass");
-  assert_refused(MJENV_E_SIZE, mjenv_write_rows(env, NULL, "body_mass", mass, 2 * count - 1), "count");
+  assert_refused(MJENV_E_SIZE, mjenv_write_rows(env, NULL, "body_mass", mass, 2 * count - 1), "body_mass");
   assert_refused(MJENV_E_SIZE, mjenv_write_rows(env, NULL, "qpos", mass, 2), "qpos");
   assert_refused(MJENV_E_VALUE, mjenv_write(env, 2, "body_mass", mass, count), "row 2");
   assert_refused(MJENV_E_VALUE, mjenv_write(env, -2, "body_mass", mass, count), "row -2");
@@ -321,10 +321,10 @@ static void test_empty_arrays(void** state) {
   const double none = 0, action[3] = {0};
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
-  const char* const arrays[] = {"pair_margin", "pair_friction", "tendon_stiffness", "mocap_pos", "userdata"};
+  const char* const arrays[] = {"pair_margin", "pair_friction", "tendon_stiffness", "mocap_pos", "userdata", "act"};
   for (size_t i = 0; i < COUNT(arrays); ++i) {
     assert_ok(mjenv_write(env, 0, arrays[i], &none, 0));
-    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i]);
+    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i], "the model has none");
   }
   assert_ok(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   mjenv_destroy(env);

@@ -96,6 +96,77 @@ function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     return env
 end
 
+# The values as the library takes them: all elements of the array, once for each row if rows are its last dimension.
+function written(env::Env, name::String, values::Union{Real,AbstractArray{<:Real}}, rows::Tuple{Vararg{Int}})
+    wanted = haskey(arrays_of(env), name) ? (arrays_of(env)[name].shape..., rows...) : size(values)
+    size(values) == wanted && return collect(Float64, vec(collect(values)))
+    throw(DimensionMismatch("the values of $name have the size $(size(values)); this $env needs $wanted"))
+end
+
+"""
+    write!(env, array, values; row = 1)
+
+Writes an array of the row's mjModel, or an input of its mjData, by its MuJoCo name: `:body_mass`, `:geom_friction`,
+`"opt.timestep"`, `:xfrc_applied`. `values` has the size that [`read`](@ref) returns; `row = :` gives all rows these
+values. The effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`): values of
+the mjModel stay over resets, and a reset clears the inputs. mjenv.h lists what can be written. An array that can't be
+written, or a value that MuJoCo could not compute with, throws an [`MJEnvError`](@ref), and nothing is written. Returns
+`env`.
+
+```julia
+masses = read(env, :body_mass)
+masses[2] *= 1.5
+write!(env, :body_mass, masses)
+```
+"""
+function write!(
+    env::Env,
+    array::Union{Symbol,AbstractString},
+    values::Union{Real,AbstractArray{<:Real}};
+    row::Union{Integer,Colon} = 1,
+)
+    index, name = rows_index(env, row), text(array)
+    numbers = written(env, name, values, ())
+    check(env.handle, inside(handle -> mjenv_write(handle, index, name, numbers, length(numbers)), env))
+    return env
+end
+
+"""
+    write_rows!(env, array, values; mask = nothing)
+
+Writes an array of many rows, each with values of its own: the last dimension of `values` is the row. Rows where the
+`Bool` vector `mask` is false keep theirs. Otherwise it is like [`write!`](@ref). Returns `env`.
+
+```julia
+write_rows!(env, "opt.timestep", [0.01, 0.02, 0.03])  # three rows
+```
+"""
+function write_rows!(
+    env::Env,
+    array::Union{Symbol,AbstractString},
+    values::AbstractArray{<:Real};
+    mask::Union{Nothing,AbstractVector{Bool}} = nothing,
+)
+    name = text(array)
+    numbers = written(env, name, values, (env.rows,))
+    flags = as_mask(env, mask)
+    check(env.handle, inside(handle -> mjenv_write_rows(handle, flags, name, numbers, length(numbers)), env))
+    return env
+end
+
+"""
+    set_constants!(env; row = 1)
+
+Calls mj_setConst for a row, or for all rows with `row = :`: MuJoCo computes anew what it computes from masses, sizes
+and `qpos0` when it compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The row ends in the position
+`qpos_spring`, for which mj_setConst computes last: reset the row, or set its state. Returns `env`.
+"""
+function set_constants!(env::Env; row::Union{Integer,Colon} = 1)
+    index = rows_index(env, row)
+    check(env.handle, inside(handle -> mjenv_set_constants(handle, index), env))
+    return env
+end
+
 """
     simulate!(env, ctrl, frames; row = 1)
 
@@ -139,8 +210,8 @@ end
 """
     copy_row!(env, from, to)
 
-Copies the row `from` into all rows where the `Bool` vector `to` is true: simulation, random stream and counters.
-Returns `env`.
+Copies the row `from` into all rows where the `Bool` vector `to` is true: simulation, random stream, counters and
+written arrays. Returns `env`.
 """
 function copy_row!(env::Env, from::Integer, to::AbstractVector{Bool})
     index, mask = row_index(env, from), as_mask(env, to)
@@ -154,8 +225,8 @@ rows_index(::Env, ::Colon) = MJENV_ALL_ROWS
 """
     snapshot(env; row = 1)
 
-Saves a row (or all rows with `row = :`) as a new `Vector{UInt8}`, called an image: simulation, random stream and
-counters. [`restore!`](@ref) continues from it.
+Saves a row (or all rows with `row = :`) as a new `Vector{UInt8}`, called an image: simulation, random stream,
+counters and written arrays. [`restore!`](@ref) continues from it.
 """
 function snapshot(env::Env; row::Union{Integer,Colon} = 1)
     index = rows_index(env, row)

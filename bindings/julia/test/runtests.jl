@@ -18,6 +18,7 @@ const TEST_SETS = (
     "schema" => "schema.jl",
     "interface" => "interface.jl",
     "many" => "many.jl",
+    "writes" => "writes.jl",
     "bad input" => "bad_input.jl",
     "engines" => "engines.jl",
     "pictures" => "pictures.jl",

@@ -371,6 +371,22 @@ class Env {
   mjenv_status set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
     return keep(check(mjenv_set_state(handle(), row, qpos.data(), qpos.size(), qvel.data(), qvel.size())));
   }
+  /* Writes all elements of an array of a row's mjModel or mjData, or of all rows. */
+  mjenv_status write(std::int64_t row, const std::string &array, Span<const double> values) {
+    return keep(with_text(
+        array, [&](const char *text) { return mjenv_write(handle(), row, text, values.data(), values.size()); }));
+  }
+  /* Writes values[rows][elements of the array]: to all rows, or to those where mask[rows] is not 0. */
+  mjenv_status write_rows(const std::string &array, Span<const double> values) {
+    return write_masked(nullptr, array, values);
+  }
+  mjenv_status write_rows(Span<const std::uint8_t> mask, const std::string &array, Span<const double> values) {
+    return is_per_row(mask.size()) ? write_masked(mask.data(), array, values) : status_;
+  }
+  /* Calls mj_setConst. */
+  mjenv_status set_constants(std::int64_t row = MJENV_ALL_ROWS) {
+    return keep(check(mjenv_set_constants(handle(), row)));
+  }
   mjenv_status simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
     return keep(check(mjenv_simulate(handle(), row, ctrl.data(), ctrl.size(), frames)));
   }
@@ -442,6 +458,10 @@ class Env {
   mjenv_status reset_rows(const std::uint8_t *mask, Batch &out) {
     const mjenv_batch written = out.raw();
     return keep(check(mjenv_reset(handle(), mask, &written)));
+  }
+  mjenv_status write_masked(const std::uint8_t *mask, const std::string &array, Span<const double> values) {
+    return keep(with_text(
+        array, [&](const char *text) { return mjenv_write_rows(handle(), mask, text, values.data(), values.size()); }));
   }
   template <typename Real>
   mjenv_status step_rows(const std::uint8_t *mask, Span<const Real> action, Batch &out) {

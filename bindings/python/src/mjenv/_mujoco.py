@@ -60,7 +60,7 @@ _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
 
 # What can be written of mjData. All else MuJoCo computes from it.
 _INPUTS = frozenset(
-    "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata".split()
+    "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata eq_active".split()
 )
 # In MuJoCo 4.0 these are of the joint, and not of its degrees of freedom.
 _OF_JOINTS = ("solref", "solimp")

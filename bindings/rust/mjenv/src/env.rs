@@ -404,6 +404,77 @@ impl Env {
         check(unsafe { sys::mjenv_set_state(env, int64(row), qpos.as_ptr(), qpos.len(), qvel.as_ptr(), qvel.len()) })
     }
 
+    /// Writes an array of a row's mjModel, or an input of its mjData, by its MuJoCo name: `"body_mass"`,
+    /// `"geom_friction"`, `"opt.timestep"`, `"xfrc_applied"`. `values` has all elements of the array, as many as
+    /// [`Env::read`] returns. The effect is that of the same assignment in Gymnasium
+    /// (`env.unwrapped.model.body_mass[:] = values`): values of the mjModel stay over resets, and a reset clears the
+    /// inputs. mjenv.h lists what can be written.
+    ///
+    /// ```
+    /// # fn main() -> Result<(), mjenv::Error> {
+    /// let mut env = mjenv::Env::new(&mjenv::Options::new("Hopper-v5")?, 2)?;
+    /// let mut masses = env.read(1, "body_mass")?;
+    /// masses[1] *= 1.5; // the torso of row 1
+    /// env.write(1, "body_mass", &masses)?;
+    /// # assert_eq!(env.read(1, "body_mass")?[1], env.read(0, "body_mass")?[1] * 1.5);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// Errors: [`ErrorKind::Name`] (there is no such array, or it cannot be written), [`ErrorKind::Value`] (there is no
+    /// such row, or MuJoCo could not compute with a value), [`ErrorKind::Size`]. After an error nothing was written.
+    pub fn write(&mut self, row: usize, array: &str, values: &[f64]) -> Result<()> {
+        self.write_raw(int64(row), array, values)
+    }
+
+    /// Does what [`Env::write`] does, for all rows, which then have the same values. Errors: those of [`Env::write`].
+    pub fn write_all(&mut self, array: &str, values: &[f64]) -> Result<()> {
+        self.write_raw(sys::MJENV_ALL_ROWS.into(), array, values)
+    }
+
+    fn write_raw(&mut self, row: i64, array: &str, values: &[f64]) -> Result<()> {
+        let name = c_string(format_args!("array {array:?}"), array)?;
+        // SAFETY: all pointers are valid for the call, and `values` has the given number of elements.
+        check(unsafe { sys::mjenv_write(self.raw(), row, name.as_ptr(), values.as_ptr(), values.len()) })
+    }
+
+    /// Writes an array of all rows, each with values of its own: `values` is `[rows][elements of the array]`, one row
+    /// after the other. Errors: those of [`Env::write`].
+    pub fn write_rows(&mut self, array: &str, values: &[f64]) -> Result<()> {
+        self.write_rows_raw(ptr::null(), array, values)
+    }
+
+    /// Does what [`Env::write_rows`] does, for the rows where `mask` is true; `mask` has an element for each row.
+    /// `values` has the elements of all rows, of which those of the other rows are ignored. Errors: those of
+    /// [`Env::write`].
+    pub fn write_rows_where(&mut self, mask: &[bool], array: &str, values: &[f64]) -> Result<()> {
+        check_length("mask", mask.len(), self.rows)?;
+        self.write_rows_raw(mask.as_ptr() as *const u8, array, values)
+    }
+
+    fn write_rows_raw(&mut self, mask: *const u8, array: &str, values: &[f64]) -> Result<()> {
+        let name = c_string(format_args!("array {array:?}"), array)?;
+        // SAFETY: all pointers are valid for the call, `values` has the given number of elements, and a mask that is
+        // not null has an element for each row.
+        check(unsafe { sys::mjenv_write_rows(self.raw(), mask, name.as_ptr(), values.as_ptr(), values.len()) })
+    }
+
+    /// Calls mj_setConst for a row: MuJoCo computes anew what it computes from masses, sizes and `qpos0` when it
+    /// compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The row ends in the position
+    /// `qpos_spring`, for which mj_setConst computes last: reset the row, or set its state. Errors:
+    /// [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Physics`], [`ErrorKind::Model`] (it would change what
+    /// all rows share).
+    pub fn set_constants(&mut self, row: usize) -> Result<()> {
+        // SAFETY: the handle is alive.
+        check(unsafe { sys::mjenv_set_constants(self.raw(), int64(row)) })
+    }
+
+    /// Does what [`Env::set_constants`] does, for all rows. Errors: those of [`Env::set_constants`].
+    pub fn set_constants_all(&mut self) -> Result<()> {
+        // SAFETY: the handle is alive.
+        check(unsafe { sys::mjenv_set_constants(self.raw(), sys::MJENV_ALL_ROWS.into()) })
+    }
+
     /// Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a number for
     /// each actuator, as Gymnasium's `do_simulation` does. It counts no step of the environment and gives no reward.
     /// Errors: [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`],
@@ -414,16 +485,16 @@ impl Env {
         check(unsafe { sys::mjenv_simulate(env, int64(row), ctrl.as_ptr(), ctrl.len(), frames) })
     }
 
-    /// Copies the row `from` into all rows where `to` is true: simulation, random stream and counters. `to` has an
-    /// element for each row. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Size`].
+    /// Copies the row `from` into all rows where `to` is true: simulation, random stream, counters and
+    /// written arrays. `to` has an element for each row. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Size`].
     pub fn copy_row(&mut self, from: usize, to: &[bool]) -> Result<()> {
         check_length("mask", to.len(), self.rows)?;
         // SAFETY: there is a flag for each row.
         check(unsafe { sys::mjenv_copy_row(self.raw(), int64(from), to.as_ptr() as *const u8) })
     }
 
-    /// Saves a row as bytes, called an image: simulation, random stream and counters. [`Env::restore`] continues from
-    /// it. Errors: [`ErrorKind::Value`] (there is no such row).
+    /// Saves a row as bytes, called an image: simulation, random stream, counters and written arrays.
+    /// [`Env::restore`] continues from it. Errors: [`ErrorKind::Value`] (there is no such row).
     pub fn snapshot(&self, row: usize) -> Result<Vec<u8>> {
         self.image(int64(row))
     }

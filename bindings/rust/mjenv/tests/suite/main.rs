@@ -14,3 +14,4 @@ mod schema;
 mod state;
 mod threads;
 mod vectors;
+mod writes;

@@ -296,6 +296,27 @@ fn states() {
 }
 
 #[test]
+fn writes() {
+    let mut pair = Pair::new("Hopper-v4", 2);
+    let mass = pair.env.read(0, "body_mass").unwrap();
+    let bad = |value| mass.iter().map(|_| value).collect::<Vec<f64>>();
+    pair.refuses(ErrorKind::Name, &["body_maas"], |env, _| env.write(0, "body_maas", &[]));
+    pair.refuses(ErrorKind::Name, &["xpos", "MuJoCo computes it"], |env, _| env.write_all("xpos", &[]));
+    pair.refuses(ErrorKind::Name, &["body_parentid", "structure"], |env, _| env.write_rows("body_parentid", &[]));
+    pair.refuses(ErrorKind::Argument, &["body_mass", "NUL"], |env, _| env.write(0, "body_mass\0", &mass));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.write(2, "body_mass", &mass));
+    pair.refuses(ErrorKind::Size, &["body_mass", "4", "5"], |env, _| env.write(1, "body_mass", &mass[..4]));
+    pair.refuses(ErrorKind::Size, &["body_mass"], |env, _| env.write(1, "body_mass", &[]));
+    pair.refuses(ErrorKind::Size, &["body_mass", "5", "2 rows"], |env, _| env.write_rows("body_mass", &mass));
+    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, _| env.write_rows_where(&[true], "body_mass", &mass));
+    pair.refuses(ErrorKind::Value, &["body_mass[0]", "nan"], |env, _| env.write(0, "body_mass", &bad(f64::NAN)));
+    pair.refuses(ErrorKind::Value, &["body_mass", "-1"], |env, _| env.write_all("body_mass", &bad(-1.0)));
+    let half_bad = [&mass[..], &bad(-1.0)].concat();
+    pair.refuses(ErrorKind::Value, &["body_mass", "-1"], |env, _| env.write_rows("body_mass", &half_bad));
+    pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.set_constants(2));
+}
+
+#[test]
 fn images() {
     let mut pair = Pair::new("HalfCheetah-v4", 2);
     let image = pair.env.snapshot(0).unwrap();
