@@ -1110,3 +1110,65 @@ def test_errors_can_be_pickled(envs: mjenv.VectorEnv) -> None:
     again = pickle.loads(pickle.dumps(caught.value))
     assert type(again) is mjenv.NoAsyncCallError
     assert (str(again), again.status, again.name) == (str(caught.value), Status.E_NOT_PENDING, "recv")
+
+
+# ---- zero-copy ----
+
+
+def address(array: Any) -> int:
+    """Where NumPy's array interface says that the numbers lie."""
+    return array.__array_interface__["data"][0]
+
+
+@pytest.mark.parametrize("copy", [True, False])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_outputs_speak_dlpack(dtype: Any, copy: bool) -> None:
+    envs = mjenv.make_vec("Ant-v5", 3, arrays="xpos cfrc_ext", copy=copy, dtype=dtype)
+    obs, _ = envs.reset(seed=1)
+    actions = np.ones((3, 8), np.float32)
+    rows, *received = (envs.send(actions), envs.recv())[1]
+    results = envs.step(actions)
+    outputs = [obs, rows, *received[:4], *results[:4], *results[4].values(), *envs.arrays.values()]
+    for array in outputs:
+        shared = np.from_dlpack(array)
+        assert array.flags.writeable
+        assert np.shares_memory(shared, array)
+        assert address(shared) == address(array)
+        array.reshape(-1)[0] = 1 - array.reshape(-1)[0]
+        assert np.array_equal(shared, array)
+
+
+def test_shared_arrays_show_the_next_step() -> None:
+    envs = mjenv.make_vec("Ant-v5", 3, arrays="xpos", copy=False)
+    obs, xpos = np.from_dlpack(envs.reset(seed=1)[0]), np.from_dlpack(envs.arrays["xpos"])
+    for _ in range(2):
+        before = obs.copy(), xpos.copy()
+        stepped = envs.step(np.ones((3, 8), np.float32))[0]
+        assert np.array_equal(obs, stepped)
+        assert not np.array_equal(obs, before[0])
+        assert not np.array_equal(xpos, before[1])
+    assert all(np.array_equal(xpos[row], env.data.xpos) for row, env in enumerate(envs.envs))
+    # They outlive the environment.
+    last = xpos.copy()
+    envs.close()
+    del envs, stepped
+    gc.collect()
+    mjenv.make_vec("Ant-v5", 3, arrays="xpos").reset(seed=2)
+    assert np.array_equal(xpos, last)
+
+
+def test_copies_of_the_simulation_are_read_only() -> None:
+    """NumPy shares read-only arrays from 2.1 on, and older ones refuse: np.array(...) copies."""
+    envs = mjenv.make_vec("Ant-v5", 2)
+    envs.reset(seed=1)
+    row = envs.envs[1]
+    for array in (row.data.xpos, row.data.qpos, row.model.body_mass, envs.data.xpos, envs.model.body_mass):
+        assert not array.flags.writeable
+        if np.lib.NumpyVersion(np.__version__) < "2.1.0":
+            with pytest.raises(BufferError, match="readonly"):
+                np.from_dlpack(array)
+        else:
+            shared = np.from_dlpack(array)
+            assert np.shares_memory(shared, array)
+            assert not shared.flags.writeable
+        assert np.from_dlpack(np.array(array)).shape == array.shape

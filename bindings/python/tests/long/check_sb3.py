@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
@@ -110,6 +111,21 @@ def test_saved_normalizers_play(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert main([*words, "--normalizer", str(tmp_path / "other.pkl")]) == 0
     first, second = capsys.readouterr().out.splitlines()
     assert first == second == f"{tmp_path / 'a.png'}: {steps} steps, return {total:.6g}"
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_tensors_share_memory(dtype: Any) -> None:
+    """PyTorch takes outputs and exported arrays by DLPack without a copy, and sees the next step in them."""
+    envs = mjenv.make_vec("Ant-v5", 3, arrays="xpos", copy=False, dtype=dtype)
+    obs, xpos = torch.from_dlpack(envs.reset(seed=1)[0]), torch.from_dlpack(envs.arrays["xpos"])
+    before = obs.clone()
+    stepped, rewards, *_ = envs.step(torch.ones(3, 8).numpy())
+    assert obs.data_ptr() == stepped.ctypes.data
+    assert xpos.data_ptr() == envs.arrays["xpos"].ctypes.data
+    assert torch.from_dlpack(rewards).data_ptr() == rewards.ctypes.data
+    assert not torch.equal(obs, before)
+    assert np.array_equal(obs.numpy(), stepped)
+    assert np.array_equal(xpos.numpy(), envs.arrays["xpos"])
 
 
 def test_pictures() -> None:
