@@ -95,6 +95,26 @@ class Mjenv(Vector):
         super().__init__(env, drawn(env.single_action_space, envs, np.float32, seed))
 
 
+def own_values(model: Any, envs: int, seed: int) -> tuple[Any, Any]:
+    """Masses and frictions for each environment."""
+    random = np.random.default_rng(seed)
+    mass = model.body_mass * random.uniform(0.8, 1.2, (envs, *model.body_mass.shape))
+    return mass, model.geom_friction * random.uniform(0.5, 1.5, (envs, *model.geom_friction.shape))
+
+
+class MjenvOwn(Mjenv):
+    """Each environment has masses and frictions of its own."""
+
+    def __init__(self, id: str, envs: int, threads: int, seed: int) -> None:
+        import mjenv
+
+        env = mjenv.make_vec(id, envs, num_threads=threads)
+        model = env.envs[0].model
+        env.model.body_mass[:], env.model.geom_friction[:] = own_values(model, envs, seed)
+        env.reset(seed=seed)
+        Vector.__init__(self, env, drawn(env.single_action_space, envs, np.float32, seed))
+
+
 class MjenvAsync(Peer):
     """send and recv, half of the environments at a time."""
 
@@ -201,6 +221,7 @@ class MujocoBatch(Peer):
         starts, lengths = self._episodes(env, seed)
         random = np.random.default_rng(seed)
         batch = Batch(bare.model, envs, threads)
+        self._prepare(batch, seed)
         qpos, qvel, ctrl = batch.bind("qpos"), batch.bind("qvel"), batch.bind("ctrl")
 
         def start(ids: Any) -> None:
@@ -223,6 +244,8 @@ class MujocoBatch(Peer):
 
         super().__init__(drawn(env.action_space, envs, np.float64, seed), step, env.close)
 
+    def _prepare(self, batch: Any, seed: int) -> None: ...
+
     @staticmethod
     def _episodes(env: Any, seed: int) -> tuple[Any, Any]:
         """The states that episodes start from, and the number of steps in an episode."""
@@ -242,9 +265,18 @@ class MujocoBatch(Peer):
         return np.array(starts), np.array(lengths)
 
 
+class MujocoBatchOwn(MujocoBatch):
+    """Each simulation has masses and frictions of its own."""
+
+    def _prepare(self, batch: Any, seed: int) -> None:
+        values = own_values(batch.model, batch.nsim, seed)
+        batch.expand("body_mass")[:], batch.expand("geom_friction")[:] = values
+
+
 PEERS: dict[str, type[Peer]] = {
     "mjenv-single": MjenvSingle,
     "mjenv": Mjenv,
+    "mjenv-own": MjenvOwn,
     "mjenv-async": MjenvAsync,
     "gymnasium-single": GymnasiumSingle,
     "gymnasium-sync": GymnasiumSync,
@@ -252,6 +284,7 @@ PEERS: dict[str, type[Peer]] = {
     "envpool-sync": EnvPoolSync,
     "envpool-async": EnvPoolAsync,
     "mujoco-batch": MujocoBatch,
+    "mujoco-batch-own": MujocoBatchOwn,
 }
 
 
