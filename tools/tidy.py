@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Runs clang-tidy on the sources in core/ and capi/, after they were compiled by Ninja.
 
-    tidy.py BUILD [CACHE]
+    tidy.py BUILD CACHE [--deep]
+
+With --deep, clang's static analyzer follows calls into larger functions and more ways through each of them, which takes
+four times as long.
 
 A file that passed is checked again when a file that it reads, its compiler options or clang-tidy's settings change.
-The folder CACHE (BUILD/lint/passed) has an empty file for each check that passed, named by a hash of all that the check
-depends on. Clones on the same machine can share it.
+The folder CACHE has an empty file for each check that passed, named by a hash of all that the check depends on. Clones
+on the same machine can share it.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 # Options of gcc that clang does not know.
 GCC_OPTIONS = re.compile(r" (-fno-gnu-unique|--param=\S+)")
+SHALLOW = ("-Xclang", "-analyzer-config", "-Xclang", "mode=shallow")
 
 
 @cache
@@ -42,14 +46,15 @@ def inputs(build: Path) -> dict[str, list[Path]]:
 
 def main() -> int:
     build = Path(sys.argv[1]).resolve()
+    depth = [] if "--deep" in sys.argv[3:] else [f"--extra-arg={word}" for word in SHALLOW]
     folder = build / "lint"
-    passed = Path(sys.argv[2]) if len(sys.argv) > 2 else folder / "passed"
+    passed = Path(sys.argv[2])
     folder.mkdir(exist_ok=True)
     passed.mkdir(parents=True, exist_ok=True)
     commands = json.loads(GCC_OPTIONS.sub("", (build / "compile_commands.json").read_text()))
     (folder / "compile_commands.json").write_text(json.dumps(commands))
     version = subprocess.run(["clang-tidy", "--version"], check=True, capture_output=True).stdout
-    settings = version + (ROOT / ".clang-tidy").read_bytes()
+    settings = version + (ROOT / ".clang-tidy").read_bytes() + " ".join(depth).encode()
     read = inputs(build)
 
     def stamp(command: dict[str, str]) -> Path:
@@ -65,7 +70,7 @@ def main() -> int:
 
     def check(command: dict[str, str]) -> bool:
         done = subprocess.run(
-            ["clang-tidy", "-p", folder, "--quiet", command["file"]], capture_output=True, text=True, cwd=ROOT
+            ["clang-tidy", "-p", folder, "--quiet", *depth, command["file"]], capture_output=True, text=True, cwd=ROOT
         )
         if done.returncode:
             print(done.stdout + done.stderr, flush=True)

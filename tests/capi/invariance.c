@@ -4,7 +4,7 @@
 
 enum { ROWS = 64, LIMIT = 15 };
 
-static int steps = 40;
+static int steps = 20;
 
 struct way {
   int64_t threads;

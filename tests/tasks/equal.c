@@ -63,33 +63,46 @@ static struct arrays arrays_of(const mjenv_env* env, int64_t rows) {
   return a;
 }
 
+// An environment and its outputs.
+struct side {
+  mjenv_env* env;
+  struct arrays arrays;
+};
+
+static struct side side_of(const char* id, const struct setting* setting) {
+  struct side side = {.env = env_of(id, setting)};
+  side.arrays = arrays_of(side.env, ROWS);
+  seed_rows(side.env, 7);
+  assert_ok(mjenv_reset(side.env, NULL, &side.arrays.out));
+  return side;
+}
+
+static void side_free(struct side* side) {
+  mjenv_destroy(side->env);
+  free(side->arrays.memory);
+}
+
 struct pair {
-  mjenv_env* env[2];  // the built-in one's, the repeated one's
-  struct arrays out[2];
+  struct side side[2];  // the built-in one's, the repeated one's
 };
 
 static struct pair pair_of(const struct repeated* task, const struct setting* setting) {
-  struct pair p;
-  for (int i = 0; i < 2; ++i) {
-    p.env[i] = env_of(i ? task->own : task->built_in, setting);
-    p.out[i] = arrays_of(p.env[i], ROWS);
-    seed_rows(p.env[i], 7);
-    assert_ok(mjenv_reset(p.env[i], NULL, &p.out[i].out));
-  }
-  return p;
-}
-
-static void assert_equal(const struct pair* p, const char* what, int64_t step) {
-  assert_int_equal(p->out[0].bytes, p->out[1].bytes);
-  for (size_t i = 0; i < p->out[0].bytes; ++i)
-    if (p->out[0].memory[i] != p->out[1].memory[i]) fail_msg("%s, step %d: byte %zu differs", what, (int)step, i);
+  return (struct pair){{side_of(task->built_in, setting), side_of(task->own, setting)}};
 }
 
 static void pair_free(struct pair* p) {
-  for (int i = 0; i < 2; ++i) {
-    mjenv_destroy(p->env[i]);
-    free(p->out[i].memory);
-  }
+  for (int i = 0; i < 2; ++i) side_free(&p->side[i]);
+}
+
+static void assert_same_outputs(const struct side* a, const struct side* b, const char* what, int64_t step) {
+  const struct arrays *of_a = &a->arrays, *of_b = &b->arrays;
+  assert_int_equal(of_a->bytes, of_b->bytes);
+  for (size_t i = 0; i < of_a->bytes; ++i)
+    if (of_a->memory[i] != of_b->memory[i]) fail_msg("%s, step %d: byte %zu differs", what, (int)step, i);
+}
+
+static void assert_equal(const struct pair* p, const char* what, int64_t step) {
+  assert_same_outputs(&p->side[0], &p->side[1], what, step);
 }
 
 // Actions that any language can compute, in either type.
@@ -118,11 +131,14 @@ static void actions_free(struct actions* a) {
   free(a->narrow);
 }
 
+static void step_side(struct side* side, const struct actions* a, mjenv_dtype dtype) {
+  const void* action = dtype == MJENV_DTYPE_FLOAT32 ? (const void*)a->narrow : (const void*)a->wide;
+  assert_ok(mjenv_step(side->env, NULL, action, a->count, dtype, &side->arrays.out));
+}
+
 static void step_both(struct pair* p, struct actions* a, int64_t step, mjenv_dtype dtype) {
   draw(a, step);
-  for (int i = 0; i < 2; ++i)
-    assert_ok(mjenv_step(p->env[i], NULL, dtype == MJENV_DTYPE_FLOAT32 ? (void*)a->narrow : (void*)a->wide, a->count,
-                         dtype, &p->out[i].out));
+  for (int i = 0; i < 2; ++i) step_side(&p->side[i], a, dtype);
 }
 
 // ---- The tests; each for one of the tasks ----
@@ -183,39 +199,45 @@ static void test_descriptions(void** state) {
   mjenv_destroy(env[1]);
 }
 
-static void play(const struct repeated* task, const struct setting* setting, mjenv_dtype dtype, int64_t steps) {
-  struct pair p = pair_of(task, setting);
-  struct actions a = actions_for(p.env[0], ROWS);
+// The built-in one on one thread, and the repeated one on 1, 2 and 5.
+static void test_threads(void** state) {
+  const struct repeated* task = *state;
+  const struct setting one = {1, "next_step", false};
+  const struct setting more[] = {{2, "next_step", false}, {5, "next_step", false}};
+  struct pair p = pair_of(task, &one);
+  struct side others[COUNT(more)];
+  for (size_t i = 0; i < COUNT(more); ++i) others[i] = side_of(task->own, &more[i]);
+  struct actions a = actions_for(p.side[0].env, ROWS);
   int64_t resets = 0;
   assert_equal(&p, "reset", 0);
-  for (int64_t t = 0; t < steps; ++t) {
-    step_both(&p, &a, t, dtype);
-    assert_equal(&p, setting->autoreset, t);
-    for (int row = 0; row < ROWS; ++row) resets += p.out[0].out.was_reset[row];
+  for (int64_t t = 0; t < STEPS; ++t) {
+    step_both(&p, &a, t, MJENV_DTYPE_FLOAT32);
+    assert_equal(&p, "one thread", t);
+    for (size_t i = 0; i < COUNT(more); ++i) {
+      step_side(&others[i], &a, MJENV_DTYPE_FLOAT32);
+      assert_same_outputs(&p.side[0], &others[i], "more threads", t);
+    }
+    for (int row = 0; row < ROWS; ++row) resets += p.side[0].arrays.out.was_reset[row];
   }
   assert_true(resets > ROWS / 4);
+  for (size_t i = 0; i < COUNT(more); ++i) side_free(&others[i]);
   actions_free(&a);
   pair_free(&p);
 }
 
-static void test_one_thread(void** state) {
-  const struct setting setting = {1, "next_step", false};
-  play(*state, &setting, MJENV_DTYPE_FLOAT32, STEPS);
-}
-
-static void test_two_threads(void** state) {
-  const struct setting setting = {2, "same_step", false};
-  play(*state, &setting, MJENV_DTYPE_FLOAT64, STEPS);
-}
-
-static void test_five_threads(void** state) {
-  const struct setting setting = {5, "next_step", false};
-  play(*state, &setting, MJENV_DTYPE_FLOAT32, STEPS);
-}
-
 static void test_changed_options(void** state) {
   const struct setting setting = {2, "same_step", true};
-  play(*state, &setting, MJENV_DTYPE_FLOAT64, 100);
+  struct pair p = pair_of(*state, &setting);
+  struct actions a = actions_for(p.side[0].env, ROWS);
+  int64_t resets = 0;
+  for (int64_t t = 0; t < 100; ++t) {
+    step_both(&p, &a, t, MJENV_DTYPE_FLOAT64);
+    assert_equal(&p, "changed options", t);
+    for (int row = 0; row < ROWS; ++row) resets += p.side[0].arrays.out.was_reset[row];
+  }
+  assert_true(resets > ROWS);
+  actions_free(&a);
+  pair_free(&p);
 }
 
 // Images, copies of rows, set_state, simulate, observe: what changes rows from outside.
@@ -223,18 +245,18 @@ static void test_state(void** state) {
   const struct repeated* task = *state;
   const struct setting setting = {2, "same_step", false}, elsewhere = {5, "same_step", false};
   struct pair p = pair_of(task, &setting);
-  struct actions a = actions_for(p.env[0], ROWS);
+  struct actions a = actions_for(p.side[0].env, ROWS);
   for (int64_t t = 0; t < 20; ++t) step_both(&p, &a, t, MJENV_DTYPE_FLOAT32);
 
   // The repeated one goes on in another environment, with other threads.
   size_t size = 0;
-  assert_ok(mjenv_snapshot(p.env[1], MJENV_ALL_ROWS, NULL, 0, &size));
+  assert_ok(mjenv_snapshot(p.side[1].env, MJENV_ALL_ROWS, NULL, 0, &size));
   void* image = allocate(size);
-  assert_ok(mjenv_snapshot(p.env[1], MJENV_ALL_ROWS, image, size, &size));
-  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(p.env[0], MJENV_ALL_ROWS, image, size), "another id");
-  mjenv_destroy(p.env[1]);
-  p.env[1] = env_of(task->own, &elsewhere);
-  assert_ok(mjenv_restore(p.env[1], MJENV_ALL_ROWS, image, size));
+  assert_ok(mjenv_snapshot(p.side[1].env, MJENV_ALL_ROWS, image, size, &size));
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(p.side[0].env, MJENV_ALL_ROWS, image, size), "another id");
+  mjenv_destroy(p.side[1].env);
+  p.side[1].env = env_of(task->own, &elsewhere);
+  assert_ok(mjenv_restore(p.side[1].env, MJENV_ALL_ROWS, image, size));
   free(image);
   for (int64_t t = 20; t < 40; ++t) {
     step_both(&p, &a, t, MJENV_DTYPE_FLOAT32);
@@ -246,13 +268,13 @@ static void test_state(void** state) {
   double qpos[64] = {0}, qvel[64] = {0}, ctrl[32] = {0};
   size_t nq = 0, nv = 0;
   for (int i = 0; i < 2; ++i) {
-    assert_ok(mjenv_copy_row(p.env[i], 4, some));
-    assert_ok(mjenv_read(p.env[i], 10, "qpos", qpos, 64, &nq));
-    assert_ok(mjenv_read(p.env[i], 10, "qvel", qvel, 64, &nv));
+    assert_ok(mjenv_copy_row(p.side[i].env, 4, some));
+    assert_ok(mjenv_read(p.side[i].env, 10, "qpos", qpos, 64, &nq));
+    assert_ok(mjenv_read(p.side[i].env, 10, "qvel", qvel, 64, &nv));
     qpos[2] += 0.01, qvel[1] = -0.5, ctrl[0] = 0.3;
-    assert_ok(mjenv_set_state(p.env[i], 7, qpos, nq, qvel, nv));
-    assert_ok(mjenv_simulate(p.env[i], 8, ctrl, (size_t)action_count(p.env[i]), 3));
-    assert_ok(mjenv_observe(p.env[i], &p.out[i].out));
+    assert_ok(mjenv_set_state(p.side[i].env, 7, qpos, nq, qvel, nv));
+    assert_ok(mjenv_simulate(p.side[i].env, 8, ctrl, (size_t)action_count(p.side[i].env), 3));
+    assert_ok(mjenv_observe(p.side[i].env, &p.side[i].arrays.out));
   }
   assert_equal(&p, "after a change of state", 0);
   for (int64_t t = 40; t < 60; ++t) {
@@ -260,7 +282,7 @@ static void test_state(void** state) {
     assert_equal(&p, "after a change of state", t);
   }
   uint64_t words[2][6];
-  for (int i = 0; i < 2; ++i) assert_ok(mjenv_get_stream(p.env[i], 5, words[i], 6));
+  for (int i = 0; i < 2; ++i) assert_ok(mjenv_get_stream(p.side[i].env, 5, words[i], 6));
   assert_memory_equal(words[0], words[1], sizeof words[0]);
   actions_free(&a);
   pair_free(&p);
@@ -270,12 +292,12 @@ static void test_rollout(void** state) {
   enum { LENGTH = 40 };
   const struct setting setting = {2, "disabled", false};
   struct pair p = pair_of(*state, &setting);
-  struct actions a = actions_for(p.env[0], ROWS * LENGTH);
+  struct actions a = actions_for(p.side[0].env, ROWS * LENGTH);
   draw(&a, 0);
   for (int i = 0; i < 2; ++i) {
-    free(p.out[i].memory);
-    p.out[i] = arrays_of(p.env[i], ROWS * LENGTH);
-    assert_ok(mjenv_rollout(p.env[i], a.narrow, a.count, MJENV_DTYPE_FLOAT32, LENGTH, &p.out[i].out));
+    free(p.side[i].arrays.memory);
+    p.side[i].arrays = arrays_of(p.side[i].env, ROWS * LENGTH);
+    assert_ok(mjenv_rollout(p.side[i].env, a.narrow, a.count, MJENV_DTYPE_FLOAT32, LENGTH, &p.side[i].arrays.out));
   }
   assert_equal(&p, "rollout", 0);
   actions_free(&a);
@@ -294,11 +316,11 @@ static void send_and_receive(mjenv_env* env, const float* action, size_t count, 
 static void test_pipeline(void** state) {
   const struct setting setting = {3, "next_step", false};
   struct pair p = pair_of(*state, &setting);
-  struct actions a = actions_for(p.env[0], ROWS);
+  struct actions a = actions_for(p.side[0].env, ROWS);
   for (int64_t t = 0; t < 30; ++t) {
     draw(&a, t);
     for (int i = 0; i < 2; ++i) {
-      send_and_receive(p.env[i], a.narrow, a.count, &p.out[i].out);
+      send_and_receive(p.side[i].env, a.narrow, a.count, &p.side[i].arrays.out);
     }
     assert_equal(&p, "pipeline", t);
   }
@@ -316,8 +338,7 @@ int main(int count, char** arguments) {
   }
   void* task = (void*)found;
   const struct CMUnitTest group[] = {
-      cmocka_unit_test_prestate(test_descriptions, task),    cmocka_unit_test_prestate(test_one_thread, task),
-      cmocka_unit_test_prestate(test_two_threads, task),     cmocka_unit_test_prestate(test_five_threads, task),
+      cmocka_unit_test_prestate(test_descriptions, task),    cmocka_unit_test_prestate(test_threads, task),
       cmocka_unit_test_prestate(test_changed_options, task), cmocka_unit_test_prestate(test_state, task),
       cmocka_unit_test_prestate(test_rollout, task),         cmocka_unit_test_prestate(test_pipeline, task),
   };
