@@ -50,10 +50,16 @@ struct Pointers {
   std::size_t count;
 };
 
+// Sorted by name, in whatever order all.def lists the robots.
 constexpr Pointers pointers_to_built_in() {
   Pointers made{};
-  for (const Id& id : built_in)
-    if (MJENV_MUJOCO_MAJOR == 2 || id.name != kOfMujoco2) made.ids[made.count++] = &id;
+  for (const Id& id : built_in) {
+    if (MJENV_MUJOCO_MAJOR != 2 && id.name == kOfMujoco2) continue;
+    std::size_t place = made.count++;
+    for (; place > 0 && std::string_view(id.name) < made.ids[place - 1]->name; --place)
+      made.ids[place] = made.ids[place - 1];
+    made.ids[place] = &id;
+  }
   return made;
 }
 
