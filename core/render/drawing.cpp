@@ -66,6 +66,24 @@ void Drawing::make_context(int framebuffer) {
   });
 }
 
+bool Drawing::needs_context(const mjModel& row) const {
+  return !shown_ && (row.stat.extent != model.stat.extent || row.hfield_data != model.hfield_data ||
+                     row.hfield_size != model.hfield_size || row.geom_size != model.geom_size ||
+                     row.mat_texrepeat != model.mat_texrepeat);
+}
+
+void Drawing::make_context(const mjModel& row, int framebuffer) {
+  const mjModel shared = model;
+  try {
+    use(row);
+    budget = Budget(model, trusted_);
+    make_context(framebuffer);
+  } catch (...) {
+    model = shared;  // the next picture tries again
+    throw;
+  }
+}
+
 void Drawing::free_in(gl::Context& owner) noexcept {
   if (!gl::here()) return;
   try {
@@ -75,10 +93,15 @@ void Drawing::free_in(gl::Context& owner) noexcept {
   }
 }
 
-void Drawing::update(const mjModel& row, mjData* data) {
+void Drawing::use(const mjModel& row) {
   const mjVisual settings = model.vis;
   model = row;
   model.vis = settings;
+}
+
+void Drawing::update(const mjModel& row, mjData* data) {
+  use(row);
+  shown_ = true;
   if (geom_rgba) model.geom_rgba = geom_rgba;
   drawing([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
   budget.check(scene);

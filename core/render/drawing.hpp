@@ -31,8 +31,14 @@ struct Drawing {
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // Creates MuJoCo's context in the current OpenGL context. Call free_in with the same OpenGL context to free it.
+  // Creates MuJoCo's context in the current OpenGL context, anew if there is one. Call free_in with the same OpenGL
+  // context to free it.
   void make_context(int framebuffer);
+  // Whether the first row that is drawn needs a context of its own, because it has other height fields, planes or
+  // extents, which are in the context. Gymnasium makes the context at the first picture, and never again.
+  bool needs_context(const mjModel& row) const;
+  // Creates that context.
+  void make_context(const mjModel& row, int framebuffer);
   // Makes the OpenGL context current and frees MuJoCo's context in it. Does nothing in a forked child, or if the OpenGL
   // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
@@ -41,8 +47,11 @@ struct Drawing {
   void update(const mjModel& row, mjData* data);
 
  private:
+  bool trusted_, shown_ = false;
+
   // Delegated to, so that the destructor runs if the public constructor throws.
-  Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted) {}
+  Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted), trusted_(trusted) {}
+  void use(const mjModel& row);
 };
 
 void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high);

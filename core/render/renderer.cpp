@@ -113,6 +113,10 @@ void Renderer::place_camera(const mjModel_& model, const mjData_& data) {
 }
 
 void Renderer::look_at(const mjModel_& model, mjData_* data) {
+  if (drawing_->needs_context(model)) {
+    const gl::Current current(*context_);
+    drawing_->make_context(model, mjFB_OFFSCREEN);
+  }
   place_camera(model, *data);
   drawing_->update(model, data);
 }

@@ -84,6 +84,10 @@ void Window::look_at(const mjModel& model, mjData* data) {
     geom_rgba_.assign(model.geom_rgba, model.geom_rgba + 4 * model.ngeom);
     for (std::size_t i = 3; i < geom_rgba_.size(); i += 4) geom_rgba_[i] /= 5;
   }
+  if (drawing_.needs_context(model)) {
+    const gl::Current current(*context_);
+    drawing_.make_context(model, mjFB_WINDOW);
+  }
   drawing_.geom_rgba = transparent_ ? geom_rgba_.data() : nullptr;
   drawing_.update(model, data);
 }

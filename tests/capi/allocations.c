@@ -108,6 +108,42 @@ static void test_step_and_reset(void** state) {
   mjenv_destroy(env);
 }
 
+// Nor do they where rows have values of their own, once these have been stepped and reset.
+static void test_own_values(void** state) {
+  (void)state;
+  enum { ROWS = 3, STEPS = 100 };
+  static const char* const arrays[] = {"body_mass", "geom_friction", "opt.timestep", "xfrc_applied"};
+  mjenv_env* env = env_of_id("Ant-v5", ROWS);
+  struct outputs* out = outputs_of(env);
+  const size_t nu = (size_t)action_count(env);
+  float* action = allocate(ROWS * nu * sizeof *action);
+  memset(action, 0, ROWS * nu * sizeof *action);
+  seed_rows(env, 5);
+  assert_ok(mjenv_reset(env, NULL, &out->batch));
+  for (size_t i = 0; i < COUNT(arrays); ++i) {
+    size_t count;
+    double* values = read_array(env, 1, arrays[i], &count);
+    for (size_t k = 0; k < count; ++k) values[k] *= 1.01;
+    assert_ok(mjenv_write(env, 1, arrays[i], values, count));
+    free(values);
+  }
+  assert_ok(mjenv_set_constants(env, 1));
+  assert_ok(mjenv_step(env, NULL, action, ROWS * nu, MJENV_DTYPE_FLOAT32, &out->batch));
+  assert_ok(mjenv_reset(env, NULL, &out->batch));
+  mjenv_status status = MJENV_OK;
+  start_counting();
+  for (int step = 0; status == MJENV_OK && step < STEPS; ++step) {
+    if (step % 20 == 0) status = mjenv_reset(env, NULL, &out->batch);
+    if (status == MJENV_OK) status = mjenv_step(env, NULL, action, ROWS * nu, MJENV_DTYPE_FLOAT32, &out->batch);
+  }
+  stop_counting();
+  assert_ok(status);
+  assert_int_equal(counted.ours, 0);
+  free(action);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
 // Once there is room for all rows, sending and receiving one of them allocates nothing.
 static void test_send_and_recv(void** state) {
   (void)state;
@@ -169,16 +205,19 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  struct CMUnitTest tests[2 + 2 * ids];
+  enum { FIRST = 3 };
+  struct CMUnitTest tests[FIRST + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
   tests[1] = (struct CMUnitTest)cmocka_unit_test(test_send_and_recv);
+  tests[2] = (struct CMUnitTest)cmocka_unit_test(test_own_values);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);
     snprintf(names[2 * i + 1], sizeof names[0], "memory of rows of %s", id);
-    tests[2 + 2 * i] = (struct CMUnitTest){names[2 * i], test_step_and_reset, NULL, NULL, (void*)(uintptr_t)id};
-    tests[3 + 2 * i] = (struct CMUnitTest){names[2 * i + 1], test_memory_of_rows, NULL, NULL, (void*)(uintptr_t)id};
+    tests[FIRST + 2 * i] = (struct CMUnitTest){names[2 * i], test_step_and_reset, NULL, NULL, (void*)(uintptr_t)id};
+    tests[FIRST + 1 + 2 * i] =
+        (struct CMUnitTest){names[2 * i + 1], test_memory_of_rows, NULL, NULL, (void*)(uintptr_t)id};
   }
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

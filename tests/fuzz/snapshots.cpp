@@ -7,7 +7,7 @@
 
 namespace {
 
-constexpr std::size_t kHeader = 40, kChecksum = 32;
+constexpr std::size_t kHeader = 48, kChecksum = 40;
 
 struct Sample {
   EnvHandle env;

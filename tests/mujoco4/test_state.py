@@ -5,6 +5,7 @@ Several rows share one mjData, start anew in the middle of others' episodes, and
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import mujoco
@@ -115,6 +116,7 @@ class Pair:
 
     def __init__(self, name: str) -> None:
         self.model: Any = mujoco.MjModel.from_xml_string(text_of(name))
+        self.models = [self.model] * ROWS
         self.plain = [mujoco.MjData(self.model) for _ in range(ROWS)]
         self.arrays = [array for array in ARRAYS if np.size(getattr(self.plain[0], array))]
         self.rng = np.random.default_rng(3)
@@ -134,17 +136,26 @@ class Pair:
 
     def reset(self, mask: np.ndarray) -> None:
         self.envs.reset(seed=1, options={"reset_mask": mask})
-        for data in (data for data, chosen in zip(self.plain, mask, strict=True) if chosen):
-            mujoco.mj_resetData(self.model, data)
-            mujoco.mj_forward(self.model, data)
+        for model, data, chosen in zip(self.models, self.plain, mask, strict=True):
+            if chosen:
+                mujoco.mj_resetData(model, data)
+                mujoco.mj_forward(model, data)
 
     def step(self) -> None:
         actions = self.rng.uniform(-1.2, 1.2, (ROWS, self.model.nu))
         self.envs.step(actions)
-        for action, data in zip(actions, self.plain, strict=True):
+        for action, model, data in zip(actions, self.models, self.plain, strict=True):
             data.ctrl[:] = action
             for _ in range(2):
-                mujoco.mj_step(self.model, data)
+                mujoco.mj_step(model, data)
+
+    def move(self, name: str) -> None:
+        """The rows go on in another environment, whose mjData has been elsewhere."""
+        other = self.another(name)
+        other.reset(seed=2)
+        other.step(self.rng.uniform(-1, 1, (ROWS, self.model.nu)))
+        other.restore(self.envs.snapshot())
+        self.envs = other
 
     def check(self, what: object) -> None:
         for row, data in enumerate(self.plain):
@@ -167,14 +178,44 @@ def test_rows(name: str) -> None:
         pair.step()
         pair.check(f"step {step}")
         if step % 25 == 24:
-            # The rows go on in another environment, whose mjData has been elsewhere.
-            other = pair.another(name)
-            other.reset(seed=2)
-            other.step(pair.rng.uniform(-1, 1, (ROWS, pair.model.nu)))
-            other.restore(pair.envs.snapshot())
-            pair.envs = other
+            pair.move(name)
     for before, after in zip(carried, (pair.plain[0].history, pair.plain[0].plastic), strict=True):
         assert before.size == 0 or before.tobytes() != after.tobytes()
+
+
+def test_equality_constraints() -> None:
+    """Equality constraints are switched on and off in mjData, whose eq_active a reset copies from the model."""
+    pair = Pair("flex_edges")
+    assert pair.model.neq == 1
+    assert pair.model.eq_active0[0]
+
+    def play(what: str) -> None:
+        for step in range(8):
+            pair.step()
+            pair.check((what, step))
+        for row, data in enumerate(pair.plain):
+            assert pair.envs.envs[row].data.eq_active[0] == data.eq_active[0], (what, row)
+
+    pair.reset(np.ones(ROWS, np.bool_))
+    pair.envs.envs[1].data.eq_active[0] = False
+    pair.plain[1].eq_active[0] = False
+    play("off in row 1")
+    pair.move("flex_edges")
+    play("moved")
+    assert pair.plain[0].qpos.tobytes() != pair.plain[1].qpos.tobytes()
+    pair.reset(np.ones(ROWS, np.bool_))
+    play("reset")
+    pair.models[2] = copy.copy(pair.model)
+    pair.models[2].eq_active0[0] = False
+    pair.envs.envs[2].model.eq_active0[0] = False
+    play("off in the model of row 2")
+    pair.reset(np.ones(ROWS, np.bool_))
+    play("reset with that model")
+    pair.envs.envs[2].data.eq_active[0] = True
+    pair.plain[2].eq_active[0] = True
+    play("on in row 2")
+    with pytest.raises(mjenv.InvalidValueError, match=r"eq_active\[0\] is 2"):
+        pair.envs._pool.rows.write(0, "eq_active", [2.0])
 
 
 def test_the_models_have_what_they_are_for() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -99,6 +100,54 @@ def test_vector(id: str) -> None:
             envs.step(envs.action_space.sample())
     ours.close()
     theirs.close()
+
+
+HILLS = """
+<mujoco>
+  <statistic extent="2"/>
+  <asset><hfield name="hills" nrow="6" ncol="7" size="1 1 0.4 0.1"/></asset>
+  <worldbody>
+    <light pos="0 0 3"/>
+    <geom name="floor" type="plane" size="3 3 0.5" rgba="0.8 0.9 0.8 1"/>
+    <geom type="hfield" hfield="hills" pos="0 1 0" contype="0" conaffinity="0"/>
+    <body name="cart" pos="0 0 1">
+      <joint name="slider" type="slide" axis="1 0 0"/>
+      <geom size="0.1"/>
+      <body name="pole">
+        <joint name="hinge" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 0 0 0.6" size="0.05"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="slider" ctrlrange="-3 3" ctrllimited="true"/></actuator>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_what_the_first_picture_fixes(is_first: bool, tmp_path: Path) -> None:
+    """Gymnasium makes MuJoCo's context at the first picture, with its height fields, planes and extent."""
+    path = tmp_path / "hills.xml"
+    path.write_text(HILLS)
+    keywords: dict[str, Any] = {"render_mode": "rgbd_tuple", "xml_file": str(path), **SIZE}
+    envs = mjenv.make("InvertedPendulum-v5", **keywords), gymnasium.make("InvertedPendulum-v5", **keywords)
+    heights = np.random.default_rng(1).uniform(0, 1, 42)
+    pictures: list[list[Any]] = []
+    for env in envs:
+        env.reset(seed=4)
+        pictures.append([] if is_first else [env.render()])
+        model: Any = env.unwrapped.model
+        model.hfield_data[...] = heights
+        model.hfield_size[0] = [0.8, 0.9, 0.5, 0.1]
+        model.geom_size[0] = [2, 2.5, 0.7]
+        model.stat.extent = 1.3
+        pictures[-1].append(env.render())
+        env.step([0.5])
+        model.hfield_data[...] = 0
+        pictures[-1].append(env.render())
+        env.close()
+    for ours, theirs in zip(*pictures, strict=True):
+        assert_equal(ours, theirs)
 
 
 def test_list() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import _abi
-from mjenv._abi import Status
+from mjenv._abi import Role, Status
 from mjenv._engine import Engine
 from mjenv._handle import Rows, _destroy_with, _struct, camera_config, pointer_to
 from mjenv._keywords import Rendering, RenderMode
@@ -92,8 +92,10 @@ class Pictures:
     def _picture(self, row: int) -> Picture:
         if self._camera is None:
             self._camera = self._find_camera()
-        # A free camera that looks at what it sees first does so in every row on its own.
-        place = row if self._camera == _FREE and "lookat" not in (self.camera_config or {}) else 0
+        # A free camera that looks at what it sees first does so in every row on its own. A renderer keeps the height
+        # fields of the row that it drew first.
+        looks_once = self._camera == _FREE and "lookat" not in (self.camera_config or {})
+        place = row if looks_once or self._has_height_fields() else 0
         with self._rows.alone():
             if place not in self._renderers:
                 env = self._rows.pointer
@@ -115,6 +117,10 @@ class Pictures:
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_renderers": {}, "_windows": {}}
+
+    def _has_height_fields(self) -> bool:
+        field = self._rows.array(Role.MODEL, "hfield_data")
+        return field is not None and field.count > 0
 
     def _find_camera(self) -> int:
         """The number of the camera: as in Gymnasium a name that the model lacks means the free one."""
