@@ -554,13 +554,14 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
 /* Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values.
  *   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers ("body_mass",
  *             "geom_friction", "opt.timestep"), except those of meshes, textures, skins and flexes; and the integers
- *             eq_active, jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited, geom_contype,
- *             geom_conaffinity, opt.iterations, opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations).
- * Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat and
- * userdata values    [count] all elements of the array; count is the number that mjenv_read gives Nothing is written if
- * any value is refused: one that is not finite, an integer out of its range, a mass, inertia, size or timestep that is
- * negative, or 0 where the model's own is not, a quaternion or joint axis of length 0. Errors: NAME (there is no such
- * array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
+ *             eq_active (4.0: eq_active0), jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited,
+ *             geom_contype, geom_conaffinity, opt.iterations, opt.noslip_iterations and opt.mpr_iterations (4.0:
+ *             opt.ccd_iterations). Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied,
+ *             xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active
+ *   values    [count] all elements of the array; count is the number that mjenv_read gives
+ * Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia,
+ * size or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0.
+ * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *array, const double *values, size_t count);
 
 /* Writes an array of many rows, each with values of its own.
@@ -573,8 +574,8 @@ MJENV_API mjenv_status mjenv_write_rows(mjenv_env *env, const uint8_t *mask, con
 
 /* Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0
  * when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the
- * row ends in the position qpos_spring, for which mj_setConst computes last: reset the row, or set its state. Errors:
- * VALUE (row), PHYSICS, MODEL (it would change what all rows share). */
+ * row ends in the position qpos_spring, for which mj_setConst computes last: reset the row, or set its state.
+ * Errors: VALUE (row), PHYSICS, MODEL (it would change what all rows share). */
 MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, int64_t row);
 
 /* Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is
@@ -583,7 +584,9 @@ MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, int64_t row);
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
 
 /* Copies the row `from` to other rows: simulation state, random stream, step count, own arrays and inputs, and whether
- * the episode has ended. to_mask   [rows] not 0 for each row to overwrite. It must not be NULL Errors: VALUE (row). */
+ * the episode has ended.
+ *   to_mask   [rows] not 0 for each row to overwrite. It must not be NULL
+ * Errors: VALUE (row). */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
 
 /* Saves a row, or MJENV_ALL_ROWS, as an image: bytes that hold what mjenv_copy_row copies.

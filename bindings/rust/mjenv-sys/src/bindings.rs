@@ -1985,13 +1985,14 @@ extern "C" {
     #[doc = " Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values."]
     #[doc = "   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers (\"body_mass\","]
     #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes; and the integers"]
-    #[doc = "             eq_active, jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited, geom_contype,"]
-    #[doc = "             geom_conaffinity, opt.iterations, opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations)."]
-    #[doc = " Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat and"]
-    #[doc = " userdata values    [count] all elements of the array; count is the number that mjenv_read gives Nothing is written if"]
-    #[doc = " any value is refused: one that is not finite, an integer out of its range, a mass, inertia, size or timestep that is"]
-    #[doc = " negative, or 0 where the model's own is not, a quaternion or joint axis of length 0. Errors: NAME (there is no such"]
-    #[doc = " array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
+    #[doc = "             eq_active (4.0: eq_active0), jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited,"]
+    #[doc = "             geom_contype, geom_conaffinity, opt.iterations, opt.noslip_iterations and opt.mpr_iterations (4.0:"]
+    #[doc = "             opt.ccd_iterations). Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied,"]
+    #[doc = "             xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active"]
+    #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
+    #[doc = " Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia,"]
+    #[doc = " size or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0."]
+    #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
     pub fn mjenv_write(
         env: *mut mjenv_env,
         row: i64,
@@ -2017,8 +2018,8 @@ extern "C" {
 extern "C" {
     #[doc = " Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0"]
     #[doc = " when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the"]
-    #[doc = " row ends in the position qpos_spring, for which mj_setConst computes last: reset the row, or set its state. Errors:"]
-    #[doc = " VALUE (row), PHYSICS, MODEL (it would change what all rows share)."]
+    #[doc = " row ends in the position qpos_spring, for which mj_setConst computes last: reset the row, or set its state."]
+    #[doc = " Errors: VALUE (row), PHYSICS, MODEL (it would change what all rows share)."]
     pub fn mjenv_set_constants(env: *mut mjenv_env, row: i64) -> mjenv_status;
 }
 extern "C" {
@@ -2035,7 +2036,9 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Copies the row `from` to other rows: simulation state, random stream, step count, own arrays and inputs, and whether"]
-    #[doc = " the episode has ended. to_mask   [rows] not 0 for each row to overwrite. It must not be NULL Errors: VALUE (row)."]
+    #[doc = " the episode has ended."]
+    #[doc = "   to_mask   [rows] not 0 for each row to overwrite. It must not be NULL"]
+    #[doc = " Errors: VALUE (row)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, from: i64, to_mask: *const u8) -> mjenv_status;
 }
 extern "C" {
