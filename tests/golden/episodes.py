@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from operator import attrgetter
 from pathlib import Path
@@ -32,7 +33,7 @@ from cases import (
     STEPS,
     UNGUARDED,
 )
-from machine import FOLDERS, HERE, hexed, lines_of
+from machine import FOLDERS, HERE, hexed, lines_of, norm_rounding
 
 CUSTOM = HERE / "custom"
 ARRAYS = (
@@ -250,6 +251,28 @@ class Checksum:
         self.value = (self.value ^ word) * 0x100000001B3 % 2**64
 
 
+def example_episodes(name: str, norm: str) -> str:
+    """The line of an id in episodes.txt: ID NORM LENGTH RETURN CHECKSUM."""
+    env = gymnasium.make(name, disable_env_checker=True)
+    env.action_space.seed(EXAMPLE_SEED)
+    checksum, length, total = Checksum(), 0, 0.0
+    for episode in range(EXAMPLE_EPISODES):
+        obs, info = env.reset(seed=None if episode else EXAMPLE_SEED)
+        checksum.add(obs, *info.values())
+        done = False
+        while not done:
+            obs, reward, terminated, truncated, info = env.step(env.action_space.sample())
+            checksum.add(obs, reward)
+            checksum.add_word(int(terminated))
+            checksum.add_word(int(truncated))
+            checksum.add(*info.values())
+            done = terminated or truncated
+            length += 1
+            total += float(reward)
+    env.close()
+    return f"{name} {norm} {length} {total.hex()} {checksum.value:016x}"
+
+
 def episodes(facts: dict[str, str]) -> bytes:
     lines = [
         "# What Gymnasium gives for the examples' episodes: ID NORM LENGTH RETURN CHECKSUM",
@@ -258,24 +281,12 @@ def episodes(facts: dict[str, str]) -> bytes:
         "# CHECKSUM: h = 0xcbf29ce484222325, then h = (h ^ word) * 0x100000001b3 mod 2^64 for each 64-bit word: after a"
         " reset observation, reset info; after a step observation, reward, terminated, truncated, info.",
         "# " + ", ".join(lines_of(facts)),
+        *(example_episodes(name, facts["norm"]) for name in IDS),
     ]
-    for name in IDS:
-        env = gymnasium.make(name, disable_env_checker=True)
-        env.action_space.seed(EXAMPLE_SEED)
-        checksum, length, total = Checksum(), 0, 0.0
-        for episode in range(EXAMPLE_EPISODES):
-            obs, info = env.reset(seed=None if episode else EXAMPLE_SEED)
-            checksum.add(obs, *info.values())
-            done = False
-            while not done:
-                obs, reward, terminated, truncated, info = env.step(env.action_space.sample())
-                checksum.add(obs, reward)
-                checksum.add_word(int(terminated))
-                checksum.add_word(int(truncated))
-                checksum.add(*info.values())
-                done = terminated or truncated
-                length += 1
-                total += float(reward)
-        env.close()
-        lines.append(f"{name} {facts['norm']} {length} {total.hex()} {checksum.value:016x}")
     return "\n".join(lines).encode() + b"\n"
+
+
+# Comparisons with the Gymnasium that is installed: episodes.py ID... prints the lines of the ids.
+if __name__ == "__main__":
+    for chosen in sys.argv[1:]:
+        print(example_episodes(chosen, norm_rounding()))
