@@ -150,6 +150,8 @@ double Model::timestep() const { return model_->opt.timestep; }
 
 int Model::more_state() const { return core::more_state(*model_); }
 
+bool Model::is_valid_more(const double* state) const { return core::is_valid_more(*model_, state); }
+
 std::size_t Model::work_bytes() const {
   std::size_t bytes = sizeof(mjData);
   for_each_array(*model_, nullptr, [&](const char*, const auto* data, std::int64_t rows, std::int64_t columns, bool) {

@@ -60,6 +60,8 @@ class Model {
   int nbody() const { return nbody_; }
   // How many numbers belong to a row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl.
   int more_state() const;
+  // Whether MuJoCo can compute with these numbers.
+  bool is_valid_more(const double* state) const;
   double timestep() const;
   // How much memory an mjData of the model takes.
   std::size_t work_bytes() const;

@@ -86,6 +86,7 @@ inline int max_contacts(const mjModel& m) { return m.nconmax; }
 inline int more_state(const mjModel&) { return 0; }
 inline void save_more(const mjModel&, const mjData&, double*) {}
 inline void load_more(const mjModel&, mjData&, const double*) {}
+inline bool is_valid_more(const mjModel&, const double*) { return true; }
 
 // Discards what an interrupted or an earlier computation left on MuJoCo's stack.
 inline void clear_stack(mjData& d) { d.pstack = 0; }

@@ -6,6 +6,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <new>
 #include <string>
@@ -150,6 +151,20 @@ constexpr int kMoreState = mjSTATE_HISTORY | mjSTATE_PLUGIN | mjSTATE_PLASTIC;
 inline int more_state(const mjModel& m) { return mj_stateSize(&m, kMoreState); }
 inline void save_more(const mjModel& m, const mjData& d, double* state) { mj_getState(&m, &d, state, kMoreState); }
 inline void load_more(const mjModel& m, mjData& d, const double* state) { mj_setState(&m, &d, state, kMoreState); }
+// Whether MuJoCo can compute with that part of a state. It begins with the histories of delays, each of which consists
+// of a number, the cursor, the times of the samples, and the samples. MuJoCo uses the cursor as an index, unchecked.
+inline bool is_valid_more(const mjModel& m, const double* state) {
+  const auto is_valid = [state](const int* history, int start) {
+    if (start < 0) return true;
+    const double cursor = state[start + 1];
+    return cursor >= 0 && cursor < history[0] && cursor == std::floor(cursor);
+  };
+  for (int i = 0; i < m.nactuator; ++i)
+    if (!is_valid(m.actuator_history + 2 * i, m.actuator_historyadr[i])) return false;
+  for (int i = 0; i < m.nsensor; ++i)
+    if (!is_valid(m.sensor_history + 2 * i, m.sensor_historyadr[i])) return false;
+  return true;
+}
 
 // Discards what an interrupted or an earlier computation left on MuJoCo's stack.
 inline void clear_stack(mjData& d) { d.pstack = d.pbase = 0; }

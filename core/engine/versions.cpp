@@ -14,7 +14,8 @@ struct Version {
   const char *number, *elements, *attributes;
 };
 
-// The elements and attributes that each version after 2.2.2 added to MJCF's schema. "*" stands for any element.
+// The elements and attributes that each version from 2.3 to 4.0 added to MJCF's schema, as far as 2.2.2 meets them: it
+// does not come to the attributes of elements that it does not know. "*" stands for any element.
 constexpr Version kVersions[] = {
     {"2.3.0", "config extension instance plugin required",
      "compiler.assetdir composite.curve composite.flat composite.initial composite.size composite.vertex "
@@ -67,6 +68,14 @@ constexpr Version kVersions[] = {
     {"3.10.0", "local", "compiler.conflict"},
     {"3.11.0", "orientation",
      "body.simple general.input geom.adhesion geom.surfacevel intvelocity.actlimited pair.adhesion"},
+    {"3.12.0", "pid", "general.ffrange general.velrange light.softness"},
+    {"3.13.0", "", "site.mesh"},
+    {"3.14.0", "", "flag.ipc"},
+    {"3.16.0", "", "compiler.savecanonical compiler.savecompiled general.inheritrange"},
+    {"3.17.0", "", "compiler.passthrough texture.class texture.embed"},
+    {"4.0.0", "",
+     "fixed.springyield flag.speculative geom.castshadow joint.springyield key.plastic spatial.springyield "
+     "tendon.actuatorfrclimited tendon.actuatorfrcrange tendon.armature tendon.springyield"},
 };
 
 bool has_word(std::string_view words, std::string_view word) {

@@ -111,6 +111,14 @@ bool are_valid(const OwnArrays& arrays, const std::byte* block) {
   return true;
 }
 
+// Whether MuJoCo can compute with this state.
+bool is_valid(const Model& model, const StateLayout& layout, const std::byte* state) {
+  if (layout.more == 0) return true;
+  std::vector<double> more(layout.more);
+  std::memcpy(more.data(), state + (layout.size - layout.more) * sizeof(double), layout.more * sizeof(double));
+  return model.is_valid_more(more.data());
+}
+
 bool is_valid(const RowHeader& header) {
   // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might never
   // end.
@@ -262,10 +270,12 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const RowImage r = row_image(i);
     const unsigned kept = r.header.kept;
-    if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !are_valid(arrays, r.present) ||
+    const auto is_valid_state = [&](const std::byte* state) { return is_valid(model, rows.layout(), state); };
+    if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !is_valid_state(r.record) ||
+        !is_valid_state(r.record + layout.state) || !are_valid(arrays, r.present) ||
         (kept & kept_computed && !are_valid(arrays, r.computed)) ||
         (kept & kept_stepped && !are_valid(arrays, r.stepped)) ||
-        (kept & kept_constants && !are_valid(arrays, r.constants)))
+        (kept & kept_constants && !are_valid(arrays, r.constants)) || (kept & kept_state && !is_valid_state(r.state)))
       damaged();
   }
   check_rounding(header.rounding, identity.rounding);

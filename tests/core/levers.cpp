@@ -1,7 +1,5 @@
 // What makes stepping fast leaves every bit as plain MuJoCo gives it: the built-in models and models of every odd kind,
 // played on a work space and by mj_resetData, mj_step and mj_rnePostConstraint on the model as compiled.
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <csetjmp>
 #include <cstdarg>
@@ -23,13 +21,13 @@ extern "C" {
 
 #include "engine/assets.hpp"
 #include "engine/model.hpp"
+#include "engine/mujoco.hpp"
 #include "engine/work.hpp"
 #include "run.hpp"
 
+// In the core's namespace, in which MuJoCo's names are the functions of the library that the core has opened.
+namespace mjenv::core {
 namespace {
-
-using mjenv::core::Model;
-using mjenv::core::Work;
 
 constexpr int kEpisodes = 3;
 constexpr int kSteps = 120;
@@ -56,7 +54,7 @@ struct Data {
 };
 
 // How much of an array has a meaning: as many rows as there are constraints.
-std::size_t length(const mjenv::core::Array& array, const mjData& d) {
+std::size_t length(const Array& array, const mjData& d) {
   if (array.name.rfind("efc_", 0) != 0) return array.count();
   static const char* const dense[] = {"efc_type",       "efc_id",    "efc_pos",  "efc_margin", "efc_frictionloss",
                                       "efc_diagApprox", "efc_D",     "efc_R",    "efc_vel",    "efc_aref",
@@ -67,7 +65,7 @@ std::size_t length(const mjenv::core::Array& array, const mjData& d) {
 }
 
 // The name of an array of contacts that differs, "" if none does. Behind the last contact are zeros.
-std::string contact_difference(const std::vector<mjenv::core::Array>& arrays, const mjData& plain) {
+std::string contact_difference(const std::vector<Array>& arrays, const mjData& plain) {
   using Read = void (*)(const mjContact&, double*);
   static const struct {
     const char* name;
@@ -121,7 +119,9 @@ std::string difference(Work& work, const mjData& plain) {
     const bool inside = mine >= base && mine < base + self->nbuffer;
     const char* theirs = inside ? static_cast<const char*>(plain.buffer) + (mine - base)
                                 : reinterpret_cast<const char*>(&plain) + (mine - reinterpret_cast<const char*>(self));
-    const std::size_t size = array.type == MJENV_TYPE_INT32 ? sizeof(int) : sizeof(double);
+    const std::size_t size = array.type == MJENV_TYPE_UINT8   ? 1
+                             : array.type == MJENV_TYPE_INT32 ? sizeof(int)
+                                                              : sizeof(double);
     if (length(array, plain) && std::memcmp(mine, theirs, length(array, plain) * size)) return array.name;
   }
   return "";
@@ -129,7 +129,7 @@ std::string difference(Work& work, const mjData& plain) {
 
 // Plays episodes both ways; says where they part, "" if nowhere.
 std::string play(const std::shared_ptr<const Model>& model) {
-  const mjenv::core::ErrorTrap trap;
+  const ErrorTrap trap;
   const mjModel* m = model->get();
   Work work(model, kFrames);
   const auto& layout = work.layout();
@@ -162,7 +162,7 @@ std::string play(const std::shared_ptr<const Model>& model) {
     }
   }
   std::printf("%s: %d contacts, %d explicit pairs of %d geoms\n", model->label().c_str(), contacts,
-              model->stepped()->npair, m->ngeom);
+              static_cast<int>(model->stepped()->npair), static_cast<int>(m->ngeom));
   return "";
 }
 
@@ -177,9 +177,9 @@ std::string failures;
 
 void test_built_in(void** /*state*/) {
   failures.clear();
-  for (std::size_t i = 0; i < mjenv::core::asset_count; ++i) {
-    const std::string found = play(Model::open(mjenv::core::assets[i].name));
-    if (!found.empty()) failures += std::string(mjenv::core::assets[i].name) + ": " + found + "\n";
+  for (std::size_t i = 0; i < asset_count; ++i) {
+    const std::string found = play(Model::open(assets[i].name));
+    if (!found.empty()) failures += std::string(assets[i].name) + ": " + found + "\n";
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
@@ -194,9 +194,12 @@ void test_odd(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
-}  // namespace
-
-int run_levers() {
+int run() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
+
+}  // namespace
+}  // namespace mjenv::core
+
+int run_levers() { return mjenv::core::run(); }

@@ -2,8 +2,6 @@
 // with plain MuJoCo, which resets, steps and sets states as Gymnasium does.
 #include "env/worker.hpp"
 
-#include <mujoco/mujoco.h>
-
 #include <algorithm>
 #include <csetjmp>
 #include <cstdarg>
@@ -18,12 +16,13 @@ extern "C" {
 #include <cmocka.h>
 }
 
+#include "engine/mujoco.hpp"
 #include "run.hpp"
 #include "task/registry.hpp"
 
+// In the core's namespace, in which MuJoCo's names are the functions of the library that the core has opened.
+namespace mjenv::core {
 namespace {
-
-using namespace mjenv::core;
 
 constexpr std::int64_t kRows = 3;
 constexpr int kOperations = 400;
@@ -60,7 +59,7 @@ class Plain {
   std::unique_ptr<mjData, void (*)(mjData*)> d_;
 };
 
-bool same(const Array& array, const double* expected, int count) {
+bool same(const Array& array, const double* expected, std::int64_t count) {
   return array.count() == static_cast<std::size_t>(count) &&
          std::memcmp(array.data, expected, static_cast<std::size_t>(count) * sizeof(double)) == 0;
 }
@@ -72,7 +71,7 @@ std::string difference(Worker& worker, Rows& rows, std::int64_t row, const Plain
   const struct {
     const char* name;
     const double* expected;
-    int count;
+    std::int64_t count;
   } arrays[] = {{"qpos", d.qpos, m.nq},
                 {"qvel", d.qvel, m.nv},
                 {"qacc", d.qacc, m.nv},
@@ -155,9 +154,7 @@ void test_forget(void** state) {
   assert_true(same(*worker.array(rows, 1, "xpos"), plain.data().xpos, 3 * plain.model().nbody));
 }
 
-}  // namespace
-
-int run_worker() {
+int run() {
   static char ant[] = "Ant-v5", hopper[] = "Hopper-v5", humanoid[] = "Humanoid-v4", pusher[] = "Pusher-v5";
   const CMUnitTest tests[] = {
       cmocka_unit_test_prestate(test_rows_in_turn, ant),
@@ -168,3 +165,8 @@ int run_worker() {
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
+
+}  // namespace
+}  // namespace mjenv::core
+
+int run_worker() { return mjenv::core::run(); }

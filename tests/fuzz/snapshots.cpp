@@ -1,5 +1,6 @@
 // Images of rows: damaged anywhere, and with a checksum that fits the damage.
 #include <array>
+#include <cstring>
 #include <map>
 
 #include "hash.hpp"
@@ -8,6 +9,12 @@
 namespace {
 
 constexpr std::size_t kHeader = 48, kChecksum = 40;
+
+// On MuJoCo 4.0, with the histories of delays.
+const char* const kDelays =
+    R"(<mujoco><worldbody><body><joint name="j"/><geom size="0.1" pos="0.2 0 0"/></body></worldbody>
+  <actuator><motor joint="j" delay="0.01" nsample="4" interp="cubic"/></actuator>
+  <sensor><jointpos joint="j" delay="0.01" nsample="3" interval="0.005"/></sensor></mujoco>)";
 
 struct Sample {
   EnvHandle env;
@@ -18,8 +25,11 @@ Sample& sample_of(std::size_t index) {
   static std::map<std::size_t, Sample> samples;
   Sample& sample = samples[index];
   if (sample.env) return sample;
-  static const char* const ids[] = {"Ant-v5", "Hopper-v4", "Humanoid-v5", "Reacher-v5", "InvertedDoublePendulum-v4"};
+  static const bool is_4 = std::strstr(mjenv_version(), "(MuJoCo 4.") != nullptr;
+  static const char* const ids[] = {
+      "Ant-v5", "Hopper-v4", "Humanoid-v5", "Reacher-v5", "InvertedDoublePendulum-v4", is_4 ? "Model-v0" : "Ant-v4"};
   const OptionsHandle options = options_of(ids[index]);
+  if (index == 5 && is_4) REQUIRE(mjenv_options_set_string(options.get(), "xml_string", kDelays) == MJENV_OK);
   REQUIRE(mjenv_options_set_integer(options.get(), "strict", 0) == MJENV_OK);
   sample.env = create(options, 2);
   REQUIRE(mjenv_reset(sample.env.get(), nullptr, nullptr) == MJENV_OK);
@@ -32,7 +42,7 @@ Sample& sample_of(std::size_t index) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Bytes bytes(data, size);
-  Sample& sample = sample_of(bytes.below(5));
+  Sample& sample = sample_of(bytes.below(6));
   mjenv_env* env = sample.env.get();
   const bool all = bytes.flag(), fits = bytes.flag();
   std::vector<unsigned char> image = all ? sample.all : sample.one;

@@ -1,5 +1,5 @@
-# The libraries on MuJoCo 2.2.2 and 4.0 in one process of Julia. ENV["MJENV_LIBRARY"] names one of them; the other is in the
-# same folder. test_languages.py runs this script.
+# The libraries on MuJoCo 2.2.2 and 4.0 in one process of Julia. ENV["MJENV_LIBRARY"] names that on 4.0; the other is in the
+# same folder. ENV["MJENV_MUJOCO"] names MuJoCo 4.0. test_languages.py runs this script.
 
 using MJEnv, Test
 
@@ -34,8 +34,22 @@ MJEnv.register("Still-v0", Still; model = "hopper.xml")
     @test MJEnv.engines() == ["2.2.2", "4.0"]
     @test occursin("MuJoCo 2.2.2", MJEnv.version(engine = "2.2.2"))
     @test occursin("MuJoCo 4.0", MJEnv.version(engine = "4.0"))
+    @test occursin("MuJoCo 4.0", MJEnv.version())  # of the library that is named
     @test "Pusher-v4" in MJEnv.ids(engine = "2.2.2")
     @test "Hopper-v5" in MJEnv.ids(engine = "4.0")
+
+    # As long as there is no MuJoCo 4.0, only the engine 2.2.2 can be used.
+    withenv("MJENV_MUJOCO" => "/dev/null") do
+        @test Env(env -> env.engine, "Reacher-v5"; engine = "2.2.2") == "2.2.2"
+        refused = try
+            Env("Reacher-v5"; engine = "4.0")
+        catch e
+            e
+        end
+        @test refused isa MJEnvError && refused.status == MJEnv.MJENV_E_FILE
+        @test occursin("mujoco-core", refused.message)
+    end
+    @test Env(env -> env.engine, "Reacher-v5") == "4.0"
 
     alone = Dict(engine => played(engine) for engine in ("2.2.2", "4.0"))
     @test alone["2.2.2"] != alone["4.0"]

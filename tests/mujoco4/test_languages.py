@@ -194,37 +194,27 @@ def test_rust_names_a_library_that_is_missing(tmp_path: Path) -> None:
     assert "libmjenv-mujoco4.so" in done.stderr
 
 
-@pytest.fixture(scope="module")
-def julia_variables(libraries: Path) -> dict[str, str]:
-    return {
-        "JULIA_LOAD_PATH": f"{ROOT / 'bindings' / 'julia'}:@stdlib",
-        "MJENV_LIBRARY": str(libraries / "libmjenv.so"),
-        "MJENV_MUJOCO": str(mujoco_library()),
-    }
-
-
 JULIA = ("--startup-file=no", "--threads=2")
 
 
-def test_julia(julia_variables: dict[str, str]) -> None:
+def julia(program: Path, *arguments: str, library: Path, **variables: str) -> tuple[list[str | Path], dict[str, str]]:
+    """A command and its environment."""
+    own = {
+        "JULIA_LOAD_PATH": f"{ROOT / 'bindings' / 'julia'}:@stdlib",
+        "MJENV_LIBRARY": str(library),
+        "MJENV_MUJOCO": str(mujoco_library()),
+    }
+    return [setup("julia"), *JULIA, program, *arguments], own | variables
+
+
+def test_julia(libraries: Path) -> None:
     program = EXAMPLES / "julia" / "episodes.jl"
-    plays(setup("julia"), *JULIA, program, "--norm", norm(), MJENV_ENGINE="4.0", **julia_variables)
+    command, variables = julia(program, "--norm", norm(), library=libraries / "libmjenv.so", MJENV_ENGINE="4.0")
+    plays(*command, **variables)
 
 
-def test_julia_by_the_path_of_the_library(julia_variables: dict[str, str], libraries: Path) -> None:
-    script = 'using MJEnv; print(MJEnv.version(), " ", Env(env -> env.engine, "Reacher-v5"))'
-    variables = julia_variables | {"MJENV_LIBRARY": str(libraries / "libmjenv-mujoco4.so")}
-    assert re.search(r"\(MuJoCo 4\.0\S*\) 4\.0$", output(setup("julia"), *JULIA, "-e", script, **variables))
-
-
-def test_both_engines_in_one_julia(julia_variables: dict[str, str]) -> None:
-    told = output(setup("julia"), *JULIA, ROOT / "tests" / "mujoco4" / "both_engines.jl", **julia_variables)
+def test_both_engines_in_one_julia(libraries: Path) -> None:
+    program = ROOT / "tests" / "mujoco4" / "both_engines.jl"
+    command, variables = julia(program, library=libraries / "libmjenv-mujoco4.so")
+    told = output(*command, **variables)
     assert re.search(r"both engines +\| +\d+ +\d+$", told, re.MULTILINE), told
-
-
-def test_julia_without_mujoco(julia_variables: dict[str, str]) -> None:
-    script = 'using MJEnv; Env("Reacher-v5"; engine = "4.0")'
-    done = run(setup("julia"), *JULIA, "-e", script, **(julia_variables | {"MJENV_MUJOCO": "/dev/null"}))
-    assert done.returncode != 0
-    assert "MJENV_E_FILE" in done.stderr
-    assert "mujoco-core" in done.stderr

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import struct
+import sys
 from ctypes import byref, c_size_t, c_void_p, create_string_buffer
 from pathlib import Path
 from typing import Any
@@ -11,22 +13,30 @@ import pytest
 
 from mjenv import _abi
 
+sys.path.append(str(Path(__file__).resolve().parents[1] / "golden"))
+from episodes import Checksum
+
 LIBRARY = Path(os.environ["MJENV_LIBRARY"])  # conftest.py sets it
 LIBRARIES = {"2.2.2": str(LIBRARY), "4.0.0": str(LIBRARY.with_name("libmjenv-mujoco4.so"))}
 PAIRS = [("2.2.2", "4.0.0"), ("4.0.0", "2.2.2")]
 
 
 class Env:
-    def __init__(self, version: str, id: str) -> None:
+    def __init__(self, version: str, id: str, xml: str = "") -> None:
         self.library: Any = _abi.Library(LIBRARIES[version])
         assert f"(MuJoCo {version})" in self.library.mjenv_version().decode()
         options, self.handle = c_void_p(), c_void_p()
         self.check(self.library.mjenv_options_create(id.encode(), byref(options)))
+        if xml:
+            self.check(self.library.mjenv_options_set_string(options, b"xml_string", xml.encode()))
         self.check(self.library.mjenv_create(options, 1, byref(self.handle)))
-        self.check(self.library.mjenv_reset(self.handle, None, None))
+        self.reset()
 
     def check(self, status: int) -> None:
         assert status == _abi.Status.OK, self.library.mjenv_last_error().decode()
+
+    def reset(self) -> None:
+        self.check(self.library.mjenv_reset(self.handle, None, None))
 
     def image(self) -> bytes:
         size = c_size_t()
@@ -53,3 +63,40 @@ def test_the_other_engine_refuses(id: str, made_on: str, other: str) -> None:
     assert Env(made_on, id).restore(image) == ""
     assert maker.restore(image) == ""
     assert taker.restore(taker.image()) == ""
+
+
+DELAYS = """<mujoco>
+  <worldbody><body><joint name="j"/><geom size="0.1" pos="0.2 0 0"/></body></worldbody>
+  <actuator><motor joint="j"/><motor joint="j" delay="0.01" nsample="4" interp="linear"/></actuator>
+  <sensor><jointpos joint="j" delay="0.01" nsample="3"/><framepos objtype="body" objname="world"/></sensor>
+</mujoco>"""
+HEADER, ROW, CHECKSUM = 48, 56, 40  # bytes
+HISTORY = 1 + 1 + 1 + 0 + 1 + 2  # after time, qpos, qvel, act, qacc_warmstart, ctrl
+STATE = HISTORY + (2 + 2 * 4) + (2 + 2 * 3)
+# A cursor comes after a number, and before the times and values of the samples.
+CURSORS = {HISTORY + 1: 4, HISTORY + (2 + 2 * 4) + 1: 3}
+
+
+def forged(image: bytes, number: int, value: float) -> bytes:
+    """The image of a row with another number in its record, under a checksum that fits."""
+    changed = bytearray(image)
+    struct.pack_into("d", changed, HEADER + ROW + 8 * number, value)
+    checksum = Checksum()
+    for byte in changed[HEADER:]:
+        checksum.add_word(byte)
+    struct.pack_into("Q", changed, CHECKSUM, checksum.value)
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("state", [0, STATE])  # the present one, and that before the last step
+@pytest.mark.parametrize(("cursor", "samples"), CURSORS.items())
+def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, state: int) -> None:
+    env = Env("4.0.0", "Model-v0", DELAYS)
+    image = env.image()
+    found = struct.unpack_from("d", image, HEADER + ROW + 8 * cursor)[0]
+    assert found == samples - 1  # what mj_resetData writes
+    for good in range(samples):
+        assert env.restore(forged(image, state + cursor, good)) == ""
+        env.reset()
+    for bad in (-1, -0.5, 0.5, samples, 2**31 - 1, -(2.0**31), 1e300, float("inf"), -float("inf"), float("nan")):
+        assert "damaged" in env.restore(forged(image, state + cursor, bad)), bad

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 from collections.abc import Sequence
@@ -17,9 +18,13 @@ Commands = Any  # what add_subparsers returns; argparse has no public name for i
 
 
 def known_id(text: str) -> str:
+    """Accepts what any engine knows. The command refuses an id that the engine it then uses lacks."""
     try:
         return mjenv.spec(text).id
     except mjenv.UnknownIdError as error:
+        for engine in mjenv.engines():
+            with contextlib.suppress(mjenv.UnknownIdError):
+                return mjenv.spec(text, engine).id
         raise argparse.ArgumentTypeError(str(error)) from None
 
 

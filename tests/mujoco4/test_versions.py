@@ -1,0 +1,59 @@
+"""MuJoCo 2.2.2 refuses a model of today with the version of MuJoCo that knows it, for all that its schema lists."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from ctypes import CDLL, create_string_buffer
+from pathlib import Path
+
+import mujoco
+import pytest
+
+import mjenv
+
+Schema = dict[tuple[str, ...], set[str]]  # the attributes of each element, which is named with its parents
+
+
+def schema(library: Path) -> Schema:
+    """What mj_printSchema prints: a line begins with an element and a mark, deeper elements farther to the right."""
+    text = create_string_buffer(1_000_000)
+    CDLL(str(library)).mj_printSchema(b"", text, len(text), 0, 0)
+    found: Schema = {}
+    path: tuple[str, ...] = ()
+    for line in text.value.decode().splitlines():
+        begun = re.match(r"( *)(\w+) \([!?*R]\)(.*)", line)
+        if begun:
+            path = (*path[: len(begun[1]) // 3], begun[2])
+            found[path] = set()
+        found[path] |= set((begun[3] if begun else line).split())
+    return found
+
+
+def refusal(path: tuple[str, ...], attribute: str = "") -> str:
+    inner = f'<{path[-1]} {attribute}="1"/>' if attribute else f"<{path[-1]}/>"
+    for element in reversed(path[:-1]):
+        inner = f"<{element}>{inner}</{element}>"
+    with pytest.raises(mjenv.ModelError) as refused:
+        mjenv.make("Model-v0", engine="2.2.2", xml_string=inner, trust_xml=True)
+    return str(refused.value)
+
+
+def test_every_element_and_attribute_of_today() -> None:
+    listed = subprocess.run(["ldconfig", "-p"], capture_output=True, text=True, check=True).stdout
+    (installed,) = {line.split()[-1] for line in listed.splitlines() if "libmujoco.so.2.2.2 " in line}
+    old = schema(Path(installed))
+    new = schema(next(Path(mujoco.__file__).parent.glob("libmujoco.so.4.0.*")))
+    # MuJoCo does not say where it found an element, so one that 2.2.2 has in other places tells nothing.
+    names = {path[-1] for path in old}
+    wanted = [(path, "") for path in new if path[-1] not in names and path[:-1] in old]
+    wanted += [(path, attribute) for path in new if path in old for attribute in sorted(new[path] - old[path])]
+    assert len(wanted) > 200
+    without = [
+        f"{'/'.join(path)} {attribute}: {told}"
+        for path, attribute in wanted
+        if not re.search(
+            r"; this is MuJoCo 2\.2\.2, and MuJoCo \d+\.\d+\.\d+ is the first", told := refusal(path, attribute)
+        )
+    ]
+    assert without == []
