@@ -1,5 +1,7 @@
 // What makes stepping fast leaves every bit as plain MuJoCo gives it: the built-in models and models of every odd kind,
 // played on a work space and by mj_resetData, mj_step and mj_rnePostConstraint on the model as compiled.
+#include "engine/mujoco.hpp"  // before cmocka's macro fail
+
 #include <algorithm>
 #include <csetjmp>
 #include <cstdarg>
@@ -21,7 +23,6 @@ extern "C" {
 
 #include "engine/assets.hpp"
 #include "engine/model.hpp"
-#include "engine/mujoco.hpp"
 #include "engine/work.hpp"
 #include "run.hpp"
 

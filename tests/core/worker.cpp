@@ -2,6 +2,8 @@
 // with plain MuJoCo, which resets, steps and sets states as Gymnasium does.
 #include "env/worker.hpp"
 
+#include "engine/mujoco.hpp"  // before cmocka's macro fail
+
 #include <algorithm>
 #include <csetjmp>
 #include <cstdarg>
@@ -16,7 +18,6 @@ extern "C" {
 #include <cmocka.h>
 }
 
-#include "engine/mujoco.hpp"
 #include "run.hpp"
 #include "task/registry.hpp"
 
