@@ -550,7 +550,7 @@ static void test_last_error(void** state) {
 
 // The reason that a handle keeps, copied as far as it fits.
 static void assert_reason(const void* handle, const char* word) {
-  char text[8192];
+  char text[1 << 14];
   size_t size = 0, again = 0;
   assert_ok(mjenv_error_of(handle, NULL, 0, &size));
   assert_in_range(size, strlen(word) + 1, sizeof text);
