@@ -71,7 +71,7 @@ constexpr Version kVersions[] = {
     {"3.12.0", "pid", "general.ffrange general.velrange light.softness"},
     {"3.13.0", "", "site.mesh"},
     {"3.14.0", "", "flag.ipc"},
-    {"3.16.0", "", "compiler.savecanonical compiler.savecompiled general.inheritrange"},
+    {"3.16.0", "", "body.fuse compiler.savecanonical compiler.savecompiled general.inheritrange"},
     {"3.17.0", "", "compiler.passthrough texture.class texture.embed"},
     {"4.0.0", "",
      "fixed.springyield flag.speculative geom.castshadow joint.springyield key.plastic spatial.springyield "
