@@ -20,6 +20,10 @@ static struct {
   unsigned char image[1 << 16];
   size_t image_size;
   double action[ROWS * NU], values[4096];
+  double mass[64], heavy[128], negative[128];
+  size_t bodies;
+  unsigned char written[1 << 16];
+  size_t written_size;
   const char* id;
 } s;
 
@@ -168,6 +172,50 @@ static mjenv_status first_snapshot(void) {
 
 static mjenv_status bad_restore(void) { return mjenv_restore(s.env, 0, s.image, 3); }
 
+// ---- Rows that differ, in an environment that was just built ----
+
+static mjenv_status write(void) { return mjenv_write(s.built, 1, "body_mass", s.heavy, s.bodies); }
+static mjenv_status write_all(void) { return mjenv_write(s.built, MJENV_ALL_ROWS, "body_mass", s.heavy, s.bodies); }
+static mjenv_status bad_write(void) { return mjenv_write(s.built, 1, "body_mass", s.negative, s.bodies); }
+static mjenv_status write_no_array(void) { return mjenv_write(s.built, 1, "an array that there is not", s.heavy, 1); }
+static mjenv_status write_rows(void) { return mjenv_write_rows(s.built, NULL, "body_mass", s.heavy, 2 * s.bodies); }
+
+static mjenv_status set_constants(void) {
+  const mjenv_status status = write();
+  return status ? status : mjenv_set_constants(s.built, 1);
+}
+
+static mjenv_status copy_written(void) {
+  const mjenv_status status = write();
+  return status ? status : mjenv_copy_row(s.built, 1, (const uint8_t[]){1, 0});
+}
+
+static mjenv_status restore_written(void) { return mjenv_restore(s.built, 0, s.written, s.written_size); }
+
+static mjenv_status create_and_reset(void) {
+  const mjenv_status status = create();
+  return status ? status : mjenv_reset(s.built, NULL, NULL);
+}
+
+static void destroy_built(void) {
+  mjenv_destroy(s.built);
+  s.built = NULL;
+}
+
+// An image of a row with own arrays, and with what is kept of them because they were written after a reset.
+static void make_written(void) {
+  assert_ok(mjenv_read(s.env, 0, "body_mass", s.mass, COUNT(s.mass), &s.bodies));
+  for (size_t i = 0; i < 2 * s.bodies; ++i) {
+    s.heavy[i] = 2 * s.mass[i % s.bodies];
+    s.negative[i] = -1;
+  }
+  assert_ok(create_and_reset());
+  assert_ok(set_constants());
+  assert_ok(write());
+  assert_ok(mjenv_snapshot(s.built, 1, s.written, sizeof s.written, &s.written_size));
+  destroy_built();
+}
+
 static mjenv_status render_settings(void) {
   mjenv_render_settings settings = {.struct_size = sizeof settings};
   return mjenv_render_defaults(s.env, &settings);
@@ -211,45 +259,59 @@ static mjenv_status render(void) { return mjenv_render(s.renderer, 0, pixels, si
 
 // ---- Walking through them ----
 
+enum use {
+  KEEPS,  // the environments that there are
+  LOADS,  // a model, in which MuJoCo loses memory when it runs out
+  FRESH,  // an environment that was built for the call, when there was memory
+};
+
 struct call {
   const char* name;
   mjenv_status (*run)(void);
   mjenv_status status;  // when there is memory
   mjenv_status also;    // that may be given without memory, beside MJENV_E_MEMORY
-  bool loads;           // a model, in which MuJoCo loses memory when it runs out
+  enum use use;
 };
 
 static const struct call calls[] = {
-    {"spec_of", spec_of, MJENV_OK, MJENV_E_MEMORY, false},
-    {"options_create", options_create, MJENV_OK, MJENV_E_MEMORY, false},
-    {"options_create, no id", no_id, MJENV_E_NAME, MJENV_E_MEMORY, false},
-    {"options_set_string", set_string, MJENV_OK, MJENV_E_MEMORY, false},
-    {"options_set_string, choice", set_choice, MJENV_OK, MJENV_E_VALUE, false},
-    {"options_set_reals", set_reals, MJENV_OK, MJENV_E_MEMORY, false},
-    {"options_get_reals", get_reals, MJENV_OK, MJENV_E_MEMORY, false},
-    {"options_set_integer, no option", no_option, MJENV_E_NAME, MJENV_E_MEMORY, false},
-    {"create", create, MJENV_OK, MJENV_E_MODEL, true},
-    {"create with threads", create_with_threads, MJENV_OK, MJENV_E_MODEL, true},
-    {"create from bad text", create_from_text, MJENV_E_MODEL, MJENV_E_MODEL, true},
-    {"reset", reset, MJENV_OK, MJENV_E_MEMORY, false},
-    {"reset on threads", reset_threaded, MJENV_OK, MJENV_E_MEMORY, false},
-    {"step", step, MJENV_OK, MJENV_E_MEMORY, false},
-    {"step on threads", step_threaded, MJENV_OK, MJENV_E_MEMORY, false},
-    {"step, bad count", bad_step, MJENV_E_SIZE, MJENV_E_MEMORY, false},
-    {"send and recv", send_and_recv, MJENV_OK, MJENV_E_MEMORY, false},
-    {"rollout", rollout, MJENV_OK, MJENV_E_MEMORY, false},
-    {"sample_actions", sample, MJENV_OK, MJENV_E_MEMORY, false},
-    {"seed_digits", seed_digits, MJENV_OK, MJENV_E_MEMORY, false},
-    {"read", read, MJENV_OK, MJENV_E_MEMORY, false},
-    {"read, no array", no_array, MJENV_E_NAME, MJENV_E_MEMORY, false},
-    {"object_index", object, MJENV_OK, MJENV_E_MEMORY, false},
-    {"object_index, no object", no_object, MJENV_E_NAME, MJENV_E_MEMORY, false},
-    {"observe", observe, MJENV_OK, MJENV_E_MEMORY, false},
-    {"snapshot", snapshot, MJENV_OK, MJENV_E_MEMORY, false},
-    {"restore", restore, MJENV_OK, MJENV_E_MEMORY, false},
-    {"first snapshot", first_snapshot, MJENV_OK, MJENV_E_MODEL, true},
-    {"restore, bad image", bad_restore, MJENV_E_SNAPSHOT, MJENV_E_MEMORY, false},
-    {"render_defaults", render_settings, MJENV_OK, MJENV_E_MEMORY, false},
+    {"spec_of", spec_of, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"options_create", options_create, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"options_create, no id", no_id, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"options_set_string", set_string, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"options_set_string, choice", set_choice, MJENV_OK, MJENV_E_VALUE, KEEPS},
+    {"options_set_reals", set_reals, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"options_get_reals", get_reals, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"options_set_integer, no option", no_option, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"create", create, MJENV_OK, MJENV_E_MODEL, LOADS},
+    {"create with threads", create_with_threads, MJENV_OK, MJENV_E_MODEL, LOADS},
+    {"create from bad text", create_from_text, MJENV_E_MODEL, MJENV_E_MODEL, LOADS},
+    {"reset", reset, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"reset on threads", reset_threaded, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"step", step, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"step on threads", step_threaded, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"step, bad count", bad_step, MJENV_E_SIZE, MJENV_E_MEMORY, KEEPS},
+    {"send and recv", send_and_recv, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"rollout", rollout, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"sample_actions", sample, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"seed_digits", seed_digits, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"read", read, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"read, no array", no_array, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"object_index", object, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"object_index, no object", no_object, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"observe", observe, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"snapshot", snapshot, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"restore", restore, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"first snapshot", first_snapshot, MJENV_OK, MJENV_E_MODEL, LOADS},
+    {"restore, bad image", bad_restore, MJENV_E_SNAPSHOT, MJENV_E_MEMORY, KEEPS},
+    {"render_defaults", render_settings, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"write", write, MJENV_OK, MJENV_E_MEMORY, FRESH},
+    {"write, all rows", write_all, MJENV_OK, MJENV_E_MEMORY, FRESH},
+    {"write, bad value", bad_write, MJENV_E_VALUE, MJENV_E_MEMORY, FRESH},
+    {"write, no array", write_no_array, MJENV_E_NAME, MJENV_E_MEMORY, FRESH},
+    {"write_rows", write_rows, MJENV_OK, MJENV_E_MEMORY, FRESH},
+    {"set_constants", set_constants, MJENV_OK, MJENV_E_MEMORY, FRESH},
+    {"copy_row of written rows", copy_written, MJENV_OK, MJENV_E_MEMORY, FRESH},
+    {"restore, own arrays", restore_written, MJENV_OK, MJENV_E_MEMORY, FRESH},
 };
 
 // What the failing allocations of one call did.
@@ -267,12 +329,22 @@ static long blocks(void) {
   return allocator_live();
 }
 
+// A write that fails has written nothing.
+static void assert_unwritten(void) {
+  for (int row = 0; row < 2; ++row) {
+    double mass[COUNT(s.mass)];
+    size_t count;
+    assert_ok(mjenv_read(s.built, row, "body_mass", mass, COUNT(mass), &count));
+    assert_same_bits("body_mass", mass, s.mass, count);
+  }
+}
+
 static struct walk walk(const struct call* call, enum failing failing, size_t stride) {
   struct walk result = {0, 0, 0};
   for (size_t number = 0; number < MOST; number += stride) {
-    mjenv_destroy(call->loads ? s.built : NULL);
-    if (call->loads) s.built = NULL;
+    if (call->use != KEEPS) destroy_built();
     const long before = blocks();
+    if (call->use == FRESH) assert_ok(create_and_reset());
     allocator_arm(failing, number);
     const mjenv_status status = call->run();
     const bool failed = allocator_disarm();
@@ -281,10 +353,9 @@ static struct walk walk(const struct call* call, enum failing failing, size_t st
       fail_msg("%s, allocation %zu: %s: %s", call->name, number, mjenv_status_name(status), mjenv_last_error());
     if (failed && status == MJENV_E_MEMORY)
       assert_true(strstr(mjenv_last_error(), "memory") || strstr(mjenv_last_error(), "threads"));
-    if (call->loads) {
-      mjenv_destroy(s.built);
-      s.built = NULL;
-    }
+    if (call->use == FRESH && status != MJENV_OK && call->run != set_constants && call->run != copy_written)
+      assert_unwritten();
+    if (call->use != KEEPS) destroy_built();
     const long lost = blocks() - before;
     if (lost < 0) fail_msg("%s, allocation %zu: %ld blocks fewer", call->name, number, -lost);
     result.lost += (size_t)lost;
@@ -318,12 +389,12 @@ static size_t allocations_of_loading(void) {
 // First in larger strides, because some things are allocated for good: each thread's exceptions, the tables of handles.
 static void test_call(void** state) {
   const struct call* call = *state;
-  if (!call->loads && !s.built) assert_ok(create());
-  if (!call->loads) assert_ok(snapshot());
+  if (call->use == KEEPS && !s.built) assert_ok(create());
+  if (call->use == KEEPS) assert_ok(snapshot());
   for (int failing = ONE; failing <= ALL; ++failing) {
-    walk(call, (enum failing)failing, call->loads ? 50 : 1);
+    walk(call, (enum failing)failing, call->use == LOADS ? 50 : 1);
     const struct walk walked = walk(call, (enum failing)failing, 1);
-    if (walked.lost > 0 && !call->loads)
+    if (walked.lost > 0 && call->use != LOADS)
       fail_msg("%s: %zu blocks were lost, the last at allocation %zu", call->name, walked.lost, walked.last_lossy);
     if (call->run == create) {
       const size_t loading = allocations_of_loading();
@@ -400,6 +471,7 @@ static int set_up(void** state) {
   assert_ok(mjenv_reset(s.threaded, NULL, NULL));
   golden_assert_plays(s.golden, s.env);
   assert_ok(mjenv_reset(s.env, NULL, NULL));
+  make_written();
   return 0;
 }
 
@@ -416,7 +488,7 @@ static int tear_down(void** state) {
 
 static void test_every_id(void** state) {
   (void)state;
-  const struct call call = {"create", create, MJENV_OK, MJENV_E_MODEL, true};
+  const struct call call = {"create", create, MJENV_OK, MJENV_E_MODEL, LOADS};
   for (int64_t i = 0; i < mjenv_id_count(); ++i) {
     s.id = mjenv_id_at(i);
     for (int failing = ONE; failing <= ALL; ++failing)
