@@ -297,7 +297,7 @@ void Env::write(const std::string& array, std::size_t count,
     for (std::size_t i = 0; i < count; ++i)
       if (!std::isfinite(values[i])) fail(MJENV_E_VALUE, array + "[" + std::to_string(i) + "] is " + number(values[i]));
   };
-  const double* checked = nullptr;  // rows may share their values
+  const double* checked = nullptr;  // the values checked last, which rows may share
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
     if (values == checked) return;
     try {
@@ -330,7 +330,7 @@ void Env::for_each_written(const std::function<const double*(std::int64_t)>& val
 }
 
 void Env::make_own(const std::vector<std::string>& arrays) {
-  workers_.release();  // their work spaces refer to the rows' present blocks of memory
+  workers_.release();  // because add() moves the rows' values, to which work spaces point
   rows_.own().add(arrays);
 }
 
@@ -377,7 +377,8 @@ void Env::snapshot(std::int64_t row, void* image) const {
 
 void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
-  // Work spaces refer to the memory of own values, which moves if the image brings new arrays.
+  // Work spaces point to the rows' own values, which move if the image brings new arrays. If no row has own values yet,
+  // such an image has another size.
   const bool may_move = !rows_.own().empty() || size != snapshot_size(row);
   if (may_move) workers_.release();
   read_image(rows_, model(), identity(), options_.id(), row, image, size);

@@ -59,7 +59,8 @@ class Env {
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
-  // Writes an array of the row's mjModel, or an input of its mjData. row may be MJENV_ALL_ROWS.
+  // Writes an array of the row's state or mjModel, or an input of its mjData. row may be MJENV_ALL_ROWS. With a mask,
+  // values has a part for each row, and the parts of rows that are not selected are not read.
   void write(std::int64_t row, const std::string& array, const double* values, std::size_t count);
   void write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count);
   // Calls mj_setConst. row may be MJENV_ALL_ROWS.

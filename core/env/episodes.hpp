@@ -12,7 +12,7 @@
 
 namespace mjenv::core {
 
-// Its functions concern one row each. Workers call them at the same time for different rows.
+// Each function concerns one row. Several threads call them at the same time for different rows, each with its Worker.
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, Rows& rows);
@@ -33,8 +33,8 @@ class Episodes {
   bool autoresets() const { return autoreset_ != Autoreset::disabled; }
   // True if the step that ends an episode also resets the row.
   bool autoresets_in_same_step() const { return autoreset_ == Autoreset::same_step; }
-  // Throws if the row was neither reset nor set. If "strict" is 1, also throws if its episode has ended, unless the
-  // call resets it (`resets`).
+  // Throws if neither a reset nor set_state has given the row a state. If "strict" is 1, also throws if its episode has
+  // ended, unless the call resets it (`resets`).
   void check_steppable(std::int64_t row, bool resets) const;
   // Throws if the action is not finite, unless "strict" is 0 or the step resets the row, which ignores the action.
   void check_finite(std::int64_t row, const Action& action) const;

@@ -36,8 +36,9 @@ struct RowHeader {
   std::uint8_t kept = 0;  // bits of Kept
   std::uint8_t unused = 0;
 };
-static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56, "an image has no padding");
-static_assert(sizeof(ImageHeader) == 48, "an image has no padding");
+static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56,
+              "padding would put undefined bytes into an image");
+static_assert(sizeof(ImageHeader) == 48, "padding would put undefined bytes into an image");
 
 enum Kept : std::uint8_t { kept_computed = 1, kept_stepped = 2, kept_constants = 4, kept_state = 8 };
 
@@ -79,7 +80,7 @@ Layout layout_of(const Rows& rows, const Range& range) {
           rows.layout().size * sizeof(double), has_past};
 }
 
-// Appends an image's names, if they are names of arrays that can be written.
+// Adds the arrays that an image names. Returns false if one of them cannot be written, or names_of writes other bytes.
 bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
   try {
     for (std::size_t start = 0; start < size;) {

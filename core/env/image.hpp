@@ -11,7 +11,7 @@
 
 namespace mjenv::core {
 
-// Two environments can exchange images if their identities are equal.
+// An image can be restored if the identities of the environments and their versions of MuJoCo are equal.
 struct Identity {
   enum class Rounding : std::uint32_t { any, plain, fused };
 

@@ -12,9 +12,10 @@
 
 namespace mjenv::core {
 
-// A row keeps up to four versions of its values: the present ones; those of its last computation, if they were written
-// since; those of its last mj_step, if set_state has computed with others; and those with which mj_setConst was called.
-// It also keeps the state that set_state has set, if it was written since.
+// A row's derived arrays are computed again with the values with which they were computed first. So a row keeps up to
+// four versions of its values: the present ones; those with which its derived arrays were computed, if they were
+// written since; those with which its last mj_step ran, if set_state has computed with others; and those with which
+// mj_setConst was called. It also keeps the state that set_state has set, if it was written since.
 class OwnValues {
  public:
   OwnValues(const Model& model, std::int64_t rows) : arrays_(model), rows_(static_cast<std::size_t>(rows)) {}
@@ -26,12 +27,13 @@ class OwnValues {
 
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
 
-  // The row's values; those of its last computation; those of its last mj_step. For use while not empty().
+  // The row's values as last written; those with which its derived arrays were computed; those with which its last
+  // mj_step ran. The latter two are the present values if no others are kept. For use while not empty().
   std::byte* present(std::int64_t row);
   std::byte* computed(std::int64_t row);
   std::byte* stepped(std::int64_t row);
   const std::byte* present(std::int64_t row) const { return const_cast<OwnValues*>(this)->present(row); }
-  // Those with which mj_setConst was called.
+  // The values with which mj_setConst was called.
   std::byte* of_constants(std::int64_t row);
   // The state that was kept, or null.
   const double* state(std::int64_t row) const;
@@ -41,7 +43,8 @@ class OwnValues {
   void keep_state(std::int64_t row, const double* state, std::size_t size);
   // Call before mj_setConst.
   void keep_constants(std::int64_t row);
-  // Call when the derived arrays were computed with the present values: all of them, or all but the forces.
+  // Call computed_all when all derived arrays were computed with the present values, and computed_after_step when
+  // set_state computed them, whose forces are still those of the last mj_step.
   void computed_all(std::int64_t row);
   void computed_after_step(std::int64_t row);
 
@@ -54,20 +57,21 @@ class OwnValues {
   struct Past {
     Block computed, stepped, constants, state;
   };
-  // Null if nothing was kept of any row.
+  // Null if there is no room for what is kept: nothing was kept then.
   const Past* past(std::int64_t row) const { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
   // Allocates room for what is kept of the rows.
   void make_pasts();
-  // A block in this layout, from one in another. Arrays that the other lacks have the model's values.
+  // Copies a block that is laid out by `layout` into a new block that is laid out by arrays(). Arrays that `layout`
+  // lacks get the model's values.
   Block translated(const OwnArrays& layout, const std::byte* block) const;
-  // Does not throw after make_pasts.
+  // Does not throw. Call make_pasts first.
   void set(std::int64_t row, const OwnArrays& layout, const std::byte* block, Past past);
 
  private:
   OwnArrays arrays_;
   std::size_t rows_;
   std::vector<double> blocks_;
-  std::vector<Past> past_;  // empty until something is kept
+  std::vector<Past> past_;  // empty until there is room for what is kept
   std::size_t state_size_ = 0;
 
   Past* past(std::int64_t row) { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }

@@ -1,4 +1,5 @@
-// Steps rows in the background: mjenv_send hands them over, mjenv_recv reports them. In between they are "under way".
+// Steps rows between mjenv_send, which hands them over, and mjenv_recv, which reports them. In between they are "under
+// way". The environment's other threads step them, and the caller's steps them in mjenv_recv.
 #pragma once
 
 #include <cstddef>
@@ -28,10 +29,11 @@ class Pipeline {
 
   // How many rows are under way.
   std::size_t count() const { return count_; }
-  // Copies the actions and returns while the workers step the rows. rows: null means all rows.
+  // Copies the actions and returns without waiting. rows: null means all rows.
   void send(const std::int64_t* rows, std::size_t row_count, const Action& actions);
-  // Waits until `least` rows are done or `timeout` seconds have passed (negative: no timeout). Reports up to `capacity`
-  // rows that are done, then throws if rows have failed.
+  // Steps rows, together with the other threads, until `least` rows are done or `timeout` seconds have passed
+  // (negative: no timeout). Reports up to `capacity` rows that are done. Then throws if any row has failed since the
+  // last call, also one that is not reported yet.
   void receive(std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity, std::size_t* count,
                const mjenv_batch& out);
 

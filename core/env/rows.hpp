@@ -51,7 +51,7 @@ class Rows {
 
   OwnValues& own() { return own_; }
   const OwnValues& own() const { return own_; }
-  // Call before the row's state or own values are written: they are kept as long as the derived arrays need them.
+  // Call before the row's state or own values are written. Keeps the old ones as long as the derived arrays need them.
   void keep(std::int64_t row);
 
   void copy(std::int64_t from, std::int64_t to);

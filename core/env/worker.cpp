@@ -32,8 +32,8 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   else
     own.computed_all(row);
   if (origin == Origin::step && own.arrays().has_inputs() && work_.diverged()) {
-    // mj_step has called mj_resetData, which clears the inputs. If it did so before the last mj_step, that one had
-    // none.
+    // MuJoCo has reset the simulation, which clears the inputs. If that was in the last mj_step, computing it again
+    // needs the inputs, so they are kept. If it was before, the last mj_step began without inputs.
     if (!work_.diverged_early()) own.keep(row);
     own.clear_inputs(row);
   }
@@ -54,7 +54,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   release();  // in case MuJoCo fails
   compute(rows, row);
   if (rows.head(row).written) {
-    work_.complete();  // as long as what it computes from is unchanged
+    work_.complete();  // now, because the next lines replace what it computes from
     use(rows, row);
     if (rows.head(row).has_constants) compute_constants(rows, row);
     work_.load(rows.state(row));

@@ -47,16 +47,16 @@ class Worker {
   void clear(Rows& rows);
   // Begins an episode: the task draws its initial state from rng, then mj_forward computes the derived arrays.
   void begin(Rows& rows, std::int64_t row, Rng& rng);
-  // Calls mj_step `frames` times, beginning with the row's state. Only commit changes the row, except
-  // that the numbers the task carries are computed anew if the row was written.
+  // Calls mj_step `frames` times, beginning with the row's state. Only commit changes the row's
+  // state. If the row was written, the numbers that the task carries are computed again.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
-  // Calls mj_setConst for the row's model. Returns the arrays that must become the row's own first, or, if there are
-  // none, saves the constants.
+  // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves nothing and returns their
+  // names: make them own, then call this again. Otherwise saves the constants.
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
@@ -78,7 +78,7 @@ class Worker {
   std::int64_t resident_ = kNone;
   std::vector<double> before_;  // the state before the last forward or mj_step in work_
   std::vector<double> observation_;
-  std::vector<std::byte> cleared_;  // a row's own values, without inputs
+  std::vector<std::byte> cleared_;  // a copy of a row's own values whose inputs are cleared
   std::unique_ptr<Constants> constants_;
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;
@@ -87,7 +87,7 @@ class Worker {
     std::copy_n(rows.carried(row), task_.carry_count, work_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
-  // Computes the row's derived arrays with the values that it had then.
+  // Computes the row's derived arrays again, with the state and the values with which they were last computed.
   void compute(Rows& rows, std::int64_t row);
   void compute_constants(Rows& rows, std::int64_t row);
   // Makes the work space use the row's values: the present ones, those of the last computation, or of the last mj_step.

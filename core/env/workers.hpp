@@ -26,7 +26,7 @@ class Workers {
   void prepare(const Schema& schema);
   // Call this when the row was changed without a worker: its derived arrays in work spaces are out of date.
   void forget(std::int64_t row);
-  // Call this when the memory moved that work spaces refer to.
+  // Call this before rows' own values move in memory, because work spaces point to them.
   void release();
 
   // Calls body(worker, row) for rows 0 to count - 1 on all threads. If rows fail, the others are computed all the same;

@@ -97,7 +97,7 @@ void carry(mjenv_builder* builder, std::int64_t count) {
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
 
-// Makes the callback fail, because NumPy would raise an error for these arguments.
+// Makes the callback fail: NumPy would raise an error for these arguments, or there is not enough memory.
 template <typename T>
 T refuse_draw(mjenv_random* random, const char* why, T fallback) {
   if (!cast(random).failed) set_task_message(why);
@@ -109,6 +109,7 @@ double random_real(mjenv_random* random) { return cast(random).rng().random(); }
 
 double uniform(mjenv_random* random, double low, double high) {
   if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: high - low is not finite", low);
+  if (high < low) return refuse_draw(random, "uniform: high is below low", low);
   return cast(random).rng().uniform(low, high);
 }
 

@@ -279,7 +279,7 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
-  const ErrorTrap trap;  // the model may have opened MuJoCo, too late for the trap of the whole call
+  const ErrorTrap trap;  // open() may just have loaded libmujoco, of which the trap of the whole call knew nothing
   task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;
   task.revision = revision_;

@@ -20,7 +20,8 @@ static const char modes[] =
     "none build_fails build_is_silent build_unfit build_no_memory build_name build_option build_kind build_array "
     "build_contact build_need "
     "build_length "
-    "build_late reset_fails reset_nan reset_draw step_fails step_silent step_nan step_draw step_busy info_fails "
+    "build_late reset_fails reset_nan reset_draw reset_uniform step_fails step_silent step_nan step_draw step_busy "
+    "info_fails "
     "carry_fails observe_fails observe_nan";
 
 enum mode {
@@ -28,6 +29,7 @@ enum mode {
   RESET_FAILS,
   RESET_NAN,
   RESET_DRAW,
+  RESET_UNIFORM,
   STEP_FAILS,
   STEP_SILENT,
   STEP_NAN,
@@ -38,9 +40,9 @@ enum mode {
   OBSERVE_FAILS,
   OBSERVE_NAN
 };
-static const char* const mode_names[] = {"none",        "reset_fails",   "reset_nan",  "reset_draw", "step_fails",
-                                         "step_silent", "step_nan",      "step_draw",  "step_busy",  "info_fails",
-                                         "carry_fails", "observe_fails", "observe_nan"};
+static const char* const mode_names[] = {"none",       "reset_fails", "reset_nan",     "reset_draw", "reset_uniform",
+                                         "step_fails", "step_silent", "step_nan",      "step_draw",  "step_busy",
+                                         "info_fails", "carry_fails", "observe_fails", "observe_nan"};
 
 struct self {
   enum mode mode;
@@ -139,6 +141,7 @@ static int32_t reset(const void* self, mjenv_start* start) {
   if (s->mode == RESET_FAILS && bad) return mjenv_task_fail(start->api, "more than 500");
   if (s->mode == RESET_NAN && bad) start->qpos[1] = NAN;
   if (s->mode == RESET_DRAW && bad) mjenv_random_integers(start->random, 5, 5);
+  if (s->mode == RESET_UNIFORM && bad) mjenv_random_uniform(start->random, 0.5, 0.25);
   return 0;
 }
 
@@ -364,8 +367,10 @@ static void test_failing_resets(void** state) {
   (void)state;
   static const struct {
     const char *mode, *word;
-  } cases[] = {
-      {"reset_fails", "more than 500"}, {"reset_nan", "qpos[1] is nan"}, {"reset_draw", "low is not below high"}};
+  } cases[] = {{"reset_fails", "more than 500"},
+               {"reset_nan", "qpos[1] is nan"},
+               {"reset_draw", "low is not below high"},
+               {"reset_uniform", "high is below low"}};
   for (size_t i = 0; i < COUNT(cases); ++i) {
     mjenv_env* env = env_of_options(probe(cases[i].mode), ROWS);
     struct played* p = played();

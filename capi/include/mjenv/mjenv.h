@@ -20,8 +20,9 @@
  *     mjenv_options_destroy(options);
  *
  * Numbers
- *   For a given seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2, bit for bit. Each
- *   call computes in the default floating-point environment and restores the caller's.
+ *   For a given seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2, bit for bit; in
+ *   the library for MuJoCo 4.0, on 4.0.0. "(4.0: ...)" below marks what differs there. Each call computes in the
+ *   default floating-point environment and restores the caller's.
  * Arrays
  *   The caller owns all arrays that it passes. The library keeps no pointer to them after a call. Arrays are contiguous
  *   and row-major. Shapes are written [rows][count]. Sizes count elements, unless the parameter's name ends in _bytes.
@@ -33,13 +34,17 @@
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
  *   one exception: if some rows fail (PHYSICS, TASK), the call still computes the other rows, writes their outputs, and
  *   then returns an error. mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo
- * fails in a row, the row keeps the state that it had before the failed step or reset. The comments below list errors
- * without their prefix MJENV_E_, and leave out those that any function may return: ARGUMENT  a required pointer is
- * NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too small BUSY      another thread is
- * inside a call with the same handle MEMORY    there is not enough memory INTERNAL  the library has a bug Functions
- * that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv. Functions
- * with FORKED among their errors return it in a forked child if the environment has more than one thread, because the
- * child does not have these threads. Ownership
+ *   fails in a row, the row keeps the state that it had before the failed step or reset.
+ *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
+ *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
+ *               small
+ *     BUSY      another thread is inside a call with the same handle
+ *     MEMORY    there is not enough memory
+ *     INTERNAL  the library has a bug
+ *   Functions that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv.
+ *   Functions with FORKED among their errors return it in a forked child if the environment has more than one thread,
+ *   because the child does not have these threads.
+ * Ownership
  *   *_create gives the caller a handle, which the caller passes to *_destroy. *_destroy does nothing for NULL and for
  *   destroyed handles, and cannot fail. It waits for the calls that other threads are making with the handle. Later
  *   calls with the handle return ARGUMENT. Functions that return no status return 0 or NULL instead.
@@ -111,7 +116,7 @@ enum mjenv_status_value {
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
-  MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h) */
+  MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h) */
 };
 
 /* The type of the elements of an array that the caller passes as void *. */
@@ -226,8 +231,9 @@ typedef struct mjenv_batch {
   uint8_t *truncated;  /* [rows] 0 or 1 */
   int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo
                           failed, or the row's state diverged and MuJoCo reset the simulation. A diverged row's other
-                          outputs are valid, those of a failed row are undefined. If the call returns MJENV_OK, no row
-                          failed; otherwise MJENV_E_PHYSICS can mean either */
+                          outputs are valid, those of a failed row are undefined. If the call returned MJENV_OK,
+                          MJENV_E_PHYSICS means diverged. If it returned an error, MJENV_E_PHYSICS means failed or
+                          diverged, and the status does not tell which */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -518,7 +524,7 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 /* Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's
  * env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are
  * undefined.
- *   row       the row; its own values, if it has any, of an array of the mjModel (mjenv_write)
+ *   row       the row to read. If mjenv_write gave it values of its own in this array, those are read
  *   array     its name in MuJoCo: "xpos", "body_mass", "nq", "opt.timestep" (mjenv_field_at lists them: MJENV_ROLE_DATA
  *             and MJENV_ROLE_MODEL)
  *   values    [capacity] receives the elements
@@ -547,9 +553,10 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
 /* ---- Rows that differ ----
  * Each row can have values of its own in the arrays of its mjModel, and inputs in its mjData. Writing has the effect
  * that the same assignment to Gymnasium's env.unwrapped.model or env.unwrapped.data would have at that moment, bit for
- * bit: values count from the next mj_step or mj_forward on, those of the mjModel stay over resets, and a reset clears
- * the inputs. What a task took from the model when it was built stays as it was: spaces, the positions that episodes
- * start from. An environment gives all rows memory for an array when it is first written; images hold it, too. */
+ * bit. Values take effect at the next mj_step or mj_forward. Those of the mjModel stay after resets; a reset clears the
+ * inputs. What a task took from the model when it was built stays as it was: spaces, the positions that episodes start
+ * from. An environment gives all rows memory for an array when it is first written. Images (mjenv_snapshot) contain
+ * these values, too. */
 
 /* Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values.
  *   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers ("body_mass",
@@ -573,8 +580,8 @@ MJENV_API mjenv_status mjenv_write_rows(mjenv_env *env, const uint8_t *mask, con
                                         size_t count);
 
 /* Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0
- * when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the
- * row ends in the position qpos_spring, for which mj_setConst computes last: reset the row, or set its state.
+ * when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst
+ * leaves the row in the position qpos_spring, for which it computes last: reset the row or set its state afterwards.
  * Errors: VALUE (row), PHYSICS, MODEL (it would change what all rows share). */
 MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, int64_t row);
 

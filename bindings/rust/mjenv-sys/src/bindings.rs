@@ -64,7 +64,7 @@ pub const MJENV_E_RENDER: mjenv_status = -16;
 pub const MJENV_E_MEMORY: mjenv_status = -17;
 #[doc = " the library has a bug; please report it"]
 pub const MJENV_E_INTERNAL: mjenv_status = -18;
-#[doc = " a callback of a registered task failed, or a plug-in holds no tasks (mjenv/task.h)"]
+#[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
 #[doc = " The type of the elements of an array that the caller passes as void *."]
 pub type mjenv_dtype = i32;
@@ -873,8 +873,9 @@ pub struct mjenv_batch {
     pub truncated: *mut u8,
     #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo"]
     #[doc = "failed, or the row's state diverged and MuJoCo reset the simulation. A diverged row's other"]
-    #[doc = "outputs are valid, those of a failed row are undefined. If the call returns MJENV_OK, no row"]
-    #[doc = "failed; otherwise MJENV_E_PHYSICS can mean either"]
+    #[doc = "outputs are valid, those of a failed row are undefined. If the call returned MJENV_OK,"]
+    #[doc = "MJENV_E_PHYSICS means diverged. If it returned an error, MJENV_E_PHYSICS means failed or"]
+    #[doc = "diverged, and the status does not tell which"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -1925,7 +1926,7 @@ extern "C" {
     #[doc = " Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's"]
     #[doc = " env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are"]
     #[doc = " undefined."]
-    #[doc = "   row       the row; its own values, if it has any, of an array of the mjModel (mjenv_write)"]
+    #[doc = "   row       the row to read. If mjenv_write gave it values of its own in this array, those are read"]
     #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (mjenv_field_at lists them: MJENV_ROLE_DATA"]
     #[doc = "             and MJENV_ROLE_MODEL)"]
     #[doc = "   values    [capacity] receives the elements"]
@@ -2017,8 +2018,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0"]
-    #[doc = " when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). As in MuJoCo, the"]
-    #[doc = " row ends in the position qpos_spring, for which mj_setConst computes last: reset the row, or set its state."]
+    #[doc = " when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst"]
+    #[doc = " leaves the row in the position qpos_spring, for which it computes last: reset the row or set its state afterwards."]
     #[doc = " Errors: VALUE (row), PHYSICS, MODEL (it would change what all rows share)."]
     pub fn mjenv_set_constants(env: *mut mjenv_env, row: i64) -> mjenv_status;
 }
@@ -2138,8 +2139,9 @@ extern "C" {
     #[doc = " returns MJENV_OK. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
-#[doc = " A constructor option of the task. Every task also has the options of the built-in tasks: xml_file, xml_string,"]
-#[doc = " trust_xml, frame_skip, max_episode_steps and so on."]
+#[doc = " A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:"]
+#[doc = " xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,"]
+#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, cpu_affinity and arrays."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,
@@ -2150,9 +2152,11 @@ pub struct mjenv_task_option {
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL"]
     pub value: f64,
-    #[doc = " closed bounds of each number; both 0: no bounds"]
+    #[doc = " closed bounds of each number, also of the default; both 0: the widest (FLAG: 0 and 1;"]
+    #[doc = "INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
     pub low: f64,
-    #[doc = " closed bounds of each number; both 0: no bounds"]
+    #[doc = " closed bounds of each number, also of the default; both 0: the widest (FLAG: 0 and 1;"]
+    #[doc = "INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
     pub high: f64,
     #[doc = " [count] the defaults of REALS that hold several numbers"]
     pub values: *const f64,
@@ -2373,8 +2377,8 @@ impl Default for mjenv_task_option {
     }
 }
 #[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " only sets the reward's type. The fields of a role are stored one after the other, in the order in which they are"]
-#[doc = " described."]
+#[doc = " sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. The fields of a role are"]
+#[doc = " stored one after the other, in the order in which they are described."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
@@ -2388,7 +2392,8 @@ pub struct mjenv_task_field {
     pub type_: mjenv_type,
     #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1"]
     pub ndim: i32,
-    #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)"]
+    #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)."]
+    #[doc = "A field has at most 16777216 elements"]
     pub shape: [i64; 4usize],
 }
 #[test]
@@ -2812,12 +2817,13 @@ impl Default for mjenv_contact {
     }
 }
 #[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one"]
-#[doc = " such struct. Its pointers stay the same from call to call, but the arrays then hold another row. Arrays marked \"on"]
-#[doc = " demand\" cost time in each step, so they are NULL unless build asked for them with mjenv_build_need."]
+#[doc = " such struct. Read its members anew in each call, because rows can have a timestep, dt, body_mass and arrays of"]
+#[doc = " their own (mjenv_write). Arrays marked \"on demand\" cost time in each step, so they are NULL unless build asked for"]
+#[doc = " them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
-    #[doc = " the dtype of the action that the caller passed"]
+    #[doc = " of the caller's action in the callback step; undefined elsewhere"]
     pub action_dtype: mjenv_dtype,
     pub api: *const mjenv_task_api,
     pub nq: i32,
@@ -2830,6 +2836,7 @@ pub struct mjenv_sim {
     pub nsite: i32,
     pub ntendon: i32,
     pub nsensordata: i32,
+    #[doc = " 0 unless build asked for \"contacts\""]
     pub contact_count: i32,
     #[doc = " 0"]
     pub reserved: i32,
@@ -2905,9 +2912,9 @@ pub struct mjenv_sim {
     pub ten_velocity: *const f64,
     #[doc = " [contact_count] on demand"]
     pub contacts: *const mjenv_contact,
-    #[doc = " [nq]"]
+    #[doc = " [nq] of the model when the environment was built"]
     pub qpos0: *const f64,
-    #[doc = " [nbody]"]
+    #[doc = " [nbody] the row's own, if mjenv_write has set it"]
     pub body_mass: *const f64,
     #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -4289,9 +4296,9 @@ pub struct mjenv_task {
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
     #[doc = "with \"./\", \"/\" or \"~\". \"./\" means the folder of the shared object or program that contains"]
-    #[doc = "the callback step (of physics_only: build). NULL: model_text is used"]
+    #[doc = "the callback step, or build if step is NULL; if both are NULL, the current folder"]
     pub model: *const ::std::os::raw::c_char,
-    #[doc = " the text of an MJCF model; NULL: model is used"]
+    #[doc = " the text of an MJCF model. Exactly one of model and model_text must be given"]
     pub model_text: *const ::std::os::raw::c_char,
     #[doc = " how many mj_steps make a step: at least 1"]
     pub frame_skip: i32,
@@ -4312,8 +4319,8 @@ pub struct mjenv_task {
     #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
     pub user: *mut ::std::os::raw::c_void,
     #[doc = " Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores"]
-    #[doc = " in *self what the other callbacks need. If it fails, it must free what it allocated, because destroy is then not"]
-    #[doc = " called. NULL: nothing to prepare."]
+    #[doc = " in *self what the other callbacks need. If it returns another number than 0, it must first free what it"]
+    #[doc = " allocated, because destroy is then not called. NULL: nothing to prepare."]
     pub build: ::std::option::Option<
         unsafe extern "C" fn(
             builder: *mut mjenv_builder,
@@ -4321,9 +4328,11 @@ pub struct mjenv_task {
             self_: *mut *mut ::std::os::raw::c_void,
         ) -> i32,
     >,
-    #[doc = " Frees self when the environment is destroyed. Not called if build failed. NULL: nothing to free."]
+    #[doc = " Frees self when the environment is destroyed, or when mjenv_create fails after build has returned 0. NULL: nothing"]
+    #[doc = " to free."]
     pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
-    #[doc = " Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails."]
+    #[doc = " Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails, unless"]
+    #[doc = " the option \"strict\" is 0."]
     pub reset: ::std::option::Option<
         unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
     >,
@@ -4863,8 +4872,10 @@ extern "C" {
     #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay"]
     #[doc = "       valid until the process ends"]
     #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry"]
-    #[doc = " without build and with carry_count 0), VALUE (the id is malformed or already registered, or a number is out of its"]
-    #[doc = " bounds), TYPE (a task cannot have this kind, type or role)."]
+    #[doc = " without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only"]
+    #[doc = " excludes, or RESET_INFO fields without reset_info, or neither build nor an OBSERVATION field), VALUE (the id is"]
+    #[doc = " malformed or already registered, or a name, a default or another number is out of its bounds), TYPE (a task cannot"]
+    #[doc = " have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]
@@ -4973,7 +4984,8 @@ extern "C" {
     #[doc = " path  a shared object that exports the function \"mjenv_tasks\" (see MJENV_PLUGIN). NULL: the plug-ins that the"]
     #[doc = "       environment variable MJENV_TASKS lists, separated by \":\". The first function that looks up an id loads these by"]
     #[doc = "       itself; a call with NULL also reports why one of them could not be loaded"]
-    #[doc = " Errors: TASK (the file is not a plug-in, or was built for another ABI version), and those of mjenv_register_task."]
+    #[doc = " Errors: TASK (the file does not exist, is not a plug-in, or was built for another ABI version), and those of"]
+    #[doc = " mjenv_register_task."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
 }
 #[doc = " ---- Functions for callbacks ----"]

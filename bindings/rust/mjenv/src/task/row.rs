@@ -36,7 +36,7 @@ impl Rng<'_> {
         call!(self.random())
     }
 
-    /// `uniform(low, high)`: a number in [low, high). `high - low` must be finite.
+    /// `uniform(low, high)`: a number in [low, high). `high - low` must be finite and not negative.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         call!(self.uniform(low, high))
     }

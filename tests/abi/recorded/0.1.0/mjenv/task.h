@@ -13,12 +13,13 @@
  *   anything but the memory that it is given to write. Numbers that a task needs to remember from step to step are
  *   "carried" by the row (carry_count): snapshots save them, and mjenv_copy_row copies them.
  * Errors
- *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. The function of mjenv.h that the
- *   program called then returns MJENV_E_TASK with a message that names the id, the callback and the row; the other rows
- *   are computed. A row whose reset, step or carry fails keeps its state. A callback that lacks memory returns
- *   MJENV_E_MEMORY. If the task cannot use the model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The
- *   function of mjenv.h then returns the same status. A callback need not check this header's functions for errors: if
- *   it passes them an unknown name, an option of another kind or an impossible range, the library makes it fail.
+ *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. Any number but 0 is a failure. The
+ *   function of mjenv.h that the program called then returns MJENV_E_TASK with a message that names the id, the
+ *   callback and, except for build, the row; the other rows are computed. A row whose reset, step or carry fails keeps
+ *   its state. A callback that lacks memory returns MJENV_E_MEMORY. If the task cannot use the model, build calls
+ *   mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns these two statuses instead of
+ *   MJENV_E_TASK. A callback need not check this header's functions for errors: if it passes them an unknown name, an
+ *   option of another kind or an impossible range, the library makes it fail.
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
  *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
@@ -43,15 +44,17 @@ typedef struct mjenv_random mjenv_random;     /* a row's random stream: NumPy's 
 
 /* ---- The description of a task ---- */
 
-/* A constructor option of the task. Every task also has the options of the built-in tasks: xml_file, xml_string,
- * trust_xml, frame_skip, max_episode_steps and so on. */
+/* A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:
+ * xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,
+ * norm, strict, autoreset_mode, on_divergence, num_threads, cpu_affinity and arrays. */
 typedef struct mjenv_task_option {
   uint32_t struct_size;
   mjenv_kind kind;
   const char *name;     /* without blanks and quotes; unique in the task */
   const char *doc;      /* one line of documentation; NULL: none */
   double value;         /* the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL */
-  double low, high;     /* closed bounds of each number; both 0: no bounds */
+  double low, high;     /* closed bounds of each number, also of the default; both 0: the widest (FLAG: 0 and 1;
+                           INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite) */
   const double *values; /* [count] the defaults of REALS that hold several numbers */
   int64_t count;        /* how many numbers REALS hold; 0: one number, whose default is value */
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
@@ -59,8 +62,8 @@ typedef struct mjenv_task_option {
 } mjenv_task_option;
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
- * only sets the reward's type. The fields of a role are stored one after the other, in the order in which they are
- * described. */
+ * sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. The fields of a role are
+ * stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;  /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
@@ -68,7 +71,8 @@ typedef struct mjenv_task_field {
   const char *doc;  /* one line of documentation with the unit; NULL: none */
   mjenv_type type;  /* the type in Python; 0: np.float64. An observation is always np.float64 */
   int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1 */
-  int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length) */
+  int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length).
+                       A field has at most 16777216 elements */
 } mjenv_task_field;
 
 /* Gymnasium's default_camera_config. NaN means MuJoCo's default. */
@@ -93,14 +97,15 @@ typedef struct mjenv_contact {
 } mjenv_contact;
 
 /* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one
- * such struct. Its pointers stay the same from call to call, but the arrays then hold another row. Arrays marked "on
- * demand" cost time in each step, so they are NULL unless build asked for them with mjenv_build_need. */
+ * such struct. Read its members anew in each call, because rows can have a timestep, dt, body_mass and arrays of
+ * their own (mjenv_write). Arrays marked "on demand" cost time in each step, so they are NULL unless build asked for
+ * them with mjenv_build_need. */
 typedef struct mjenv_sim {
   uint32_t struct_size;
-  mjenv_dtype action_dtype; /* the dtype of the action that the caller passed */
+  mjenv_dtype action_dtype; /* of the caller's action in the callback step; undefined elsewhere */
   const mjenv_task_api *api;
   int32_t nq, nv, na, nu, nbody, njnt, ngeom, nsite, ntendon, nsensordata;
-  int32_t contact_count;
+  int32_t contact_count; /* 0 unless build asked for "contacts" */
   int32_t reserved;      /* 0 */
   double timestep;       /* of one mj_step, s */
   double dt;             /* of one step of the environment (frame_skip timesteps), s */
@@ -143,9 +148,9 @@ typedef struct mjenv_sim {
   const double *ten_velocity;      /* [ntendon] */
   const mjenv_contact *contacts;   /* [contact_count] on demand */
 
-  /* The model. It never changes. */
-  const double *qpos0;     /* [nq] */
-  const double *body_mass; /* [nbody] */
+  /* The model. */
+  const double *qpos0;     /* [nq] of the model when the environment was built */
+  const double *body_mass; /* [nbody] the row's own, if mjenv_write has set it */
 
   const void *const *arrays; /* arrays[i] is the array for which mjenv_build_array returned i */
 } mjenv_sim;
@@ -187,8 +192,8 @@ typedef struct mjenv_task {
   const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
                              with "./", "/" or "~". "./" means the folder of the shared object or program that contains
-                             the callback step (of physics_only: build). NULL: model_text is used */
-  const char *model_text; /* the text of an MJCF model; NULL: model is used */
+                             the callback step, or build if step is NULL; if both are NULL, the current folder */
+  const char *model_text; /* the text of an MJCF model. Exactly one of model and model_text must be given */
   int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
   double reward_threshold;         /* the return from which the task counts as solved */
@@ -202,14 +207,16 @@ typedef struct mjenv_task {
   void *user; /* passed to build; if build is NULL, passed to the other callbacks as self */
 
   /* Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores
-   * in *self what the other callbacks need. If it fails, it must free what it allocated, because destroy is then not
-   * called. NULL: nothing to prepare. */
+   * in *self what the other callbacks need. If it returns another number than 0, it must first free what it
+   * allocated, because destroy is then not called. NULL: nothing to prepare. */
   int32_t (*build)(mjenv_builder *builder, void *user, void **self);
 
-  /* Frees self when the environment is destroyed. Not called if build failed. NULL: nothing to free. */
+  /* Frees self when the environment is destroyed, or when mjenv_create fails after build has returned 0. NULL: nothing
+   * to free. */
   void (*destroy)(void *self);
 
-  /* Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails. */
+  /* Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails, unless
+   * the option "strict" is 0. */
   int32_t (*reset)(const void *self, mjenv_start *start);
 
   /* Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none. */
@@ -247,8 +254,10 @@ typedef struct mjenv_task {
  * task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay
  *       valid until the process ends
  * Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry
- * without build and with carry_count 0), VALUE (the id is malformed or already registered, or a number is out of its
- * bounds), TYPE (a task cannot have this kind, type or role). */
+ * without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only
+ * excludes, or RESET_INFO fields without reset_info, or neither build nor an OBSERVATION field), VALUE (the id is
+ * malformed or already registered, or a name, a default or another number is out of its bounds), TYPE (a task cannot
+ * have this kind, type or role). */
 MJENV_API mjenv_status mjenv_register_task(const mjenv_task *task);
 
 /* ---- Plug-ins ---- */
@@ -266,7 +275,8 @@ typedef struct mjenv_plugin {
  * path  a shared object that exports the function "mjenv_tasks" (see MJENV_PLUGIN). NULL: the plug-ins that the
  *       environment variable MJENV_TASKS lists, separated by ":". The first function that looks up an id loads these by
  *       itself; a call with NULL also reports why one of them could not be loaded
- * Errors: TASK (the file is not a plug-in, or was built for another ABI version), and those of mjenv_register_task. */
+ * Errors: TASK (the file does not exist, is not a plug-in, or was built for another ABI version), and those of
+ * mjenv_register_task. */
 MJENV_API mjenv_status mjenv_load_tasks(const char *path);
 
 /* ---- Functions for callbacks ----
@@ -316,14 +326,14 @@ struct mjenv_random {
   const mjenv_task_api *api;
 };
 
-/* Stores the reason of a failure and returns the number that the callback must return.
- * message  is copied; at most 1023 bytes of it are kept */
+/* Stores the reason of a failure. Returns 1, which the callback can return; see Errors above for other numbers.
+ * message  is copied; at most 1023 bytes of it are kept. NULL: "" */
 static inline int32_t mjenv_task_fail(const mjenv_task_api *api, const char *message) {
   return api->fail_with(message);
 }
 
 /* ---- Functions for build ----
- * If one of them fails, it returns 0 or "", and build fails even if build returns 0. */
+ * If one of them fails, it returns 0 or "", and mjenv_create fails whatever build returns. */
 
 /* Returns the value of an option of the kind FLAG or INTEGER. */
 static inline int64_t mjenv_build_integer(mjenv_builder *builder, const char *option) {
@@ -354,7 +364,7 @@ static inline const char *mjenv_build_text(mjenv_builder *builder, const char *o
 }
 
 /* Returns the index of a named object of the model. Fails if the model does not have it.
- * type  "body", "joint" and so on, as in mjenv_object_index */
+ * type  "body", "joint" and so on, as in mjenv_object_count */
 static inline int32_t mjenv_build_index(mjenv_builder *builder, const char *type, const char *name) {
   return builder->api->index(builder, type, name);
 }
@@ -369,12 +379,14 @@ static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const cha
  * See Norm in mjenv/numpy.hpp. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
-/* Makes an array available and up to date in all callbacks that take a mjenv_sim. It is not computed without this call.
+/* Makes the library compute an array that it computes only on demand, so that it is up to date in all callbacks that
+ * take a mjenv_sim. mjenv_build_array does this for its own array. Fails for other names.
  * array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos" or
  *        "light_xdir" */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
-/* Makes an array of mjData or mjModel available in all callbacks, and returns its index in mjenv_sim.arrays.
+/* Makes an array of mjData available in all callbacks that take a mjenv_sim, or one of mjModel also in reset. Returns
+ * its index in mjenv_sim.arrays. Fails for unknown names and for those that begin with "contact.".
  * name   the array's name in MuJoCo, as in mjenv_read
  * field  receives the shape and the type of the elements (double for MJENV_TYPE_FLOAT64, int32_t for MJENV_TYPE_INT32
  *        and so on); NULL: not wanted */
@@ -391,7 +403,7 @@ static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_fi
 /* Replaces the task's carry_count. */
 static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { builder->api->carry(builder, count); }
 
-/* Sets the length of a field that is a vector of np.float64. */
+/* mjenv_build_field for a vector of np.float64 with this length. A field that it replaces keeps its doc. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {
   /* NOLINTNEXTLINE(modernize-use-nullptr): this is C, too */
   mjenv_task_field field = {sizeof(mjenv_task_field), 0, 0, 0, 0, 1, {0, 0, 0, 0}};
@@ -408,7 +420,7 @@ static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, c
 /* random(): a number in [0, 1). */
 static inline double mjenv_random_real(mjenv_random *random) { return random->api->random(random); }
 
-/* uniform(low, high): a number in [low, high). high - low must be finite. */
+/* uniform(low, high): a number in [low, high). high - low must be finite and not negative. */
 static inline double mjenv_random_uniform(mjenv_random *random, double low, double high) {
   return random->api->uniform(random, low, high);
 }
@@ -444,7 +456,8 @@ static inline void mjenv_random_permutation(mjenv_random *random, int64_t count,
  * library copies. To fail, it calls mjenv_task_fail and returns NULL. */
 typedef const mjenv_plugin *mjenv_tasks_function(const mjenv_task_api *api);
 
-/* Defines the function "mjenv_tasks" of a plug-in: MJENV_PLUGIN(&cartpole, &reach) for two structs mjenv_task. */
+/* Defines the function "mjenv_tasks" of a plug-in in C: MJENV_PLUGIN(&cartpole, &reach) for two structs mjenv_task. In
+ * C++, use mjenv/task.hpp, or write this inside extern "C" { }. */
 #define MJENV_PLUGIN(...)                                                               \
   MJENV_API const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api);                 \
   const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api) {                          \
