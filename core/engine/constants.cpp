@@ -32,7 +32,8 @@ void Constants::compute(const OwnArrays& arrays, const std::byte* block, mjData_
   const ErrorTrap trap;
   mj_copyModel(copy_.get(), model_.get());
   for (const OwnArray& array : arrays.list())
-    if (array.place != OwnArray::Place::data_input) std::memcpy(values_of(array), block + array.offset, array.bytes);
+    if (block && array.place != OwnArray::Place::data_input)
+      std::memcpy(values_of(array), block + array.offset, array.bytes);
   mj_setConst(copy_.get(), data);
 }
 

@@ -16,8 +16,8 @@ class Constants {
   explicit Constants(const Model& model);
   ~Constants();
 
-  // Computes the constants of the model with a row's own arrays. As in MuJoCo, data ends in the position
-  // qpos_spring, for which mj_setConst computes last.
+  // Computes the constants of the model with a row's own arrays; block null: of the model as it was compiled. As in
+  // MuJoCo, data ends in the position qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
   // The arrays that mj_setConst has changed and that are not among the row's own. Fails with MJENV_E_MODEL if it has
   // changed what all rows share.

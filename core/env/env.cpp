@@ -35,17 +35,19 @@ bool is_selected(const std::uint8_t* mask, std::int64_t row) { return !mask || m
 
 void declare_env_options(Options& options) {
   options.flag("strict", true,
-               "refuse non-finite actions and steps after the end of an episode, which Gymnasium accepts, and NaN from "
-               "own tasks");
+               "refuse non-finite actions and steps after the end of an episode, both of which Gymnasium accepts, and "
+               "NaN from registered tasks");
   options.text(
       "autoreset_mode", "disabled",
       "what resets a row whose episode has ended: the caller, the row's next step, or the step that ended the episode",
       "disabled next_step same_step");
   options.text("on_divergence", "continue",
-               "what happens when a row's state diverges: it continues from MuJoCo's reset, or it terminates",
+               "what happens when MuJoCo finds bad numbers in a row and resets its simulation: the episode continues "
+               "from there, or it terminates",
                "continue terminate");
   options.integer("num_threads", 1, 0, kMaxThreads,
-                  "how many threads step rows; 1: only the caller's; 0: as many as CPUs that the process may use",
+                  "how many threads step rows, at most one per row; 1: only the caller's; 0: as many as CPUs that the "
+                  "process may use",
                   Scope::service);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
   options.text("arrays", "",
@@ -79,12 +81,12 @@ const Identity& Env::identity() const {
 
 void Env::check_settled() const {
   if (pipeline_->count() == 0) return;
-  workers_.pool().check_here();
+  workers_.pool().check_here();  // in a forked child, these rows can never be received: it says that instead
   fail(MJENV_E_PENDING, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
 }
 
-void Env::check_actions(const Action& actions, std::int64_t per_row) const {
-  check_count("the action's count", actions.count, rows() * per_row * task_.model->nu());
+void Env::check_actions(const Action& actions, std::int64_t actions_per_row) const {
+  check_count("the action's count", actions.count, rows() * actions_per_row * task_.model->nu());
 }
 
 // ---- Random streams ----
@@ -102,6 +104,7 @@ void Env::seed(std::int64_t row, const std::uint32_t* digits, std::size_t count)
   check_settled();
   rows_.check(row);
   if (count == 0) fail(MJENV_E_SIZE, "count is 0, but a seed has at least one digit");
+  // An integer has no leading zero digits, but NumPy would hash them.
   while (count > 1 && digits[count - 1] == 0) --count;
   rows_.head(row).rng = Rng::from_digits(digits, count);
   rows_.head(row).seeded = true;
@@ -192,13 +195,16 @@ void Env::observe(const mjenv_batch& out) {
   // Rows whose derived arrays are in a work space come first, because other rows would overwrite them.
   std::vector<std::uint8_t> observed(static_cast<std::size_t>(rows()));
   const auto is_held = [&](std::int64_t row) { return workers_.of(rows_.head(row)).holds(rows_, row); };
+  const auto observe_row = [&](Worker& worker, std::int64_t row) {
+    episodes_.observe(worker, row, {out, rows(), row});
+  };
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_held(row)) continue;
-    episodes_.observe(workers_.of(rows_.head(row)), row, {out, rows(), row});
+    Workers::attempt(workers_.of(rows_.head(row)), row, observe_row);
     observed[static_cast<std::size_t>(row)] = 1;
   }
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (observed[static_cast<std::size_t>(row)] == 0) episodes_.observe(worker, row, {out, rows(), row});
+    if (observed[static_cast<std::size_t>(row)] == 0) observe_row(worker, row);
   });
 }
 
@@ -223,6 +229,7 @@ void Env::receive(std::size_t least, double timeout, std::int64_t* rows_done, st
 const Array& Env::array(std::int64_t row, const std::string& name) {
   check_settled();
   rows_.check(row);
+  // original.data is null for inputs of mjData, which are read from a work space below.
   if (const OwnArray* own = rows_.own().arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
     own_array_.data = rows_.own().present(row) + own->offset;
@@ -252,7 +259,8 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   const auto check_finite = [](const char* name, const double* values, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
       if (!std::isfinite(values[i]))
-        fail(MJENV_E_VALUE, std::string(name) + "[" + std::to_string(i) + "] is " + number(values[i]));
+        fail(MJENV_E_VALUE,
+             std::string(name) + "[" + std::to_string(i) + "] is " + number(values[i]) + ", but must be finite");
   };
   check_finite("qpos", qpos, nq);
   check_finite("qvel", qvel, nv);
@@ -289,13 +297,15 @@ void Env::write(const std::string& array, std::size_t count,
   }
   const std::size_t needed = is_state ? part.count : target.original.count();
   if (needed == 0 && count > 0)
-    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", but the model has none");
+    fail(MJENV_E_SIZE,
+         "the count of " + quoted(array) + " is " + std::to_string(count) + ", but this array is empty in this model");
   check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
               static_cast<std::int64_t>(needed));
   const auto check = [&](const double* values) {
     if (!is_state) return OwnArrays::check(target, values);
     for (std::size_t i = 0; i < count; ++i)
-      if (!std::isfinite(values[i])) fail(MJENV_E_VALUE, array + "[" + std::to_string(i) + "] is " + number(values[i]));
+      if (!std::isfinite(values[i]))
+        fail(MJENV_E_VALUE, array + "[" + std::to_string(i) + "] is " + number(values[i]) + ", but must be finite");
   };
   const double* checked = nullptr;  // the values checked last, which rows may share
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
@@ -312,6 +322,7 @@ void Env::write(const std::string& array, std::size_t count,
     make_own({array});
     target = *own.arrays().find(array);
   }
+  // First for all rows, because memory may run out: a call that fails must write nothing.
   for_each_written(values_of, [&](std::int64_t row, const double*) { rows_.keep(row); });
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
     if (is_state)
@@ -343,6 +354,7 @@ void Env::set_constants(std::int64_t row) {
     make_own(names);
     worker.set_constants(rows_, i);
   };
+  // One row after the other, because make_own moves the values of all rows.
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) Workers::attempt(workers_.of(rows_.head(i)), i, set);
   workers_.raise();
@@ -377,10 +389,8 @@ void Env::snapshot(std::int64_t row, void* image) const {
 
 void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
-  // Work spaces point to the rows' own values, which move if the image brings new arrays. If no row has own values yet,
-  // such an image has another size.
-  const bool may_move = !rows_.own().empty() || size != snapshot_size(row);
-  if (may_move) workers_.release();
+  // Work spaces point to the rows' own values, which move if the image brings new arrays.
+  if (!rows_.own().empty()) workers_.release();
   read_image(rows_, model(), identity(), options_.id(), row, image, size);
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);

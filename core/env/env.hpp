@@ -37,7 +37,9 @@ class Env {
 
   // A mask selects the rows whose element is not 0; a null mask selects all rows.
   void seed(const std::uint64_t* seeds, const std::uint8_t* mask);
+  // digits: 32-bit digits of the seed, the least significant first.
   void seed(std::int64_t row, const std::uint32_t* digits, std::size_t count);
+  // words: 4 or 6, as mjenv_get_stream lays them out.
   void get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const;
   void set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count);
 
@@ -59,8 +61,9 @@ class Env {
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
-  // Writes an array of the row's state or mjModel, or an input of its mjData. row may be MJENV_ALL_ROWS. With a mask,
-  // values has a part for each row, and the parts of rows that are not selected are not read.
+  // Writes an array of the row's state or mjModel, or an input of its mjData (qfrc_applied, mocap_pos, ...:
+  // engine/own_arrays.hpp). row may be MJENV_ALL_ROWS: then all rows get the same values. With a mask, values has a
+  // part for each row, and the parts of rows that are not selected are not read. count: the numbers of all parts.
   void write(std::int64_t row, const std::string& array, const double* values, std::size_t count);
   void write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count);
   // Calls mj_setConst. row may be MJENV_ALL_ROWS.
@@ -94,7 +97,7 @@ class Env {
   void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;
   // Gives the rows values of their own of these arrays.
   void make_own(const std::vector<std::string>& arrays);
-  void check_actions(const Action& actions, std::int64_t per_row) const;
+  void check_actions(const Action& actions, std::int64_t actions_per_row) const;
 };
 
 }  // namespace mjenv::core

@@ -46,7 +46,7 @@ void Episodes::check_finite(std::int64_t row, const Action& action) const {
   for (std::int64_t i = 0; i < action.count; ++i)
     if (!std::isfinite(action[i]))
       fail(MJENV_E_VALUE, in_row(row, "action[" + std::to_string(i) + "] is " + number(action[i]) +
-                                          "; set the option \"strict\" to 0 to allow it"));
+                                          ", but must be finite; set the option \"strict\" to 0 to allow it"));
 }
 
 void Episodes::begin(Worker& worker, std::int64_t row) const {

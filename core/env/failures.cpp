@@ -26,7 +26,7 @@ void Failures::take(Failures& other) noexcept {
 void Failures::raise() {
   if (status_ == MJENV_OK) return;
   Failures all = std::exchange(*this, {});
-  if (all.status_ == MJENV_E_MEMORY && all.text_.empty()) throw std::bad_alloc();  // not even for the text
+  if (all.status_ == MJENV_E_MEMORY && all.text_.empty()) throw std::bad_alloc();  // there was no memory for a text
   fail(all.status_, std::move(all.text_));
 }
 

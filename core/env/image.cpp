@@ -15,7 +15,7 @@ namespace {
 
 // An image consists of
 //   - an ImageHeader
-//   - the names of the arrays that rows have of their own, each with its end, a 0; and padding to a multiple of 8 bytes
+//   - the names of the arrays that rows have of their own, each followed by a 0 byte; then 0 bytes to a multiple of 8
 //   - for each row, a RowHeader, the row's record and its own values; then, if ImageHeader::has_past, what OwnValues
 //     keeps: three blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept.
 struct ImageHeader {
@@ -80,7 +80,8 @@ Layout layout_of(const Rows& rows, const Range& range) {
           rows.layout().size * sizeof(double), has_past};
 }
 
-// Adds the arrays that an image names. Returns false if one of them cannot be written, or names_of writes other bytes.
+// Adds the arrays that an image names. Returns false if one of them cannot be written, or if names_of would not give
+// exactly these bytes (a name stands twice, or the padding is wrong).
 bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
   try {
     for (std::size_t start = 0; start < size;) {
@@ -112,7 +113,7 @@ bool are_valid(const OwnArrays& arrays, const std::byte* block) {
   return true;
 }
 
-// Whether MuJoCo can compute with this state.
+// Whether MuJoCo can compute with this state. Only `more` is checked: mj_step itself finds bad numbers in the rest.
 bool is_valid(const Model& model, const StateLayout& layout, const std::byte* state) {
   if (layout.more == 0) return true;
   std::vector<double> more(layout.more);
@@ -137,9 +138,9 @@ std::uint16_t engine_number() {
 void check_engine(int engine) {
   if (engine == engine_number()) return;
   const auto part = [engine](int unit) { return std::to_string(engine / unit % 100); };
-  fail(MJENV_E_SNAPSHOT, "the image was made on MuJoCo " + part(10000) + "." + part(100) + "." + part(1) +
-                             ", but this environment uses MuJoCo " + mujoco_version() +
-                             ": restore it on the engine of that version");
+  const std::string made_on = part(10000) + "." + part(100) + "." + part(1);
+  fail(MJENV_E_SNAPSHOT, "the image was made on MuJoCo " + made_on + ", but this environment uses MuJoCo " +
+                             mujoco_version() + ": restore it in an environment on MuJoCo " + made_on);
 }
 
 void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {

@@ -11,13 +11,14 @@
 
 namespace mjenv::core {
 
-// An image can be restored if the identities of the environments and their versions of MuJoCo are equal.
+// An image can be restored only if the identities of the environments and their versions of MuJoCo are equal, and the
+// image's version and number of rows fit.
 struct Identity {
   enum class Rounding : std::uint32_t { any, plain, fused };
 
   // of the id, the model, the task's revision and the options of Scope::episodes
   std::uint64_t hash;
-  Rounding rounding;  // of norms; `any` if the task computes no norms
+  Rounding rounding;  // how Euclidean norms are rounded (the option "norm"); `any` if the task computes none
 };
 
 Identity identity_of(const Options& options, const Task& task);

@@ -32,7 +32,7 @@ void OwnValues::add(const std::vector<std::string>& names) {
   std::vector<double> blocks(rows_ * size);
   for (std::size_t row = 0; row < rows_; ++row)
     widen(blocks_.data() + row * (old_bytes / sizeof(double)), blocks.data() + row * size);
-  std::vector<Past> pasts(rows_);  // here, because threads that step rows must not allocate it
+  std::vector<Past> pasts(rows_);  // allocated now, because threads that step rows share it and must not resize it
   for (std::size_t row = 0; row < past_.size(); ++row)
     for (Block Past::*member : {&Past::computed, &Past::stepped, &Past::constants}) {
       if (!(past_[row].*member)) continue;
@@ -77,15 +77,14 @@ void OwnValues::keep(std::int64_t row) {
   if (!p.computed) p.computed = copied(present(row), block_bytes());
 }
 
-void OwnValues::keep_state(std::int64_t row, const double* state, std::size_t size) {
+void OwnValues::keep_state(std::int64_t row, const double* state) {
   Past& p = make_past(row);
-  state_size_ = size;
-  if (!p.state) p.state = copied(state, size * sizeof(double));
+  if (!p.state) p.state = copied(state, state_size_ * sizeof(double));
 }
 
-std::byte* OwnValues::of_constants(std::int64_t row) {
+const std::byte* OwnValues::of_constants(std::int64_t row) const {
   const Past* p = past(row);
-  return p && p->constants ? bytes(p->constants.get()) : present(row);
+  return p && p->constants ? bytes(p->constants.get()) : nullptr;
 }
 
 void OwnValues::keep_constants(std::int64_t row) { make_past(row).constants = copied(present(row), block_bytes()); }

@@ -1,5 +1,5 @@
-// The values of the arrays that rows have of their own: a block of memory for each row, laid out by OwnArrays. And what
-// is needed to compute a row's derived arrays again after its values or its state were written.
+// Stores each row's own values of arrays (a block of memory per row, laid out by OwnArrays), and the older values and
+// state from which its derived arrays can be computed again after a write.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,17 @@
 
 namespace mjenv::core {
 
-// A row's derived arrays are computed again with the values with which they were computed first. So a row keeps up to
-// four versions of its values: the present ones; those with which its derived arrays were computed, if they were
-// written since; those with which its last mj_step ran, if set_state has computed with others; and those with which
-// mj_setConst was called. It also keeps the state that set_state has set, if it was written since.
+// As in Gymnasium, a write changes no derived array until the next mj_step or mj_forward. But rows do not store their
+// derived arrays: workers compute them again when they are needed, and after a write this must give what it gave before
+// the write. So a row keeps up to four versions of its values: the present ones; those with which its derived arrays
+// were computed, if they were written since; those with which its last mj_step ran, if set_state has computed with
+// others; and those with which mj_setConst was called. It also keeps the state that set_state has set, if it was
+// written since.
 class OwnValues {
  public:
-  OwnValues(const Model& model, std::int64_t rows) : arrays_(model), rows_(static_cast<std::size_t>(rows)) {}
+  // state_size: how many numbers the state of a row has.
+  OwnValues(const Model& model, std::int64_t rows, std::size_t state_size)
+      : arrays_(model), rows_(static_cast<std::size_t>(rows)), state_size_(state_size) {}
 
   bool empty() const { return arrays_.list().empty(); }
   const OwnArrays& arrays() const { return arrays_; }
@@ -27,28 +31,31 @@ class OwnValues {
 
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
 
-  // The row's values as last written; those with which its derived arrays were computed; those with which its last
-  // mj_step ran. The latter two are the present values if no others are kept. For use while not empty().
+  // The row's values as last written; those with which its derived arrays were computed (the present ones unless older
+  // ones are kept); those with which its last mj_step ran (the computed ones unless older ones are kept). Call these
+  // only if rows have own values: !empty().
   std::byte* present(std::int64_t row);
   std::byte* computed(std::int64_t row);
   std::byte* stepped(std::int64_t row);
   const std::byte* present(std::int64_t row) const { return const_cast<OwnValues*>(this)->present(row); }
-  // The values with which mj_setConst was called.
-  std::byte* of_constants(std::int64_t row);
-  // The state that was kept, or null.
+  // The values with which mj_setConst was called; null if the row had none of its own then.
+  const std::byte* of_constants(std::int64_t row) const;
+  // The state that set_state has set, if it is kept, else null.
   const double* state(std::int64_t row) const;
 
-  // Call before the row's values, or its state, are written.
+  // Call keep before own values are written, and keep_state before a state that set_state has set is written. Neither
+  // replaces what is kept already.
   void keep(std::int64_t row);
-  void keep_state(std::int64_t row, const double* state, std::size_t size);
+  void keep_state(std::int64_t row, const double* state);
   // Call before mj_setConst.
   void keep_constants(std::int64_t row);
-  // Call computed_all when all derived arrays were computed with the present values, and computed_after_step when
-  // set_state computed them, whose forces are still those of the last mj_step.
+  // Call computed_all when everything was computed with the present values: nothing older is needed. Call
+  // computed_after_step when set_state has computed after a step: the derived forces stay those of that step, so the
+  // values with which it ran stay kept.
   void computed_all(std::int64_t row);
   void computed_after_step(std::int64_t row);
 
-  // Clears the inputs of mjData, as mj_resetData does.
+  // Clears the inputs of mjData (qfrc_applied, mocap_pos, ...: own_arrays.hpp), as mj_resetData does.
   void clear_inputs(std::int64_t row) { arrays_.clear_inputs(present(row)); }
   void copy(std::int64_t from, std::int64_t to);
 
@@ -57,22 +64,22 @@ class OwnValues {
   struct Past {
     Block computed, stepped, constants, state;
   };
-  // Null if there is no room for what is kept: nothing was kept then.
+  // Null until make_pasts or add has allocated room: until then nothing is kept of any row.
   const Past* past(std::int64_t row) const { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
   // Allocates room for what is kept of the rows.
   void make_pasts();
   // Copies a block that is laid out by `layout` into a new block that is laid out by arrays(). Arrays that `layout`
   // lacks get the model's values.
   Block translated(const OwnArrays& layout, const std::byte* block) const;
-  // Does not throw. Call make_pasts first.
+  // Replaces the row's values and what is kept of it. Does not throw. If `past` has anything, call make_pasts first.
   void set(std::int64_t row, const OwnArrays& layout, const std::byte* block, Past past);
 
  private:
   OwnArrays arrays_;
   std::size_t rows_;
   std::vector<double> blocks_;
-  std::vector<Past> past_;  // empty until there is room for what is kept
-  std::size_t state_size_ = 0;
+  std::vector<Past> past_;  // empty until make_pasts or add has allocated it
+  std::size_t state_size_;
 
   Past* past(std::int64_t row) { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
   Past& make_past(std::int64_t row);

@@ -98,6 +98,7 @@ void Pipeline::step_next(Worker& worker, std::unique_lock<std::mutex>& lock) {
   --waiting_count_;
   lock.unlock();
   const Place place = outputs_->at(row);
+  // If the step fails, the results of an earlier one must not be delivered.
   place.put_result(0, false, false);
   place.put<std::uint8_t>(place.out.was_reset, 0);
   Workers::attempt(worker, row, [&](Worker& w, std::int64_t r) {
@@ -134,8 +135,8 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
     fail(MJENV_E_SIZE,
          "least is " + std::to_string(least) + ", but only " + std::to_string(count_) + " row(s) are under way");
   if (capacity < std::max<std::size_t>(least, 1))
-    fail(MJENV_E_SIZE,
-         "capacity is " + std::to_string(capacity) + ", less than " + std::to_string(std::max<std::size_t>(least, 1)));
+    fail(MJENV_E_SIZE, "capacity is " + std::to_string(capacity) +
+                           ", but must be at least 1 and at least least, which is " + std::to_string(least));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
   // Without other threads, this call steps at least one row even if least is 0: nobody else would step it.

@@ -1,5 +1,5 @@
 // Steps rows between mjenv_send, which hands them over, and mjenv_recv, which reports them. In between they are "under
-// way". The environment's other threads step them, and the caller's steps them in mjenv_recv.
+// way". The environment's other threads step them. The calling thread steps them, too, but only inside mjenv_recv.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ class Pipeline {
 
   // How many rows are under way.
   std::size_t count() const { return count_; }
-  // Copies the actions and returns without waiting. rows: null means all rows.
+  // Copies the actions and returns without waiting. rows: null means all rows; row_count must then be their number.
   void send(const std::int64_t* rows, std::size_t row_count, const Action& actions);
   // Steps rows, together with the other threads, until `least` rows are done or `timeout` seconds have passed
   // (negative: no timeout). Reports up to `capacity` rows that are done. Then throws if any row has failed since the
@@ -53,7 +53,7 @@ class Pipeline {
   std::vector<double> actions_;  // [rows][nu]; a float32 action fills the first half of its row
   std::vector<mjenv_dtype> dtypes_;
   std::optional<Outputs> outputs_;
-  std::size_t count_ = 0;
+  std::size_t count_ = 0;  // of rows under way; only the calling thread uses it
   // from the first send until all rows are reported; meanwhile the pool's threads run serve
   bool open_ = false;
   Failures failures_;

@@ -10,8 +10,9 @@
 
 namespace mjenv::core {
 
-// Element `index` of the batch's arrays, which have room for `rows` elements. Null arrays are skipped, so a call
-// without outputs uses a batch whose arrays are all null.
+// Element `index` of the batch's arrays, which have `rows` elements: one for each row, or in a rollout one for each
+// step of each row. Functions that write skip null arrays, so a call without outputs uses a batch whose arrays are all
+// null.
 struct Place {
   const mjenv_batch& out;
   std::int64_t rows, index;
@@ -20,6 +21,7 @@ struct Place {
   void put(T* array, T value) const {
     if (array) array[index] = value;
   }
+  // array must not be null.
   template <typename T>
   T get(const T* array) const {
     return array[index];

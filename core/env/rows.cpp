@@ -12,7 +12,7 @@ Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
       state_size_(layout_.size),
       carry_count_(static_cast<std::size_t>(carry_count)),
       record_size_(2 * state_size_ + carry_count_ + layout_.nq + layout_.nv),
-      own_(model, count) {
+      own_(model, count, state_size_) {
   check_memory(count, " rows", sizeof(Head) + record_bytes());
   heads_.resize(static_cast<std::size_t>(count));
   records_.resize(static_cast<std::size_t>(count) * record_size_);
@@ -26,7 +26,8 @@ void Rows::check(std::int64_t row) const {
 void Rows::keep(std::int64_t row) {
   if (head(row).origin == Origin::cleared) return;
   if (!own_.empty()) own_.keep(row);
-  if (head(row).origin == Origin::set) own_.keep_state(row, state(row), state_size_);
+  // After other computations, the derived arrays depend on before(row), which writes do not change.
+  if (head(row).origin == Origin::set) own_.keep_state(row, state(row));
 }
 
 void Rows::copy(std::int64_t from, std::int64_t to) {

@@ -28,7 +28,9 @@ class Rows {
     bool ended = false;   // the row's episode has ended
     // State or own values were written after the derived arrays were computed.
     bool written = false;
-    bool has_constants = false;  // mj_setConst was called after the derived arrays were computed
+    // mj_setConst was called after the derived arrays were computed. It also changes mjData, so Worker::hold must call
+    // it again.
+    bool has_constants = false;
   };
 
   Rows(const Model& model, std::int64_t carry_count, std::int64_t count);
@@ -39,8 +41,9 @@ class Rows {
   const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
 
   // A record has four parts, one after the other: the state; the state before the computation that Origin names (for
-  // `set`: before the last mj_step); the numbers that the task carries; and room for the qpos and qacc_warmstart with
-  // which the mj_forward of `set` began, because mj_forward changes them.
+  // `set`: before the last mj_step), so that Worker can compute it again; the numbers that the task keeps for the row's
+  // next step (Work::carried); and room for the qpos and qacc_warmstart with which the mj_forward of `set` began,
+  // because mj_forward changes them.
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   const double* state(std::int64_t row) const { return const_cast<Rows*>(this)->state(row); }
   double* before(std::int64_t row) { return state(row) + state_size_; }

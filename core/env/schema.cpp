@@ -77,7 +77,8 @@ void Schema::check(const mjenv_batch& out, std::int64_t rows) const {
   check_count("rows", out.rows, rows);
   if (out.obs || out.final_obs) check_count("obs_count", out.obs_count, observation_count_);
   if (out.info) check_count("info_count", out.info_count, total(info_));
-  if (out.final_info && !out.info) fail(MJENV_E_ARGUMENT, "final_info is given, but info is NULL");
+  if (out.final_info && !out.info)
+    fail(MJENV_E_ARGUMENT, "final_info is given, but info is NULL: the numbers of final_info are copied from info");
   if (out.reset_info) check_count("reset_info_count", out.reset_info_count, total(reset_info_));
   if (out.arrays) check_count("arrays_count", out.arrays_count, total(arrays_));
   if (out.obs_dtype != MJENV_DTYPE_FLOAT64 && out.obs_dtype != MJENV_DTYPE_FLOAT32)

@@ -28,8 +28,8 @@ class Schema {
   const std::vector<std::size_t>& exported() const { return exported_; }
   // True if some exported arrays are up to date only after Work::complete.
   bool exports_on_demand() const { return exports_on_demand_; }
-  // Throws unless the batch has exactly `rows` elements, and its dtype and the counts of its arrays fit this
-  // environment.
+  // Throws unless the batch has exactly `rows` elements, its dtype and the counts of its arrays fit this environment,
+  // and info is given if final_info is. A batch whose struct_size is 0 has no arrays, and passes.
   void check(const mjenv_batch& out, std::int64_t rows) const;
 
  private:

@@ -54,7 +54,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   release();  // in case MuJoCo fails
   compute(rows, row);
   if (rows.head(row).written) {
-    work_.complete();  // now, because the next lines replace what it computes from
+    work_.complete();  // before the written values and state are loaded, because it needs the older ones
     use(rows, row);
     if (rows.head(row).has_constants) compute_constants(rows, row);
     work_.load(rows.state(row));
@@ -96,8 +96,7 @@ void Worker::compute(Rows& rows, std::int64_t row) {
 
 void Worker::compute_constants(Rows& rows, std::int64_t row) {
   if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
-  const OwnValues& own = rows.own();
-  constants_->compute(own.arrays(), own.empty() ? nullptr : rows.own().of_constants(row), work_.data());
+  constants_->compute(rows.own().arrays(), rows.own().of_constants(row), work_.data());
 }
 
 std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
@@ -180,25 +179,25 @@ Random Worker::random(const Rows& rows, std::int64_t row) {
 void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel) {
   const StateLayout& layout = work_.layout();
   const Origin last = rows.head(row).origin;
-  const bool in_episode = last == Origin::step || last == Origin::set;
-  const bool has_forces = in_episode && holds(rows, row);
+  const bool has_stepped = last == Origin::step || last == Origin::set;
+  const bool has_forces = has_stepped && holds(rows, row);
   double* start = before_.data();
   std::copy_n(rows.state(row), layout.size, start);
   std::copy_n(qpos, layout.nq, layout.qpos(start));
   std::copy_n(qvel, layout.nv, layout.qvel(start));
   release();
-  if (has_forces)
-    work_.complete_forces();
-  else {
+  if (has_forces) {
+    work_.complete_forces();  // before mj_forward replaces the arrays of the last step, from which they are computed
+  } else {
     use(rows, row);
-    work_.begin();
+    work_.begin();  // clears what another row has left in the work space
   }
   use(rows, row);
   load_carried(rows, row);
   work_.load(start);
   work_.forward();
-  save(rows, row, in_episode ? Origin::set : Origin::forward);
-  if (in_episode && !has_forces) release();  // the work space lacks the last step's forces; hold() computes them
+  save(rows, row, has_stepped ? Origin::set : Origin::forward);
+  if (has_stepped && !has_forces) release();  // the work space lacks the last step's forces; hold() computes them
 }
 
 void Worker::write_observation(void* to, const Place& place) {

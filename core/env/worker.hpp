@@ -19,7 +19,7 @@
 namespace mjenv::core {
 
 // Rows do not store the derived arrays of mjData (xpos, contacts, ...). These stay in the work space of the worker that
-// last computed the row. If they are needed after the worker has computed another row, it computes them again.
+// last computed the row. If they are needed after that worker has computed another row, a worker computes them again.
 class Worker {
  public:
   Worker(std::int32_t index, const Task& task);
@@ -47,16 +47,18 @@ class Worker {
   void clear(Rows& rows);
   // Begins an episode: the task draws its initial state from rng, then mj_forward computes the derived arrays.
   void begin(Rows& rows, std::int64_t row, Rng& rng);
-  // Calls mj_step `frames` times, beginning with the row's state. Only commit changes the row's
-  // state. If the row was written, the numbers that the task carries are computed again.
+  // Loads the row's state and calls mj_step `frames` times. The new state reaches the row in commit. If the row's state
+  // or own values were written since its derived arrays were computed, the numbers that the task carries are first
+  // computed again and stored in the row.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
-  // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves nothing and returns their
-  // names: make them own, then call this again. Otherwise saves the constants.
+  // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves neither constants nor
+  // state and returns the arrays' names: make them own, then call this again. Otherwise saves the constants to the
+  // row's own values, and the state in which mj_setConst leaves mjData (the position qpos_spring).
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
@@ -76,7 +78,8 @@ class Worker {
   const Task& task_;
   Work work_;
   std::int64_t resident_ = kNone;
-  std::vector<double> before_;  // the state before the last forward or mj_step in work_
+  // The state before the mj_step or mj_forward whose result save() stores. compute() also uses it as scratch memory.
+  std::vector<double> before_;
   std::vector<double> observation_;
   std::vector<std::byte> cleared_;  // a copy of a row's own values whose inputs are cleared
   std::unique_ptr<Constants> constants_;

@@ -83,7 +83,7 @@ void Workers::attempt(Worker& worker, std::int64_t row, const Body& body) noexce
   } catch (const Error& error) {
     failed(error.status(), error.what());
   } catch (const std::exception& error) {
-    failed(MJENV_E_PHYSICS, error.what());
+    failed(MJENV_E_INTERNAL, error.what());
   }
 }
 

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <exception>
+#include <new>
 
 #include "error.hpp"
 #include "task/builder.hpp"
@@ -97,27 +99,47 @@ void carry(mjenv_builder* builder, std::int64_t count) {
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
 
-// Makes the callback fail: NumPy would raise an error for these arguments, or there is not enough memory.
+// Makes the callback fail: NumPy would raise an error for these arguments, or the draw was impossible.
 template <typename T>
-T refuse_draw(mjenv_random* random, const char* why, T fallback) {
-  if (!cast(random).failed) set_task_message(why);
-  cast(random).failed = true;
+T refuse_draw(mjenv_random* random, const char* why, T fallback, mjenv_status status = MJENV_E_TASK) {
+  if (cast(random).failure == MJENV_OK) {
+    set_task_message(why);
+    cast(random).failure = status;
+  }
   return fallback;
 }
 
-double random_real(mjenv_random* random) { return cast(random).rng().random(); }
+// Returns what draw(rng) returns. A draw throws if it lacks memory, or if the stream must first be seeded and the
+// system has no entropy.
+template <typename Draw>
+auto attempt(mjenv_random* random, const Draw& draw) -> decltype(draw(cast(random).rng())) {
+  using T = decltype(draw(cast(random).rng()));
+  try {
+    return draw(cast(random).rng());
+  } catch (const std::bad_alloc&) {
+    return refuse_draw(random, "out of memory", T{}, MJENV_E_MEMORY);
+  } catch (const std::exception& error) {
+    return refuse_draw(random, error.what(), T{});
+  }
+}
+
+double random_real(mjenv_random* random) {
+  return attempt(random, [](Rng& rng) { return rng.random(); });
+}
 
 double uniform(mjenv_random* random, double low, double high) {
   if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: high - low is not finite", low);
   if (high < low) return refuse_draw(random, "uniform: high is below low", low);
-  return cast(random).rng().uniform(low, high);
+  return attempt(random, [&](Rng& rng) { return rng.uniform(low, high); });
 }
 
-double normal(mjenv_random* random) { return cast(random).rng().normal(); }
+double normal(mjenv_random* random) {
+  return attempt(random, [](Rng& rng) { return rng.normal(); });
+}
 
 std::int64_t integers(mjenv_random* random, std::int64_t low, std::int64_t high) {
   if (low >= high) return refuse_draw(random, "integers: low is not below high", low);
-  return cast(random).rng().integers(low, high);
+  return attempt(random, [&](Rng& rng) { return rng.integers(low, high); });
 }
 
 std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
@@ -132,7 +154,7 @@ std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
     }
     if (!(std::fabs(sum - 1) <= 0x1p-26)) return refuse_draw(random, "choice: the sum of p is not 1", std::int64_t{0});
   }
-  return cast(random).rng().choice(count, p);
+  return attempt(random, [&](Rng& rng) { return rng.choice(count, p); });
 }
 
 void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::int64_t* chosen) {
@@ -140,15 +162,18 @@ void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::in
     refuse_draw(random, "sample: size is negative or larger than count", 0);
     return;
   }
-  try {
-    cast(random).rng().sample(count, size, chosen);
-  } catch (const std::exception&) {
-    refuse_draw(random, "sample: out of memory", 0);
-  }
+  attempt(random, [&](Rng& rng) {
+    rng.sample(count, size, chosen);
+    return 0;
+  });
 }
 
 void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
-  if (count > 0) cast(random).rng().permutation(count, order);
+  if (count < 1) return;
+  attempt(random, [&](Rng& rng) {
+    rng.permutation(count, order);
+    return 0;
+  });
 }
 
 constexpr mjenv_task_api api{sizeof(mjenv_task_api),

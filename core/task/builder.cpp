@@ -77,7 +77,7 @@ np::Norm Builder::norm() {
 }
 
 int Builder::array(const std::string& name, mjenv_field* field) {
-  const Array& found = work_.share(name);
+  const Array& found = work_.share(name);  // now the last of needs().arrays
   if (field) {
     mjenv_field out{};
     out.ndim = static_cast<std::int32_t>(found.shape.size());

@@ -30,7 +30,7 @@ class Builder : public mjenv_builder {
 
   std::int64_t integer(const std::string& option) const;
   void reals(const std::string& option, double* values, std::int64_t count) const;
-  bool is_integer(const std::string& option) const { return options_.get(option).given_as_integer; }
+  bool is_integer(const std::string& option) const { return option_of(option, MJENV_KIND_REALS).given_as_integer; }
   const char* text(const std::string& option) const;
   int index(const std::string& type, const std::string& name) const;
   int option_index(const std::string& option, const std::string& type) const;

@@ -14,10 +14,11 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What an option changes. An image of a row can be restored only if all options of Scope::episodes are equal.
+// Whether the option must be equal in the environment that made an image of a row (mjenv_snapshot) and in the one that
+// restores it.
 enum class Scope {
-  episodes,  // the results of steps and resets
-  service    // only how they are computed and returned, or something that the image's identity contains in another way
+  episodes,  // yes: it changes the results of steps and resets
+  service    // no: it changes only how they are computed and returned, or an image is checked for it in another way
 };
 
 struct Option {
@@ -31,10 +32,10 @@ struct Option {
   double low, high;     // closed bounds
   std::string choices;  // the valid texts, separated by blanks; empty: any text is valid
 
-  std::int64_t integer = 0;
-  std::vector<double> reals;
-  std::string text;
-  bool given_as_integer = false;  // the value of a real was set as an integer, or the value is an index, not a name
+  std::int64_t integer = 0;       // the value of a FLAG, an INTEGER, and a STRING_OR_INT that is an index
+  std::vector<double> reals;      // the value of REALS
+  std::string text;               // the value of a STRING, and a STRING_OR_INT that is a name
+  bool given_as_integer = false;  // set_integer has set the value, or the default is an index
 };
 
 // "an integer", for messages.

@@ -119,7 +119,7 @@ void load_tasks_of_environment() {
   const std::uint64_t me = this_reader();
   for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
     if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
-    if (seen >> 32 == me >> 32) {
+    if (seen >> 32 == me >> 32) {  // another thread of this process reads; else a forked child found its parent's mark
       sched_yield();
       seen = unread;
     }

@@ -21,8 +21,8 @@ class Random : public mjenv_random {
   }
   bool drew() const { return drew_; }
 
-  // A draw was refused, as NumPy would refuse it; task_message says why.
-  bool failed = false;
+  // Why a draw failed: MJENV_E_TASK (as NumPy would refuse it; task_message says why) or MJENV_E_MEMORY.
+  mjenv_status failure = MJENV_OK;
 
  private:
   const Rng* stream_;

@@ -109,13 +109,14 @@ void RegisteredTask::take_id(const char* id) {
   id_ = std::string(id).substr(0, kMaxId + 1);
   const std::size_t dash = id_.rfind("-v");
   const std::string number = dash == std::string::npos ? "" : id_.substr(dash + 2);
+  // At most 9 digits, because std::stoi would throw for larger numbers than an int holds.
   const bool numbered = !number.empty() && number.size() < 10 && std::all_of(number.begin(), number.end(), is_digit);
   robot_ = id_.substr(0, numbered ? dash : 0);
   const auto fits = [](char c) { return is_word(c) || c == '.' || c == '-'; };
   if (id_.size() > kMaxId || robot_.empty() || !is_word(robot_[0]) || !std::all_of(robot_.begin(), robot_.end(), fits))
     fail(MJENV_E_VALUE,
-         "an id is a name of letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number, as "
-         "\"Cartpole-v0\"; at most " +
+         "an id is a name of letters, digits, \"_\", \".\" and \"-\" that begins with neither \".\" nor \"-\", then "
+         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; at most " +
              std::to_string(kMaxId) + " bytes; not " + quoted(id_));
   version_ = std::stoi(number);
 }
@@ -128,7 +129,7 @@ void RegisteredTask::take_model(const mjenv_task& given) {
     return;
   }
   model_ = given.model;
-  if (model_.empty() && !built_in_) fail(MJENV_E_VALUE, "model is empty");
+  if (model_.empty() && !built_in_) fail(MJENV_E_VALUE, "model is empty");  // only "Model-v0" has no model of its own
   if (model_.empty() || model_[0] != '.') return;
   // Looks the path up from the folder of the task's code, so that it does not depend on the current folder.
   const auto code = given.step ? reinterpret_cast<const void*>(given.step) : reinterpret_cast<const void*>(given.build);
@@ -237,9 +238,10 @@ void RegisteredTask::check_callbacks() const {
 
 void RegisteredTask::declare(Options& options, const std::vector<Option>& of_task) const {
   if (!fixed_model_)
-    options.text("xml_file", model_.c_str(),
-                 "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with ./, / or ~", "",
-                 Scope::service);
+    options.text(
+        "xml_file", model_.c_str(),
+        "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with \".\", \"/\" or \"~\"", "",
+        Scope::service);
   if (!fixed_frame_skip_) options.integer("frame_skip", frame_skip_, 1, kMaxFrameSkip, "how many mj_steps make a step");
   for (const auto& option : of_task) options.add(option);
   // xml_file, xml_string, trust_xml and norm have Scope::service, because an image's identity contains the model and
@@ -279,7 +281,8 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
-  const ErrorTrap trap;  // open() may just have loaded libmujoco, of which the trap of the whole call knew nothing
+  // The whole call has a trap already, but if open() has just loaded libmujoco, that trap did not reach its errors.
+  const ErrorTrap trap;
   task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;
   task.revision = revision_;
@@ -294,7 +297,7 @@ Task RegisteredTask::build(const Options& options) const {
   Builder builder(options, *task.model, work, fields_, carry_count_);
   // A built-in robot returns what Gymnasium's returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
-  const auto calls = std::make_shared<Calls>(id_, callbacks_, checks, builder);
+  const auto calls = std::make_shared<Calls>(id_, callbacks_, checks, builder);  // calls build, which fills the builder
   task.norm = builder.rounding();
   task.fields = described(builder);
   task.needs = work.needs();
@@ -310,7 +313,7 @@ Task RegisteredTask::build(const Options& options) const {
   return task;
 }
 
-// The fields that build has described.
+// The fields of the description, as build has completed them. Throws if they do not fit the callbacks.
 Fields RegisteredTask::described(const Builder& builder) const {
   try {
     Fields fields{

@@ -124,6 +124,7 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
       const Id* other = id == unlisted.name ? &unlisted : find(*list, id);
       if (other) {
         if (!other->registered) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
+        // A plug-in's ids are registered all together: if this plug-in has one of them, it has all.
         if (other->registered->plugin() && other->registered->plugin() == tasks[i]->plugin()) return;
       }
       const auto place = std::lower_bound(all.begin(), all.end(), id, is_before);

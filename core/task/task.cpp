@@ -116,7 +116,7 @@ void Calls::observe(Work& work, double* to) const {
   double sum = 0;
   for (std::int64_t i = 0; i < observation_count_; ++i) sum += 0 * to[i];  // becomes NaN if a number is not finite
   if (sum == 0) return;
-  for (std::int64_t i = 0; i < observation_count_; ++i)
+  for (std::int64_t i = 0; i < observation_count_; ++i)  // infinity is allowed
     if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
 }
 
@@ -157,7 +157,8 @@ void Calls::call(const char* name, const Body& body, const Random* random) const
   } catch (...) {
     refuse(name, "it threw an exception");
   }
-  if (result != 0 || (random && random->failed)) fail_with(name, result);
+  if (random && random->failure == MJENV_E_MEMORY) throw std::bad_alloc();
+  if (result != 0 || (random && random->failure != MJENV_OK)) fail_with(name, result);
 }
 
 }  // namespace mjenv::core

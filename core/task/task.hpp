@@ -15,7 +15,7 @@
 
 namespace mjenv::core {
 
-// One named part of what a role returns. offset: the sum of the counts of the role's earlier fields.
+// One field of a role, as mjenv_field describes it.
 struct Field {
   std::string name, doc;
   mjenv_type type = MJENV_TYPE_FLOAT64;
@@ -49,11 +49,12 @@ struct Start {
 
 class Builder;
 
-// Calls the callbacks with the `self` that build made, and destroys that in the end. Those of a task with physics_only
-// are null: then a reset gives the model's initial state, observations and rewards are 0, and infos NaN.
+// Calls the callbacks with the `self` that build made, and destroys that in the end. In a task with physics_only,
+// reset, reset_info, carry, observe and step are null: then a reset gives the model's initial state, observations and
+// rewards are 0, and infos NaN.
 class Calls {
  public:
-  // Calls build. checks: whether NaN and infinity are refused.
+  // Calls build. checks: whether NaN is refused in observations and rewards, and NaN and infinity in initial states.
   Calls(std::string id, const Callbacks& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;

@@ -324,7 +324,7 @@ static void test_empty_arrays(void** state) {
   const char* const arrays[] = {"pair_margin", "pair_friction", "tendon_stiffness", "mocap_pos", "userdata", "act"};
   for (size_t i = 0; i < COUNT(arrays); ++i) {
     assert_ok(mjenv_write(env, 0, arrays[i], &none, 0));
-    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i], "the model has none");
+    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i], "this array is empty in this model");
   }
   assert_ok(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   mjenv_destroy(env);
@@ -369,6 +369,40 @@ static void test_divergence_of_another(void** state) {
   mjenv_destroy(alone);
 }
 
+// An image has the state that set_state set and that was written since: a copy of the restored row has it, too.
+static void test_copy_of_a_restored_row(void** state) {
+  (void)state;
+  static const double action[2 * 6] = {0.3, -0.2, 0.1};
+  mjenv_env *env = env_with_threads("HalfCheetah-v5", 1, 1), *other = env_with_threads("HalfCheetah-v5", 1, 2);
+  seed_rows(env, 4);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, NULL));
+  size_t nq, nv, count;
+  double *qpos = read_array(env, 0, "qpos", &nq), *qvel = read_array(env, 0, "qvel", &nv);
+  qpos[2] += 0.1;
+  assert_ok(mjenv_set_state(env, 0, qpos, nq, qvel, nv));
+  double* derived = read_array(env, 0, "cvel", &count);  // before qvel is written, and not changed by that
+  qvel[0] += 1;
+  assert_ok(mjenv_write(env, 0, "qvel", qvel, nv));
+  size_t size;
+  assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
+  unsigned char* image = allocate(size);
+  assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+  assert_ok(mjenv_restore(other, 0, image, size));
+  assert_ok(mjenv_copy_row(other, 0, (const uint8_t[]){0, 1}));
+  for (int row = 0; row < 2; ++row) {
+    double* got = read_array(other, row, "cvel", &count);
+    assert_same_bits("cvel", got, derived, count);
+    free(got);
+  }
+  free(image);
+  free(derived);
+  free(qpos);
+  free(qvel);
+  mjenv_destroy(env);
+  mjenv_destroy(other);
+}
+
 int main(int argc, char** argv) {
   (void)argc, (void)argv;
 #define WITH(id, threads) \
@@ -390,6 +424,7 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_before_the_first_reset),
       cmocka_unit_test(test_empty_arrays),
       cmocka_unit_test(test_divergence_of_another),
+      cmocka_unit_test(test_copy_of_a_restored_row),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

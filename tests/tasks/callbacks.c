@@ -346,6 +346,23 @@ static void test_failing_rows(void** state) {
   failing_row("observe_nan", "observation[4] is NaN", "observe");
 }
 
+// mjenv_observe names the row that fails and writes the others, also if a work space holds the arrays of that row.
+static void test_failing_observe(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_options(probe("observe_fails"), ROWS);
+  struct played *p = played(), *stepped = played();
+  seed_rows(env, 0);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(step_all(env, stepped));
+  spoil(env, BAD);
+  assert_refused(MJENV_E_TASK, mjenv_observe(env, &p->batch), "row 3", "Probe-v0", "observe", "cannot look");
+  for (int row = 0; row < ROWS; ++row)
+    if (row != BAD) assert_same_bits("obs", p->obs[row], stepped->obs[row], CARRIED + 1);
+  mjenv_destroy(env);
+  free(p);
+  free(stepped);
+}
+
 static void test_failing_carry(void** state) {
   (void)state;
   mjenv_env* env = env_of_options(probe("carry_fails"), ROWS);
@@ -498,6 +515,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_build),
       cmocka_unit_test(test_failing_rows),
+      cmocka_unit_test(test_failing_observe),
       cmocka_unit_test(test_failing_carry),
       cmocka_unit_test(test_failing_resets),
       cmocka_unit_test(test_lenient),

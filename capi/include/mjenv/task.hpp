@@ -18,15 +18,17 @@
  *
  * Definition
  *   The body of MJENV_TASK is the task's definition. It runs once without a model, when the task is registered, to list
- *   the options; then r's methods return defaults and indices of 0. It runs again whenever an environment is created,
- * on the thread that creates it. Then the methods return the caller's values of the options and indices in the model.
+ *   the options; then r's methods return defaults and indices of 0. It runs again whenever an environment is created, on
+ *   the thread that creates it. Then the methods return the caller's values of the options and indices in the model.
  *   Afterwards the library calls each lambda except reset once, on the model's initial state, to learn the fields and
  *   their lengths (a trial call).
  * Lambdas
  *   Each call of a lambda is for one row, and calls run on several threads at the same time. So lambdas must capture by
  *   value and must change nothing but their non-const parameters. An exception that a lambda throws is the error of its
- * row (MJENV_E_TASK). Use A file with definitions that is compiled to a shared object is a plug-in (CMake:
- * mjenv_add_tasks). A program registers the definitions that it contains with mjenv::register_tasks().
+ *   row (MJENV_E_TASK).
+ * Use
+ *   A file with definitions that is compiled to a shared object is a plug-in (CMake: mjenv_add_tasks). A program
+ *   registers the definitions that it contains with mjenv::register_tasks().
  *
  * This header needs Eigen, whose vectors and maps it uses. */
 #ifndef MJENV_TASK_HPP
@@ -660,7 +662,7 @@ class Robot {
   /* Sets the lambda that writes the info of a reset. */
   void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
   /* Sets a lambda before(sim). It returns what the next step needs to know of the present state: a vector of fixed
-   * length. It is called at the end of each reset and step. */
+   * length. It is called at the end of each reset and step, and when mjenv_task's carry is called (task.h). */
   template <typename F, typename = std::enable_if_t<!std::is_arithmetic_v<F>>>
   void carry(const F &before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
@@ -942,7 +944,8 @@ MJENV_HIDDEN inline void register_tasks() {
   static const ::mjenv::detail::Registrar name##registrar_##number(name##definition_##number); \
   static void name##number(::mjenv::Robot &robot)
 
-/* Makes a shared object with definitions a plug-in. A program that defines tasks for itself alone may leave it out. */
+/* Makes a shared object with definitions a plug-in. A program that defines tasks for itself alone can leave it out: by
+ * defining MJENV_NO_PLUGIN before it includes this header. */
 #ifndef MJENV_NO_PLUGIN
 extern "C" __attribute__((visibility("default"), used)) inline const mjenv_plugin *mjenv_tasks(
     const mjenv_task_api *api) {

@@ -56,7 +56,8 @@ pub const MJENV_E_FILE: mjenv_status = -12;
 pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged, or was made with another id, model, options or number of rows"]
+#[doc = " the image is damaged, or was made with another id, model, options, number of rows,"]
+#[doc = "revision of the task, version of MuJoCo or version of the image's format"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -847,7 +848,7 @@ impl Default for mjenv_spec {
 #[doc = " The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays"]
 #[doc = " that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays"]
 #[doc = " have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count]."]
-#[doc = " For mjenv_rollout, [rows] is mjenv_rows * steps. The other functions can share one batch."]
+#[doc = " For mjenv_rollout, [rows] is mjenv_rows * steps. All other functions can be given the same batch."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
@@ -872,7 +873,8 @@ pub struct mjenv_batch {
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
     #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo"]
-    #[doc = "failed, or the row's state diverged and MuJoCo reset the simulation. A diverged row's other"]
+    #[doc = "failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state"]
+    #[doc = "diverged: MuJoCo found bad numbers in it and reset the simulation. A diverged row's other"]
     #[doc = "outputs are valid, those of a failed row are undefined. If the call returned MJENV_OK,"]
     #[doc = "MJENV_E_PHYSICS means diverged. If it returned an error, MJENV_E_PHYSICS means failed or"]
     #[doc = "diverged, and the status does not tell which"]
@@ -1667,9 +1669,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. After that, infos"]
-    #[doc = " and rewards computed from a REALS option have the types that Gymnasium gives them for a Python int. Errors: NAME,"]
-    #[doc = " TYPE, VALUE."]
+    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. In Gymnasium, infos"]
+    #[doc = " and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.type tells this"]
+    #[doc = " type: after this call, the one for the integer. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -1860,7 +1862,8 @@ extern "C" {
 extern "C" {
     #[doc = " Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported"]
     #[doc = " them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment"]
-    #[doc = " has one thread only (num_threads 1), the rows are stepped in mjenv_recv."]
+    #[doc = " has one thread only, the rows are stepped in mjenv_recv. It has one if num_threads is 1, if there is one row, if"]
+    #[doc = " num_threads is 0 and the process may use one CPU, or if a registered task asks for the caller's thread."]
     #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were mjenv_rows"]
     #[doc = "   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
     #[doc = " Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way"]
@@ -1991,8 +1994,11 @@ extern "C" {
     #[doc = "             opt.ccd_iterations). Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied,"]
     #[doc = "             xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active"]
     #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
-    #[doc = " Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia,"]
-    #[doc = " size or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0."]
+    #[doc = " Nothing is written if any value is refused. Refused are:"]
+    #[doc = "   - a number that is not finite, that the array's type cannot hold, or an integer out of its range"]
+    #[doc = "   - a mass, inertia, size or timestep that is negative, or that is 0 although the model's own is positive"]
+    #[doc = "   - a quaternion or joint axis of length 0, and a hfield_size above 1e10"]
+    #[doc = "   - another sign of an actuator's parameters that tell what its state consists of"]
     #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
     pub fn mjenv_write(
         env: *mut mjenv_env,
@@ -2058,8 +2064,9 @@ extern "C" {
 extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
     #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
-    #[doc = " number of threads. The environment must have the same id, model and options as the one that made the image."]
-    #[doc = " \"num_threads\", \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ."]
+    #[doc = " number of threads. The environment must have the same id, model, options, version of MuJoCo and, for a registered"]
+    #[doc = " task, revision as the one that made the image. \"num_threads\", \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ,"]
+    #[doc = " and \"norm\" if it gives the same rounding here."]
     #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
@@ -2164,7 +2171,8 @@ pub struct mjenv_task_option {
     pub count: i64,
     #[doc = " the default of a STRING (NULL: \"\") or of a STRING_OR_INT (NULL: value)"]
     pub text: *const ::std::os::raw::c_char,
-    #[doc = " the valid texts, separated by blanks; NULL: any text is valid"]
+    #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text is valid. Unused for other"]
+    #[doc = "kinds"]
     pub choices: *const ::std::os::raw::c_char,
 }
 #[test]
@@ -2377,8 +2385,9 @@ impl Default for mjenv_task_option {
     }
 }
 #[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. The fields of a role are"]
-#[doc = " stored one after the other, in the order in which they are described."]
+#[doc = " sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it is"]
+#[doc = " an entry of Gymnasium's observation_structure: the entry's number is the number of elements, so its shape is"]
+#[doc = " {number}. The fields of a role are stored one after the other, in the order in which they are described."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
@@ -2386,14 +2395,15 @@ pub struct mjenv_task_field {
     pub role: mjenv_role,
     #[doc = " without blanks and quotes; unique in its role"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " one line of documentation with the unit; NULL: none"]
+    #[doc = " one line of documentation with the unit; NULL: the library's own for a name that the built-in"]
+    #[doc = "robots use, such as \"qpos\" or \"x_velocity\", else none"]
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the type in Python; 0: np.float64. An observation is always np.float64"]
     pub type_: mjenv_type,
-    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1"]
+    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1, or 0 for length 1"]
     pub ndim: i32,
     #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)."]
-    #[doc = "A field has at most 16777216 elements"]
+    #[doc = "The fields of a role have at most 16777216 elements together"]
     pub shape: [i64; 4usize],
 }
 #[test]
@@ -3877,7 +3887,7 @@ pub struct mjenv_start {
     pub qvel: *mut f64,
     #[doc = " [na] 0"]
     pub act: *mut f64,
-    #[doc = " [carry_count] 0"]
+    #[doc = " [carry_count] 0; carry and the first step read these numbers in mjenv_sim.carried"]
     pub carried: *mut f64,
     #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -4156,7 +4166,8 @@ pub struct mjenv_outcome {
     pub reward: f64,
     #[doc = " the INFO fields, one after the other; all NaN"]
     pub info: *mut f64,
-    #[doc = " [carry_count] the numbers that the row carried into the step"]
+    #[doc = " [carry_count] the numbers that the row carried into the step; the memory that"]
+    #[doc = "mjenv_sim.carried points to"]
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
@@ -4292,11 +4303,13 @@ pub struct mjenv_task {
     pub struct_size: u32,
     #[doc = " increase it when the task changes, so that snapshots of the old task are refused"]
     pub revision: i32,
-    #[doc = " \"Cartpole-v0\": letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number"]
+    #[doc = " \"Cartpole-v0\": letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number of at most 9"]
+    #[doc = "digits. It begins with a letter, a digit or \"_\" and has at most 100 bytes"]
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
-    #[doc = "with \"./\", \"/\" or \"~\". \"./\" means the folder of the shared object or program that contains"]
-    #[doc = "the callback step, or build if step is NULL; if both are NULL, the current folder"]
+    #[doc = "with \".\", \"/\" or \"~\". A path with \".\" is looked up from the folder of the shared object or"]
+    #[doc = "program that contains the callback step, or build if step is NULL; if both are NULL, from"]
+    #[doc = "the current folder"]
     pub model: *const ::std::os::raw::c_char,
     #[doc = " the text of an MJCF model. Exactly one of model and model_text must be given"]
     pub model_text: *const ::std::os::raw::c_char,
@@ -4332,7 +4345,7 @@ pub struct mjenv_task {
     #[doc = " to free."]
     pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
     #[doc = " Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails, unless"]
-    #[doc = " the option \"strict\" is 0."]
+    #[doc = " the option \"strict\" is 0. Required, unless physics_only is 1."]
     pub reset: ::std::option::Option<
         unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
     >,
@@ -4344,9 +4357,10 @@ pub struct mjenv_task {
             info: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. Called at the end of each"]
-    #[doc = " reset and step, and after mjenv_set_state and mjenv_simulate. Numbers that it does not write keep their values."]
-    #[doc = " NULL: nothing to write."]
+    #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that"]
+    #[doc = " sim->carried points to. Called at the end of each reset and step, after mjenv_set_state and mjenv_simulate, and"]
+    #[doc = " before a step of a row that mjenv_write or mjenv_set_constants has changed. Numbers that it does not write keep"]
+    #[doc = " their values. NULL: nothing to write."]
     pub carry: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -4355,7 +4369,8 @@ pub struct mjenv_task {
         ) -> i32,
     >,
     #[doc = " Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim."]
-    #[doc = " If the observation contains a NaN, the call fails, unless the option \"strict\" is 0."]
+    #[doc = " If the observation contains a NaN, the call fails, unless the option \"strict\" is 0. Required, unless physics_only"]
+    #[doc = " is 1."]
     pub observe: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -4365,7 +4380,7 @@ pub struct mjenv_task {
     >,
     #[doc = " Computes the reward, the info and whether the episode has terminated. Called once in each step, after the"]
     #[doc = " simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option \"strict\" is"]
-    #[doc = " 0."]
+    #[doc = " 0. Required, unless physics_only is 1."]
     pub step: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -4990,7 +5005,7 @@ extern "C" {
 }
 #[doc = " ---- Functions for callbacks ----"]
 #[doc = " Callbacks call the inline functions below. These call the library through the pointers in mjenv_task_api, which every"]
-#[doc = " callback is given, so that a plug-in need not link with libmjenv."]
+#[doc = " callback but destroy is given, so that a plug-in need not link with libmjenv."]
 #[repr(C)]
 pub struct mjenv_task_api {
     pub struct_size: u32,
@@ -5463,7 +5478,8 @@ pub struct mjenv_builder {
     pub api: *const mjenv_task_api,
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
-    #[doc = " a stream for trial calls of the task's functions; no row uses it"]
+    #[doc = " for a build that calls the task's own functions, for instance to find out how many numbers"]
+    #[doc = "they write; no row uses this stream"]
     pub random: *mut mjenv_random,
 }
 #[test]

@@ -1,13 +1,13 @@
 /* mjenv.h - Gymnasium's MuJoCo environments behind a C interface.
  *
- * An environment (mjenv_env) holds one or many independent rows. A row is one episode of the robot's task: its
- * simulation state (200 bytes to 2 KB), its random stream and its step count. MuJoCo's large work space (mjData)
- * belongs to the threads that step rows and not to the rows, so rows are cheap. The option "num_threads" sets the
- * number of threads. It does not change the results.
+ * An environment (mjenv_env) holds one or many independent rows. A row is one copy of the robot, like one of the
+ * environments in a Gymnasium vector environment: its simulation state (200 bytes to 2 KB), its random stream and its
+ * step count. MuJoCo's large work space (mjData) belongs to the threads that step rows and not to the rows, so rows are
+ * cheap. The option "num_threads" sets the number of threads. It does not change the results.
  *
  *     static double obs[16][105], reward[16];
  *     static float action[16][8];
- *     static const uint64_t seeds[16] = {42};
+ *     static const uint64_t seeds[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
  *     const mjenv_batch out = {.struct_size = sizeof out, .rows = 16, .obs_count = 105, .obs = obs, .reward = reward};
  *     mjenv_options *options;
  *     mjenv_env *env;
@@ -20,9 +20,10 @@
  *     mjenv_options_destroy(options);
  *
  * Numbers
- *   For a given seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2, bit for bit; in
- *   the library for MuJoCo 4.0, on 4.0.0. "(4.0: ...)" below marks what differs there. Each call computes in the
- *   default floating-point environment and restores the caller's.
+ *   There are two builds of the library: for MuJoCo 2.2.2, and for MuJoCo 4.0 (mjenv_version tells which). For a given
+ *   seed and list of actions, every output equals Gymnasium 1.3.0's on MuJoCo 2.2.2 or 4.0.0, bit for bit.
+ *   "(4.0: ...)" below marks what differs in the build for 4.0. Each call computes in the default floating-point
+ *   environment and restores the caller's.
  * Arrays
  *   The caller owns all arrays that it passes. The library keeps no pointer to them after a call. Arrays are contiguous
  *   and row-major. Shapes are written [rows][count]. Sizes count elements, unless the parameter's name ends in _bytes.
@@ -32,9 +33,9 @@
  * Errors
  *   A function that can fail returns MJENV_OK (0) or a negative mjenv_status, and the handle stays usable.
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
- *   one exception: if some rows fail (PHYSICS, TASK), the call still computes the other rows, writes their outputs, and
- *   then returns an error. mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo
- *   fails in a row, the row keeps the state that it had before the failed step or reset.
+ *   one exception: if some rows fail (PHYSICS, TASK, MEMORY), the call still computes the other rows, writes their
+ *   outputs, and then returns an error. mjenv_batch.status, which mjenv_observe does not write, tells which rows
+ *   failed. If MuJoCo fails in a row, the row keeps the state that it had before the failed step or reset.
  *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
  *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
  *               small
@@ -112,7 +113,8 @@ enum mjenv_status_value {
   MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read */
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
-  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options or number of rows */
+  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, number of rows,
+                                 revision of the task, version of MuJoCo or version of the image's format */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
@@ -213,7 +215,7 @@ typedef struct mjenv_spec {
 /* The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays
  * that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays
  * have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count].
- * For mjenv_rollout, [rows] is mjenv_rows * steps. The other functions can share one batch. */
+ * For mjenv_rollout, [rows] is mjenv_rows * steps. All other functions can be given the same batch. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
   mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest */
@@ -230,7 +232,8 @@ typedef struct mjenv_batch {
   uint8_t *terminated; /* [rows] 0 or 1 */
   uint8_t *truncated;  /* [rows] 0 or 1 */
   int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo
-                          failed, or the row's state diverged and MuJoCo reset the simulation. A diverged row's other
+                          failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state
+                          diverged: MuJoCo found bad numbers in it and reset the simulation. A diverged row's other
                           outputs are valid, those of a failed row are undefined. If the call returned MJENV_OK,
                           MJENV_E_PHYSICS means diverged. If it returned an error, MJENV_E_PHYSICS means failed or
                           diverged, and the status does not tell which */
@@ -369,9 +372,9 @@ MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 /* Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
-/* Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. After that, infos
- * and rewards computed from a REALS option have the types that Gymnasium gives them for a Python int. Errors: NAME,
- * TYPE, VALUE. */
+/* Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. In Gymnasium, infos
+ * and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.type tells this
+ * type: after this call, the one for the integer. Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
 /* Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE (another count). */
@@ -479,7 +482,8 @@ MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const voi
 
 /* Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported
  * them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment
- * has one thread only (num_threads 1), the rows are stepped in mjenv_recv.
+ * has one thread only, the rows are stepped in mjenv_recv. It has one if num_threads is 1, if there is one row, if
+ * num_threads is 0 and the process may use one CPU, or if a registered task asks for the caller's thread.
  *   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were mjenv_rows
  *   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied
  * Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way
@@ -566,8 +570,11 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  *             opt.ccd_iterations). Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied,
  *             xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active
  *   values    [count] all elements of the array; count is the number that mjenv_read gives
- * Nothing is written if any value is refused: one that is not finite, an integer out of its range, a mass, inertia,
- * size or timestep that is negative, or 0 where the model's own is not, a quaternion or joint axis of length 0.
+ * Nothing is written if any value is refused. Refused are:
+ *   - a number that is not finite, that the array's type cannot hold, or an integer out of its range
+ *   - a mass, inertia, size or timestep that is negative, or that is 0 although the model's own is positive
+ *   - a quaternion or joint axis of length 0, and a hfield_size above 1e10
+ *   - another sign of an actuator's parameters that tell what its state consists of
  * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *array, const double *values, size_t count);
 
@@ -605,8 +612,9 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 
 /* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
  * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
- * number of threads. The environment must have the same id, model and options as the one that made the image.
- * "num_threads", "cpu_affinity", "arrays" and "trust_xml" may differ.
+ * number of threads. The environment must have the same id, model, options, version of MuJoCo and, for a registered
+ * task, revision as the one that made the image. "num_threads", "cpu_affinity", "arrays" and "trust_xml" may differ,
+ * and "norm" if it gives the same rounding here.
  * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 

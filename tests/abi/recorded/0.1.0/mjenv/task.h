@@ -16,10 +16,11 @@
  *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. Any number but 0 is a failure. The
  *   function of mjenv.h that the program called then returns MJENV_E_TASK with a message that names the id, the
  *   callback and, except for build, the row; the other rows are computed. A row whose reset, step or carry fails keeps
- *   its state. A callback that lacks memory returns MJENV_E_MEMORY. If the task cannot use the model, build calls
- *   mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns these two statuses instead of
- *   MJENV_E_TASK. A callback need not check this header's functions for errors: if it passes them an unknown name, an
- *   option of another kind or an impossible range, the library makes it fail.
+ *   its state, but a reset that fails in carry has drawn from the random stream. If observe or reset_info fails, the
+ *   row has been stepped or reset. A callback that lacks memory returns MJENV_E_MEMORY. If the task cannot use the
+ *   model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns these two statuses
+ *   instead of MJENV_E_TASK. A callback need not check this header's functions for errors: if it passes them an unknown
+ *   name, an option of another kind or an impossible range, the library makes it fail.
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
  *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
@@ -58,21 +59,24 @@ typedef struct mjenv_task_option {
   const double *values; /* [count] the defaults of REALS that hold several numbers */
   int64_t count;        /* how many numbers REALS hold; 0: one number, whose default is value */
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
-  const char *choices;  /* the valid texts, separated by blanks; NULL: any text is valid */
+  const char *choices;  /* the valid texts of a STRING, separated by blanks; NULL: any text is valid. Unused for other
+                           kinds */
 } mjenv_task_option;
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
- * sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. The fields of a role are
- * stored one after the other, in the order in which they are described. */
+ * sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it is
+ * an entry of Gymnasium's observation_structure: the entry's number is the number of elements, so its shape is
+ * {number}. The fields of a role are stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;  /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
   const char *name; /* without blanks and quotes; unique in its role */
-  const char *doc;  /* one line of documentation with the unit; NULL: none */
+  const char *doc;  /* one line of documentation with the unit; NULL: the library's own for a name that the built-in
+                       robots use, such as "qpos" or "x_velocity", else none */
   mjenv_type type;  /* the type in Python; 0: np.float64. An observation is always np.float64 */
-  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1 */
+  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1, or 0 for length 1 */
   int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length).
-                       A field has at most 16777216 elements */
+                       The fields of a role have at most 16777216 elements together */
 } mjenv_task_field;
 
 /* Gymnasium's default_camera_config. NaN means MuJoCo's default. */
@@ -166,7 +170,7 @@ typedef struct mjenv_start {
   double *qpos;              /* [nq] equal to qpos0 */
   double *qvel;              /* [nv] 0 */
   double *act;               /* [na] 0 */
-  double *carried;           /* [carry_count] 0 */
+  double *carried;           /* [carry_count] 0; carry and the first step read these numbers in mjenv_sim.carried */
   const void *const *arrays; /* as in mjenv_sim, but only the arrays of mjModel are valid here */
   int32_t nq, nv, na;
   int32_t carry_count;
@@ -178,7 +182,8 @@ typedef struct mjenv_outcome {
   int32_t terminated;   /* 0. Any other number terminates the episode */
   double reward;        /* 0 */
   double *info;         /* the INFO fields, one after the other; all NaN */
-  double *carried;      /* [carry_count] the numbers that the row carried into the step */
+  double *carried;      /* [carry_count] the numbers that the row carried into the step; the memory that
+                           mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
 } mjenv_outcome;
 
@@ -189,10 +194,12 @@ typedef struct mjenv_outcome {
 typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
-  const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number */
+  const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number of at most 9
+                             digits. It begins with a letter, a digit or "_" and has at most 100 bytes */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
-                             with "./", "/" or "~". "./" means the folder of the shared object or program that contains
-                             the callback step, or build if step is NULL; if both are NULL, the current folder */
+                             with ".", "/" or "~". A path with "." is looked up from the folder of the shared object or
+                             program that contains the callback step, or build if step is NULL; if both are NULL, from
+                             the current folder */
   const char *model_text; /* the text of an MJCF model. Exactly one of model and model_text must be given */
   int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
@@ -216,24 +223,26 @@ typedef struct mjenv_task {
   void (*destroy)(void *self);
 
   /* Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails, unless
-   * the option "strict" is 0. */
+   * the option "strict" is 0. Required, unless physics_only is 1. */
   int32_t (*reset)(const void *self, mjenv_start *start);
 
   /* Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none. */
   int32_t (*reset_info)(const void *self, const mjenv_sim *sim, double *info);
 
-  /* Writes into carried[carry_count] what the next step needs to know of the present state. Called at the end of each
-   * reset and step, and after mjenv_set_state and mjenv_simulate. Numbers that it does not write keep their values.
-   * NULL: nothing to write. */
+  /* Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that
+   * sim->carried points to. Called at the end of each reset and step, after mjenv_set_state and mjenv_simulate, and
+   * before a step of a row that mjenv_write or mjenv_set_constants has changed. Numbers that it does not write keep
+   * their values. NULL: nothing to write. */
   int32_t (*carry)(const void *self, const mjenv_sim *sim, double *carried);
 
   /* Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim.
-   * If the observation contains a NaN, the call fails, unless the option "strict" is 0. */
+   * If the observation contains a NaN, the call fails, unless the option "strict" is 0. Required, unless physics_only
+   * is 1. */
   int32_t (*observe)(const void *self, const mjenv_sim *sim, double *observation);
 
   /* Computes the reward, the info and whether the episode has terminated. Called once in each step, after the
    * simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option "strict" is
-   * 0. */
+   * 0. Required, unless physics_only is 1. */
   int32_t (*step)(const void *self, const mjenv_sim *sim, mjenv_outcome *outcome);
 
   /* 1: the callbacks run only on the thread that calls the library, for languages whose runtime knows no other threads.
@@ -281,7 +290,7 @@ MJENV_API mjenv_status mjenv_load_tasks(const char *path);
 
 /* ---- Functions for callbacks ----
  * Callbacks call the inline functions below. These call the library through the pointers in mjenv_task_api, which every
- * callback is given, so that a plug-in need not link with libmjenv. */
+ * callback but destroy is given, so that a plug-in need not link with libmjenv. */
 
 struct mjenv_task_api {
   uint32_t struct_size;
@@ -317,7 +326,8 @@ struct mjenv_builder {
   int32_t failed; /* 1 after a function for build has failed. Then they all do nothing */
   const mjenv_task_api *api;
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
-  mjenv_random *random; /* a stream for trial calls of the task's functions; no row uses it */
+  mjenv_random *random; /* for a build that calls the task's own functions, for instance to find out how many numbers
+                           they write; no row uses this stream */
 };
 
 struct mjenv_random {
@@ -352,8 +362,9 @@ static inline void mjenv_build_reals(mjenv_builder *builder, const char *option,
   builder->api->reals(builder, option, values, count);
 }
 
-/* Returns 1 if the caller set an option of the kind REALS to an integer, else 0. In Python, the product of such an
- * option and a bool is an int. */
+/* Returns 1 if the caller set an option of the kind REALS to an integer, else 0. Use it to choose the type of a field
+ * that is computed from the option, as Python does: there the product of an integer and a bool is an int, and that of a
+ * float and a bool a float. */
 static inline int32_t mjenv_build_is_integer(mjenv_builder *builder, const char *option) {
   return builder->api->is_integer(builder, option);
 }
@@ -376,17 +387,19 @@ static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const cha
 }
 
 /* Returns 1 if norms must be rounded as by a NumPy that uses fused multiply-add, else 0 (the option "norm").
- * See Norm in mjenv/numpy.hpp. */
+ * See Norm in mjenv/numpy.hpp. A task that computes norms must call it: images of its rows can then be restored only in
+ * environments that round norms alike. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
 /* Makes the library compute an array that it computes only on demand, so that it is up to date in all callbacks that
- * take a mjenv_sim. mjenv_build_array does this for its own array. Fails for other names.
- * array  "contacts", "cfrc_ext", "cfrc_int", "cacc", "geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos" or
- *        "light_xdir" */
+ * take a mjenv_sim. Fails for other names.
+ * array  "contacts", "cfrc_ext", "geom_xpos" or "geom_xmat", which are members of mjenv_sim; or "cfrc_int", "cacc",
+ *        "cam_xpos", "cam_xmat", "light_xpos" or "light_xdir". mjenv_build_array needs its own array by itself */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
 /* Makes an array of mjData available in all callbacks that take a mjenv_sim, or one of mjModel also in reset. Returns
- * its index in mjenv_sim.arrays. Fails for unknown names and for those that begin with "contact.".
+ * its index in mjenv_sim.arrays. Fails for unknown names and for those that begin with "contact.", whose elements lie
+ * apart in MuJoCo's memory: call mjenv_build_need with "contacts" and read mjenv_sim.contacts instead.
  * name   the array's name in MuJoCo, as in mjenv_read
  * field  receives the shape and the type of the elements (double for MJENV_TYPE_FLOAT64, int32_t for MJENV_TYPE_INT32
  *        and so on); NULL: not wanted */
@@ -395,7 +408,7 @@ static inline int32_t mjenv_build_array(mjenv_builder *builder, const char *name
 }
 
 /* Replaces the field that has the same role and name, or adds the field behind the others of its role. The field is
- * copied. */
+ * copied. If its doc is NULL or "", the doc of the field that it replaces stays. */
 static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_field *field) {
   builder->api->field(builder, field);
 }
@@ -403,7 +416,7 @@ static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_fi
 /* Replaces the task's carry_count. */
 static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { builder->api->carry(builder, count); }
 
-/* mjenv_build_field for a vector of np.float64 with this length. A field that it replaces keeps its doc. */
+/* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {
   /* NOLINTNEXTLINE(modernize-use-nullptr): this is C, too */
   mjenv_task_field field = {sizeof(mjenv_task_field), 0, 0, 0, 0, 1, {0, 0, 0, 0}};
