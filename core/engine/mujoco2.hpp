@@ -62,6 +62,9 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
 // MuJoCo 2.2.2 has no models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel&) {}
 
+// Whether MuJoCo resets a simulation in which it finds bad numbers.
+inline bool resets_diverged(const mjModel&) { return true; }
+
 // Calls visit(name, pointer) for each number of mjModel, and visit(name, pointer, count) for each short vector.
 template <typename Visit>
 void for_each_number(const mjModel& m, const Visit& visit) {

@@ -121,6 +121,9 @@ inline void check_supported(const mjModel& m) {
   if (m.nplugin > 0) refuse("the model has plugins, which keep data of their own");
 }
 
+// Whether MuJoCo resets a simulation in which it finds bad numbers.
+inline bool resets_diverged(const mjModel& m) { return (m.opt.disableflags & mjDSBL_AUTORESET) == 0; }
+
 // Calls visit(name, pointer) for each number of mjModel, and visit(name, pointer, count) for each short vector.
 template <typename Visit>
 void for_each_number(const mjModel& m, const Visit& visit) {

@@ -320,4 +320,6 @@ bool Work::diverged() const {
   return std::any_of(divergence.begin(), divergence.end(), [&](auto kind) { return data_->warning[kind].number > 0; });
 }
 
+bool Work::was_reset() const { return diverged() && resets_diverged(model()); }
+
 }  // namespace mjenv::core

@@ -105,8 +105,10 @@ class Work {
   }
   static bool on_demand(const std::string& array);
 
-  // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward, and reset the simulation.
+  // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward.
   bool diverged() const;
+  // Whether it then reset the simulation, as it does unless the model disables that.
+  bool was_reset() const;
   // Whether it did so before the last mj_step of a step.
   bool diverged_early() const { return diverged_early_; }
 

@@ -42,11 +42,11 @@ void declare_env_options(Options& options) {
       "what resets a row whose episode has ended: the caller, the row's next step, or the step that ended the episode",
       "disabled next_step same_step");
   options.text("on_divergence", "continue",
-               "what happens when MuJoCo finds bad numbers in a row and resets its simulation: the episode continues "
-               "from there, or it terminates",
+               "what happens when MuJoCo finds bad numbers in a row (and resets its simulation, unless the model "
+               "disables that): the episode continues, or it terminates",
                "continue terminate");
   options.integer("num_threads", 1, 0, kMaxThreads,
-                  "how many threads step rows, at most one per row; 1: only the caller's; 0: as many as CPUs that the "
+                  "how many threads step rows, at most one per row; 1: only the caller's; 0: one for each CPU that the "
                   "process may use",
                   Scope::service);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
@@ -81,7 +81,7 @@ const Identity& Env::identity() const {
 
 void Env::check_settled() const {
   if (pipeline_->count() == 0) return;
-  workers_.pool().check_here();  // in a forked child, these rows can never be received: it says that instead
+  workers_.pool().check_here();  // fails with MJENV_E_FORKED in a forked child, which can never receive these rows
   fail(MJENV_E_PENDING, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
 }
 
@@ -104,7 +104,7 @@ void Env::seed(std::int64_t row, const std::uint32_t* digits, std::size_t count)
   check_settled();
   rows_.check(row);
   if (count == 0) fail(MJENV_E_SIZE, "count is 0, but a seed has at least one digit");
-  // An integer has no leading zero digits, but NumPy would hash them.
+  // Drops leading zeros, which Python's integers do not have: NumPy hashes all digits that it is given.
   while (count > 1 && digits[count - 1] == 0) --count;
   rows_.head(row).rng = Rng::from_digits(digits, count);
   rows_.head(row).seeded = true;
@@ -191,6 +191,7 @@ void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& 
 
 void Env::observe(const mjenv_batch& out) {
   check_settled();
+  workers_.pool().check_here();
   schema_.check(out, rows());
   // Rows whose derived arrays are in a work space come first, because other rows would overwrite them.
   std::vector<std::uint8_t> observed(static_cast<std::size_t>(rows()));
@@ -375,11 +376,18 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
 void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
   check_settled();
   rows_.check(from);
-  for (std::int64_t to = 0; to < rows(); ++to) {
-    if (!is_selected(to_mask, to) || to == from) continue;
-    rows_.copy(from, to);
+  const auto for_each_target = [&](const auto& body) {
+    for (std::int64_t to = 0; to < rows(); ++to)
+      if (is_selected(to_mask, to) && to != from) body(to);
+  };
+  // First for all rows, because memory may run out: a call that fails must copy nothing.
+  std::vector<OwnValues::Past> pasts;
+  if (rows_.own().past(from)) for_each_target([&](std::int64_t) { pasts.push_back(rows_.own().copied_past(from)); });
+  std::size_t copied = 0;
+  for_each_target([&](std::int64_t to) {
+    rows_.copy(from, to, pasts.empty() ? OwnValues::Past() : std::move(pasts[copied++]));
     workers_.forget(to);
-  }
+  });
 }
 
 void Env::snapshot(std::int64_t row, void* image) const {

@@ -95,7 +95,7 @@ class Env {
   void write(const std::string& array, std::size_t count, const std::function<const double*(std::int64_t)>& values_of);
   template <typename Body>
   void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;
-  // Gives the rows values of their own of these arrays.
+  // Gives each row its own copy of these arrays.
   void make_own(const std::vector<std::string>& arrays);
   void check_actions(const Action& actions, std::int64_t actions_per_row) const;
 };

@@ -1,7 +1,6 @@
 #include "env/episodes.hpp"
 
 #include <cmath>
-#include <utility>
 
 #include "error.hpp"
 
@@ -9,13 +8,16 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws MJENV_E_TASK, writes this status for the row.
+// Calls body. If it throws, writes the row's status: MJENV_E_TASK, or MJENV_E_PHYSICS for all else.
 template <typename Body>
-void report_task_failure(const Place& place, const Body& body) {
+void report_failure(const Place& place, const Body& body) {
   try {
     body();
   } catch (const Error& error) {
-    if (error.status() == MJENV_E_TASK) place.put_status(MJENV_E_TASK);
+    place.put_status(error.status() == MJENV_E_TASK ? MJENV_E_TASK : MJENV_E_PHYSICS);
+    throw;
+  } catch (...) {
+    place.put_status(MJENV_E_PHYSICS);
     throw;
   }
 }
@@ -60,8 +62,7 @@ void Episodes::begin(Worker& worker, std::int64_t row) const {
 
 void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const {
   const mjenv_batch& out = place.out;
-  place.put_status(MJENV_E_PHYSICS);  // until the reset has succeeded
-  report_task_failure(place, [&] {
+  report_failure(place, [&] {
     begin(worker, row);
     place.put_result(0, false, false);
     place.put_status(MJENV_OK);
@@ -81,7 +82,7 @@ void Episodes::write_reset(Worker& worker, const Place& place) const {
 
 void Episodes::step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
   if (awaits_reset(row)) return reset(worker, row, place);
-  report_task_failure(place, [&] { step_and_reset(worker, row, action, place); });
+  report_failure(place, [&] { step_and_reset(worker, row, action, place); });
 }
 
 void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
@@ -95,16 +96,12 @@ void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& ac
   }
   place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
   place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-  std::int32_t status = MJENV_OK;  // the step's status, which is restored when the reset has succeeded
-  if (out.status) status = std::exchange(out.status[place.index], MJENV_E_PHYSICS);
   begin(worker, row);
-  place.put<std::int32_t>(out.status, status);
   write_reset(worker, place);
 }
 
 // Plays the step, and writes its reward, flags, status and info.
 Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
-  place.put_status(MJENV_E_PHYSICS);  // until the step has succeeded
   worker.step(rows_, row, action, task_.frame_skip);
   Random random = Worker::random(rows_, row);
   const mjenv_outcome outcome = task_.calls->step(worker.work(), action, random);
@@ -128,7 +125,7 @@ void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, 
   Ends ends{};
   for (std::int64_t t = 0; t < steps; ++t) {
     const Place place{out, rows_.count() * steps, row * steps + t};
-    report_task_failure(place, [&] {
+    report_failure(place, [&] {
       if (ends.terminated || ends.truncated) {  // the row keeps the state in which its episode ended
         place.put_result(0, ends.terminated, ends.truncated);
         place.put_status(MJENV_OK);

@@ -102,14 +102,14 @@ void OwnValues::computed_after_step(std::int64_t row) {
   p->state.reset();
 }
 
-void OwnValues::copy(std::int64_t from, std::int64_t to) {
-  Past kept;
-  if (const Past* p = past(from)) {
-    if (p->computed) kept.computed = copied(p->computed.get(), block_bytes());
-    if (p->stepped) kept.stepped = copied(p->stepped.get(), block_bytes());
-    if (p->constants) kept.constants = copied(p->constants.get(), block_bytes());
-    if (p->state) kept.state = copied(p->state.get(), state_size_ * sizeof(double));
-  }
+OwnValues::Past OwnValues::copied_past(std::int64_t row) const {
+  const auto copy = [](const Block& block, std::size_t size) { return block ? copied(block.get(), size) : nullptr; };
+  const Past& p = *past(row);
+  return {copy(p.computed, block_bytes()), copy(p.stepped, block_bytes()), copy(p.constants, block_bytes()),
+          copy(p.state, state_size_ * sizeof(double))};
+}
+
+void OwnValues::copy(std::int64_t from, std::int64_t to, Past kept) {
   if (!empty()) std::memcpy(present(to), present(from), block_bytes());
   if (Past* p = past(to)) *p = std::move(kept);
 }

@@ -43,8 +43,8 @@ class OwnValues {
   // The state that set_state has set, if it is kept, else null.
   const double* state(std::int64_t row) const;
 
-  // Call keep before own values are written, and keep_state before a state that set_state has set is written. Neither
-  // replaces what is kept already.
+  // Call keep before own values are overwritten, and keep_state before the row's state is overwritten, if set_state has
+  // set it. Neither replaces what is kept already.
   void keep(std::int64_t row);
   void keep_state(std::int64_t row, const double* state);
   // Call before mj_setConst.
@@ -57,15 +57,18 @@ class OwnValues {
 
   // Clears the inputs of mjData (qfrc_applied, mocap_pos, ...: own_arrays.hpp), as mj_resetData does.
   void clear_inputs(std::int64_t row) { arrays_.clear_inputs(present(row)); }
-  void copy(std::int64_t from, std::int64_t to);
 
-  // For images of rows. What was kept of a row; a null pointer where nothing was.
+  // For copies and images of rows. What was kept of a row; a null pointer where nothing was.
   using Block = std::unique_ptr<double[]>;  // aligned for doubles
   struct Past {
     Block computed, stepped, constants, state;
   };
   // Null until make_pasts or add has allocated room: until then nothing is kept of any row.
   const Past* past(std::int64_t row) const { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }
+  // A copy of what was kept of the row. Call only if past(row) is not null.
+  Past copied_past(std::int64_t row) const;
+  // Copies the values of a row. Does not throw. kept: what copied_past returned for `from`; empty if past is null.
+  void copy(std::int64_t from, std::int64_t to, Past kept);
   // Allocates room for what is kept of the rows.
   void make_pasts();
   // Copies a block that is laid out by `layout` into a new block that is laid out by arrays(). Arrays that `layout`

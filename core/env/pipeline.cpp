@@ -98,7 +98,8 @@ void Pipeline::step_next(Worker& worker, std::unique_lock<std::mutex>& lock) {
   --waiting_count_;
   lock.unlock();
   const Place place = outputs_->at(row);
-  // If the step fails, the results of an earlier one must not be delivered.
+  // If the step fails, the reward and flags of an earlier one must not be delivered. A failed row's other outputs are
+  // undefined.
   place.put_result(0, false, false);
   place.put<std::uint8_t>(place.out.was_reset, 0);
   Workers::attempt(worker, row, [&](Worker& w, std::int64_t r) {
@@ -136,7 +137,8 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
          "least is " + std::to_string(least) + ", but only " + std::to_string(count_) + " row(s) are under way");
   if (capacity < std::max<std::size_t>(least, 1))
     fail(MJENV_E_SIZE, "capacity is " + std::to_string(capacity) +
-                           ", but must be at least 1 and at least least, which is " + std::to_string(least));
+                           ", but must not be less than 1, or than the argument \"least\", which is " +
+                           std::to_string(least));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
   // Without other threads, this call steps at least one row even if least is 0: nobody else would step it.

@@ -1,6 +1,7 @@
 #include "env/rows.hpp"
 
 #include <cstring>
+#include <utility>
 
 #include "error.hpp"
 #include "system/memory.hpp"
@@ -30,8 +31,8 @@ void Rows::keep(std::int64_t row) {
   if (head(row).origin == Origin::set) own_.keep_state(row, state(row));
 }
 
-void Rows::copy(std::int64_t from, std::int64_t to) {
-  own_.copy(from, to);  // first, because memory may run out
+void Rows::copy(std::int64_t from, std::int64_t to, OwnValues::Past kept) {
+  own_.copy(from, to, std::move(kept));
   std::memcpy(state(to), state(from), record_bytes());
   head(to) = head(from);
 }

@@ -57,7 +57,8 @@ class Rows {
   // Call before the row's state or own values are written. Keeps the old ones as long as the derived arrays need them.
   void keep(std::int64_t row);
 
-  void copy(std::int64_t from, std::int64_t to);
+  // kept: what OwnValues::copied_past returned for `from`, or empty.
+  void copy(std::int64_t from, std::int64_t to, OwnValues::Past kept);
 
  private:
   StateLayout layout_;

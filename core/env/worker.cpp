@@ -31,7 +31,7 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     own.computed_after_step(row);
   else
     own.computed_all(row);
-  if (origin == Origin::step && own.arrays().has_inputs() && work_.diverged()) {
+  if (origin == Origin::step && own.arrays().has_inputs() && work_.was_reset()) {
     // MuJoCo has reset the simulation, which clears the inputs. If that was in the last mj_step, computing it again
     // needs the inputs, so they are kept. If it was before, the last mj_step began without inputs.
     if (!work_.diverged_early()) own.keep(row);
@@ -56,7 +56,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   if (rows.head(row).written) {
     work_.complete();  // before the written values and state are loaded, because it needs the older ones
     use(rows, row);
-    if (rows.head(row).has_constants) compute_constants(rows, row);
+    if (rows.head(row).has_constants) compute_constants(rows, rows.own().of_constants(row));
     work_.load(rows.state(row));
   }
   load_carried(rows, row);
@@ -94,22 +94,24 @@ void Worker::compute(Rows& rows, std::int64_t row) {
   }
 }
 
-void Worker::compute_constants(Rows& rows, std::int64_t row) {
+void Worker::compute_constants(const Rows& rows, const std::byte* values) {
   if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
-  constants_->compute(rows.own().arrays(), rows.own().of_constants(row), work_.data());
+  constants_->compute(rows.own().arrays(), values, work_.data());
 }
 
 std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
   hold(rows, row);
   work_.complete();
   release();  // in case MuJoCo fails
-  if (!rows.own().empty()) rows.own().keep_constants(row);
-  compute_constants(rows, row);
   OwnValues& own = rows.own();
+  compute_constants(rows, own.empty() ? nullptr : own.present(row));
   std::vector<std::string> names = constants_->new_arrays(own.arrays());
   if (!names.empty()) return names;
   rows.keep(row);
-  if (!own.empty()) constants_->save(own.arrays(), own.present(row));
+  if (!own.empty()) {
+    own.keep_constants(row);
+    constants_->save(own.arrays(), own.present(row));
+  }
   work_.save(rows.state(row));
   rows.head(row).written = rows.head(row).has_constants = true;
   return names;
@@ -180,6 +182,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   const StateLayout& layout = work_.layout();
   const Origin last = rows.head(row).origin;
   const bool has_stepped = last == Origin::step || last == Origin::set;
+  if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the task may read the last step's forces in carry
   const bool has_forces = has_stepped && holds(rows, row);
   double* start = before_.data();
   std::copy_n(rows.state(row), layout.size, start);

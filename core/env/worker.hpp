@@ -57,8 +57,8 @@ class Worker {
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves neither constants nor
-  // state and returns the arrays' names: make them own, then call this again. Otherwise saves the constants to the
-  // row's own values, and the state in which mj_setConst leaves mjData (the position qpos_spring).
+  // state and returns the arrays' names: give each row its own copy of them, then call this again. Otherwise saves the
+  // constants to the row's own values, and the state in which mj_setConst leaves mjData (the position qpos_spring).
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
@@ -92,7 +92,8 @@ class Worker {
   void save(Rows& rows, std::int64_t row, Origin origin);
   // Computes the row's derived arrays again, with the state and the values with which they were last computed.
   void compute(Rows& rows, std::int64_t row);
-  void compute_constants(Rows& rows, std::int64_t row);
+  // Calls mj_setConst with these values of the row; null: the model's.
+  void compute_constants(const Rows& rows, const std::byte* values);
   // Makes the work space use the row's values: the present ones, those of the last computation, or of the last mj_step.
   void use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t) = &OwnValues::present);
 };

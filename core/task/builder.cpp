@@ -63,7 +63,7 @@ int Builder::option_index(const std::string& name, const std::string& type) cons
   const Option& option = option_of(name, MJENV_KIND_STRING_OR_INT);
   if (!option.given_as_integer) return index(type, option.text);
   const int count = model_.count(type);
-  if (option.integer >= count)
+  if (option.integer < 0 || option.integer >= count)
     fail(MJENV_E_MODEL, "option " + quoted(name) + " is " + std::to_string(option.integer) + ", but model " +
                             quoted(model_.label()) + " has " + std::to_string(count) +
                             (type == "body" ? " bodies" : " objects of type " + quoted(type)));

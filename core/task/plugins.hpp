@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// Loads a plug-in and registers its tasks, or throws and unloads it if one is refused. Registered, it stays loaded.
+// Loads a plug-in and registers its tasks; it then stays loaded. If a task is refused, unloads the plug-in and throws.
 void load_tasks(const std::string& path);
 
 // Loads the plug-ins that the environment variable MJENV_TASKS lists, when it is first called in the process.

@@ -21,7 +21,8 @@ class Random : public mjenv_random {
   }
   bool drew() const { return drew_; }
 
-  // Why a draw failed: MJENV_E_TASK (as NumPy would refuse it; task_message says why) or MJENV_E_MEMORY.
+  // Why a draw failed. MJENV_E_TASK: NumPy would refuse the arguments, or there was no entropy for a seed; task_message
+  // says which.
   mjenv_status failure = MJENV_OK;
 
  private:

@@ -151,7 +151,8 @@ void RegisteredTask::take_options(const mjenv_task& given) {
       if (unbounded) option.low = low, option.high = high;
       check_default(from.value);
       if (from.value != std::floor(from.value) || std::fabs(from.value) > static_cast<double>(kMaxInteger))
-        fail(MJENV_E_VALUE, what + ": its default " + number(from.value) + " is not an integer");
+        fail(MJENV_E_VALUE,
+             what + ": its default " + number(from.value) + " is not an integer of at most 2^53 - 1 either way");
       option.integer = static_cast<std::int64_t>(from.value);
     };
     if (std::isnan(from.low) || std::isnan(from.high) || from.low > from.high)
@@ -207,7 +208,9 @@ void RegisteredTask::take_fields(const mjenv_task& given) {
     TaskField field = task_field(from);
     const std::string name = field.name, role = role_name(field.role);
     replace_or_add(fields_, std::move(field));
-    if (fields_.size() == before) fail(MJENV_E_VALUE, "there is already " + role + " " + quoted(name));
+    if (fields_.size() == before)
+      fail(MJENV_E_VALUE, "there is already " +
+                              (from.role == MJENV_ROLE_REWARD ? "a field of the reward" : role + " " + quoted(name)));
   });
 }
 
@@ -259,7 +262,8 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
                   "the number of steps after which an episode is truncated; 0: never");
   options.text(
       "norm", "auto",
-      "how Euclidean norms are rounded: as NumPy does on CPUs with AVX-512 (fused), on others (plain), or here (auto)",
+      "how Euclidean norms are rounded: as NumPy does on CPUs with AVX-512 (fused), on other x86-64 CPUs (plain), or "
+      "here (auto)",
       "auto fused plain", Scope::service);
 }
 

@@ -61,8 +61,8 @@ TaskField task_field(const mjenv_task_field& given) {
   for (std::int32_t i = 0; i < from.ndim; ++i) {
     if (from.shape[i] < -1 || from.shape[i] > kMaxNumbers ||
         count * std::max<std::int64_t>(from.shape[i], 1) > kMaxNumbers)
-      fail(MJENV_E_VALUE, what + " has the length " + std::to_string(from.shape[i]) + ", but lengths are -1 to " +
-                              std::to_string(kMaxNumbers) + ", and so is at most their product");
+      fail(MJENV_E_VALUE, what + " has the length " + std::to_string(from.shape[i]) + ", but a length must be -1 to " +
+                              std::to_string(kMaxNumbers) + ", and so must be the product of all");
     field.shape.push_back(from.shape[i]);
     count *= std::max<std::int64_t>(from.shape[i], 1);
   }

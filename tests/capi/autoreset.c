@@ -210,6 +210,37 @@ static void replay(const char* path, int64_t threads, bool split) {
   vector_free(v);
 }
 
+// An episode that ended in a rollout is reset by the next step, which is then no last step: it has no final observation.
+static void test_reset_after_rollout(void** state) {
+  (void)state;
+  enum { STEPS = 3 };
+  mjenv_options* options = options_of_id("HalfCheetah-v5");
+  assert_ok(mjenv_options_set_string(options, "autoreset_mode", "same_step"));
+  assert_ok(mjenv_options_set_integer(options, "max_episode_steps", STEPS));
+  mjenv_env* env = env_of_options(options, 1);
+  static const double action[STEPS * 6] = {0.1};
+  double obs[17], final_obs[17];
+  uint8_t was_reset = 0;
+  mjenv_batch batch = {.struct_size = sizeof batch, .rows = 1, .obs_count = 17, .obs = obs, .final_obs = final_obs};
+  batch.was_reset = &was_reset;
+  for (int split = 0; split < 2; ++split) {
+    assert_ok(mjenv_reset(env, NULL, NULL));
+    assert_ok(mjenv_rollout(env, action, STEPS * 6, MJENV_DTYPE_FLOAT64, STEPS, NULL));
+    memset(final_obs, PATTERN, sizeof final_obs);
+    if (split) {
+      int64_t row;
+      size_t count;
+      assert_ok(mjenv_send(env, NULL, 0, action, 6, MJENV_DTYPE_FLOAT64));
+      assert_ok(mjenv_recv(env, 1, -1, &row, 1, &count, &batch));
+    } else {
+      assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &batch));
+    }
+    assert_int_equal(was_reset, 1);
+    assert_soiled(final_obs, sizeof final_obs);
+  }
+  mjenv_destroy(env);
+}
+
 static void test_recording(void** state) {
   replay(*state, 1, false);
   replay(*state, 2, false);
@@ -220,9 +251,10 @@ int main(void) {
   char** paths = golden_list("vector");
   size_t count = 0;
   while (paths[count]) ++count;
-  struct CMUnitTest tests[count];
+  struct CMUnitTest tests[count + 1];
   for (size_t i = 0; i < count; ++i)
     tests[i] = (struct CMUnitTest){strrchr(paths[i], '/') + 1, test_recording, NULL, NULL, paths[i]};
+  tests[count] = (struct CMUnitTest)cmocka_unit_test(test_reset_after_rollout);
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   golden_free_list(paths);
   return failed;

@@ -128,6 +128,12 @@ static bool use_what_was_left(mjenv_env* env) {
   bool fine = told_of_fork(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, NULL));
   fine = fine && told_of_fork(mjenv_reset(env, NULL, NULL));
   fine = fine && told_of_fork(mjenv_rollout(env, action, count, MJENV_DTYPE_FLOAT32, 1, NULL));
+  struct outputs* out = outputs_of(env);
+  const size_t numbers = (size_t)(ROWS * out->obs_count);
+  for (size_t i = 0; i < numbers; ++i) out->obs[i] = 0.5;
+  fine = fine && told_of_fork(mjenv_observe(env, &out->batch));
+  for (size_t i = 0; i < numbers; ++i) fine = fine && out->obs[i] == 0.5;  // a call that fails writes nothing
+  outputs_free(out);
   fine = fine && told_of_fork(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
   fine = fine && told_of_fork(mjenv_recv(env, 1, -1, rows, ROWS, &received, NULL));
   mjenv_destroy(env);

@@ -324,7 +324,8 @@ static void test_empty_arrays(void** state) {
   const char* const arrays[] = {"pair_margin", "pair_friction", "tendon_stiffness", "mocap_pos", "userdata", "act"};
   for (size_t i = 0; i < COUNT(arrays); ++i) {
     assert_ok(mjenv_write(env, 0, arrays[i], &none, 0));
-    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i], "this array is empty in this model");
+    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i],
+                   "this array is empty in this model");
   }
   assert_ok(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   mjenv_destroy(env);

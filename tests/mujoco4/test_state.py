@@ -218,6 +218,29 @@ def test_equality_constraints() -> None:
         pair.envs._pool.rows.write(0, "eq_active", [2.0])
 
 
+def test_divergence_without_a_reset() -> None:
+    """A model can keep MuJoCo from resetting a simulation with bad numbers: then the inputs stay, too."""
+    MODELS["kept"] = {"option": '<flag autoreset="disable"/>'}
+    pair = Pair("kept")
+    del MODELS["kept"]
+    pair.reset(np.ones(ROWS, np.bool_))
+    for value in (1e300, 0.0):
+        pair.envs.envs[1].data.xfrc_applied[1, 2] = value
+        pair.plain[1].xfrc_applied[1, 2] = value
+        for step in range(3):
+            pair.step()
+            for row, data in enumerate(pair.plain):
+                ours = pair.envs.envs[row].data
+                for array in ("time", "qpos", "qvel", "xfrc_applied"):
+                    assert np.asarray(getattr(ours, array)).tobytes() == np.asarray(getattr(data, array)).tobytes(), (
+                        value,
+                        step,
+                        row,
+                        array,
+                    )
+    assert not np.isfinite(pair.plain[1].qpos).all()
+
+
 def test_the_models_have_what_they_are_for() -> None:
     def of(name: str) -> Any:
         return mujoco.MjModel.from_xml_string(text_of(name))

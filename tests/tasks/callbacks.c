@@ -18,11 +18,11 @@ static const char model[] =
 // How the task misbehaves is an option.
 static const char modes[] =
     "none build_fails build_is_silent build_unfit build_no_memory build_name build_option build_kind build_array "
-    "build_contact build_need "
+    "build_contact build_need build_index "
     "build_length "
     "build_late reset_fails reset_nan reset_draw reset_uniform step_fails step_silent step_nan step_draw step_busy "
     "info_fails "
-    "carry_fails observe_fails observe_nan";
+    "carry_fails carry_force observe_fails observe_nan observe_memory";
 
 enum mode {
   NONE,
@@ -37,12 +37,15 @@ enum mode {
   STEP_BUSY,
   INFO_FAILS,
   CARRY_FAILS,
+  CARRY_FORCE,
   OBSERVE_FAILS,
-  OBSERVE_NAN
+  OBSERVE_NAN,
+  OBSERVE_MEMORY
 };
-static const char* const mode_names[] = {"none",       "reset_fails", "reset_nan",     "reset_draw", "reset_uniform",
-                                         "step_fails", "step_silent", "step_nan",      "step_draw",  "step_busy",
-                                         "info_fails", "carry_fails", "observe_fails", "observe_nan"};
+static const char* const mode_names[] = {"none",          "reset_fails",   "reset_nan",   "reset_draw",
+                                         "reset_uniform", "step_fails",    "step_silent", "step_nan",
+                                         "step_draw",     "step_busy",     "info_fails",  "carry_fails",
+                                         "carry_force",   "observe_fails", "observe_nan", "observe_memory"};
 
 struct self {
   enum mode mode;
@@ -61,6 +64,12 @@ static const mjenv_task_option options[] = {
      .choices = modes},
     {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_FLAG, .name = "extras"},
     {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_STRING_OR_INT, .name = "main", .text = "cart"},
+    {.struct_size = sizeof(mjenv_task_option),
+     .kind = MJENV_KIND_STRING_OR_INT,
+     .name = "other",
+     .value = -1,
+     .low = -1,
+     .high = 5},
 };
 
 // The carried numbers: how many steps, a number drawn in reset, one drawn in the last step, x.
@@ -105,6 +114,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   if (strcmp(mode, "build_array") == 0) mjenv_build_array(builder, "qpoz", NULL);
   if (strcmp(mode, "build_contact") == 0) mjenv_build_array(builder, "contact.dist", NULL);
   if (strcmp(mode, "build_need") == 0) mjenv_build_need(builder, "xpos");
+  if (strcmp(mode, "build_index") == 0) assert_int_equal(mjenv_build_option_index(builder, "other", "body"), 0);
   if (strcmp(mode, "build_length") != 0)
     mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "action", builder->sim->nu);
   if (strcmp(mode, "build_late") == 0) mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, NULL, 1);
@@ -155,7 +165,7 @@ static int32_t reset_info(const void* self, const mjenv_sim* sim, double* to) {
 static int32_t carry(const void* self, const mjenv_sim* sim, double* carried) {
   const struct self* s = self;
   if (s->mode == CARRY_FAILS && sim->qpos[0] > 50) return mjenv_task_fail(sim->api, "cannot carry that");
-  carried[X] = sim->qpos[0];
+  carried[X] = s->mode == CARRY_FORCE ? sim->cfrc_ext[2 * 6 + 5] : sim->qpos[0];  // the weight of the ball
   return 0;
 }
 
@@ -163,6 +173,7 @@ static int32_t observe(const void* self, const mjenv_sim* sim, double* to) {
   const struct self* s = self;
   const bool bad = sim->qpos[0] > 50;
   if (s->mode == OBSERVE_FAILS && bad) return mjenv_task_fail(sim->api, "cannot look");
+  if (s->mode == OBSERVE_MEMORY && bad) return MJENV_E_MEMORY;
   for (int i = 0; i < CARRIED; ++i) to[i] = sim->carried[i];
   if (!isnan(sim->action[0])) return mjenv_task_fail(sim->api, "there is an action");
   to[CARRIED] = s->mode == OBSERVE_NAN && bad ? NAN : sim->ctrl[0];
@@ -295,6 +306,7 @@ static void test_build(void** state) {
   refused_build("build_array", MJENV_E_NAME, "\"qpoz\"", "mjData");
   refused_build("build_contact", MJENV_E_NAME, "\"contact.dist\"", "mjenv_build_need");
   refused_build("build_need", MJENV_E_NAME, "\"xpos\"", "contacts");
+  refused_build("build_index", MJENV_E_MODEL, "\"other\" is -1", "bodies");
   refused_build("build_length", MJENV_E_TASK, "\"action\"", "length");
   refused_build("build_late", MJENV_E_ARGUMENT, "name", "");
 }
@@ -361,6 +373,46 @@ static void test_failing_observe(void** state) {
   mjenv_destroy(env);
   free(p);
   free(stepped);
+}
+
+// A row that has no memory for its observation has failed, too.
+static void test_observe_without_memory(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_options(probe("observe_memory"), ROWS);
+  struct played* p = played();
+  const uint8_t bad[ROWS] = {[BAD] = 1};
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  spoil(env, BAD);
+  assert_refused(MJENV_E_MEMORY, step_all(env, p), "row 3", "memory");
+  for (int row = 0; row < ROWS; ++row) assert_int_equal(p->status[row], row == BAD ? MJENV_E_PHYSICS : MJENV_OK);
+  assert_ok(mjenv_reset(env, bad, NULL));
+  assert_ok(step_all(env, p));
+  mjenv_destroy(env);
+  free(p);
+}
+
+// What a task carries after mjenv_set_state does not depend on whether a work space still has the row's last step.
+static void test_carried_forces(void** state) {
+  (void)state;
+  mjenv_options* chosen = probe("carry_force");
+  assert_ok(mjenv_options_set_integer(chosen, "extras", 1));
+  mjenv_env* env = env_of_options(chosen, ROWS);
+  struct played* p = played();
+  const uint64_t seeds[ROWS] = {0};
+  assert_ok(mjenv_seed(env, seeds, NULL));
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int i = 0; i < 100; ++i) assert_ok(step_all(env, NULL));
+  double qpos[16], qvel[16];
+  size_t nq = 0, nv = 0;
+  assert_ok(mjenv_read(env, 0, "qpos", qpos, 16, &nq));
+  assert_ok(mjenv_read(env, 0, "qvel", qvel, 16, &nv));
+  // The only thread stepped the last row last.
+  for (int row = ROWS - 1; row >= 0; --row) assert_ok(mjenv_set_state(env, row, qpos, nq, qvel, nv));
+  assert_ok(mjenv_observe(env, &p->batch));
+  assert_true(p->obs[ROWS - 1][X] > 1);
+  for (int row = 0; row < ROWS; ++row) assert_same_bits("force", &p->obs[row][X], &p->obs[ROWS - 1][X], 1);
+  mjenv_destroy(env);
+  free(p);
 }
 
 static void test_failing_carry(void** state) {
@@ -513,16 +565,12 @@ int main(void) {
   register_probe("Probe-v0", 0);
   register_probe("Probe-v1", 1);
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_build),
-      cmocka_unit_test(test_failing_rows),
-      cmocka_unit_test(test_failing_observe),
-      cmocka_unit_test(test_failing_carry),
-      cmocka_unit_test(test_failing_resets),
-      cmocka_unit_test(test_lenient),
-      cmocka_unit_test(test_extras),
-      cmocka_unit_test(test_carried),
-      cmocka_unit_test(test_model_option),
-      cmocka_unit_test(test_all_are_destroyed),
+      cmocka_unit_test(test_build),           cmocka_unit_test(test_failing_rows),
+      cmocka_unit_test(test_failing_observe), cmocka_unit_test(test_observe_without_memory),
+      cmocka_unit_test(test_carried_forces),  cmocka_unit_test(test_failing_carry),
+      cmocka_unit_test(test_failing_resets),  cmocka_unit_test(test_lenient),
+      cmocka_unit_test(test_extras),          cmocka_unit_test(test_carried),
+      cmocka_unit_test(test_model_option),    cmocka_unit_test(test_all_are_destroyed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,9 +33,10 @@
  * Errors
  *   A function that can fail returns MJENV_OK (0) or a negative mjenv_status, and the handle stays usable.
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
- *   one exception: if some rows fail (PHYSICS, TASK, MEMORY), the call still computes the other rows, writes their
- *   outputs, and then returns an error. mjenv_batch.status, which mjenv_observe does not write, tells which rows
- *   failed. If MuJoCo fails in a row, the row keeps the state that it had before the failed step or reset.
+ *   one exception: if some rows fail (PHYSICS, TASK, MEMORY; MODEL in mjenv_set_constants), the call still computes the
+ *   other rows, writes their outputs, and then returns an error. mjenv_batch.status, which mjenv_observe does not
+ *   write, tells which rows failed. If MuJoCo fails in a row, the row keeps the state that it had before the failed
+ *   step or reset.
  *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
  *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
  *               small
@@ -110,7 +111,8 @@ enum mjenv_status_value {
   MJENV_E_NOT_PENDING = -9,   /* mjenv_recv was called while no rows are under way */
   MJENV_E_BUSY = -10,         /* another thread is inside a call with the same handle */
   MJENV_E_FORKED = -11,       /* this process is a forked child, and the environment's threads are in its parent */
-  MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read */
+  MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read (4.0: or MuJoCo's library is missing,
+                                 broken or of another version) */
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
   MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, number of rows,
@@ -160,7 +162,7 @@ enum mjenv_type_value {
   MJENV_TYPE_INT64 = 5,        /* np.int64 */
   MJENV_TYPE_FLOAT32 = 6,      /* np.float32: some mjModel arrays */
   MJENV_TYPE_INT32 = 7,        /* np.int32: some mjModel and mjData arrays */
-  MJENV_TYPE_UINT8 = 8         /* np.uint8: flags and pixels in mjModel */
+  MJENV_TYPE_UINT8 = 8         /* np.uint8: flags, pixels and characters in mjModel (4.0: flags in mjData, too) */
 };
 
 /* Describes one constructor option. mjenv_options_at fills it. */
@@ -209,7 +211,8 @@ typedef struct mjenv_spec {
   double camera_elevation;   /* degrees */
   double camera_lookat[3];   /* m */
   double camera_trackbodyid; /* the index of a body */
-  const char *model_xml;     /* the MJCF text of the default model; NULL if a registered task has it in a file */
+  const char *model_xml;     /* the MJCF text of the default model; NULL if a registered task has it in a file, and for
+                                "Model-v0" */
 } mjenv_spec;
 
 /* The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays
@@ -233,10 +236,11 @@ typedef struct mjenv_batch {
   uint8_t *truncated;  /* [rows] 0 or 1 */
   int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo
                           failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state
-                          diverged: MuJoCo found bad numbers in it and reset the simulation. A diverged row's other
-                          outputs are valid, those of a failed row are undefined. If the call returned MJENV_OK,
-                          MJENV_E_PHYSICS means diverged. If it returned an error, MJENV_E_PHYSICS means failed or
-                          diverged, and the status does not tell which */
+                          diverged: MuJoCo found bad numbers in it and reset the simulation (4.0: unless the model
+                          disables that). A diverged row's other outputs are valid, those of a failed row are
+                          undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an
+                          error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which.
+                          mjenv_recv can return a row's error one call before it reports the row */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -263,7 +267,8 @@ enum mjenv_gl_value {
   MJENV_GL_GLFW = 3
 };
 
-/* What is drawn: MuJoCo's mjtVisFlag. An index into mjenv_render_settings.visual. */
+/* What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into
+ * mjenv_render_settings.visual. */
 typedef int32_t mjenv_visual;
 enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
@@ -455,7 +460,7 @@ MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 
 /* Draws one action for each row, in the order of the rows, as action_space.sample() does.
  *   action    [rows][actuators] receives the actions; count = rows * actuators
- * Errors: SIZE, MODEL (an actuator has no bounds). */
+ * Errors: SIZE, MODEL (an actuator has infinite bounds). */
 MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_t count);
 
 /* ---- Episodes ---- */
@@ -564,17 +569,20 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
 
 /* Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values.
  *   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers ("body_mass",
- *             "geom_friction", "opt.timestep"), except those of meshes, textures, skins and flexes; and the integers
- *             eq_active (4.0: eq_active0), jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited,
- *             geom_contype, geom_conaffinity, opt.iterations, opt.noslip_iterations and opt.mpr_iterations (4.0:
- *             opt.ccd_iterations). Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied,
- *             xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active
+ *             "geom_friction", "opt.timestep"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)
+ *             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,
+ *             actuator_ctrllimited, actuator_forcelimited, geom_contype, geom_conaffinity, opt.iterations,
+ *             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations). Of the mjData: time, qpos, qvel,
+ *             act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0)
+ *             eq_active
  *   values    [count] all elements of the array; count is the number that mjenv_read gives
- * Nothing is written if any value is refused. Refused are:
+ * Nothing is written if any value is refused. The model's own value is never refused. Refused are:
  *   - a number that is not finite, that the array's type cannot hold, or an integer out of its range
- *   - a mass, inertia, size or timestep that is negative, or that is 0 although the model's own is positive
+ *   - a negative number where MuJoCo needs another (masses, sizes, frictions, armatures, the timestep, ...), and 0 for
+ *     a number by which it divides, if the model's own is positive
  *   - a quaternion or joint axis of length 0, and a hfield_size above 1e10
- *   - another sign of an actuator's parameters that tell what its state consists of
+ *   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the
+ *     model's own, because the sign tells what the actuator's state consists of
  * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *array, const double *values, size_t count);
 

@@ -15,15 +15,17 @@
  * Errors
  *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. Any number but 0 is a failure. The
  *   function of mjenv.h that the program called then returns MJENV_E_TASK with a message that names the id, the
- *   callback and, except for build, the row; the other rows are computed. A row whose reset, step or carry fails keeps
- *   its state, but a reset that fails in carry has drawn from the random stream. If observe or reset_info fails, the
- *   row has been stepped or reset. A callback that lacks memory returns MJENV_E_MEMORY. If the task cannot use the
- *   model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns these two statuses
- *   instead of MJENV_E_TASK. A callback need not check this header's functions for errors: if it passes them an unknown
- *   name, an option of another kind or an impossible range, the library makes it fail.
+ *   callback and, if the call concerns several rows, the row; the other rows are computed. A row whose reset, step or
+ *   carry fails keeps its state, but a reset that fails in carry has drawn from the random stream. If observe or
+ *   reset_info fails, the row has been stepped or reset. A callback that lacks memory returns MJENV_E_MEMORY. If the
+ *   task cannot use the model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns
+ *   these two statuses instead of MJENV_E_TASK. A callback need not check this header's functions for errors: if it
+ *   passes them an unknown name, an option of another kind or an impossible range, the library makes it fail: a draw
+ *   with MJENV_E_TASK, a function for build with a status of its own, such as MJENV_E_NAME.
  * Forbidden
- *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It cannot step
- *   or change the environment that it runs for: such calls return MJENV_E_BUSY, and mjenv_destroy would wait forever.
+ *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It must not call
+ *   functions with the environment that it runs for: most return MJENV_E_BUSY or MJENV_E_PENDING, the others have
+ *   undefined effects, and mjenv_destroy would wait forever.
  * Numbers
  *   After a step, a callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and
  *   time are new, but what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because
@@ -197,9 +199,9 @@ typedef struct mjenv_task {
   const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number of at most 9
                              digits. It begins with a letter, a digit or "_" and has at most 100 bytes */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
-                             with ".", "/" or "~". A path with "." is looked up from the folder of the shared object or
-                             program that contains the callback step, or build if step is NULL; if both are NULL, from
-                             the current folder */
+                             with ".", "/" or "~". A path that begins with "." is looked up from the folder of the
+                             shared object or program that contains the callback step, or build if step is NULL; if
+                             both are NULL, from the current folder */
   const char *model_text; /* the text of an MJCF model. Exactly one of model and model_text must be given */
   int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
@@ -394,7 +396,7 @@ static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return
 /* Makes the library compute an array that it computes only on demand, so that it is up to date in all callbacks that
  * take a mjenv_sim. Fails for other names.
  * array  "contacts", "cfrc_ext", "geom_xpos" or "geom_xmat", which are members of mjenv_sim; or "cfrc_int", "cacc",
- *        "cam_xpos", "cam_xmat", "light_xpos" or "light_xdir". mjenv_build_array needs its own array by itself */
+ *        "cam_xpos", "cam_xmat", "light_xpos" or "light_xdir". An array of mjenv_build_array needs no such call */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
 /* Makes an array of mjData available in all callbacks that take a mjenv_sim, or one of mjModel also in reset. Returns
