@@ -381,8 +381,9 @@ void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
       if (is_selected(to_mask, to) && to != from) body(to);
   };
   // First for all rows, because memory may run out: a call that fails must copy nothing.
+  const OwnValues& own = rows_.own();
   std::vector<OwnValues::Past> pasts;
-  if (rows_.own().past(from)) for_each_target([&](std::int64_t) { pasts.push_back(rows_.own().copied_past(from)); });
+  if (own.past(from)) for_each_target([&](std::int64_t) { pasts.push_back(own.copied_past(from)); });
   std::size_t copied = 0;
   for_each_target([&](std::int64_t to) {
     rows_.copy(from, to, pasts.empty() ? OwnValues::Past() : std::move(pasts[copied++]));

@@ -225,8 +225,8 @@ def test_divergence_without_a_reset() -> None:
     del MODELS["kept"]
     pair.reset(np.ones(ROWS, np.bool_))
     for value in (1e300, 0.0):
-        pair.envs.envs[1].data.xfrc_applied[1, 2] = value
-        pair.plain[1].xfrc_applied[1, 2] = value
+        pair.envs.envs[1].data.xfrc_applied[1, 0] = value
+        pair.plain[1].xfrc_applied[1, 0] = value
         for step in range(3):
             pair.step()
             for row, data in enumerate(pair.plain):

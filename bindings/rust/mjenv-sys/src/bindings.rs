@@ -50,7 +50,8 @@ pub const MJENV_E_NOT_PENDING: mjenv_status = -9;
 pub const MJENV_E_BUSY: mjenv_status = -10;
 #[doc = " this process is a forked child, and the environment's threads are in its parent"]
 pub const MJENV_E_FORKED: mjenv_status = -11;
-#[doc = " the model file does not exist or cannot be read"]
+#[doc = " the model file does not exist or cannot be read (4.0: or MuJoCo's library is missing,"]
+#[doc = "broken or of another version)"]
 pub const MJENV_E_FILE: mjenv_status = -12;
 #[doc = " the model is malformed or refused, or lacks something that is needed"]
 pub const MJENV_E_MODEL: mjenv_status = -13;
@@ -120,7 +121,7 @@ pub const MJENV_TYPE_INT64: mjenv_type = 5;
 pub const MJENV_TYPE_FLOAT32: mjenv_type = 6;
 #[doc = " np.int32: some mjModel and mjData arrays"]
 pub const MJENV_TYPE_INT32: mjenv_type = 7;
-#[doc = " np.uint8: flags and pixels in mjModel"]
+#[doc = " np.uint8: flags, pixels and characters in mjModel (4.0: flags in mjData, too)"]
 pub const MJENV_TYPE_UINT8: mjenv_type = 8;
 #[doc = " Describes one constructor option. mjenv_options_at fills it."]
 #[repr(C)]
@@ -633,7 +634,8 @@ pub struct mjenv_spec {
     pub camera_lookat: [f64; 3usize],
     #[doc = " the index of a body"]
     pub camera_trackbodyid: f64,
-    #[doc = " the MJCF text of the default model; NULL if a registered task has it in a file"]
+    #[doc = " the MJCF text of the default model; NULL if a registered task has it in a file, and for"]
+    #[doc = "\"Model-v0\""]
     pub model_xml: *const ::std::os::raw::c_char,
 }
 #[test]
@@ -874,10 +876,11 @@ pub struct mjenv_batch {
     pub truncated: *mut u8,
     #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo"]
     #[doc = "failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state"]
-    #[doc = "diverged: MuJoCo found bad numbers in it and reset the simulation. A diverged row's other"]
-    #[doc = "outputs are valid, those of a failed row are undefined. If the call returned MJENV_OK,"]
-    #[doc = "MJENV_E_PHYSICS means diverged. If it returned an error, MJENV_E_PHYSICS means failed or"]
-    #[doc = "diverged, and the status does not tell which"]
+    #[doc = "diverged: MuJoCo found bad numbers in it and reset the simulation (4.0: unless the model"]
+    #[doc = "disables that). A diverged row's other outputs are valid, those of a failed row are"]
+    #[doc = "undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an"]
+    #[doc = "error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which."]
+    #[doc = "mjenv_recv can return a row's error one call before it reports the row"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -1232,7 +1235,8 @@ pub const MJENV_GL_EGL: mjenv_gl = 1;
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
 #[doc = " Needs a display. Debian: libglfw3. Create and destroy such a renderer on the main thread."]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
-#[doc = " What is drawn: MuJoCo's mjtVisFlag. An index into mjenv_render_settings.visual."]
+#[doc = " What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into"]
+#[doc = " mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;
 pub const MJENV_VISUAL_CONVEXHULL: mjenv_visual = 0;
 pub const MJENV_VISUAL_TEXTURE: mjenv_visual = 1;
@@ -1820,7 +1824,7 @@ extern "C" {
 extern "C" {
     #[doc = " Draws one action for each row, in the order of the rows, as action_space.sample() does."]
     #[doc = "   action    [rows][actuators] receives the actions; count = rows * actuators"]
-    #[doc = " Errors: SIZE, MODEL (an actuator has no bounds)."]
+    #[doc = " Errors: SIZE, MODEL (an actuator has infinite bounds)."]
     pub fn mjenv_sample_actions(
         env: *mut mjenv_env,
         action: *mut f32,
@@ -1988,17 +1992,20 @@ extern "C" {
 extern "C" {
     #[doc = " Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values."]
     #[doc = "   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers (\"body_mass\","]
-    #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes; and the integers"]
-    #[doc = "             eq_active (4.0: eq_active0), jnt_limited, tendon_limited, actuator_ctrllimited, actuator_forcelimited,"]
-    #[doc = "             geom_contype, geom_conaffinity, opt.iterations, opt.noslip_iterations and opt.mpr_iterations (4.0:"]
-    #[doc = "             opt.ccd_iterations). Of the mjData: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied,"]
-    #[doc = "             xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active"]
+    #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)"]
+    #[doc = "             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,"]
+    #[doc = "             actuator_ctrllimited, actuator_forcelimited, geom_contype, geom_conaffinity, opt.iterations,"]
+    #[doc = "             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations). Of the mjData: time, qpos, qvel,"]
+    #[doc = "             act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0)"]
+    #[doc = "             eq_active"]
     #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
-    #[doc = " Nothing is written if any value is refused. Refused are:"]
+    #[doc = " Nothing is written if any value is refused. The model's own value is never refused. Refused are:"]
     #[doc = "   - a number that is not finite, that the array's type cannot hold, or an integer out of its range"]
-    #[doc = "   - a mass, inertia, size or timestep that is negative, or that is 0 although the model's own is positive"]
+    #[doc = "   - a negative number where MuJoCo needs another (masses, sizes, frictions, armatures, the timestep, ...), and 0 for"]
+    #[doc = "     a number by which it divides, if the model's own is positive"]
     #[doc = "   - a quaternion or joint axis of length 0, and a hfield_size above 1e10"]
-    #[doc = "   - another sign of an actuator's parameters that tell what its state consists of"]
+    #[doc = "   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the"]
+    #[doc = "     model's own, because the sign tells what the actuator's state consists of"]
     #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
     pub fn mjenv_write(
         env: *mut mjenv_env,
@@ -4307,9 +4314,9 @@ pub struct mjenv_task {
     #[doc = "digits. It begins with a letter, a digit or \"_\" and has at most 100 bytes"]
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
-    #[doc = "with \".\", \"/\" or \"~\". A path with \".\" is looked up from the folder of the shared object or"]
-    #[doc = "program that contains the callback step, or build if step is NULL; if both are NULL, from"]
-    #[doc = "the current folder"]
+    #[doc = "with \".\", \"/\" or \"~\". A path that begins with \".\" is looked up from the folder of the"]
+    #[doc = "shared object or program that contains the callback step, or build if step is NULL; if"]
+    #[doc = "both are NULL, from the current folder"]
     pub model: *const ::std::os::raw::c_char,
     #[doc = " the text of an MJCF model. Exactly one of model and model_text must be given"]
     pub model_text: *const ::std::os::raw::c_char,
