@@ -13,8 +13,9 @@ set(relocatable -r -nostdlib -fPIC)
 if(MJENV_USE_LTO)
   list(APPEND relocatable -O3 ${CMAKE_CXX_COMPILE_OPTIONS_IPO} ${MJENV_TUNE} ${MJENV_TUNE_LINK})
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    # The objects do not pass this option on, and objcopy leaves gcc's unique symbols global.
-    list(APPEND relocatable -flinker-output=nolto-rel -fno-gnu-unique)
+    # The objects do not pass -fno-gnu-unique on, and objcopy leaves gcc's unique symbols global. gcc 12 crashes when it
+    # divides the objects among partitions (add_symbol_to_partition_1), so there is one.
+    list(APPEND relocatable -flinker-output=nolto-rel -fno-gnu-unique -flto-partition=one)
   endif()
 endif()
 set(archive ${CMAKE_CURRENT_BINARY_DIR}/libmjenv.a)
