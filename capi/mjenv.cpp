@@ -405,6 +405,14 @@ mjenv_status mjenv_set_constants(mjenv_env* env, std::int64_t row) {
   return change_env(env, [&](Env& e) { e.set_constants(row); });
 }
 
+mjenv_status mjenv_randomize(mjenv_env* env, const mjenv_randomization* items, std::size_t count) {
+  return change_env(env, [&](Env& e) { e.randomize(items, count); });
+}
+
+mjenv_status mjenv_perturb(mjenv_env* env, const mjenv_perturbation* perturbation) {
+  return change_env(env, [&](Env& e) { e.perturb(perturbation); });
+}
+
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
                             std::int64_t frames) {
   return change_env(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_DTYPE_FLOAT64, "ctrl"), frames); });

@@ -30,6 +30,12 @@ inline constexpr std::size_t kOldestSize<mjenv_batch> = 136;
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_render_settings> = 128;
 template <>
+inline constexpr std::size_t kOldestSize<mjenv_randomization> = 64;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_push> = 120;
+template <>
+inline constexpr std::size_t kOldestSize<mjenv_perturbation> = 72;
+template <>
 inline constexpr std::size_t kOldestSize<mjenv_task_option> = 80;
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_task_field> = 64;
@@ -65,6 +71,22 @@ template <typename T>
 T read_struct(const T* theirs, const char* name, T defaults = {}) {
   std::memcpy(&defaults, theirs, shared_size(theirs, name));
   return defaults;
+}
+
+// Calls visit(element) for each struct of a caller's array, whose elements all have the struct_size of the first.
+// most: the greatest count. count_name, name: of the count and of the array, for messages.
+template <typename T, typename Visit>
+void for_each_struct(const T* array, std::int64_t count, std::int64_t most, const char* count_name,
+                     const std::string& name, const Visit& visit) {
+  if (count < 0 || count > most)
+    fail(MJENV_E_VALUE,
+         std::string(count_name) + " is " + std::to_string(count) + ", not 0 to " + std::to_string(most));
+  if (count > 0 && !array) fail(MJENV_E_ARGUMENT, name + " is NULL");
+  const auto* at = reinterpret_cast<const unsigned char*>(array);
+  std::uint32_t step = 0;
+  if (count > 0) std::memcpy(&step, at, sizeof step);
+  for (std::int64_t i = 0; i < count; ++i, at += step)
+    visit(read_struct(reinterpret_cast<const T*>(at), (name + "[" + std::to_string(i) + "]").c_str()));
 }
 
 }  // namespace mjenv::core

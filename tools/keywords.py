@@ -41,7 +41,7 @@ from numpy.typing import DTypeLike
 from typing_extensions import Unpack
 
 from mjenv._arguments import AutoresetMode
-from mjenv._keywords import Rendering
+from mjenv._keywords import Randomizing, Rendering
 from mjenv.env import MujocoEnv
 from mjenv.vector import VectorEnv
 '''
@@ -93,7 +93,9 @@ def parts() -> Iterator[str]:
     }
     first, *others = options.values()
     common = {name: kind for name, kind in first.items() if all(name in other for other in others)}
-    yield class_of("Common", "Rendering", {**common, "engine": "str | None", "disable_env_checker": "bool | None"})
+    yield class_of(
+        "Common", "Rendering, Randomizing", {**common, "engine": "str | None", "disable_env_checker": "bool | None"}
+    )
     yield VECTOR
     names = {id: re.sub(r"-v(\d+)$", r"V\1", id) for id in options}
     for id, own in options.items():

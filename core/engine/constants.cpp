@@ -1,5 +1,7 @@
 #include "engine/constants.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <new>
 #include <type_traits>
@@ -10,12 +12,36 @@
 
 namespace mjenv::core {
 
-void Constants::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
+std::vector<std::string> constant_arrays(const Model& model) {
+  static constexpr std::array names{
+      "body_subtreemass",   "body_invweight0",  "dof_invweight0", "dof_M0",           "tendon_length0",
+      "tendon_invweight0",  "actuator_length0", "actuator_acc0",  "eq_data",          "cam_pos0",
+      "cam_poscom0",        "cam_mat0",         "light_pos0",     "light_poscom0",    "light_dir0",
+      "stat.extent",        "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
+      "tendon_lengthspring"};
+  std::vector<std::string> found;
+  for (const Array& array : model.arrays())
+    if (std::find(names.begin(), names.end(), array.name) != names.end() && is_writable(array))
+      found.push_back(array.name);
+  return found;
+}
 
-Constants::Constants(const Model& model) : model_(model) {
+void Constants::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
+void Constants::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
+
+Constants::Constants(const Model& model) : model_(model), writable_(model) {
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);
   copy_.reset(mj_copyModel(nullptr, model.get()));
   if (!copy_) throw std::bad_alloc();
+  for (const Array& array : model.arrays())
+    if (is_writable(array)) writable_.add(array.name);
+}
+
+void Constants::make_data() {
+  if (data_) return;
+  const ErrorTrap trap(ErrorTrap::Memory::is_checked);
+  data_.reset(mj_makeData(copy_.get()));
+  if (!data_) throw std::bad_alloc();
 }
 
 Constants::~Constants() = default;
@@ -28,13 +54,24 @@ std::byte* Constants::values_of(const OwnArray& array) const {
   return values;
 }
 
-void Constants::compute(const OwnArrays& arrays, const std::byte* block, mjData_* data) {
-  const ErrorTrap trap;
+void Constants::fill(const OwnArrays& arrays, const std::byte* block) {
   mj_copyModel(copy_.get(), model_.get());
   for (const OwnArray& array : arrays.list())
     if (block && array.place != OwnArray::Place::data_input)
       std::memcpy(values_of(array), block + array.offset, array.bytes);
+}
+
+void Constants::compute(const OwnArrays& arrays, const std::byte* block, mjData_* data) {
+  const ErrorTrap trap;
+  fill(arrays, block);
   mj_setConst(copy_.get(), data);
+}
+
+void Constants::compute(const OwnArrays& arrays, const std::byte* block) {
+  const ErrorTrap trap;
+  fill(arrays, block);
+  mj_resetData(copy_.get(), data_.get());
+  mj_setConst(copy_.get(), data_.get());
 }
 
 // Fails if mj_setConst has changed an array of which rows cannot have their own values.
@@ -54,12 +91,10 @@ void Constants::check_shared() const {
 std::vector<std::string> Constants::new_arrays(const OwnArrays& arrays) const {
   check_shared();
   std::vector<std::string> names;
-  OwnArrays all(model_);
-  for (const Array& array : model_.arrays()) {
-    if (!is_writable(array) || arrays.find(array.name) || array.count() == 0) continue;
-    all.add(array.name);
-    const OwnArray& candidate = *all.find(array.name);
-    if (std::memcmp(values_of(candidate), array.data, candidate.bytes) != 0) names.push_back(array.name);
+  for (const OwnArray& array : writable_.list()) {
+    if (array.place == OwnArray::Place::data_input) continue;
+    const bool same = std::memcmp(values_of(array), array.original.data, array.bytes) == 0;
+    if (!same && !arrays.find(array.original.name)) names.push_back(array.original.name);
   }
   return names;
 }

@@ -10,6 +10,9 @@
 
 namespace mjenv::core {
 
+// The arrays that mj_setConst computes and rows can have of their own. Not all models and versions of MuJoCo have all.
+std::vector<std::string> constant_arrays(const Model& model);
+
 // Calls mj_setConst for one row after the other, on a copy of the model, because it changes the model.
 class Constants {
  public:
@@ -19,6 +22,10 @@ class Constants {
   // Computes the constants of the model with a row's own arrays; block null: of the model as it was compiled. As in
   // MuJoCo, data ends in the position qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
+  // The same in an mjData of this object's own, which mj_resetData clears before.
+  void compute(const OwnArrays& arrays, const std::byte* block);
+  // Allocates that mjData.
+  void make_data();
   // The arrays that mj_setConst has changed and that are not among the row's own. Fails with MJENV_E_MODEL if it has
   // changed what all rows share.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
@@ -28,10 +35,14 @@ class Constants {
  private:
   struct Delete {
     void operator()(mjModel_* model) const;
+    void operator()(mjData_* data) const;
   };
   const Model& model_;
   std::unique_ptr<mjModel_, Delete> copy_;
+  std::unique_ptr<mjData_, Delete> data_;
+  OwnArrays writable_;  // all arrays that can be a row's own
 
+  void fill(const OwnArrays& arrays, const std::byte* block);
   void check_shared() const;
   std::byte* values_of(const OwnArray& array) const;
 };

@@ -109,6 +109,23 @@ const IntegerRule* rule_of(const std::string& name) {
   return found == kIntegers.end() ? nullptr : &*found;
 }
 
+// Writes values to `count` elements, from number `first` on.
+void convert(const OwnArray& array, const double* values, std::size_t first, std::size_t count, std::byte* block) {
+  const auto write = [&](auto zero) {
+    using T = decltype(zero);
+    for (std::size_t i = 0; i < count; ++i) {
+      const T value = static_cast<T>(values[i]);
+      std::memcpy(block + array.offset + (first + i) * sizeof(T), &value, sizeof(T));
+    }
+  };
+  switch (array.original.type) {
+    case MJENV_TYPE_FLOAT32: return write(float{});
+    case MJENV_TYPE_INT32: return write(int{});
+    case MJENV_TYPE_UINT8: return write(mjtByte{});
+    default: return write(double{});
+  }
+}
+
 [[noreturn]] void refuse_name(const std::string& name, const std::string& why) {
   fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
 }
@@ -223,19 +240,21 @@ void OwnArrays::check(const OwnArray& array, const double* values) {
 }
 
 void OwnArrays::write(const OwnArray& array, const double* values, std::byte* block) {
-  const auto convert = [&](auto zero) {
-    using T = decltype(zero);
-    for (std::size_t i = 0; i < array.original.count(); ++i) {
-      const T value = static_cast<T>(values[i]);
-      std::memcpy(block + array.offset + i * sizeof(T), &value, sizeof(T));
-    }
-  };
-  switch (array.original.type) {
-    case MJENV_TYPE_FLOAT32: return convert(float{});
-    case MJENV_TYPE_INT32: return convert(int{});
-    case MJENV_TYPE_UINT8: return convert(mjtByte{});
-    default: return convert(double{});
-  }
+  convert(array, values, 0, array.original.count(), block);
+}
+
+void OwnArrays::write(const OwnArray& array, std::size_t element, double value, std::byte* block) {
+  convert(array, &value, element, 1, block);
+}
+
+void OwnArrays::read(const OwnArray& array, const std::byte* block, double* values) {
+  Array here = array.original;
+  here.data = block + array.offset;
+  here.read(values);
+}
+
+bool OwnArrays::checks_elements_alone(const OwnArray& array) {
+  return !is_in(kQuaternions, array.original.name) && !is_in(kDirections, array.original.name);
 }
 
 void OwnArrays::fill(std::size_t first, std::byte* block) const {

@@ -37,6 +37,11 @@ class OwnArrays {
   // Fails with MJENV_E_VALUE if MuJoCo could not compute with these values.
   static void check(const OwnArray& array, const double* values);
   static void write(const OwnArray& array, const double* values, std::byte* block);
+  // The same for one element of an array, and for reading all of them.
+  static void write(const OwnArray& array, std::size_t element, double value, std::byte* block);
+  static void read(const OwnArray& array, const std::byte* block, double* values);
+  // Whether `check` looks at each element alone.
+  static bool checks_elements_alone(const OwnArray& array);
   // Writes the original values of the arrays from number `first` on to the block.
   void fill(std::size_t first, std::byte* block) const;
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.

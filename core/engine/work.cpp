@@ -199,6 +199,10 @@ void Work::use(const OwnArrays& arrays, std::byte* block) {
   }
 }
 
+void Work::apply(const Force& force) {
+  std::copy(force.values.begin(), force.values.end(), data_->xfrc_applied + 6 * std::ptrdiff_t{force.body});
+}
+
 void Work::clear() {
   mj_resetData(&model(), data_.get());
   put(data_->qpos, model_->get()->qpos0, layout_.nq);

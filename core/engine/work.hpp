@@ -2,6 +2,7 @@
 // copied.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -64,6 +65,14 @@ class Work {
   // Where callbacks see the action, and where they write an info.
   double* action_buffer() { return action_.data(); }
   double* info_buffer() { return info_.data(); }
+
+  // A force and torque on a body, as xfrc_applied has them.
+  struct Force {
+    std::int32_t body;
+    std::size_t offset;  // of the body's part of xfrc_applied in a row's block of own values
+    std::array<double, 6> values;
+  };
+  void apply(const Force& force);
 
   // Adds to what complete_needs computes: "contacts", or an array that is computed on demand.
   void need(const std::string& what);

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
+#include "engine/constants.hpp"
 #include "error.hpp"
+#include "structs.hpp"
 #include "system/cpus.hpp"
+#include "system/memory.hpp"
 #include "task/registry.hpp"
 
 namespace mjenv::core {
@@ -61,7 +65,7 @@ Env::Env(const Options& options, std::int64_t rows)
       workers_(task_, threads_for(options_, task_, rows), options_.get("cpu_affinity").integer != 0),
       schema_(task_, options_.get("arrays").text, workers_[0].work()),
       rows_(*task_.model, task_.carry_count, rows),
-      episodes_(options_, task_, schema_, rows_),
+      episodes_(options_, task_, schema_, randomization_, perturbation_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
   workers_.prepare(schema_);
   workers_[0].clear(rows_);
@@ -76,6 +80,8 @@ Env::~Env() {
 
 const Identity& Env::identity() const {
   if (!identity_) identity_ = identity_of(options_, task_);
+  identity_->randomization = randomization_.fingerprint();
+  identity_->perturbation = perturbation_.fingerprint();
   return *identity_;
 }
 
@@ -269,6 +275,7 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   workers_.of(head).set_state(rows_, row, qpos, qvel);
   head.ready = true;
   head.ended = false;
+  forget_observation(row);
 }
 
 void Env::write(std::int64_t row, const std::string& array, const double* values, std::size_t count) {
@@ -332,6 +339,7 @@ void Env::write(const std::string& array, std::size_t count,
       OwnArrays::write(target, values, own.present(row));
     rows_.head(row).written = true;
     workers_.forget(row);
+    forget_observation(row);
   });
 }
 
@@ -351,9 +359,11 @@ void Env::set_constants(std::int64_t row) {
   if (row != MJENV_ALL_ROWS) rows_.check(row);
   const auto set = [&](Worker& worker, std::int64_t i) {
     const auto names = worker.set_constants(rows_, i);
-    if (names.empty()) return;
-    make_own(names);
-    worker.set_constants(rows_, i);
+    if (!names.empty()) {
+      make_own(names);
+      worker.set_constants(rows_, i);
+    }
+    forget_observation(i);
   };
   // One row after the other, because make_own moves the values of all rows.
   for (std::int64_t i = 0; i < rows(); ++i)
@@ -369,6 +379,52 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
   Worker& worker = workers_[0];
   worker.step(rows_, row, ctrl, frames);
   worker.commit(rows_, row);
+  forget_observation(row);
+}
+
+void Env::forget_observation(std::int64_t row) {
+  if (rows_.has_perturbed()) Perturbation::forget_observation(rows_.perturbed(row));
+}
+
+// ---- Randomisation ----
+
+void Env::randomize(const mjenv_randomization* items, std::size_t count) {
+  check_settled();
+  Randomization next(items, count, model());
+  std::vector<std::string> arrays = next.arrays();
+  if (next.computes_constants()) {
+    for (const std::string& name : constant_arrays(model())) arrays.push_back(name);
+    check_memory(static_cast<std::int64_t>(workers_.count()), " thread(s)", model().work_bytes());
+    for (std::size_t i = 0; i < workers_.count(); ++i) workers_[i].prepare_constants();
+  }
+  if (!arrays.empty()) make_own(arrays);
+  next.place(rows_.own().arrays());
+  randomization_ = std::move(next);
+}
+
+void Env::perturb(const mjenv_perturbation* given) {
+  check_settled();
+  Perturbation next;
+  if (given) next = Perturbation(read_struct(given, "perturbation"), model(), schema_.observation_count());
+  std::vector<double> records = rows_.make_perturbed(next.record_count());
+  std::vector<Perturbation::Step> steps;
+  for (std::size_t i = 0; i < workers_.count(); ++i) steps.push_back(next.make_step());
+  if (next.pushes()) make_own({"xfrc_applied"});
+  const auto is_pushed = [&](std::int64_t row) {
+    return rows_.has_perturbed() && perturbation_.is_pushed(rows_.perturbed(row));
+  };
+  for (std::int64_t row = 0; row < rows(); ++row)
+    if (is_pushed(row)) rows_.keep(row);
+  for (std::int64_t row = 0; row < rows(); ++row) {
+    if (!is_pushed(row)) continue;
+    perturbation_.end_pushes(rows_.perturbed(row), rows_.own().present(row));
+    rows_.head(row).written = true;
+    workers_.forget(row);
+  }
+  for (std::size_t i = 0; i < workers_.count(); ++i) workers_[i].perturbed = std::move(steps[i]);
+  next.place(rows_.own().arrays());
+  rows_.set_perturbed(std::move(records), next.record_count());
+  perturbation_ = std::move(next);
 }
 
 // ---- Images ----
@@ -400,7 +456,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
   if (!rows_.own().empty()) workers_.release();
-  read_image(rows_, model(), identity(), options_.id(), row, image, size);
+  read_image(rows_, model(), perturbation_, identity(), options_.id(), row, image, size);
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);
 }

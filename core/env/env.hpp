@@ -70,6 +70,10 @@ class Env {
   void set_constants(std::int64_t row);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
+  // These replace what resets draw, and the noise, delays and pushes. perturbation: null for none.
+  void randomize(const mjenv_randomization* items, std::size_t count);
+  void perturb(const mjenv_perturbation* perturbation);
+
   void copy_row(std::int64_t from, const std::uint8_t* to_mask);
   std::size_t snapshot_size(std::int64_t row) const { return image_size(rows_, row); }
   void snapshot(std::int64_t row, void* image) const;
@@ -81,6 +85,8 @@ class Env {
   Workers workers_;
   Schema schema_;
   Rows rows_;
+  Randomization randomization_;
+  Perturbation perturbation_;
   Episodes episodes_;
   std::unique_ptr<Pipeline> pipeline_;
   mutable std::optional<Identity> identity_;  // computed when it is first needed
@@ -89,6 +95,7 @@ class Env {
   Array own_array_;  // what array() returned last, if it is a row's own
 
   const Identity& identity() const;
+  void forget_observation(std::int64_t row);
   // Throws while rows are under way between send and receive.
   void check_settled() const;
   // Writes to each row the values that values_of(row) points to; null: none. `count`: the numbers of one row.

@@ -8,13 +8,16 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: MJENV_E_TASK, or MJENV_E_PHYSICS for all else.
+// Calls body. If it throws, writes the row's status: MJENV_E_TASK; MJENV_E_VALUE or MJENV_E_MODEL if a draw was refused;
+// MJENV_E_PHYSICS for all else.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {
     body();
   } catch (const Error& error) {
-    place.put_status(error.status() == MJENV_E_TASK ? MJENV_E_TASK : MJENV_E_PHYSICS);
+    const mjenv_status status = error.status();
+    const bool has_own = status == MJENV_E_TASK || status == MJENV_E_VALUE || status == MJENV_E_MODEL;
+    place.put_status(has_own ? status : MJENV_E_PHYSICS);
     throw;
   } catch (...) {
     place.put_status(MJENV_E_PHYSICS);
@@ -24,9 +27,12 @@ void report_failure(const Place& place, const Body& body) {
 
 }  // namespace
 
-Episodes::Episodes(const Options& options, const Task& task, const Schema& schema, Rows& rows)
+Episodes::Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
+                   const Perturbation& perturbation, Rows& rows)
     : task_(task),
       schema_(schema),
+      randomization_(randomization),
+      perturbation_(perturbation),
       rows_(rows),
       max_episode_steps_(options.get("max_episode_steps").integer),
       strict_(options.get("strict").integer != 0),
@@ -54,10 +60,11 @@ void Episodes::check_finite(std::int64_t row, const Action& action) const {
 void Episodes::begin(Worker& worker, std::int64_t row) const {
   Rows::Head& head = rows_.head(row);
   Rng rng = head.seeded ? head.rng : Rng::from_entropy();
-  worker.begin(rows_, row, rng);
+  worker.begin(rows_, row, rng, randomization_);
   head.steps = 0;
   head.ready = true;
   head.ended = false;
+  if (rows_.has_perturbed()) perturbation_.begin(rows_.perturbed(row), head.rng);
 }
 
 void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const {
@@ -67,17 +74,31 @@ void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const
     place.put_result(0, false, false);
     place.put_status(MJENV_OK);
     place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-    write_reset(worker, place);
+    write_reset(worker, row, place);
   });
 }
 
-void Episodes::write_reset(Worker& worker, const Place& place) const {
+void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
+  struct Adoption {  // also if the task fails: the row has begun the episode
+    Worker& worker;
+    Rows& rows;
+    std::int64_t row;
+    ~Adoption() { worker.adopt(rows, row); }
+  };
+  const Adoption after_outputs{worker, rows_, row};
   const mjenv_batch& out = place.out;
-  worker.write_observation(out.obs, place);
+  write_observation(worker, row, out.obs, place);
   place.put<std::uint8_t>(out.was_reset, 1);
   if (out.reset_info && task_.calls->has_reset_info())
     place.put(schema_.fields(MJENV_ROLE_RESET_INFO), task_.calls->reset_info(worker.work()), out.reset_info);
   worker.write_arrays(schema_, place);
+}
+
+void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const {
+  if (!is_perturbed(row) || !perturbation_.changes_observations()) return worker.write_observation(to, place);
+  Rows::Head& head = rows_.head(row);
+  const double* observation = worker.observation();
+  worker.write_observation(perturbation_.observe(rows_.perturbed(row), head.steps, observation, head.rng), to, place);
 }
 
 void Episodes::step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
@@ -89,7 +110,7 @@ void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& ac
   const mjenv_batch& out = place.out;
   const Ends ends = play(worker, row, action, place);
   const bool resets = autoresets_in_same_step() && (ends.terminated || ends.truncated);
-  worker.write_observation(resets ? out.final_obs : out.obs, place);
+  write_observation(worker, row, resets ? out.final_obs : out.obs, place);
   if (!resets) {
     place.put<std::uint8_t>(out.was_reset, 0);
     return worker.write_arrays(schema_, place);
@@ -97,19 +118,24 @@ void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& ac
   place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
   place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
   begin(worker, row);
-  write_reset(worker, place);
+  write_reset(worker, row, place);
 }
 
 // Plays the step, and writes its reward, flags, status and info.
 Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
-  worker.step(rows_, row, action, task_.frame_skip);
+  Rows::Head& head = rows_.head(row);
   Random random = Worker::random(rows_, row);
-  const mjenv_outcome outcome = task_.calls->step(worker.work(), action, random);
+  const bool perturbed = is_perturbed(row);
+  Action seen = action;
+  if (perturbed)
+    seen = perturbation_.begin_step(rows_.perturbed(row), head.steps, action, random.rng(), worker.perturbed);
+  worker.step(rows_, row, seen, task_.frame_skip, perturbed ? &worker.perturbed.forces : nullptr);
+  const mjenv_outcome outcome = task_.calls->step(worker.work(), seen, random);
   place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row, random);
+  if (perturbed) perturbation_.end_step(rows_.perturbed(row), head.steps, action, worker.perturbed);
 
-  Rows::Head& head = rows_.head(row);
   ++head.steps;
   const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
   const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
@@ -126,22 +152,27 @@ void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, 
   for (std::int64_t t = 0; t < steps; ++t) {
     const Place place{out, rows_.count() * steps, row * steps + t};
     report_failure(place, [&] {
+      place.put<std::uint8_t>(out.was_reset, 0);
       if (ends.terminated || ends.truncated) {  // the row keeps the state in which its episode ended
         place.put_result(0, ends.terminated, ends.truncated);
         place.put_status(MJENV_OK);
         place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-      } else {
-        ends = play(worker, row, actions.part(t * nu, nu), place);
+        return observe(worker, row, place);
       }
-      place.put<std::uint8_t>(out.was_reset, 0);
-      observe(worker, row, place);
+      ends = play(worker, row, actions.part(t * nu, nu), place);
+      write_observation(worker, row, out.obs, place);
+      worker.write_arrays(schema_, place);
     });
   }
 }
 
 void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) const {
   worker.hold(rows_, row);
-  worker.write_observation(place.out.obs, place);
+  const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbed(row)) : nullptr;
+  if (last)
+    worker.write_observation(last, place.out.obs, place);
+  else
+    worker.write_observation(place.out.obs, place);
   worker.write_arrays(schema_, place);
 }
 

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 
+#include "env/perturbation.hpp"
 #include "env/place.hpp"
+#include "env/randomization.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
 #include "env/worker.hpp"
@@ -15,7 +17,8 @@ namespace mjenv::core {
 // Each function concerns one row. Several threads call them at the same time for different rows, each with its Worker.
 class Episodes {
  public:
-  Episodes(const Options& options, const Task& task, const Schema& schema, Rows& rows);
+  Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
+           const Perturbation& perturbation, Rows& rows);
 
   // Begins an episode and writes the outputs of a reset.
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
@@ -47,6 +50,8 @@ class Episodes {
 
   const Task& task_;
   const Schema& schema_;
+  const Randomization& randomization_;
+  const Perturbation& perturbation_;
   Rows& rows_;
   std::int64_t max_episode_steps_;
   bool strict_, ends_on_divergence_;
@@ -55,10 +60,16 @@ class Episodes {
   // True if the next step resets the row. In same_step mode this happens only after a step that ended the episode but
   // failed to reset the row, or after a rollout in which the episode ended.
   bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
+  // True from the first reset after mjenv_perturb on.
+  bool is_perturbed(std::int64_t row) const {
+    return rows_.has_perturbed() && Perturbation::has_begun(rows_.perturbed(row));
+  }
   void begin(Worker& worker, std::int64_t row) const;
   void step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
   Ends play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
-  void write_reset(Worker& worker, const Place& place) const;
+  void write_reset(Worker& worker, std::int64_t row, const Place& place) const;
+  // Writes what the caller sees after a reset or step.
+  void write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const;
 };
 
 }  // namespace mjenv::core

@@ -17,15 +17,17 @@ namespace {
 //   - an ImageHeader
 //   - the names of the arrays that rows have of their own, each followed by a 0 byte; then 0 bytes to a multiple of 8
 //   - for each row, a RowHeader, the row's record and its own values; then, if ImageHeader::has_past, what OwnValues
-//     keeps: three blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept.
+//     keeps: three blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept;
+//     then the row's record of noise, delays and pushes.
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
-  std::uint16_t version = 3;
+  std::uint16_t version = 4;
   std::uint16_t engine = 0;  // the version of MuJoCo: 10000 * major + 100 * minor + patch
   Identity::Rounding rounding = Identity::Rounding::any;
   std::uint64_t identity = 0;
   std::uint64_t rows = 0;
   std::uint32_t names_bytes = 0, has_past = 0;
+  std::uint64_t randomization = 0, perturbation = 0, perturbed_bytes = 0;
   std::uint64_t checksum = 0;  // of everything after the header
 };
 
@@ -38,7 +40,7 @@ struct RowHeader {
 };
 static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56,
               "padding would put undefined bytes into an image");
-static_assert(sizeof(ImageHeader) == 48, "padding would put undefined bytes into an image");
+static_assert(sizeof(ImageHeader) == 72, "padding would put undefined bytes into an image");
 
 enum Kept : std::uint8_t { kept_computed = 1, kept_stepped = 2, kept_constants = 4, kept_state = 8 };
 
@@ -56,10 +58,10 @@ struct Range {
 
 // Where the parts of an image lie.
 struct Layout {
-  std::size_t names, record, block, state;  // bytes
+  std::size_t names, record, block, state, perturbed;  // bytes
   bool has_past;
 
-  std::size_t row() const { return sizeof(RowHeader) + record + (has_past ? 4 * block + state : block); }
+  std::size_t row() const { return sizeof(RowHeader) + record + (has_past ? 4 * block + state : block) + perturbed; }
   std::size_t rows_start() const { return sizeof(ImageHeader) + names; }
 };
 
@@ -76,8 +78,8 @@ Layout layout_of(const Rows& rows, const Range& range) {
     const OwnValues::Past* past = rows.own().past(i);
     has_past = past && (past->computed || past->stepped || past->constants || past->state);
   }
-  return {names_of(rows.own().arrays()).size(), rows.record_bytes(), rows.own().block_bytes(),
-          rows.layout().size * sizeof(double), has_past};
+  return {names_of(rows.own().arrays()).size(), rows.record_bytes(),    rows.own().block_bytes(),
+          rows.layout().size * sizeof(double),  rows.perturbed_bytes(), has_past};
 }
 
 // Adds the arrays that an image names. Returns false if one of them cannot be written, or if names_of would not give
@@ -102,9 +104,7 @@ bool are_valid(const OwnArrays& arrays, const std::byte* block) {
   try {
     for (const OwnArray& array : arrays.list()) {
       values.resize(array.original.count());
-      Array here = array.original;
-      here.data = block + array.offset;
-      here.read(values.data());
+      OwnArrays::read(array, block, values.data());
       OwnArrays::check(array, values.data());
     }
   } catch (const Error&) {
@@ -141,6 +141,15 @@ void check_engine(int engine) {
   const std::string made_on = part(10000) + "." + part(100) + "." + part(1);
   fail(MJENV_E_SNAPSHOT, "the image was made on MuJoCo " + made_on + ", but this environment uses MuJoCo " +
                              mujoco_version() + ": restore it in an environment on MuJoCo " + made_on);
+}
+
+// what: was set by `function`. The fingerprints are 0 where it was not set.
+void check_settings(const char* what, const char* function, std::uint64_t of_image, std::uint64_t here) {
+  if (of_image == here) return;
+  const std::string difference = of_image == 0 ? std::string("without ") + what + ", but this environment has some"
+                                 : here == 0   ? std::string("with ") + what + ", but this environment has none"
+                                               : std::string("with other ") + what + " than this environment has";
+  fail(MJENV_E_SNAPSHOT, "the image was made " + difference + ": set the same with " + function);
 }
 
 void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
@@ -202,11 +211,13 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
     append(&header, sizeof header);
     append(rows.state(i), layout.record);
     append(own.empty() ? nullptr : own.present(i), layout.block);
-    if (!layout.has_past) continue;
-    append(past ? past->computed.get() : nullptr, layout.block);
-    append(past ? past->stepped.get() : nullptr, layout.block);
-    append(past ? past->constants.get() : nullptr, layout.block);
-    append(past ? past->state.get() : nullptr, layout.state);
+    if (layout.has_past) {
+      append(past ? past->computed.get() : nullptr, layout.block);
+      append(past ? past->stepped.get() : nullptr, layout.block);
+      append(past ? past->constants.get() : nullptr, layout.block);
+      append(past ? past->state.get() : nullptr, layout.state);
+    }
+    append(rows.perturbed(i), layout.perturbed);
   }
   ImageHeader header;
   header.engine = engine_number();
@@ -215,12 +226,15 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
   header.rows = range.count();
   header.names_bytes = static_cast<std::uint32_t>(layout.names);
   header.has_past = layout.has_past;
+  header.randomization = identity.randomization;
+  header.perturbation = identity.perturbation;
+  header.perturbed_bytes = layout.perturbed;
   header.checksum = hash(static_cast<unsigned char*>(image) + sizeof header, image_size(rows, row) - sizeof header);
   std::memcpy(image, &header, sizeof header);
 }
 
-void read_image(Rows& rows, const Model& model, const Identity& identity, const std::string& id, std::int64_t row,
-                const void* image, std::size_t size) {
+void read_image(Rows& rows, const Model& model, const Perturbation& perturbation, const Identity& identity,
+                const std::string& id, std::int64_t row, const void* image, std::size_t size) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
   const ImageHeader expected;
   ImageHeader header;
@@ -235,6 +249,8 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
   if (header.identity != identity.hash)
     fail(MJENV_E_SNAPSHOT,
          "the image was made with another id, model, task revision or other options than this environment, " + id);
+  check_settings("randomisation", "mjenv_randomize", header.randomization, identity.randomization);
+  check_settings("noise, delays or pushes", "mjenv_perturb", header.perturbation, identity.perturbation);
   const Range range(rows, row);
   if (header.rows != range.count())
     fail(MJENV_E_SNAPSHOT,
@@ -244,16 +260,18 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
   if (header.has_past > 1 || header.names_bytes > size - sizeof header ||
       !read_names(reinterpret_cast<const char*>(from) + sizeof header, header.names_bytes, arrays))
     damaged();
-  const Layout layout{header.names_bytes, rows.record_bytes(), arrays.block_bytes(),
-                      rows.layout().size * sizeof(double), header.has_past != 0};
-  if (size != layout.rows_start() + range.count() * layout.row() || header.rounding > Identity::Rounding::fused ||
+  const Layout layout{header.names_bytes,     rows.record_bytes(),
+                      arrays.block_bytes(),   rows.layout().size * sizeof(double),
+                      rows.perturbed_bytes(), header.has_past != 0};
+  if (header.perturbed_bytes != layout.perturbed || size != layout.rows_start() + range.count() * layout.row() ||
+      header.rounding > Identity::Rounding::fused ||
       (header.rounding == Identity::Rounding::any) != (identity.rounding == Identity::Rounding::any) ||
       header.checksum != hash(from + sizeof header, size - sizeof header))
     damaged();
 
   struct RowImage {
     RowHeader header;
-    const std::byte *record, *present, *computed, *stepped, *constants, *state;
+    const std::byte *record, *present, *computed, *stepped, *constants, *state, *perturbed;
   };
   const auto row_image = [&](std::int64_t i) {
     RowImage r{};
@@ -266,9 +284,11 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
     r.stepped = r.computed + layout.block;
     r.constants = r.stepped + layout.block;
     r.state = r.constants + layout.block;
+    r.perturbed = start + layout.row() - layout.perturbed;
     return r;
   };
   // All of the image is checked, and all memory is allocated, before any row changes.
+  std::vector<double> record(layout.perturbed / sizeof(double));  // aligned
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const RowImage r = row_image(i);
     const unsigned kept = r.header.kept;
@@ -279,6 +299,9 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
         (kept & kept_stepped && !are_valid(arrays, r.stepped)) ||
         (kept & kept_constants && !are_valid(arrays, r.constants)) || (kept & kept_state && !is_valid_state(r.state)))
       damaged();
+    if (record.empty()) continue;
+    std::memcpy(record.data(), r.perturbed, layout.perturbed);
+    if (!perturbation.is_valid(record.data())) damaged();
   }
   check_rounding(header.rounding, identity.rounding);
   OwnValues& own = rows.own();
@@ -301,6 +324,7 @@ void read_image(Rows& rows, const Model& model, const Identity& identity, const 
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const RowImage r = row_image(i);
     std::memcpy(rows.state(i), r.record, layout.record);
+    if (layout.perturbed > 0) std::memcpy(rows.perturbed(i), r.perturbed, layout.perturbed);
     OwnValues::Past past;
     if (layout.has_past) past = std::move(pasts[static_cast<std::size_t>(i - range.first)]);
     own.set(i, arrays, r.present, std::move(past));

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "env/perturbation.hpp"
 #include "env/rows.hpp"
 #include "task/options.hpp"
 #include "task/task.hpp"
@@ -19,6 +20,8 @@ struct Identity {
   // of the id, the model, the task's revision and the options of Scope::episodes
   std::uint64_t hash;
   Rounding rounding;  // how Euclidean norms are rounded (the option "norm"); `any` if the task computes none
+  // Fingerprints; 0 for none.
+  std::uint64_t randomization = 0, perturbation = 0;
 };
 
 Identity identity_of(const Options& options, const Task& task);
@@ -27,7 +30,7 @@ Identity identity_of(const Options& options, const Task& task);
 std::size_t image_size(const Rows& rows, std::int64_t row);
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image);
 // Checks the whole image before it changes any row. id: the environment's id, for messages.
-void read_image(Rows& rows, const Model& model, const Identity& identity, const std::string& id, std::int64_t row,
-                const void* image, std::size_t size);
+void read_image(Rows& rows, const Model& model, const Perturbation& perturbation, const Identity& identity,
+                const std::string& id, std::int64_t row, const void* image, std::size_t size);
 
 }  // namespace mjenv::core

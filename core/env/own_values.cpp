@@ -77,6 +77,13 @@ void OwnValues::keep(std::int64_t row) {
   if (!p.computed) p.computed = copied(present(row), block_bytes());
 }
 
+void OwnValues::keep(std::int64_t row, Block room) noexcept {
+  Past& p = *past(row);
+  if (p.computed) return;
+  std::memcpy(room.get(), present(row), block_bytes());
+  p.computed = std::move(room);
+}
+
 void OwnValues::keep_state(std::int64_t row, const double* state) {
   Past& p = make_past(row);
   if (!p.state) p.state = copied(state, state_size_ * sizeof(double));
@@ -122,7 +129,7 @@ void OwnValues::translate(const OwnArrays& layout, const std::byte* block, std::
 }
 
 OwnValues::Block OwnValues::translated(const OwnArrays& layout, const std::byte* block) const {
-  auto copy = std::make_unique<double[]>(block_bytes() / sizeof(double));
+  Block copy = room();
   translate(layout, block, bytes(copy.get()));
   return copy;
 }

@@ -30,6 +30,8 @@ class OwnValues {
   void add(const std::vector<std::string>& names);
 
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
+  using Block = std::unique_ptr<double[]>;  // aligned for doubles
+  Block room() const { return std::make_unique<double[]>(block_bytes() / sizeof(double)); }
 
   // The row's values as last written; those with which its derived arrays were computed (the present ones unless older
   // ones are kept); those with which its last mj_step ran (the computed ones unless older ones are kept). Call these
@@ -46,6 +48,8 @@ class OwnValues {
   // Call keep before own values are overwritten, and keep_state before the row's state is overwritten, if set_state has
   // set it. Neither replaces what is kept already.
   void keep(std::int64_t row);
+  // The same without allocating: room has block_bytes().
+  void keep(std::int64_t row, Block room) noexcept;
   void keep_state(std::int64_t row, const double* state);
   // Call before mj_setConst.
   void keep_constants(std::int64_t row);
@@ -59,7 +63,6 @@ class OwnValues {
   void clear_inputs(std::int64_t row) { arrays_.clear_inputs(present(row)); }
 
   // For copies and images of rows. What was kept of a row; a null pointer where nothing was.
-  using Block = std::unique_ptr<double[]>;  // aligned for doubles
   struct Past {
     Block computed, stepped, constants, state;
   };

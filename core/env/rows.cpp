@@ -31,9 +31,20 @@ void Rows::keep(std::int64_t row) {
   if (head(row).origin == Origin::set) own_.keep_state(row, state(row));
 }
 
+std::vector<double> Rows::make_perturbed(std::size_t size) const {
+  check_memory(count(), " rows with noise, delays or pushes", size * sizeof(double));
+  return std::vector<double>(heads_.size() * size);
+}
+
+void Rows::set_perturbed(std::vector<double> records, std::size_t size) noexcept {
+  perturbed_ = std::move(records);
+  perturbed_size_ = size;
+}
+
 void Rows::copy(std::int64_t from, std::int64_t to, OwnValues::Past kept) {
   own_.copy(from, to, std::move(kept));
   std::memcpy(state(to), state(from), record_bytes());
+  if (has_perturbed()) std::memcpy(perturbed(to), perturbed(from), perturbed_bytes());
   head(to) = head(from);
 }
 

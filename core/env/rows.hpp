@@ -57,6 +57,14 @@ class Rows {
   // Call before the row's state or own values are written. Keeps the old ones as long as the derived arrays need them.
   void keep(std::int64_t row);
 
+  // What a row needs for noise, delays and pushes; nothing without them (Perturbation).
+  bool has_perturbed() const { return perturbed_size_ > 0; }
+  double* perturbed(std::int64_t row) { return perturbed_.data() + static_cast<std::size_t>(row) * perturbed_size_; }
+  const double* perturbed(std::int64_t row) const { return const_cast<Rows*>(this)->perturbed(row); }
+  std::size_t perturbed_bytes() const { return perturbed_size_ * sizeof(double); }
+  std::vector<double> make_perturbed(std::size_t size) const;
+  void set_perturbed(std::vector<double> records, std::size_t size) noexcept;
+
   // kept: what OwnValues::copied_past returned for `from`, or empty.
   void copy(std::int64_t from, std::int64_t to, OwnValues::Past kept);
 
@@ -65,7 +73,8 @@ class Rows {
   std::size_t state_size_, carry_count_, record_size_;
   OwnValues own_;
   std::vector<Head> heads_;
-  std::vector<double> records_;
+  std::vector<double> records_, perturbed_;
+  std::size_t perturbed_size_ = 0;
 };
 
 }  // namespace mjenv::core

@@ -1,6 +1,10 @@
 #include "env/worker.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "error.hpp"
 
 namespace mjenv::core {
 
@@ -31,6 +35,9 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     own.computed_after_step(row);
   else
     own.computed_all(row);
+  if (origin == Origin::step && forces_)
+    for (const Work::Force& force : *forces_)
+      std::memcpy(own.present(row) + force.offset, force.values.data(), sizeof force.values);
   if (origin == Origin::step && own.arrays().has_inputs() && work_.was_reset()) {
     // MuJoCo has reset the simulation, which clears the inputs. If that was in the last mj_step, computing it again
     // needs the inputs, so they are kept. If it was before, the last mj_step began without inputs.
@@ -123,10 +130,12 @@ void Worker::clear(Rows& rows) {
   for (std::int64_t row = 0; row < rows.count(); ++row) work_.save(rows.state(row));
 }
 
-void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
+void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();
+  drawn_.clear();
+  kept_.reset();
   OwnValues& own = rows.own();
   if (own.arrays().has_inputs()) {  // cleared in a copy, because the task may fail
     cleared_.assign(own.present(row), own.present(row) + own.block_bytes());
@@ -143,6 +152,7 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
   rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
+  if (!randomization.empty()) draw(rows, row, randomization);
   work_.load(start);
   work_.forward();
   save(rows, row, Origin::forward);
@@ -151,7 +161,36 @@ void Worker::begin(Rows& rows, std::int64_t row, Rng& rng) {
   use(rows, row);
 }
 
-void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames) {
+// Everything that may fail comes before the row changes.
+void Worker::draw(Rows& rows, std::int64_t row, const Randomization& randomization) {
+  const OwnValues& own = rows.own();
+  drawn_.assign(own.present(row), own.present(row) + own.block_bytes());
+  own.arrays().clear_inputs(drawn_.data());
+  randomization.draw(rows.head(row).rng, drawn_.data());
+  if (randomization.computes_constants()) {
+    constants_->compute(own.arrays(), drawn_.data());
+    const std::vector<std::string> more = constants_->new_arrays(own.arrays());
+    if (!more.empty()) fail(MJENV_E_MODEL, "mj_setConst changes " + listed(more) + ", which all rows share");
+    constants_->save(own.arrays(), drawn_.data());
+  }
+  kept_ = own.room();
+}
+
+void Worker::adopt(Rows& rows, std::int64_t row) noexcept {
+  if (drawn_.empty()) return;
+  rows.own().keep(row, std::move(kept_));
+  std::memcpy(rows.own().present(row), drawn_.data(), drawn_.size());
+  drawn_.clear();
+  rows.head(row).written = true;
+  forget(row);
+}
+
+void Worker::prepare_constants() {
+  if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
+  constants_->make_data();
+}
+
+void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces) {
   if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
     task_.calls->carry(work_);
@@ -160,8 +199,11 @@ void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64
   release();
   load_carried(rows, row);
   use(rows, row);
+  if (forces)
+    for (const Work::Force& force : *forces) work_.apply(force);
   work_.load(rows.state(row));
   work_.step(action, frames, before_.data());
+  forces_ = forces;
 }
 
 void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }
@@ -201,6 +243,21 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   work_.forward();
   save(rows, row, has_stepped ? Origin::set : Origin::forward);
   if (has_stepped && !has_forces) release();  // the work space lacks the last step's forces; hold() computes them
+}
+
+const double* Worker::observation() {
+  task_.calls->observe(work_, observation_.data());
+  return observation_.data();
+}
+
+void Worker::write_observation(const double* observation, void* to, const Place& place) const {
+  if (!to) return;
+  const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
+  if (place.out.obs_dtype == MJENV_DTYPE_FLOAT32)
+    std::transform(observation, observation + count, static_cast<float*>(to) + start,
+                   [](double x) { return static_cast<float>(x); });
+  else
+    std::copy_n(observation, count, static_cast<double*>(to) + start);
 }
 
 void Worker::write_observation(void* to, const Place& place) {

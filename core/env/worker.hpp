@@ -11,7 +11,9 @@
 #include "engine/constants.hpp"
 #include "engine/work.hpp"
 #include "env/failures.hpp"
+#include "env/perturbation.hpp"
 #include "env/place.hpp"
+#include "env/randomization.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
 #include "task/task.hpp"
@@ -22,6 +24,8 @@ namespace mjenv::core {
 // last computed the row. If they are needed after that worker has computed another row, a worker computes them again.
 class Worker {
  public:
+  using Forces = std::vector<Work::Force>;
+
   Worker(std::int32_t index, const Task& task);
 
   const std::int32_t index;
@@ -45,17 +49,24 @@ class Worker {
 
   // Sets all rows to the state after mj_resetData.
   void clear(Rows& rows);
-  // Begins an episode: the task draws its initial state from rng, then mj_forward computes the derived arrays.
-  void begin(Rows& rows, std::int64_t row, Rng& rng);
+  // Begins an episode: the task draws its initial state from rng, then the randomisation draws its values, then
+  // mj_forward computes the derived arrays. The row's values stay; adopt replaces them by those drawn.
+  void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
+  void adopt(Rows& rows, std::int64_t row) noexcept;
   // Loads the row's state and calls mj_step `frames` times. The new state reaches the row in commit. If the row's state
   // or own values were written since its derived arrays were computed, the numbers that the task carries are first
-  // computed again and stored in the row.
-  void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames);
+  // computed again and stored in the row. forces: replace those in the row's xfrc_applied; they must outlive commit.
+  void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces = nullptr);
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
+  // So that begin can call mj_setConst.
+  void prepare_constants();
+  // A step of a perturbed row, which has room for the largest.
+  Perturbation::Step perturbed;
+
   // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves neither constants nor
   // state and returns the arrays' names: give each row its own copy of them, then call this again. Otherwise saves the
   // constants to the row's own values, and the state in which mj_setConst leaves mjData (the position qpos_spring).
@@ -65,6 +76,9 @@ class Worker {
 
   // These write the outputs of the row that the work space holds.
   void write_observation(void* to, const Place& place);
+  // The task's observation, valid until the next one; and an observation that is written instead of it.
+  const double* observation();
+  void write_observation(const double* observation, void* to, const Place& place) const;
   void write_arrays(const Schema& schema, const Place& place);
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
@@ -82,6 +96,9 @@ class Worker {
   std::vector<double> before_;
   std::vector<double> observation_;
   std::vector<std::byte> cleared_;  // a copy of a row's own values whose inputs are cleared
+  std::vector<std::byte> drawn_;    // what the last reset drew, until adopt: a row's own values
+  OwnValues::Block kept_;           // room for those from before
+  const Forces* forces_ = nullptr;  // of the last step, for commit
   std::unique_ptr<Constants> constants_;
   std::vector<Array> arrays_;
   std::vector<const Array*> exported_;
@@ -90,6 +107,7 @@ class Worker {
     std::copy_n(rows.carried(row), task_.carry_count, work_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
+  void draw(Rows& rows, std::int64_t row, const Randomization& randomization);
   // Computes the row's derived arrays again, with the state and the values with which they were last computed.
   void compute(Rows& rows, std::int64_t row);
   // Calls mj_setConst with these values of the row; null: the model's.

@@ -26,19 +26,6 @@ constexpr std::size_t kMaxId = 100;
 constexpr std::int64_t kMaxCount = 1 << 20;                        // of options, of fields, and of an option's numbers
 constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
 
-// Calls visit(element) for each struct of an array whose elements all have the struct_size of the first.
-template <typename T, typename Visit>
-void for_each_struct(const T* array, std::int64_t count, const std::string& what, const Visit& visit) {
-  if (count < 0 || count > kMaxCount)
-    fail(MJENV_E_VALUE, what + "_count is " + std::to_string(count) + ", not 0 to " + std::to_string(kMaxCount));
-  if (count > 0 && !array) fail(MJENV_E_ARGUMENT, what + "s is NULL");
-  const auto* at = reinterpret_cast<const unsigned char*>(array);
-  std::uint32_t step = 0;
-  if (count > 0) std::memcpy(&step, at, sizeof step);
-  for (std::int64_t i = 0; i < count; ++i, at += step)
-    visit(read_struct(reinterpret_cast<const T*>(at), (what + "s[" + std::to_string(i) + "]").c_str()));
-}
-
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
 
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
@@ -137,7 +124,7 @@ void RegisteredTask::take_model(const mjenv_task& given) {
 }
 
 void RegisteredTask::take_options(const mjenv_task& given) {
-  for_each_struct(given.options, given.option_count, "option", [&](const mjenv_task_option& from) {
+  for_each_struct(given.options, given.option_count, kMaxCount, "option_count", "options", [&](const auto& from) {
     const std::string name = checked_name(from.name, "an option"), what = "option " + quoted(name);
     const bool unbounded = from.low == 0 && from.high == 0;
     Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, unbounded ? -kInfinity : from.low,
@@ -203,7 +190,7 @@ void RegisteredTask::take_options(const mjenv_task& given) {
 }
 
 void RegisteredTask::take_fields(const mjenv_task& given) {
-  for_each_struct(given.fields, given.field_count, "field", [&](const mjenv_task_field& from) {
+  for_each_struct(given.fields, given.field_count, kMaxCount, "field_count", "fields", [&](const auto& from) {
     const std::size_t before = fields_.size();
     TaskField field = task_field(from);
     const std::string name = field.name, role = role_name(field.role);

@@ -90,6 +90,18 @@ int main(void) {
   VALUE(MJENV_TYPE_INT32);
   VALUE(MJENV_TYPE_UINT8);
 
+  ENUM(mjenv_distribution);
+  VALUE(MJENV_DISTRIBUTION_UNIFORM);
+  VALUE(MJENV_DISTRIBUTION_LOG_UNIFORM);
+  VALUE(MJENV_DISTRIBUTION_NORMAL);
+  VALUE(MJENV_DISTRIBUTION_TRUNCATED_NORMAL);
+  VALUE(MJENV_DISTRIBUTION_CHOICE);
+
+  ENUM(mjenv_effect);
+  VALUE(MJENV_EFFECT_VALUE);
+  VALUE(MJENV_EFFECT_SCALE);
+  VALUE(MJENV_EFFECT_OFFSET);
+
   STRUCT(mjenv_option);
   FIELD(mjenv_option, struct_size);
   FIELD(mjenv_option, kind);
@@ -150,6 +162,39 @@ int main(void) {
   FIELD(mjenv_batch, final_obs);
   FIELD(mjenv_batch, final_info);
   FIELD(mjenv_batch, arrays);
+
+  STRUCT(mjenv_randomization);
+  FIELD(mjenv_randomization, struct_size);
+  FIELD(mjenv_randomization, distribution);
+  FIELD(mjenv_randomization, array);
+  FIELD(mjenv_randomization, elements);
+  FIELD(mjenv_randomization, element_count);
+  FIELD(mjenv_randomization, parameters);
+  FIELD(mjenv_randomization, parameter_count);
+  FIELD(mjenv_randomization, effect);
+  FIELD(mjenv_randomization, shared);
+  FIELD(mjenv_randomization, constants);
+  FIELD(mjenv_randomization, reserved);
+
+  STRUCT(mjenv_push);
+  FIELD(mjenv_push, struct_size);
+  FIELD(mjenv_push, body);
+  FIELD(mjenv_push, min_steps);
+  FIELD(mjenv_push, max_steps);
+  FIELD(mjenv_push, low);
+  FIELD(mjenv_push, high);
+
+  STRUCT(mjenv_perturbation);
+  FIELD(mjenv_perturbation, struct_size);
+  FIELD(mjenv_perturbation, reserved);
+  FIELD(mjenv_perturbation, action_noise);
+  FIELD(mjenv_perturbation, action_noise_count);
+  FIELD(mjenv_perturbation, observation_noise);
+  FIELD(mjenv_perturbation, observation_noise_count);
+  FIELD(mjenv_perturbation, action_delay);
+  FIELD(mjenv_perturbation, observation_delay);
+  FIELD(mjenv_perturbation, pushes);
+  FIELD(mjenv_perturbation, push_count);
 
   ENUM(mjenv_gl);
   VALUE(MJENV_GL_AUTO);

@@ -167,6 +167,38 @@ static void test_send_and_recv(void** state) {
   mjenv_destroy(env);
 }
 
+// Nor do steps with noise, delays and pushes allocate anything.
+static void test_perturbed_steps(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Hopper-v5", 2);
+  const double noise[] = {0.1}, action[6] = {0};
+  const mjenv_push push = {
+      .struct_size = sizeof push, .body = 1, .min_steps = 1, .max_steps = 2, .low = {-1}, .high = {1}};
+  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
+                                           .action_noise = noise,
+                                           .action_noise_count = 1,
+                                           .observation_noise = noise,
+                                           .observation_noise_count = 1,
+                                           .action_delay = 2,
+                                           .observation_delay = 2,
+                                           .pushes = &push,
+                                           .push_count = 1};
+  struct outputs* out = outputs_of(env);
+  assert_ok(mjenv_perturb(env, &perturbation));
+  assert_ok(mjenv_reset(env, NULL, &out->batch));
+  mjenv_status status = mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &out->batch);
+  start_counting();
+  for (int step = 0; status == MJENV_OK && step < 5; ++step) {
+    status = mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &out->batch);
+    if (status == MJENV_OK && step == 3) status = mjenv_reset(env, NULL, &out->batch);
+  }
+  stop_counting();
+  assert_ok(status);
+  assert_int_equal(counted.ours, 0);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
 // The counters see our allocations and those of the library, so that none means none.
 static void test_counter_counts(void** state) {
   (void)state;
@@ -205,12 +237,13 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  enum { FIRST = 3 };
+  enum { FIRST = 4 };
   struct CMUnitTest tests[FIRST + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
   tests[1] = (struct CMUnitTest)cmocka_unit_test(test_send_and_recv);
   tests[2] = (struct CMUnitTest)cmocka_unit_test(test_own_values);
+  tests[3] = (struct CMUnitTest)cmocka_unit_test(test_perturbed_steps);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);

@@ -256,6 +256,35 @@ TEST(rows_are_written) {
   return "";
 }
 
+TEST(resets_draw) {
+  mjenv::Env env("Reacher-v5", 2);
+  mjenv::Batch out = env.batch();
+  const std::vector<double> range{0.5, 1.5}, noise{0.1};
+  mjenv_randomization item{};
+  item.struct_size = sizeof item;
+  item.distribution = MJENV_DISTRIBUTION_UNIFORM;
+  item.array = "body_mass";
+  item.parameters = range.data();
+  item.parameter_count = 2;
+  item.effect = MJENV_EFFECT_SCALE;
+  mjenv_perturbation perturbation{};
+  perturbation.struct_size = sizeof perturbation;
+  perturbation.observation_noise = noise.data();
+  perturbation.observation_noise_count = 1;
+  env.randomize(std::vector<mjenv_randomization>{item});
+  env.perturb(perturbation);
+  env.reset(out);
+  const std::vector<double> mass = env.read(0, "body_mass");
+  EXPECT(!same_bits(mass, env.read(1, "body_mass")));
+  env.randomize(std::vector<mjenv_randomization>{});
+  env.perturb();
+  env.reset(out);
+  EXPECT(same_bits(env.read(0, "body_mass"), mass));
+  item.array = "no_such";
+  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.randomize(std::vector<mjenv_randomization>{item}); }));
+  return "";
+}
+
 TEST(automatic_resets_are_told) {
   mjenv::Env env(mjenv::Options("Reacher-v5").set("autoreset_mode", "same_step").set("max_episode_steps", 2), 2);
   mjenv::Batch out = env.batch();
@@ -287,6 +316,7 @@ int main() {
       cmocka_unit_test(masks_choose_rows),
       cmocka_unit_test(state_is_read_and_set),
       cmocka_unit_test(rows_are_written),
+      cmocka_unit_test(resets_draw),
       cmocka_unit_test(automatic_resets_are_told),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

@@ -245,7 +245,7 @@ static uint64_t checksum(const unsigned char* bytes, size_t size) {
 // and a count of steps that the next one would overflow.
 static void test_forged(void** state) {
   (void)state;
-  enum { CHECKSUM = 40, STREAM = 48, STREAM_SIZE = 40, STEPS = STREAM + STREAM_SIZE };
+  enum { CHECKSUM = 64, STREAM = 72, STREAM_SIZE = 40, STEPS = STREAM + STREAM_SIZE };
   mjenv_env* env = env_of_id("Reacher-v5", 1);
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));

@@ -15,6 +15,7 @@ static struct {
   mjenv_options* options;
   mjenv_env *env, *threaded;  // a row that follows the recording; rows on two threads
   mjenv_env *built, *drawn;
+  mjenv_env* random;  // rows that draw their models
   mjenv_renderer* renderer;
   struct outputs* out;
   unsigned char image[1 << 16];
@@ -170,6 +171,41 @@ static mjenv_status first_snapshot(void) {
   return status;
 }
 
+static const double half[2] = {0.5, 1.5};
+static const mjenv_randomization items[2] = {
+    {sizeof items[0], MJENV_DISTRIBUTION_UNIFORM, "geom_friction", NULL, 0, half, 2, MJENV_EFFECT_SCALE, 0, 1, 0},
+    {sizeof items[0], MJENV_DISTRIBUTION_NORMAL, "body_mass", NULL, 0, (const double[]){1, 0}, 2, MJENV_EFFECT_SCALE, 0,
+     0, 0},
+};
+
+static mjenv_status randomize(void) { return mjenv_randomize(s.random, items, 2); }
+
+static mjenv_status bad_randomize(void) {
+  mjenv_randomization item = items[0];
+  item.array = "an array that there is not";
+  return mjenv_randomize(s.random, &item, 1);
+}
+
+static mjenv_status perturb(void) {
+  const mjenv_push push = {sizeof push, 1, 1, 1, {0}, {1, 2, 3}};
+  const mjenv_perturbation perturbation = {sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1};
+  return mjenv_perturb(s.random, &perturbation);
+}
+
+// The step frees what the resets have kept of the rows, so that as many blocks are left as before.
+static mjenv_status reset_random(void) {
+  const mjenv_status status = mjenv_reset(s.random, NULL, &s.out->batch);
+  const mjenv_status stepped = mjenv_step(s.random, NULL, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64, &s.out->batch);
+  return status ? status : stepped;
+}
+
+static mjenv_status restore_random(void) {
+  static unsigned char image[1 << 16];
+  size_t size;
+  const mjenv_status status = mjenv_snapshot(s.random, 0, image, sizeof image, &size);
+  return status ? status : mjenv_restore(s.random, 1, image, size);
+}
+
 static mjenv_status bad_restore(void) { return mjenv_restore(s.env, 0, s.image, 3); }
 
 // ---- Rows that differ, in an environment that was just built ----
@@ -305,6 +341,11 @@ static const struct call calls[] = {
     {"restore", restore, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"first snapshot", first_snapshot, MJENV_OK, MJENV_E_MODEL, LOADS},
     {"restore, bad image", bad_restore, MJENV_E_SNAPSHOT, MJENV_E_MEMORY, KEEPS},
+    {"randomize", randomize, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"randomize, no array", bad_randomize, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"reset that draws", reset_random, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"restore rows that draw", restore_random, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"perturb", perturb, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"render_defaults", render_settings, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"write", write, MJENV_OK, MJENV_E_MEMORY, FRESH},
     {"write, all rows", write_all, MJENV_OK, MJENV_E_MEMORY, FRESH},
@@ -328,6 +369,7 @@ static long blocks(void) {
   mjenv_options_set_integer(s.options, "no option", 0);
   mjenv_read(s.env, -1, "qpos", NULL, 0, &count);
   mjenv_read(s.threaded, -1, "qpos", NULL, 0, &count);
+  mjenv_read(s.random, -1, "qpos", NULL, 0, &count);
   return allocator_live();
 }
 
@@ -470,6 +512,12 @@ static int set_up(void** state) {
   assert_ok(mjenv_options_set_integer(options, "strict", 0));
   s.threaded = env_of_options(options, ROWS);
   s.out = outputs_of(s.threaded);
+  options = options_of_id("Ant-v5");
+  assert_ok(mjenv_options_set_integer(options, "strict", 0));
+  s.random = env_of_options(options, ROWS);
+  assert_ok(randomize());
+  assert_ok(perturb());
+  assert_ok(reset_random());
   s.id = "Ant-v5";
   assert_ok(mjenv_reset(s.threaded, NULL, NULL));
   golden_assert_plays(s.golden, s.env);
@@ -483,6 +531,7 @@ static int tear_down(void** state) {
   outputs_free(s.out);
   mjenv_destroy(s.built);
   mjenv_destroy(s.threaded);
+  mjenv_destroy(s.random);
   mjenv_destroy(s.env);
   mjenv_options_destroy(s.options);
   golden_free(s.golden);

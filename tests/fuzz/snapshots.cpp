@@ -3,12 +3,11 @@
 #include <cstring>
 #include <map>
 
-#include "hash.hpp"
 #include "target.hpp"
 
 namespace {
 
-constexpr std::size_t kHeader = 48, kChecksum = 40;
+constexpr std::size_t kIds = 6, kSamples = 8;  // the last two draw their models, with noise, delays and pushes
 
 // On MuJoCo 4.0, with the histories of delays.
 const char* const kDelays =
@@ -21,6 +20,31 @@ struct Sample {
   std::vector<unsigned char> one, all;
 };
 
+void perturb(mjenv_env* env) {
+  const double numbers[] = {0.5, 1.5};
+  mjenv_randomization item{};
+  item.struct_size = sizeof item;
+  item.distribution = MJENV_DISTRIBUTION_UNIFORM;
+  item.array = "body_mass";
+  item.parameters = numbers;
+  item.parameter_count = 2;
+  item.effect = MJENV_EFFECT_SCALE;
+  REQUIRE(mjenv_randomize(env, &item, 1) == MJENV_OK);
+  mjenv_push push{};
+  push.struct_size = sizeof push;
+  push.body = 1;
+  push.min_steps = push.max_steps = 1;
+  push.high[0] = 1;
+  mjenv_perturbation perturbation{};
+  perturbation.struct_size = sizeof perturbation;
+  perturbation.action_noise = perturbation.observation_noise = numbers;
+  perturbation.action_noise_count = perturbation.observation_noise_count = 1;
+  perturbation.action_delay = perturbation.observation_delay = 2;
+  perturbation.pushes = &push;
+  perturbation.push_count = 1;
+  REQUIRE(mjenv_perturb(env, &perturbation) == MJENV_OK);
+}
+
 Sample& sample_of(std::size_t index) {
   static std::map<std::size_t, Sample> samples;
   Sample& sample = samples[index];
@@ -28,10 +52,11 @@ Sample& sample_of(std::size_t index) {
   static const bool is_4 = std::strstr(mjenv_version(), "(MuJoCo 4.") != nullptr;
   static const char* const ids[] = {
       "Ant-v5", "Hopper-v4", "Humanoid-v5", "Reacher-v5", "InvertedDoublePendulum-v4", is_4 ? "Model-v0" : "Ant-v4"};
-  const OptionsHandle options = options_of(ids[index]);
+  const OptionsHandle options = options_of(ids[index % kIds]);
   if (index == 5 && is_4) REQUIRE(mjenv_options_set_string(options.get(), "xml_string", kDelays) == MJENV_OK);
   REQUIRE(mjenv_options_set_integer(options.get(), "strict", 0) == MJENV_OK);
   sample.env = create(options, 2);
+  if (index >= kIds) perturb(sample.env.get());
   REQUIRE(mjenv_reset(sample.env.get(), nullptr, nullptr) == MJENV_OK);
   sample.one = image_of(sample.env.get(), 0);
   sample.all = image_of(sample.env.get(), MJENV_ALL_ROWS);
@@ -42,7 +67,7 @@ Sample& sample_of(std::size_t index) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Bytes bytes(data, size);
-  Sample& sample = sample_of(bytes.below(6));
+  Sample& sample = sample_of(bytes.below(kSamples));
   mjenv_env* env = sample.env.get();
   const bool all = bytes.flag(), fits = bytes.flag();
   std::vector<unsigned char> image = all ? sample.all : sample.one;
@@ -52,10 +77,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto patch = bytes.list<unsigned char>(std::min<std::size_t>(bytes.below(9), image.size() - at));
     std::copy(patch.begin(), patch.end(), image.begin() + static_cast<std::ptrdiff_t>(at));
   }
-  if (fits && image.size() >= kHeader) {
-    const std::uint64_t sum = mjenv::core::hash(image.data() + kHeader, image.size() - kHeader);
-    std::memcpy(&image[kChecksum], &sum, sizeof sum);
-  }
+  if (fits) put_checksum(image);
   const std::int64_t row = all ? MJENV_ALL_ROWS : 1;
   if (check(mjenv_restore(env, row, image.data(), image.size())) == MJENV_OK) {
     Outputs out(env, 2);

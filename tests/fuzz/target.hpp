@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "bytes.hpp"
+#include "hash.hpp"
 #include "mjenv/mjenv.h"
 
 // Ends the process, which the fuzzer takes for a find.
@@ -66,6 +67,14 @@ inline std::vector<unsigned char> image_of(mjenv_env* env, std::int64_t row) {
   std::vector<unsigned char> image(size);
   REQUIRE(mjenv_snapshot(env, row, image.data(), size, &size) == MJENV_OK);
   return image;
+}
+
+// Gives a damaged image the checksum of what it now holds.
+inline void put_checksum(std::vector<unsigned char>& image) {
+  constexpr std::size_t kHeader = 72, kChecksum = 64;
+  if (image.size() < kHeader) return;
+  const std::uint64_t sum = mjenv::core::hash(image.data() + kHeader, image.size() - kHeader);
+  std::memcpy(&image[kChecksum], &sum, sizeof sum);
 }
 
 inline std::int64_t total(const mjenv_env* env, mjenv_role role) {

@@ -1,16 +1,15 @@
-// Writes to the models and inputs of rows, with any values, and images of rows that have arrays of their own, damaged
-// with a checksum that fits. What is refused leaves every row as it was; what is written can be read.
+// Writes to the models and inputs of rows, with any values, and what resets and steps draw, from any distributions; and
+// images of rows that have arrays of their own, damaged with a checksum that fits. What is refused leaves every row as
+// it was; what is written can be read.
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "hash.hpp"
 #include "target.hpp"
 
 namespace {
 
 constexpr std::int64_t kRows = 3;
-constexpr std::size_t kHeader = 48, kChecksum = 40;
 
 // A bit of everything whose arrays can be written.
 const char* const kModel = R"(<mujoco><size nuserdata="3"/><option timestep="0.005" density="1" viscosity="0.01"/>
@@ -92,6 +91,8 @@ class Writes {
       case 6: set_state(); break;
       case 7:
       case 8: write_rows(); break;
+      case 9: randomize(); break;
+      case 10: perturb(); break;
       default: write_row(); break;
     }
   }
@@ -182,6 +183,74 @@ class Writes {
         REQUIRE(before[i].empty() || same_bits(before[i], after[i]));
   }
 
+  // Calls what replaces a setting. If it is refused, images stay the same.
+  template <typename Call>
+  void replace(const Call& call) {
+    const std::vector<unsigned char> before = image_of(env_.get(), MJENV_ALL_ROWS);
+    REQUIRE(check(call()) == MJENV_OK || image_of(env_.get(), MJENV_ALL_ROWS) == before);
+  }
+
+  std::vector<double> some_values(std::size_t most) {
+    std::vector<double> values(bytes_.below(most + 1));
+    for (double& each : values) each = value(1);
+    return values;
+  }
+
+  void randomize() {
+    struct Draw {
+      std::string array;
+      std::vector<std::int64_t> elements;
+      std::vector<double> parameters;
+    };
+    std::vector<Draw> draws(bytes_.below(4));
+    std::vector<mjenv_randomization> items(draws.size());
+    for (std::size_t i = 0; i < draws.size(); ++i) {
+      Draw& draw = draws[i];
+      draw.array = name();
+      draw.parameters = some_values(5);
+      for (std::size_t count = bytes_.below(4); count > 0; --count) draw.elements.push_back(bytes_.take<std::int8_t>());
+      mjenv_randomization& item = items[i];
+      item.struct_size = sizeof item;
+      item.distribution = static_cast<mjenv_distribution>(bytes_.below(7));
+      item.array = draw.array.c_str();
+      item.elements = draw.elements.empty() ? nullptr : draw.elements.data();
+      item.element_count = static_cast<std::int64_t>(draw.elements.size());
+      item.parameters = draw.parameters.data();
+      item.parameter_count = static_cast<std::int64_t>(draw.parameters.size());
+      item.effect = static_cast<mjenv_effect>(bytes_.below(5));
+      item.shared = bytes_.flag();
+      item.constants = bytes_.flag();
+    }
+    replace([&] { return mjenv_randomize(env_.get(), items.data(), items.size()); });
+  }
+
+  void perturb() {
+    const std::vector<double> action_noise = some_values(3), observation_noise = some_values(2);
+    std::vector<mjenv_push> pushes(bytes_.below(3));
+    for (mjenv_push& push : pushes) {
+      push.struct_size = sizeof push;
+      push.body = bytes_.take<std::int8_t>() % 8;
+      push.min_steps = bytes_.take<std::int8_t>() % 4;
+      push.max_steps = push.min_steps + bytes_.take<std::int8_t>() % 4;
+      for (std::size_t i = 0; i < 6; ++i) {
+        push.low[i] = value(1);
+        push.high[i] = bytes_.flag() ? push.low[i] : value(1);
+      }
+    }
+    mjenv_perturbation perturbation{};
+    perturbation.struct_size = sizeof perturbation;
+    perturbation.action_noise = action_noise.data();
+    perturbation.action_noise_count = static_cast<std::int64_t>(action_noise.size());
+    perturbation.observation_noise = observation_noise.data();
+    perturbation.observation_noise_count = static_cast<std::int64_t>(observation_noise.size());
+    perturbation.action_delay = bytes_.take<std::int8_t>() % 5;
+    perturbation.observation_delay = bytes_.take<std::int8_t>() % 5;
+    perturbation.pushes = pushes.data();
+    perturbation.push_count = static_cast<std::int64_t>(pushes.size());
+    const bool any = bytes_.below(5) != 0;
+    replace([&] { return mjenv_perturb(env_.get(), any ? &perturbation : nullptr); });
+  }
+
   std::vector<double> actions() {
     std::vector<double> values(kRows * actuators_);
     for (double& each : values) each = static_cast<double>(bytes_.take<std::int8_t>()) / 64;
@@ -201,6 +270,8 @@ class Writes {
     const double timestep = 0.001;
     REQUIRE(check(mjenv_write(env_.get(), 0, "opt.timestep", &timestep, 1)) == MJENV_E_PENDING);
     REQUIRE(check(mjenv_set_constants(env_.get(), 0)) == MJENV_E_PENDING);
+    REQUIRE(check(mjenv_randomize(env_.get(), nullptr, 0)) == MJENV_E_PENDING);
+    REQUIRE(check(mjenv_perturb(env_.get(), nullptr)) == MJENV_E_PENDING);
     std::int64_t rows[kRows];
     std::size_t count = 0;
     check(mjenv_recv(env_.get(), kRows, -1, rows, kRows, &count, &out_.batch));
@@ -220,10 +291,7 @@ class Writes {
       std::copy(patch.begin(), patch.end(), image.begin() + static_cast<std::ptrdiff_t>(at));
     }
     if (bytes_.below(10) == 0) image.resize(bytes_.take<std::uint16_t>() % (image.size() + 100));
-    if (image.size() >= kHeader) {
-      const std::uint64_t sum = mjenv::core::hash(image.data() + kHeader, image.size() - kHeader);
-      std::memcpy(&image[kChecksum], &sum, sizeof sum);
-    }
+    put_checksum(image);
     const mjenv_status status = check(mjenv_restore(env_.get(), to, image.data(), image.size()));
     REQUIRE(status == MJENV_OK || image != whole);
   }

@@ -70,7 +70,7 @@ DELAYS = """<mujoco>
   <actuator><motor joint="j"/><motor joint="j" delay="0.01" nsample="4" interp="linear"/></actuator>
   <sensor><jointpos joint="j" delay="0.01" nsample="3"/><framepos objtype="body" objname="world"/></sensor>
 </mujoco>"""
-HEADER, ROW, CHECKSUM = 48, 56, 40  # bytes
+HEADER, ROW, CHECKSUM = 72, 56, 64  # bytes
 HISTORY = 1 + 1 + 1 + 0 + 1 + 2  # after time, qpos, qvel, act, qacc_warmstart, ctrl
 STATE = HISTORY + (2 + 2 * 4) + (2 + 2 * 3)
 # A cursor comes after a number, and before the times and values of the samples.

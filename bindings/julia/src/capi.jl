@@ -69,6 +69,20 @@ end
     MJENV_TYPE_UINT8 = 8
 end
 
+@enum mjenv_distribution::Int32 begin
+    MJENV_DISTRIBUTION_UNIFORM = 1
+    MJENV_DISTRIBUTION_LOG_UNIFORM = 2
+    MJENV_DISTRIBUTION_NORMAL = 3
+    MJENV_DISTRIBUTION_TRUNCATED_NORMAL = 4
+    MJENV_DISTRIBUTION_CHOICE = 5
+end
+
+@enum mjenv_effect::Int32 begin
+    MJENV_EFFECT_VALUE = 1
+    MJENV_EFFECT_SCALE = 2
+    MJENV_EFFECT_OFFSET = 3
+end
+
 @enum mjenv_gl::Int32 begin
     MJENV_GL_AUTO = 0
     MJENV_GL_EGL = 1
@@ -166,6 +180,42 @@ Base.@kwdef struct mjenv_batch
     final_obs::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     final_info::Ptr{Float64} = Ptr{Float64}(C_NULL)
     arrays::Ptr{Float64} = Ptr{Float64}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_randomization
+    struct_size::UInt32 = sizeof(mjenv_randomization)
+    distribution::Int32 = 0
+    array::Cstring = Cstring(C_NULL)
+    elements::Ptr{Int64} = Ptr{Int64}(C_NULL)
+    element_count::Int64 = 0
+    parameters::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    parameter_count::Int64 = 0
+    effect::Int32 = 0
+    shared::Int32 = 0
+    constants::Int32 = 0
+    reserved::Int32 = 0
+end
+
+Base.@kwdef struct mjenv_push
+    struct_size::UInt32 = sizeof(mjenv_push)
+    body::Int32 = 0
+    min_steps::Int64 = 0
+    max_steps::Int64 = 0
+    low::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
+    high::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
+end
+
+Base.@kwdef struct mjenv_perturbation
+    struct_size::UInt32 = sizeof(mjenv_perturbation)
+    reserved::Int32 = 0
+    action_noise::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    action_noise_count::Int64 = 0
+    observation_noise::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    observation_noise_count::Int64 = 0
+    action_delay::Int64 = 0
+    observation_delay::Int64 = 0
+    pushes::Ptr{mjenv_push} = Ptr{mjenv_push}(C_NULL)
+    push_count::Int64 = 0
 end
 
 Base.@kwdef struct mjenv_render_settings
@@ -442,6 +492,8 @@ const FUNCTIONS = (
     :mjenv_copy_row,
     :mjenv_snapshot,
     :mjenv_restore,
+    :mjenv_randomize,
+    :mjenv_perturb,
     :mjenv_render_defaults,
     :mjenv_renderer_create,
     :mjenv_renderer_destroy,
@@ -924,8 +976,25 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
     size_bytes,
 )
 
-mjenv_render_defaults(env, settings) = ccall(
+mjenv_randomize(env, items, count) = ccall(
     address(env, 53),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Csize_t),
+    env,
+    items,
+    count,
+)
+
+mjenv_perturb(env, perturbation) = ccall(
+    address(env, 54),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
+    env,
+    perturbation,
+)
+
+mjenv_render_defaults(env, settings) = ccall(
+    address(env, 55),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -933,7 +1002,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 54),
+    address(env, 56),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -942,21 +1011,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 55),
+    address(renderer, 57),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 56),
+    address(renderer, 58),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 57),
+    address(renderer, 59),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
     renderer,
@@ -968,7 +1037,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 58),
+    address(env, 60),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -977,21 +1046,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 59),
+    address(window, 61),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 60),
+    address(window, 62),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 61),
+    address(window, 63),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -999,21 +1068,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 62),
+    address(engine, 64),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 63),
+    address(engine, 65),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 64),
+    address(engine, 66),
     Ptr{mjenv_task_api},
     (),
 )

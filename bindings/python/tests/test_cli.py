@@ -201,13 +201,14 @@ def test_snapshot_show(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.Cap
 def test_snapshot_diff(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = kept(envs, tmp_path / "before")
     assert output(capsys, "snapshot", "diff", before, kept(envs, tmp_path / "same"))["equal"]
-    state, increment = envs._pool.rows.stream(1)
-    envs._pool.rows.set_stream(1, state ^ 1, increment)
+    stream = envs._pool.rows.stream(1)
+    state = stream["state"]["state"]
+    envs._pool.rows.set_stream(1, {**stream, "state": {**stream["state"], "state": state ^ 1}})
     found = output(capsys, "snapshot", "diff", before, kept(envs, tmp_path / "stream"), status=1)
     assert [(one["row"], one["field"]) for one in found["differences"]] == [(1, "stream.state")]
     assert [int(found["differences"][0][side]) for side in ("first", "second")] == [state, state ^ 1]
 
-    envs._pool.rows.set_stream(1, state, increment)
+    envs._pool.rows.set_stream(1, stream)
     row = envs.envs[0]
     qpos, qvel = row.data.qpos.copy(), row.data.qvel.copy()
     row.set_state(qpos, qvel)

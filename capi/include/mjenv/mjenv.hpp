@@ -387,6 +387,15 @@ class Env {
   mjenv_status set_constants(std::int64_t row = MJENV_ALL_ROWS) {
     return keep(check(mjenv_set_constants(handle(), row)));
   }
+  /* Replaces what resets draw; an empty list draws nothing. */
+  mjenv_status randomize(Span<const mjenv_randomization> items) {
+    return keep(check(mjenv_randomize(handle(), items.data(), items.size())));
+  }
+  /* Replaces noise, delays and pushes; without an argument there are none. */
+  mjenv_status perturb(const mjenv_perturbation &perturbation) {
+    return keep(check(mjenv_perturb(handle(), &perturbation)));
+  }
+  mjenv_status perturb() { return keep(check(mjenv_perturb(handle(), nullptr))); }
   mjenv_status simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
     return keep(check(mjenv_simulate(handle(), row, ctrl.data(), ctrl.size(), frames)));
   }

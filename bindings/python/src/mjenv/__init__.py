@@ -37,6 +37,7 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
+from mjenv.randomization import Delay, Noise, Offset, Push, Scale, Value
 from mjenv.registration import engines, ids, load_tasks, model_xml, options, register, register_ids, spec, version
 from mjenv.task import Task
 from mjenv.vector import VectorEnv
@@ -52,6 +53,7 @@ __all__ = [
     "AutoresetMode",
     "BusyError",
     "ClosedError",
+    "Delay",
     "EngineError",
     "Error",
     "ForkedError",
@@ -62,19 +64,24 @@ __all__ = [
     "ModelFileError",
     "MujocoEnv",
     "NoAsyncCallError",
+    "Noise",
+    "Offset",
     "Option",
     "OptionError",
     "OutOfMemoryError",
     "PhysicsError",
+    "Push",
     "RenderError",
     "RenderSettingError",
     "ResetNeeded",
+    "Scale",
     "SnapshotError",
     "Status",
     "Task",
     "TaskError",
     "UnknownIdError",
     "UnknownNameError",
+    "Value",
     "VectorEnv",
     "engines",
     "ids",

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv import _abi
+from mjenv import _abi, randomization
 from mjenv._abi import Dtype, Kind, Role, Status, Type
 from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import Rendering
@@ -228,7 +228,9 @@ class Options:
 
 def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> OptionError:
     """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
-    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__, "engine"], 1)
+    similar = difflib.get_close_matches(
+        name, [*schema, *Rendering.__annotations__, *randomization.KEYWORDS, "engine"], 1
+    )
     hint = f". Did you mean {similar[0]!r}?" if similar else ""
     return OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
 
@@ -265,7 +267,7 @@ class Rows:
 
     def __init__(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> None:
         chosen = Options(engine, id)
-        chosen.set(options)
+        chosen.set({name: value for name, value in options.items() if name not in randomization.KEYWORDS})
         handle = c_void_p()
         engine.check(engine.mjenv_create(chosen.pointer, count, byref(handle)))
         self.engine: Engine = engine
@@ -282,6 +284,10 @@ class Rows:
         # The model's qpos0 before anybody writes it, as Gymnasium keeps it; read-only.
         self.init_qpos: Float64Array = self._read(0, "qpos0", int(self._read(0, "nq", 1)[0]))
         self.init_qpos.flags.writeable = False
+        if options.get("randomize") is not None:
+            self.randomize(options["randomize"])
+        if any(options.get(name) is not None for name in randomization.KEYWORDS[1:]):
+            self.perturb(options.get("noise"), options.get("delay"), options.get("push"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.engine.name, self.id, self.options, self.count, self.snapshot(_abi.ALL_ROWS))
@@ -416,15 +422,22 @@ class Rows:
         """Gives each masked row the stream of its seed."""
         self.call(self.engine.mjenv_seed, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8))
 
-    def stream(self, row: int) -> tuple[int, int]:
-        """State and increment of a row's random stream, as numpy.random.PCG64 has them."""
-        words = (c_uint64 * 4)()
-        self.call(self.engine.mjenv_get_stream, row, words, 4)
-        return words[0] | words[1] << 64, words[2] | words[3] << 64
+    def stream(self, row: int) -> dict[str, Any]:
+        """A row's random stream, as the state of a numpy.random.PCG64."""
+        words = (c_uint64 * 6)()
+        self.call(self.engine.mjenv_get_stream, row, words, 6)
+        return {
+            "bit_generator": "PCG64",
+            "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
+            "has_uint32": words[4],
+            "uinteger": words[5],
+        }
 
-    def set_stream(self, row: int, state: int, increment: int) -> None:
-        words = (c_uint64 * 4)(*(x >> shift & 0xFFFFFFFFFFFFFFFF for x in (state, increment) for shift in (0, 64)))
-        self.call(self.engine.mjenv_set_stream, row, words, 4)
+    def set_stream(self, row: int, state: Mapping[str, Any]) -> None:
+        numbers = (state["state"]["state"], state["state"]["inc"])
+        halves = (x >> shift & 0xFFFFFFFFFFFFFFFF for x in numbers for shift in (0, 64))
+        words = (c_uint64 * 6)(*halves, state["has_uint32"], state["uinteger"])
+        self.call(self.engine.mjenv_set_stream, row, words, 6)
 
     # ---- the state of rows ----
 
@@ -461,6 +474,28 @@ class Rows:
     def set_constants(self, row: int) -> None:
         """Calls mj_setConst for a row, or for all rows (-1)."""
         self.call(self.engine.mjenv_set_constants, row)
+
+    def text(self, name: Any) -> bytes:
+        """The name of an array, for the library."""
+        return encoded(name, "the array")
+
+    def randomize(self, draws: Any) -> None:
+        """Replaces what resets draw."""
+        lists, found = randomization.Lists(), randomization.draws_of(draws)
+        items = lists.items(self, found)
+        self.call(self.engine.mjenv_randomize, items, len(found))
+        self.options["randomize"] = draws
+
+    def perturb(self, noise: Any, delay: Any, push: Any) -> None:
+        """Replaces noise, delays and pushes."""
+        lists = randomization.Lists()
+        self.call(self.engine.mjenv_perturb, byref(lists.perturbation(self, noise, delay, push)))
+        self.options.update(noise=noise, delay=delay, push=push)
+
+    @property
+    def draws_in_steps(self) -> bool:
+        """Whether noise or pushes move the random streams in steps."""
+        return any(self.options.get(name) is not None for name in ("noise", "push"))
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))

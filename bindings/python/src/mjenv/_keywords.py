@@ -1,9 +1,11 @@
-"""Gymnasium's keywords for rendering, and render_fast, which is mjenv's."""
+"""Gymnasium's keywords for rendering, with render_fast, which is mjenv's, and the keywords of randomisation."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
+
+from mjenv.randomization import Delay, Draws, Noise, Push
 
 RenderMode = Literal["human", "rgb_array", "depth_array", "rgbd_tuple"]
 RenderList = Literal["rgb_array_list", "depth_array_list", "rgbd_tuple_list"]
@@ -19,3 +21,10 @@ class Rendering(TypedDict, total=False):
     visual_options: Mapping[int, bool] | None
     render_fast: bool
     default_camera_config: Mapping[str, Any] | None  # of v5 and Swimmer-v4
+
+
+class Randomizing(TypedDict, total=False):
+    randomize: Draws | None
+    noise: Noise | None
+    delay: Delay | None
+    push: Push | Sequence[Push] | None

@@ -24,7 +24,8 @@ from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
 from mjenv._registered import Checked, Registered, building
 from mjenv._step import views
-from mjenv.errors import ResetNeeded, SnapshotError, TaskError
+from mjenv.errors import OptionError, ResetNeeded, SnapshotError, TaskError
+from mjenv.randomization import KEYWORDS
 from mjenv.task import Random, Sim
 
 BoolArray = NDArray[np.bool_]
@@ -70,6 +71,10 @@ class NumpyRows(Rows):
     def __init__(
         self, registered: Registered, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1
     ) -> None:
+        for name in KEYWORDS:
+            if options.get(name) is not None:
+                raise OptionError(f"{id} computes all rows at once: {name} works with tasks in machine code")
+        options = {name: value for name, value in options.items() if name not in KEYWORDS}
         asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}

@@ -9,11 +9,11 @@ from numpy.typing import DTypeLike
 from typing_extensions import Unpack
 
 from mjenv._arguments import AutoresetMode
-from mjenv._keywords import Rendering
+from mjenv._keywords import Randomizing, Rendering
 from mjenv.env import MujocoEnv
 from mjenv.vector import VectorEnv
 
-class Common(Rendering, total=False):
+class Common(Rendering, Randomizing, total=False):
     norm: Literal["auto", "fused", "plain"]
     strict: bool
     on_divergence: Literal["continue", "terminate"]

@@ -42,9 +42,8 @@ class Row(Simulation):
     def np_random(self) -> np.random.Generator:
         """A copy of the row's random stream."""
         self._pool.all_seeds()
-        state, increment = self._rows.stream(self._row)
         bits = np.random.PCG64(0)
-        bits.state = {**bits.state, "state": {"state": state, "inc": increment}}
+        bits.state = self._rows.stream(self._row)  # type: ignore[assignment, unused-ignore]
         return np.random.Generator(bits)
 
     def render(self) -> Picture | None:

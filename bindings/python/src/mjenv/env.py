@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from ctypes import byref, c_double
 from typing import Any
 
@@ -21,6 +21,7 @@ from mjenv._pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, cam
 from mjenv._simulation import Simulation
 from mjenv._step import CONVERTERS, Info, Record, Step, views
 from mjenv.errors import InvalidValueError, OptionError
+from mjenv.randomization import Delay, Draws, Noise, Push
 
 Results = tuple[Float64Array, float, bool, bool, Info]
 
@@ -167,7 +168,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
 
     def _prepare(self) -> None:
         self._exchange = _Exchange(self._rows)
-        self._step = self._exchange.stepper.step
+        self._step = self._step_and_draw if self._rows.draws_in_steps else self._exchange.stepper.step
         self.arrays = self._exchange.arrays
 
     # ---- gymnasium.Env ----
@@ -183,6 +184,14 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         if self._in_window:
             self.render()
         return results
+
+    def _step_and_draw(self, action: ArrayLike) -> Results:
+        """A step that moves the random stream."""
+        self._give_stream()
+        try:
+            return self._exchange.stepper.step(action)
+        finally:
+            self._take_stream()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Float64Array, Info]:
         """Begins an episode. Returns the observation float64[n] and the info.
@@ -215,6 +224,19 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         """Frees the environment and what drew it. Closing twice is fine."""
         self._rows.close()
         self._pictures.close()
+
+    # ---- randomisation ----
+
+    def randomize(self, draws: Draws | None) -> None:
+        """Replaces what resets draw, the keyword randomize of make; None for nothing."""
+        self._rows.randomize(draws)
+
+    def perturb(
+        self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
+    ) -> None:
+        """Replaces noise, delays and pushes, the keywords of make, from the next reset on."""
+        self._rows.perturb(noise, delay, push)
+        self._prepare()
 
     # ---- snapshots ----
 
@@ -276,14 +298,11 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
 
     def _give_stream(self) -> None:
         if self._generator is not None:
-            state: Any = self._generator.bit_generator.state["state"]
-            self._rows.set_stream(0, state["state"], state["inc"])
+            self._rows.set_stream(0, self._generator.bit_generator.state)  # type: ignore[arg-type, unused-ignore]
 
     def _take_stream(self) -> None:
         if self._generator is not None:
-            bits = self._generator.bit_generator
-            state, increment = self._rows.stream(0)
-            bits.state = {**bits.state, "state": {"state": state, "inc": increment}}
+            self._generator.bit_generator.state = self._rows.stream(0)
 
     # ---- pickle, copy ----
 

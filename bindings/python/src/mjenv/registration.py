@@ -164,7 +164,8 @@ def make(
     id: one of ids(), or an EnvSpec. max_episode_steps: None for the id's own limit, -1 for none. disable_env_checker:
     accepted; there is no checking wrapper. options: see options(id), and Gymnasium's keywords for rendering; with
     "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection. render_fast=True
-    draws without multisampling and shadows. engine="4.0" computes with MuJoCo 4.0; see engines().
+    draws without multisampling and shadows. engine="4.0" computes with MuJoCo 4.0; see engines(). randomize, noise,
+    delay and push: what is drawn at resets and in steps, {"body_mass": mjenv.Scale(0.5, 1.5)} for instance.
     """
     asked = spec_asked(id, options.get("engine"))
     chosen = {**copy.deepcopy(asked.kwargs), **options}

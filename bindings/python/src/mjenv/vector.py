@@ -36,6 +36,7 @@ from mjenv._pool import Pool
 from mjenv._row import Row
 from mjenv._step import Info, Step
 from mjenv.errors import InvalidValueError
+from mjenv.randomization import Delay, Draws, Noise, Push
 from mjenv.registration import spec as spec_of
 from mjenv.registration import spec_asked
 
@@ -60,8 +61,8 @@ def make_vec(
     id: one of ids(), or an EnvSpec, whose num_envs and vector_kwargs then hold as in gymnasium.make_vec.
     num_threads: 0 for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to
     nearest). copy=False: observations are views of an array that the next call overwrites. max_episode_steps,
-    disable_env_checker, options: as in make, engine="4.0" too; arrays="xpos sensordata" exports these arrays of mjData
-    with each step.
+    disable_env_checker, options: as in make, engine="4.0" and randomize too; arrays="xpos sensordata" exports these
+    arrays of mjData with each step.
     """
     asked = spec_asked(id, options.get("engine"))
     given = copying.deepcopy(asked.kwargs)
@@ -366,6 +367,18 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self._pool.check_settled()
         self._pool.rows.set_constants(ALL_ROWS)
         self._changed()
+
+    def randomize(self, draws: Draws | None) -> None:
+        """Replaces what resets draw, the keyword randomize of make_vec; None for nothing."""
+        self._pool.check_settled()
+        self._pool.rows.randomize(draws)
+
+    def perturb(
+        self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
+    ) -> None:
+        """Replaces noise, delays and pushes, the keywords of make_vec, from each row's next reset on."""
+        self._pool.check_settled()
+        self._pool.rows.perturb(noise, delay, push)
 
     def _changed(self) -> None:
         self._pool.stale = True

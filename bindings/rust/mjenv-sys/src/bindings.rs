@@ -874,7 +874,8 @@ pub struct mjenv_batch {
     pub terminated: *mut u8,
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo"]
+    #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_VALUE or"]
+    #[doc = "MJENV_E_MODEL: what the reset drew was refused (mjenv_randomize); MJENV_E_PHYSICS: MuJoCo"]
     #[doc = "failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state"]
     #[doc = "diverged: MuJoCo found bad numbers in it and reset the simulation (4.0: unless the model"]
     #[doc = "disables that). A diverged row's other outputs are valid, those of a failed row are"]
@@ -1215,6 +1216,610 @@ fn bindgen_test_layout_mjenv_batch() {
     test_field_arrays();
 }
 impl Default for mjenv_batch {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " From what a value is drawn (mjenv_randomize). Each is a method of NumPy's Generator."]
+pub type mjenv_distribution = i32;
+#[doc = " parameters low, high: uniform(low, high)"]
+pub const MJENV_DISTRIBUTION_UNIFORM: mjenv_distribution = 1;
+#[doc = " parameters low, high: exp(uniform(log(low), log(high))), 0 < low"]
+pub const MJENV_DISTRIBUTION_LOG_UNIFORM: mjenv_distribution = 2;
+#[doc = " parameters mean, std: normal(mean, std)"]
+pub const MJENV_DISTRIBUTION_NORMAL: mjenv_distribution = 3;
+#[doc = " parameters mean, std, low, high: normal(mean, std), drawn again until it"]
+#[doc = "lies in [low, high], in which at least a thousandth of the draws lie"]
+pub const MJENV_DISTRIBUTION_TRUNCATED_NORMAL: mjenv_distribution = 4;
+#[doc = " parameters: n values: values[integers(n)]"]
+pub const MJENV_DISTRIBUTION_CHOICE: mjenv_distribution = 5;
+#[doc = " What becomes of a value that is drawn. The model's own value is the one that was loaded with the model."]
+pub type mjenv_effect = i32;
+#[doc = " the value that is drawn"]
+pub const MJENV_EFFECT_VALUE: mjenv_effect = 1;
+#[doc = " the model's own value, times the one that is drawn"]
+pub const MJENV_EFFECT_SCALE: mjenv_effect = 2;
+#[doc = " the model's own value, plus the one that is drawn"]
+pub const MJENV_EFFECT_OFFSET: mjenv_effect = 3;
+#[doc = " What a reset draws for one array of the mjModel (mjenv_randomize)."]
+#[repr(C)]
+pub struct mjenv_randomization {
+    pub struct_size: u32,
+    pub distribution: mjenv_distribution,
+    #[doc = " an array that mjenv_write can write: \"geom_friction\", \"opt.gravity\""]
+    pub array: *const ::std::os::raw::c_char,
+    #[doc = " [element_count] the numbers of its elements, in the order of the draws; NULL: all"]
+    pub elements: *const i64,
+    #[doc = " 0 if elements is NULL"]
+    pub element_count: i64,
+    #[doc = " [parameter_count] of the distribution"]
+    pub parameters: *const f64,
+    pub parameter_count: i64,
+    pub effect: mjenv_effect,
+    #[doc = " 1: one draw for all elements; 0: one draw each"]
+    pub shared: i32,
+    #[doc = " 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants"]
+    pub constants: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
+}
+#[test]
+fn bindgen_test_layout_mjenv_randomization() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_randomization>(),
+        64usize,
+        concat!("Size of: ", stringify!(mjenv_randomization))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_randomization>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_randomization))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_distribution() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).distribution) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(distribution)
+            )
+        );
+    }
+    test_field_distribution();
+    fn test_field_array() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).array) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(array)
+            )
+        );
+    }
+    test_field_array();
+    fn test_field_elements() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).elements) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(elements)
+            )
+        );
+    }
+    test_field_elements();
+    fn test_field_element_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).element_count) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(element_count)
+            )
+        );
+    }
+    test_field_element_count();
+    fn test_field_parameters() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).parameters) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(parameters)
+            )
+        );
+    }
+    test_field_parameters();
+    fn test_field_parameter_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).parameter_count) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(parameter_count)
+            )
+        );
+    }
+    test_field_parameter_count();
+    fn test_field_effect() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).effect) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(effect)
+            )
+        );
+    }
+    test_field_effect();
+    fn test_field_shared() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).shared) as usize - ptr as usize
+            },
+            52usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(shared)
+            )
+        );
+    }
+    test_field_shared();
+    fn test_field_constants() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).constants) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(constants)
+            )
+        );
+    }
+    test_field_constants();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_randomization>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            60usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_randomization),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+}
+impl Default for mjenv_randomization {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " A force that pushes a body now and then, for one step each time (mjenv_perturb)."]
+#[repr(C)]
+pub struct mjenv_push {
+    pub struct_size: u32,
+    #[doc = " the index of a body; not 0, the world"]
+    pub body: i32,
+    #[doc = " a push comes in the integers(min_steps, max_steps + 1)-th step"]
+    pub min_steps: i64,
+    #[doc = " after the reset, or after the last push; 1 <= min_steps <= max_steps"]
+    pub max_steps: i64,
+    #[doc = " N and N m: the force and torque, uniform(low, high), as in xfrc_applied"]
+    pub low: [f64; 6usize],
+    pub high: [f64; 6usize],
+}
+#[test]
+fn bindgen_test_layout_mjenv_push() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_push>(),
+        120usize,
+        concat!("Size of: ", stringify!(mjenv_push))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_push>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_push))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_push>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_push),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_body() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_push>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).body) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_push),
+                "::",
+                stringify!(body)
+            )
+        );
+    }
+    test_field_body();
+    fn test_field_min_steps() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_push>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).min_steps) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_push),
+                "::",
+                stringify!(min_steps)
+            )
+        );
+    }
+    test_field_min_steps();
+    fn test_field_max_steps() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_push>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).max_steps) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_push),
+                "::",
+                stringify!(max_steps)
+            )
+        );
+    }
+    test_field_max_steps();
+    fn test_field_low() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_push>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).low) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_push),
+                "::",
+                stringify!(low)
+            )
+        );
+    }
+    test_field_low();
+    fn test_field_high() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_push>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).high) as usize - ptr as usize
+            },
+            72usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_push),
+                "::",
+                stringify!(high)
+            )
+        );
+    }
+    test_field_high();
+}
+impl Default for mjenv_push {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " Noise, delays and pushes (mjenv_perturb). In a struct of zeros there are none."]
+#[repr(C)]
+pub struct mjenv_perturbation {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " [action_noise_count] standard deviations of what is added to the action"]
+    pub action_noise: *const f64,
+    #[doc = " 0: no noise; 1: the same for all actuators; or one for each"]
+    pub action_noise_count: i64,
+    #[doc = " [observation_noise_count] the same for the observation"]
+    pub observation_noise: *const f64,
+    #[doc = " 0, 1, or the observation space's count"]
+    pub observation_noise_count: i64,
+    #[doc = " how many steps an action takes until it reaches the task"]
+    pub action_delay: i64,
+    #[doc = " how many steps an observation takes until it reaches the caller"]
+    pub observation_delay: i64,
+    #[doc = " [push_count], each of another body"]
+    pub pushes: *const mjenv_push,
+    pub push_count: i64,
+}
+#[test]
+fn bindgen_test_layout_mjenv_perturbation() {
+    assert_eq!(
+        ::std::mem::size_of::<mjenv_perturbation>(),
+        72usize,
+        concat!("Size of: ", stringify!(mjenv_perturbation))
+    );
+    assert_eq!(
+        ::std::mem::align_of::<mjenv_perturbation>(),
+        8usize,
+        concat!("Alignment of ", stringify!(mjenv_perturbation))
+    );
+    fn test_field_struct_size() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).struct_size) as usize - ptr as usize
+            },
+            0usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(struct_size)
+            )
+        );
+    }
+    test_field_struct_size();
+    fn test_field_reserved() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved) as usize - ptr as usize
+            },
+            4usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(reserved)
+            )
+        );
+    }
+    test_field_reserved();
+    fn test_field_action_noise() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).action_noise) as usize - ptr as usize
+            },
+            8usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(action_noise)
+            )
+        );
+    }
+    test_field_action_noise();
+    fn test_field_action_noise_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).action_noise_count) as usize - ptr as usize
+            },
+            16usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(action_noise_count)
+            )
+        );
+    }
+    test_field_action_noise_count();
+    fn test_field_observation_noise() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).observation_noise) as usize - ptr as usize
+            },
+            24usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(observation_noise)
+            )
+        );
+    }
+    test_field_observation_noise();
+    fn test_field_observation_noise_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).observation_noise_count) as usize - ptr as usize
+            },
+            32usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(observation_noise_count)
+            )
+        );
+    }
+    test_field_observation_noise_count();
+    fn test_field_action_delay() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).action_delay) as usize - ptr as usize
+            },
+            40usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(action_delay)
+            )
+        );
+    }
+    test_field_action_delay();
+    fn test_field_observation_delay() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).observation_delay) as usize - ptr as usize
+            },
+            48usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(observation_delay)
+            )
+        );
+    }
+    test_field_observation_delay();
+    fn test_field_pushes() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).pushes) as usize - ptr as usize
+            },
+            56usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(pushes)
+            )
+        );
+    }
+    test_field_pushes();
+    fn test_field_push_count() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_perturbation>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).push_count) as usize - ptr as usize
+            },
+            64usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_perturbation),
+                "::",
+                stringify!(push_count)
+            )
+        );
+    }
+    test_field_push_count();
+}
+impl Default for mjenv_perturbation {
     fn default() -> Self {
         let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
         unsafe {
@@ -1834,7 +2439,7 @@ extern "C" {
 extern "C" {
     #[doc = " Begins new episodes. A row draws its initial state from its random stream, which continues from episode to episode."]
     #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " Errors: SIZE, PHYSICS, TASK, FORKED."]
+    #[doc = " Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (see mjenv_randomize), FORKED."]
     pub fn mjenv_reset(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -2071,15 +2676,50 @@ extern "C" {
 extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
     #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
-    #[doc = " number of threads. The environment must have the same id, model, options, version of MuJoCo and, for a registered"]
-    #[doc = " task, revision as the one that made the image. \"num_threads\", \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ,"]
-    #[doc = " and \"norm\" if it gives the same rounding here."]
+    #[doc = " number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of"]
+    #[doc = " MuJoCo and, for a registered task, revision as the one that made the image. \"num_threads\", \"cpu_affinity\", \"arrays\""]
+    #[doc = " and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
     #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,
         image: *const ::std::os::raw::c_void,
         size_bytes: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Draws values of the mjModel at each reset of a row, also by \"autoreset_mode\": after the task's own draws, in the"]
+    #[doc = " order of the list. The first observation is the task's, from before; the values count from the first step on. The"]
+    #[doc = " elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset fails with VALUE if it draws a"]
+    #[doc = " value that mjenv_write refuses, and with MODEL if mj_setConst would change what all rows share. The row then stays"]
+    #[doc = " as it is, except that its random stream has moved on."]
+    #[doc = "   items     [count] replaces the environment's list"]
+    #[doc = "   count     0: resets draw nothing any more, and rows keep the values that they have"]
+    #[doc = " Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn; nothing has changed), SIZE."]
+    pub fn mjenv_randomize(
+        env: *mut mjenv_env,
+        items: *const mjenv_randomization,
+        count: usize,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws"]
+    #[doc = " its first step; then the observation's noise is drawn. In a step:"]
+    #[doc = "   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task."]
+    #[doc = "   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped."]
+    #[doc = "   3. Forces of the last step's pushes become 0. Each push whose step this is draws its 6 numbers, which are written"]
+    #[doc = "      to xfrc_applied, and then the step of its next one."]
+    #[doc = "   4. The step takes place: the reward and info see the action as it is now."]
+    #[doc = "   5. normal(0, std) is drawn for each element of the observation and added."]
+    #[doc = "   6. The observation is delayed. The first observation_delay ones of an episode are 0, as with"]
+    #[doc = "      gymnasium.wrappers.DelayObservation."]
+    #[doc = " final_obs is such an observation, too. mjenv_observe repeats the last observation of each row, unless its state was"]
+    #[doc = " set or written since: then it writes the task's, without noise and delay."]
+    #[doc = "   perturbation  replaces the environment's; NULL: none"]
+    #[doc = " Errors: VALUE (a number in it, or too large a delay), SIZE (a count)."]
+    pub fn mjenv_perturb(
+        env: *mut mjenv_env,
+        perturbation: *const mjenv_perturbation,
     ) -> mjenv_status;
 }
 extern "C" {

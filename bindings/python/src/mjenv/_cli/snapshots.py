@@ -20,12 +20,13 @@ from mjenv._handle import DTYPES, Field, Rows, open_rows
 from mjenv.errors import SnapshotError
 
 # A snapshot begins with the stamp, and the names of the arrays that rows have of their own. Then each row has a head, a
-# record of doubles, and its own values.
-# magic, version, engine, rounding of norms, identity, rows, bytes of names, whether older values are kept, checksum
-STAMP = struct.Struct("<8sHHIQQIIQ")
+# record of doubles, and its own values; at its end, a record of noise, delays and pushes.
+# magic, version, engine, rounding of norms, identity, rows, bytes of names, whether older values are kept,
+# randomisation, perturbation, bytes of its records, checksum
+STAMP = struct.Struct("<8sHHIQQIIQQQQ")
 # PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
 HEAD = struct.Struct("<4Q2Iq8B")
-VERSION = 3
+VERSION = 4
 FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants")
 
 Row = dict[str, Any]  # an int, or an array of float64, by name
@@ -73,7 +74,7 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
     data = path.read_bytes()
     if len(data) < STAMP.size:
         raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, engine, _, _, count, names, has_past, _ = STAMP.unpack_from(data)
+    magic, version, engine, _, _, count, names, has_past, _, _, perturbed, _ = STAMP.unpack_from(data)
     if magic != b"mjenvrow":
         raise SnapshotError(f"{path} is no snapshot of rows")
     if version != VERSION:
@@ -89,7 +90,7 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
         parts = _parts(rows)
         block = sum(-(-field.count * np.dtype(DTYPES[field.type]).itemsize // 8) * 8 for field in own)
         state = 8 * sum(length for name, length in parts if not name.startswith("before."))
-        tail = 4 * block + state if has_past else block
+        tail = perturbed + (4 * block + state if has_past else block)
         found = []
         for index in range(count):
             start = STAMP.size + names + index * size

@@ -33,10 +33,10 @@
  * Errors
  *   A function that can fail returns MJENV_OK (0) or a negative mjenv_status, and the handle stays usable.
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
- *   one exception: if some rows fail (PHYSICS, TASK, MEMORY; MODEL in mjenv_set_constants), the call still computes the
- *   other rows, writes their outputs, and then returns an error. mjenv_batch.status, which mjenv_observe does not
- *   write, tells which rows failed. If MuJoCo fails in a row, the row keeps the state that it had before the failed
- *   step or reset.
+ *   one exception: if some rows fail (PHYSICS, TASK, MEMORY; MODEL in mjenv_set_constants; in resets what
+ *   mjenv_randomize says), the call still computes the other rows, writes their outputs, and then returns an error.
+ *   mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo fails in a row, the row
+ *   keeps the state that it had before the failed step or reset.
  *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
  *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
  *               small
@@ -234,7 +234,8 @@ typedef struct mjenv_batch {
   double *reward;      /* [rows] */
   uint8_t *terminated; /* [rows] 0 or 1 */
   uint8_t *truncated;  /* [rows] 0 or 1 */
-  int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_PHYSICS: MuJoCo
+  int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_VALUE or
+                          MJENV_E_MODEL: what the reset drew was refused (mjenv_randomize); MJENV_E_PHYSICS: MuJoCo
                           failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state
                           diverged: MuJoCo found bad numbers in it and reset the simulation (4.0: unless the model
                           disables that). A diverged row's other outputs are valid, those of a failed row are
@@ -251,6 +252,64 @@ typedef struct mjenv_batch {
   /* The option "arrays". */
   double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
+
+/* From what a value is drawn (mjenv_randomize). Each is a method of NumPy's Generator. */
+typedef int32_t mjenv_distribution;
+enum mjenv_distribution_value {
+  MJENV_DISTRIBUTION_UNIFORM = 1,          /* parameters low, high: uniform(low, high) */
+  MJENV_DISTRIBUTION_LOG_UNIFORM = 2,      /* parameters low, high: exp(uniform(log(low), log(high))), 0 < low */
+  MJENV_DISTRIBUTION_NORMAL = 3,           /* parameters mean, std: normal(mean, std) */
+  MJENV_DISTRIBUTION_TRUNCATED_NORMAL = 4, /* parameters mean, std, low, high: normal(mean, std), drawn again until it
+                                              lies in [low, high], in which at least a thousandth of the draws lie */
+  MJENV_DISTRIBUTION_CHOICE = 5            /* parameters: n values: values[integers(n)] */
+};
+
+/* What becomes of a value that is drawn. The model's own value is the one that was loaded with the model. */
+typedef int32_t mjenv_effect;
+enum mjenv_effect_value {
+  MJENV_EFFECT_VALUE = 1, /* the value that is drawn */
+  MJENV_EFFECT_SCALE = 2, /* the model's own value, times the one that is drawn */
+  MJENV_EFFECT_OFFSET = 3 /* the model's own value, plus the one that is drawn */
+};
+
+/* What a reset draws for one array of the mjModel (mjenv_randomize). */
+typedef struct mjenv_randomization {
+  uint32_t struct_size;
+  mjenv_distribution distribution;
+  const char *array;        /* an array that mjenv_write can write: "geom_friction", "opt.gravity" */
+  const int64_t *elements;  /* [element_count] the numbers of its elements, in the order of the draws; NULL: all */
+  int64_t element_count;    /* 0 if elements is NULL */
+  const double *parameters; /* [parameter_count] of the distribution */
+  int64_t parameter_count;
+  mjenv_effect effect;
+  int32_t shared;    /* 1: one draw for all elements; 0: one draw each */
+  int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
+  int32_t reserved;  /* 0 */
+} mjenv_randomization;
+
+/* A force that pushes a body now and then, for one step each time (mjenv_perturb). */
+typedef struct mjenv_push {
+  uint32_t struct_size;
+  int32_t body;      /* the index of a body; not 0, the world */
+  int64_t min_steps; /* a push comes in the integers(min_steps, max_steps + 1)-th step */
+  int64_t max_steps; /* after the reset, or after the last push; 1 <= min_steps <= max_steps */
+  double low[6];     /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
+  double high[6];
+} mjenv_push;
+
+/* Noise, delays and pushes (mjenv_perturb). In a struct of zeros there are none. */
+typedef struct mjenv_perturbation {
+  uint32_t struct_size;
+  int32_t reserved;                /* 0 */
+  const double *action_noise;      /* [action_noise_count] standard deviations of what is added to the action */
+  int64_t action_noise_count;      /* 0: no noise; 1: the same for all actuators; or one for each */
+  const double *observation_noise; /* [observation_noise_count] the same for the observation */
+  int64_t observation_noise_count; /* 0, 1, or the observation space's count */
+  int64_t action_delay;            /* how many steps an action takes until it reaches the task */
+  int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
+  const mjenv_push *pushes;        /* [push_count], each of another body */
+  int64_t push_count;
+} mjenv_perturbation;
 
 /* The library that provides OpenGL. */
 typedef int32_t mjenv_gl;
@@ -467,7 +526,7 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_
 
 /* Begins new episodes. A row draws its initial state from its random stream, which continues from episode to episode.
  *   out       receives the outputs; may be NULL
- * Errors: SIZE, PHYSICS, TASK, FORKED. */
+ * Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (see mjenv_randomize), FORKED. */
 MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
 
 /* Steps rows.
@@ -620,11 +679,44 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 
 /* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
  * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
- * number of threads. The environment must have the same id, model, options, version of MuJoCo and, for a registered
- * task, revision as the one that made the image. "num_threads", "cpu_affinity", "arrays" and "trust_xml" may differ,
- * and "norm" if it gives the same rounding here.
+ * number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of
+ * MuJoCo and, for a registered task, revision as the one that made the image. "num_threads", "cpu_affinity", "arrays"
+ * and "trust_xml" may differ, and "norm" if it gives the same rounding here.
  * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
+
+/* ---- Randomisation ----
+ * Resets can draw values of the mjModel, and steps noise, delays and pushes, from each row's own random stream. The
+ * results are those of a wrapper around Gymnasium's environment that draws from env.unwrapped.np_random, bit for bit
+ * (docs/randomisation.md has this wrapper). Rows draw at their next reset; until then they stay as they are. The
+ * values drawn can be read with mjenv_read. Images hold them, and fit only environments with the same randomisation,
+ * noise, delays and pushes. */
+
+/* Draws values of the mjModel at each reset of a row, also by "autoreset_mode": after the task's own draws, in the
+ * order of the list. The first observation is the task's, from before; the values count from the first step on. The
+ * elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset fails with VALUE if it draws a
+ * value that mjenv_write refuses, and with MODEL if mj_setConst would change what all rows share. The row then stays
+ * as it is, except that its random stream has moved on.
+ *   items     [count] replaces the environment's list
+ *   count     0: resets draw nothing any more, and rows keep the values that they have
+ * Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn; nothing has changed), SIZE. */
+MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, size_t count);
+
+/* Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws
+ * its first step; then the observation's noise is drawn. In a step:
+ *   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task.
+ *   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped.
+ *   3. Forces of the last step's pushes become 0. Each push whose step this is draws its 6 numbers, which are written
+ *      to xfrc_applied, and then the step of its next one.
+ *   4. The step takes place: the reward and info see the action as it is now.
+ *   5. normal(0, std) is drawn for each element of the observation and added.
+ *   6. The observation is delayed. The first observation_delay ones of an episode are 0, as with
+ *      gymnasium.wrappers.DelayObservation.
+ * final_obs is such an observation, too. mjenv_observe repeats the last observation of each row, unless its state was
+ * set or written since: then it writes the task's, without noise and delay.
+ *   perturbation  replaces the environment's; NULL: none
+ * Errors: VALUE (a number in it, or too large a delay), SIZE (a count). */
+MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----
  * A picture of a row equals Gymnasium's render() after the last reset, step or set_state, pixel for pixel, if both draw

@@ -1,0 +1,185 @@
+"""Randomisation, noise, delays and pushes in Python: the keywords, their checks, specs, pickles and the command line.
+
+tests/live compares the draws with Gymnasium's.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+
+import mjenv
+from mjenv import Delay, Noise, Offset, Push, Scale, Value
+from mjenv._cli import main
+
+SETTINGS: dict[str, Any] = {
+    "randomize": {
+        "geom_friction": Scale(0.5, 1.5, columns=0),
+        "body_mass": [Scale(0.8, 1.2, "log_uniform", shared=True), Offset(-0.5, 0.5, body="torso", set_constants=True)],
+        "opt.gravity": Value(choices=(-9.0, -10.0), elements=[2]),
+    },
+    "noise": Noise(0.1, 0.01),
+    "delay": Delay(1, 2),
+    "push": Push("torso", ((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0)), every=(2, 5)),
+}
+
+
+def played(env: Any, seed: int | None = 1, steps: int = 12) -> list[Any]:
+    """The observations and rewards of a few steps."""
+    shape = env.action_space.shape
+    found: list[Any] = [env.reset(seed=seed)[0]]
+    for t in range(steps):
+        obs, reward, *_ = env.step(np.full(shape, 0.1 * np.sin(t), np.float32))
+        found += [obs, np.asarray(reward)]
+    return found
+
+
+def assert_same(a: list[Any], b: list[Any]) -> None:
+    assert len(a) == len(b)
+    for x, y in zip(a, b, strict=True):
+        np.testing.assert_array_equal(x, y)
+
+
+def test_what_is_drawn() -> None:
+    env = mjenv.make("Hopper-v5", randomize=SETTINGS["randomize"])
+    own = {name: np.array(getattr(env.model, name)) for name in ("geom_friction", "body_mass")}
+    env.reset(seed=5)
+    friction, mass = np.array(env.model.geom_friction), np.array(env.model.body_mass)
+    factor = friction[:, 0] / own["geom_friction"][:, 0]
+    assert ((factor >= 0.5) & (factor <= 1.5)).all()
+    assert len(set(factor)) == len(factor)
+    np.testing.assert_array_equal(friction[:, 1:], own["geom_friction"][:, 1:])
+    assert len(set((mass[2:] / own["body_mass"][2:]).round(12))) == 1
+    assert abs(mass[1] - own["body_mass"][1]) <= 0.5
+    assert env.model.opt.gravity[2] in (-9.0, -10.0)
+    assert env.model.body_subtreemass[1] == pytest.approx(mass[1:].sum())
+    other = mjenv.make("Hopper-v5")
+    assert_same([other.reset(seed=5)[0]], [env.reset(seed=5)[0]])
+
+
+@pytest.mark.parametrize("row", range(3))
+def test_a_row_is_an_environment(row: int) -> None:
+    envs, env = mjenv.make_vec("Hopper-v5", 3, num_threads=2, **SETTINGS), mjenv.make("Hopper-v5", **SETTINGS)
+    many, one = played(envs, 4), played(env, 4 + row)
+    assert_same([x[row] for x in many], one)
+
+
+def test_specs_pickles_and_copies_keep_the_settings() -> None:
+    env = mjenv.make("Hopper-v5", **SETTINGS)
+    expected = played(env)
+    assert env.spec is not None
+    assert_same(played(mjenv.make(env.spec)), expected)
+    assert_same(played(gymnasium.make(env.spec, disable_env_checker=True)), expected)
+    assert_same(played(gymnasium.make("mjenv/Hopper-v5", disable_env_checker=True, **SETTINGS)), expected)
+    text = env.spec.to_json()
+    json.loads(text)
+    assert_same(played(mjenv.make(EnvSpec.from_json(text))), expected)
+    twins = pickle.loads(pickle.dumps(env)), copy.deepcopy(env)
+    later = played(env, None)
+    for twin in twins:
+        assert_same(played(twin, None), later)
+    envs = mjenv.make_vec("Hopper-v5", 2, **SETTINGS)
+    together = played(envs)
+    assert envs.spec is not None
+    assert_same(played(gymnasium.make_vec(envs.spec)), together)
+    other = pickle.loads(pickle.dumps(envs))
+    assert_same(played(other), played(envs))
+
+
+def test_snapshots_need_the_same_settings() -> None:
+    env, plain = mjenv.make("Hopper-v5", **SETTINGS), mjenv.make("Hopper-v5")
+    env.reset(seed=1)
+    image = env.snapshot()
+    with pytest.raises(mjenv.SnapshotError, match="randomisation"):
+        plain.restore(image)
+    later = played(env, None)
+    plain.randomize(SETTINGS["randomize"])
+    plain.perturb(SETTINGS["noise"], SETTINGS["delay"], SETTINGS["push"])
+    plain.restore(image)
+    assert_same(played(plain, None), later)
+    plain.randomize(None)
+    plain.perturb()
+    assert_same(played(plain, 3)[:1], played(mjenv.make("Hopper-v5"), 3)[:1])
+
+
+def test_the_stream_is_one() -> None:
+    """Numbers that the user draws, and those that steps draw, come from one stream."""
+    env = mjenv.make("Hopper-v5", noise=Noise(action=0.1))
+    env.reset(seed=1)
+    rng = np.random.default_rng(1)
+    rng.uniform(size=env.model.nq + env.model.nv)
+    assert env.np_random.random() == rng.random()
+    env.step(np.zeros(3))
+    rng.normal(0, 0.1, 3)
+    assert env.np_random.random() == rng.random()
+    env.np_random.integers(5)  # leaves a buffered half
+    env.step(np.zeros(3))
+    rng.integers(5)
+    rng.normal(0, 0.1, 3)
+    assert env.np_random.bit_generator.state == rng.bit_generator.state
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"randomize": []}, mjenv.OptionError, "dict"),
+        ({"randomize": {"body_mass": 2}}, mjenv.OptionError, "mjenv.Value"),
+        ({"randomize": {"body_mass": {"kind": "other"}}}, mjenv.OptionError, "no kind"),
+        ({"randomize": {"body_mass": {"kind": "scale", "lowest": 1}}}, mjenv.OptionError, "lowest"),
+        ({"randomize": {"bodymass": Scale(1, 2)}}, mjenv.Error, "bodymass"),
+        ({"randomize": {"body_mass": Scale(2, 1)}}, mjenv.InvalidValueError, "above high"),
+        ({"randomize": {"body_mass": Scale(1)}}, mjenv.OptionError, "low and high"),
+        ({"randomize": {"body_mass": Scale(1, 2, "normal")}}, mjenv.OptionError, "mean and std"),
+        ({"randomize": {"body_mass": Scale(1, 2, "beta")}}, mjenv.OptionError, "no distribution"),  # type: ignore
+        ({"randomize": {"body_mass": Scale(1, 2, geom=1)}}, mjenv.OptionError, "not selected by geom"),
+        ({"randomize": {"body_mass": Scale(1, 2, body="arm")}}, mjenv.Error, "arm"),
+        ({"randomize": {"body_mass": Scale(1, 2, body=99)}}, mjenv.InvalidValueError, "body 99"),
+        ({"randomize": {"body_mass": Scale(1, 2, body=1, elements=[1])}}, mjenv.OptionError, "give one of"),
+        ({"randomize": {"body_mass": Scale(1, 2, columns=0)}}, mjenv.InvalidValueError, "no columns"),
+        ({"randomize": {"geom_friction": Scale(1, 2, columns=3)}}, mjenv.InvalidValueError, "columns 0 to 2"),
+        ({"randomize": {"geom_friction": Scale(1, 2, elements=[-1])}}, mjenv.InvalidValueError, "element -1"),
+        ({"randomize": {"xfrc_applied": Value(1, 2)}}, mjenv.Error, "mjModel"),
+        ({"noise": 0.1}, mjenv.OptionError, "mjenv.Noise"),
+        ({"noise": Noise(-1.0)}, mjenv.InvalidValueError, r"action_noise\[0\]"),
+        ({"noise": Noise([0.1, 0.2])}, mjenv.InvalidValueError, "action_noise_count"),
+        ({"delay": Delay(-1)}, mjenv.InvalidValueError, "action_delay"),
+        ({"delay": Delay(1.5)}, mjenv.OptionError, "integers"),  # type: ignore[arg-type]
+        ({"push": Push("arm")}, mjenv.Error, "arm"),
+        ({"push": Push("torso", every=(0, 1))}, mjenv.InvalidValueError, "min_steps is 0"),
+        ({"push": Push("torso", ((1, 0), (0, 0), (0, 0)))}, mjenv.InvalidValueError, "low"),
+        ({"push": Push("torso", (0, 1))}, mjenv.InvalidValueError, "three ranges"),  # type: ignore[arg-type]
+        ({"push": [Push("torso"), Push("torso")]}, mjenv.InvalidValueError, "twice"),
+    ],
+)
+def test_refusals(settings: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        mjenv.make("Hopper-v5", **settings)
+
+
+def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["randomize", "Hopper-v5", "geom_friction=scale:0.5:1.5:columns=0", "opt.timestep=value:0.001:0.003"]
+    assert main([*words, "--rows", "2", "--seed", "3", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["arrays"]
+    draws: dict[str, Value] = {"geom_friction": Scale(0.5, 1.5, columns=[0]), "opt.timestep": Value(0.001, 0.003)}
+    envs = mjenv.make_vec("Hopper-v5", 2, randomize=draws)
+    envs.reset(seed=3)
+    for row, env in enumerate(envs.envs):
+        assert found["geom_friction"]["rows"][row] == np.array(env.model.geom_friction).tolist()
+        assert found["opt.timestep"]["rows"][row] == env.model.opt.timestep
+    assert main([*words, "body_mass=offset:0:0.1:normal:body=torso,foot"]) == 0
+    shown = capsys.readouterr().out
+    assert all(name in shown for name in ("geom_friction[1, 0]", "opt.timestep", "body_mass[4]"))
+    assert "geom_friction[1, 1]" not in shown
+    refused = "", "=times:1:2", "=scale:1", "=scale:1:2:heavy", "=scale:1:2:columns=x"
+    for draw in (f"body_mass{end}" for end in refused):
+        with pytest.raises(SystemExit):
+            main(["randomize", "Hopper-v5", draw])
+        assert draw in capsys.readouterr().err
+    assert main(["randomize", "Hopper-v5", "body_mass=scale:-1:1"]) == 2

@@ -1,0 +1,194 @@
+#include "env/perturbation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "error.hpp"
+#include "hash.hpp"
+#include "structs.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr std::int64_t kMaxDelay = 1'000'000;
+constexpr std::int64_t kMaxInterval = std::int64_t{1} << 52;  // a double counts the steps
+constexpr std::size_t kPushes = 1;                            // where the pushes begin in a record
+
+// One standard deviation for each element; none without noise.
+std::vector<double> noise_of(const double* given, std::int64_t given_count, std::size_t count,
+                             const std::string& what) {
+  if (given_count == 0) return {};
+  if (given_count != 1) check_count((what + "_noise_count").c_str(), given_count, static_cast<std::int64_t>(count));
+  if (!given) fail(MJENV_E_ARGUMENT, what + "_noise is NULL");
+  std::vector<double> deviations(given, given + given_count);
+  for (std::size_t i = 0; i < deviations.size(); ++i)
+    if (!std::isfinite(deviations[i]) || deviations[i] < 0)
+      fail(MJENV_E_VALUE, what + "_noise[" + std::to_string(i) + "] is " + number(deviations[i]) +
+                              ", but a standard deviation is finite and not negative");
+  if (given_count == 1) deviations.assign(count, deviations[0]);
+  return deviations;
+}
+
+std::size_t delay_of(std::int64_t given, const char* what) {
+  if (given < 0 || given > kMaxDelay)
+    fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(given) + ", not 0 to " + std::to_string(kMaxDelay));
+  return static_cast<std::size_t>(given);
+}
+
+}  // namespace
+
+Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t observation_count)
+    : action_noise_(
+          noise_of(given.action_noise, given.action_noise_count, static_cast<std::size_t>(model.nu()), "action")),
+      observation_noise_(noise_of(given.observation_noise, given.observation_noise_count,
+                                  static_cast<std::size_t>(observation_count), "observation")),
+      actuators_(static_cast<std::size_t>(model.nu())),
+      observation_count_(static_cast<std::size_t>(observation_count)),
+      action_delay_(delay_of(given.action_delay, "action_delay")),
+      observation_delay_(delay_of(given.observation_delay, "observation_delay")) {
+  take_pushes(given, model);
+  has_observations_ = !observation_noise_.empty() || observation_delay_ > 0;
+  if (action_noise_.empty() && action_delay_ == 0 && !has_observations_ && pushes_.empty()) return;
+  actions_ = kPushes + 2 * pushes_.size();
+  observations_ = actions_ + action_delay_ * actuators_;
+  last_ = observations_ + observation_delay_ * observation_count_;
+  record_count_ = last_ + (has_observations_ ? observation_count_ : 0);
+  const std::array delays{action_delay_, observation_delay_, action_noise_.size(), pushes_.size()};
+  fingerprint_ = hash(delays.data(), sizeof delays);
+  for (const auto* noise : {&action_noise_, &observation_noise_})
+    fingerprint_ = hash(noise->data(), noise->size() * sizeof(double), fingerprint_);
+  for (const Push& push : pushes_) {
+    const std::array numbers{std::int64_t{push.body}, push.min_steps, push.max_steps};
+    fingerprint_ = hash(numbers.data(), sizeof numbers, fingerprint_);
+    fingerprint_ = hash(push.high.data(), sizeof push.high, hash(push.low.data(), sizeof push.low, fingerprint_));
+  }
+}
+
+void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& model) {
+  for_each_struct(given.pushes, given.push_count, model.nbody(), "push_count", "pushes", [&](const mjenv_push& one) {
+    const auto refuse = [&](const std::string& why) {
+      fail(MJENV_E_VALUE, "pushes[" + std::to_string(pushes_.size()) + "]: " + why);
+    };
+    if (one.body < 1 || one.body >= model.nbody())
+      refuse("body is " + std::to_string(one.body) + ", not 1 to " + std::to_string(model.nbody() - 1));
+    for (const Push& other : pushes_)
+      if (other.body == one.body) refuse("body " + std::to_string(one.body) + " is in the list twice");
+    if (one.min_steps < 1 || one.min_steps > one.max_steps || one.max_steps > kMaxInterval)
+      refuse("min_steps is " + std::to_string(one.min_steps) + " and max_steps " + std::to_string(one.max_steps) +
+             ", but 1 <= min_steps <= max_steps <= 2^52 must hold");
+    Push push{one.body, one.min_steps, one.max_steps, {}, {}};
+    for (std::size_t i = 0; i < push.low.size(); ++i) {
+      push.low[i] = one.low[i];
+      push.high[i] = one.high[i];
+      if (!(push.low[i] <= push.high[i]) || !std::isfinite(push.high[i] - push.low[i]))
+        refuse("low[" + std::to_string(i) + "] is " + number(push.low[i]) + " and high[" + std::to_string(i) + "] " +
+               number(push.high[i]) + ", but they must be finite, and low not above high");
+    }
+    pushes_.push_back(push);
+  });
+}
+
+void Perturbation::place(const OwnArrays& layout) noexcept {
+  if (const OwnArray* placed = layout.find("xfrc_applied")) xfrc_offset_ = placed->offset;
+}
+
+double Perturbation::interval(const Push& push, np::Generator& rng) {
+  return static_cast<double>(rng.integers(push.min_steps, push.max_steps + 1));
+}
+
+void Perturbation::begin(double* record, np::Generator& rng) const {
+  std::fill_n(record, record_count_, 0.0);
+  record[0] = kBegun;
+  for (std::size_t i = 0; i < pushes_.size(); ++i) record[kPushes + 2 * i] = interval(pushes_[i], rng);
+}
+
+Perturbation::Step Perturbation::make_step() const {
+  Step step;
+  step.action.resize(actuators_);
+  step.narrow_action.resize(actuators_);
+  step.pushes.resize(2 * pushes_.size());
+  step.forces.reserve(2 * pushes_.size());
+  return step;
+}
+
+Action Perturbation::begin_step(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
+                                Step& step) const {
+  const bool narrow = action.dtype == MJENV_DTYPE_FLOAT32;
+  const bool is_delayed = action_delay_ > 0;
+  const double* delayed =
+      record + actions_ + (is_delayed ? static_cast<std::size_t>(steps) % action_delay_ * actuators_ : 0);
+  for (std::size_t i = 0; i < actuators_; ++i) {
+    double value = is_delayed ? delayed[i] : action[static_cast<std::int64_t>(i)];
+    if (narrow) value = static_cast<float>(value);
+    if (!action_noise_.empty()) value += 0.0 + action_noise_[i] * rng.normal();
+    step.action[i] = value;
+    step.narrow_action[i] = static_cast<float>(value);
+  }
+  step.forces.clear();
+  for (std::size_t i = 0; i < pushes_.size(); ++i) {
+    const Push& push = pushes_[i];
+    double left = record[kPushes + 2 * i] - 1;
+    const bool was_pushed = record[kPushes + 2 * i + 1] != 0, is_pushed = left == 0;
+    if (was_pushed || is_pushed) {
+      Work::Force force{push.body, offset_of(push), {}};
+      for (std::size_t k = 0; is_pushed && k < 6; ++k) force.values[k] = rng.uniform(push.low[k], push.high[k]);
+      step.forces.push_back(force);
+    }
+    if (is_pushed) left = interval(push, rng);
+    step.pushes[2 * i] = left;
+    step.pushes[2 * i + 1] = is_pushed;
+  }
+  const void* seen = narrow ? static_cast<const void*>(step.narrow_action.data()) : step.action.data();
+  return {seen, action.dtype, action.count};
+}
+
+void Perturbation::end_step(double* record, std::int64_t steps, const Action& action, const Step& step) const {
+  std::copy(step.pushes.begin(), step.pushes.end(), record + kPushes);
+  if (action_delay_ == 0) return;
+  double* to = record + actions_ + static_cast<std::size_t>(steps) % action_delay_ * actuators_;
+  for (std::size_t i = 0; i < actuators_; ++i) to[i] = action[static_cast<std::int64_t>(i)];
+}
+
+const double* Perturbation::observe(double* record, std::int64_t steps, const double* observation,
+                                    np::Generator& rng) const {
+  double* last = record + last_;
+  double* waiting =
+      observation_delay_ > 0
+          ? record + observations_ + static_cast<std::size_t>(steps) % observation_delay_ * observation_count_
+          : last;
+  for (std::size_t i = 0; i < observation_count_; ++i) {
+    double value = observation[i];
+    if (!observation_noise_.empty()) value += 0.0 + observation_noise_[i] * rng.normal();
+    last[i] = waiting[i];
+    waiting[i] = value;
+  }
+  record[0] = kObserved;
+  return last;
+}
+
+bool Perturbation::is_pushed(const double* record) const {
+  for (std::size_t i = 0; i < pushes_.size(); ++i)
+    if (record[kPushes + 2 * i + 1] != 0) return true;
+  return false;
+}
+
+void Perturbation::end_pushes(const double* record, std::byte* block) const {
+  for (std::size_t i = 0; i < pushes_.size(); ++i)
+    if (record[kPushes + 2 * i + 1] != 0) std::memset(block + offset_of(pushes_[i]), 0, 6 * sizeof(double));
+}
+
+bool Perturbation::is_valid(const double* record) const {
+  const bool has_begun = record[0] == kBegun || record[0] == kObserved;
+  if (record[0] != 0 && !has_begun) return false;
+  for (std::size_t i = 0; i < pushes_.size(); ++i) {
+    const double left = record[kPushes + 2 * i], was_pushed = record[kPushes + 2 * i + 1];
+    const bool counts = left >= 1 && left <= static_cast<double>(pushes_[i].max_steps) && left == std::floor(left);
+    if ((has_begun && !counts) || (was_pushed != 0 && was_pushed != 1)) return false;
+  }
+  return true;
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,99 @@
+// Noise, delays and pushes (mjenv_perturb).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "engine/action.hpp"
+#include "engine/own_arrays.hpp"
+#include "engine/work.hpp"
+#include "mjenv/mjenv.h"
+#include "numpy/random.hpp"
+
+namespace mjenv::core {
+
+// What a row needs for it lies in the row's record of doubles: its phase, the pushes, the actions and observations that
+// are on their way, and the last observation that the caller saw.
+class Perturbation {
+ public:
+  // Perturbs nothing.
+  Perturbation() = default;
+  Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t observation_count);
+
+  bool empty() const { return record_count_ == 0; }
+  bool pushes() const { return !pushes_.empty(); }
+  bool changes_observations() const { return has_observations_; }
+  // How many doubles a row's record has.
+  std::size_t record_count() const { return record_count_; }
+  // A hash of the settings; 0 if there are none.
+  std::uint64_t fingerprint() const { return fingerprint_; }
+  // Call this when rows have xfrc_applied of their own.
+  void place(const OwnArrays& layout) noexcept;
+
+  // Whether the row was reset since its record was made. Until then it is not perturbed.
+  static bool has_begun(const double* record) { return record[0] != 0; }
+  // Call this when the row's state was set or written.
+  static void forget_observation(double* record) {
+    if (has_begun(record)) record[0] = kBegun;
+  }
+  // The last observation that the caller saw. Null if the state was set or written since.
+  const double* last_observation(const double* record) const {
+    return has_observations_ && record[0] == kObserved ? record + last_ : nullptr;
+  }
+
+  // Begins an episode.
+  void begin(double* record, np::Generator& rng) const;
+
+  // A step that has begun, and changes the record only when it has succeeded.
+  struct Step {
+    std::vector<double> action;  // as the task sees it, in either dtype
+    std::vector<float> narrow_action;
+    std::vector<double> pushes;  // the part of the record
+    std::vector<Work::Force> forces;
+  };
+  // So that begin_step allocates nothing.
+  Step make_step() const;
+  // Draws and returns the action that the task sees. steps: how many the episode has had.
+  Action begin_step(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
+                    Step& step) const;
+  void end_step(double* record, std::int64_t steps, const Action& action, const Step& step) const;
+  // Returns what the caller sees instead of the task's observation, after `steps` steps.
+  const double* observe(double* record, std::int64_t steps, const double* observation, np::Generator& rng) const;
+
+  // Removes the forces that the last step has left from the row's values. False if there were none.
+  bool is_pushed(const double* record) const;
+  void end_pushes(const double* record, std::byte* block) const;
+
+  // Whether this may be the record of a row; for images.
+  bool is_valid(const double* record) const;
+
+ private:
+  static constexpr double kBegun = 1, kObserved = 2;  // phases
+
+  struct Push {
+    std::int32_t body;
+    std::int64_t min_steps, max_steps;
+    std::array<double, 6> low, high;
+  };
+
+  std::vector<double> action_noise_, observation_noise_;
+  std::size_t actuators_ = 0, observation_count_ = 0;
+  std::size_t action_delay_ = 0, observation_delay_ = 0;
+  std::vector<Push> pushes_;
+  std::size_t xfrc_offset_ = 0;  // in a row's block of own values
+  bool has_observations_ = false;
+  // Where the parts of a record begin. Of each push: how many steps are left until it comes, and whether the last step
+  // had it.
+  std::size_t actions_ = 0, observations_ = 0, last_ = 0, record_count_ = 0;
+  std::uint64_t fingerprint_ = 0;
+
+  void take_pushes(const mjenv_perturbation& given, const Model& model);
+  static double interval(const Push& push, np::Generator& rng);
+  std::size_t offset_of(const Push& push) const {
+    return xfrc_offset_ + 6 * sizeof(double) * static_cast<std::size_t>(push.body);
+  }
+};
+
+}  // namespace mjenv::core

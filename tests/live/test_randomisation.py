@@ -1,0 +1,224 @@
+"""Randomisation at resets, noise, delays and pushes, against a wrapper around Gymnasium's environment, every bit."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+import mjenv
+from mjenv import Delay, Noise, Offset, Push, Scale, Value
+from mjenv.verify import check_same
+
+IDS = mjenv.ids()
+Array = NDArray[Any]
+
+
+class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """What mjenv's keywords randomize, noise, delay and push do, written for Gymnasium."""
+
+    def __init__(
+        self,
+        env: gymnasium.Env[Any, Any],
+        randomize: Mapping[str, Value] | None = None,
+        noise: Noise | None = None,
+        delay: Delay | None = None,
+        push: list[Push] | None = None,
+    ) -> None:
+        super().__init__(env)
+        self.base: Any = env.unwrapped
+        self.draws, self.noise, self.delay = randomize or {}, noise or Noise(), delay or Delay()
+        self.pushes = push or []
+        self.bodies = [self.number("body", push.body) for push in self.pushes]
+        self.own = {name: np.array(getattr(*self.place(name)), np.float64) for name in self.draws}
+
+    def number(self, kind: str, name: str | int) -> int:
+        """The number of an object."""
+        if isinstance(name, int):
+            return name
+        return int(mujoco.mj_name2id(self.base.model, mujoco.mju_str2Type(kind), name))
+
+    def place(self, name: str) -> tuple[Any, str]:
+        owner, _, member = name.rpartition(".")
+        return self.base.model.opt if owner == "opt" else self.base.model, member
+
+    def elements(self, name: str, draw: Value) -> Any:
+        """The numbers of the elements that are drawn."""
+        numbers = np.arange(self.own[name].size).reshape(self.own[name].shape)
+        if draw.elements is not None:
+            return np.array(draw.elements)
+        for kind in ("body", "geom", "joint", "actuator"):
+            names = getattr(draw, kind)
+            if names is not None:
+                numbers = numbers[[self.number(kind, one) for one in names]]
+        return (numbers if draw.columns is None else numbers[:, np.atleast_1d(draw.columns)]).reshape(-1)
+
+    def drawn(self, draw: Value, count: int) -> Any:
+        rng = self.base.np_random
+        if draw.choices is not None:
+            return np.array(draw.choices, np.float64)[rng.integers(len(draw.choices), size=count)]
+        low, high, mean, std = draw.low, draw.high, draw.mean, draw.std
+        if draw.distribution == "uniform":
+            return rng.uniform(low, high, count)
+        if draw.distribution == "log_uniform":
+            return np.array([math.exp(x) for x in rng.uniform(math.log(low or 0), math.log(high or 0), count)])
+        if draw.distribution == "normal":
+            return rng.normal(mean, std, count)
+        values = np.empty(count)
+        for i in range(count):
+            values[i] = rng.normal(mean, std)
+            while not (low or 0) <= values[i] <= (high or 0):
+                values[i] = rng.normal(mean, std)
+        return values
+
+    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+        obs, info = self.env.reset(**options)
+        for name, draw in self.draws.items():
+            elements, own = self.elements(name, draw), self.own[name].reshape(-1)
+            values = self.drawn(draw, 1 if draw.shared else len(elements))
+            values = (
+                values
+                if draw.kind == "value"
+                else own[elements] * values
+                if draw.kind == "scale"
+                else own[elements] + values
+            )
+            owner, member = self.place(name)
+            if self.own[name].ndim == 0:
+                setattr(owner, member, values.item())
+            else:
+                getattr(owner, member).reshape(-1)[elements] = values
+        if any(draw.set_constants for draw in self.draws.values()):
+            mujoco.mj_setConst(self.base.model, mujoco.MjData(self.base.model))
+        rng = self.base.np_random
+        self.left = [rng.integers(push.every[0], push.every[1] + 1) for push in self.pushes]
+        self.pushed = [False for _ in self.pushes]
+        self.actions = deque([np.zeros(self.base.model.nu)] * self.delay.action)
+        self.observations = deque([np.zeros_like(obs)] * self.delay.observation)
+        return self.observed(obs), info
+
+    def observed(self, obs: Array) -> Array:
+        if np.any(self.noise.observation):
+            obs = obs + self.base.np_random.normal(0, self.noise.observation, obs.shape)
+        self.observations.append(obs)
+        return self.observations.popleft()
+
+    def step(self, action: Array) -> Any:
+        rng, dtype = self.base.np_random, action.dtype
+        self.actions.append(action.copy())
+        action = self.actions.popleft().astype(dtype)
+        if np.any(self.noise.action):
+            action = (action + rng.normal(0, self.noise.action, action.shape)).astype(dtype)
+        forces = self.base.data.xfrc_applied
+        for i, (push, body) in enumerate(zip(self.pushes, self.bodies, strict=True)):
+            if self.pushed[i]:
+                forces[body] = 0
+            self.left[i] -= 1
+            self.pushed[i] = self.left[i] == 0
+            if self.pushed[i]:
+                forces[body] = rng.uniform(*np.array((*push.force, *push.torque)).T)
+                self.left[i] = rng.integers(push.every[0], push.every[1] + 1)
+        obs, *rest = self.env.step(action)
+        return (self.observed(obs), *rest)
+
+
+def settings_of(id: str, rng: np.random.Generator) -> dict[str, Any]:
+    """Every distribution, and each of noise, delay and pushes in half of the cases."""
+    env: Any = gymnasium.make(id).unwrapped
+    model = env.model
+    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(model.nbody)]
+    bodies: list[Any] = [names[i] or i for i in range(1, model.nbody)]
+    many = [
+        ("body_mass", Scale(0.5, 1.5, body=bodies[:2], set_constants=bool(rng.integers(2)))),
+        ("body_mass", Scale(0.5, 2.0, "log_uniform", shared=True)),
+        ("geom_friction", Scale(0.3, 2.0, columns=0)),
+        ("dof_damping", Scale(distribution="normal", mean=1.0, std=0.05)),
+        ("actuator_gear", Scale(0.8, 1.1, "truncated_normal", mean=1.0, std=0.2, columns=(0,))),
+        ("dof_armature", Scale(choices=(0.5, 1.0, 1.5))),
+        ("opt.gravity", Offset(-0.5, 0.5, elements=(2, 0))),
+        ("opt.timestep", Scale(0.9, 1.1)),
+        ("geom_rgba", Value(0.0, 1.0)),
+        ("geom_solref", Scale(0.9, 1.2, shared=True)),
+    ]
+    chosen = [many[i] for i in rng.permutation(len(many))[:4]]
+    found: dict[str, Any] = {"randomize": dict(chosen)}
+    if rng.integers(2):
+        size = env.observation_space.shape[0]
+        found["noise"] = Noise(
+            float(rng.choice([0, 0.1])), list(rng.uniform(0, 0.2, size)) if rng.integers(2) else 0.05
+        )
+    if rng.integers(2):
+        found["delay"] = Delay(*(int(x) for x in rng.integers(0, 4, 2)))
+    if rng.integers(2):
+        force = ((-30.0, 30.0), (-30.0, 30.0), (0.0, 0.0))
+        found["push"] = [Push(bodies[0], force, every=(3, 9)), Push(bodies[-1], torque=((0, 1),) * 3, every=(1, 1))]
+    return found
+
+
+def numbers(info: dict[str, Any]) -> dict[str, Any]:
+    """Without the types: a cost that reaches its limit of 10 is an int in Gymnasium."""
+    return {name: np.asarray(value, np.float64) for name, value in info.items()}
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_wrapper(id: str) -> None:
+    """One environment, two sets of settings, with resets, pickling and draws of the user's own in between."""
+    rng = np.random.default_rng([IDS.index(id), 7])
+    for _ in range(2):
+        settings = settings_of(id, rng)
+        ours, theirs = mjenv.make(id, **settings), Perturbed(gymnasium.make(id), **settings)
+        what = f"{id} {settings}"
+        check_same(what, ours.reset(seed=3), theirs.reset(seed=3))
+        for t in range(40):
+            dtype = np.float32 if t < 20 else np.float64
+            action = rng.uniform(-1, 1, ours.action_space.shape).astype(dtype)
+            a, b = ours.step(action), theirs.step(action)
+            check_same(f"{what}: step {t}", (*a[:4], numbers(a[4])), (*b[:4], numbers(b[4])))
+            if t % 13 == 5:
+                check_same("np_random", ours.np_random.integers(9, size=3), theirs.base.np_random.integers(9, size=3))
+            if t % 17 == 8:
+                ours = pickle.loads(pickle.dumps(ours))
+            if b[2] or b[3] or t % 11 == 10:
+                for name in (*settings["randomize"], "xfrc_applied"):
+                    place, member = (theirs.base.data, name) if name == "xfrc_applied" else theirs.place(name)
+                    mine: Any = (
+                        ours.data if name == "xfrc_applied" else ours.model.opt if "opt." in name else ours.model
+                    )
+                    check_same(f"{what}: {name}", np.array(getattr(mine, member)), np.array(getattr(place, member)))
+                check_same(f"{what}: reset", ours.reset(), theirs.reset())
+        ours.close()
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode), ids=lambda mode: mode.name)
+@pytest.mark.parametrize("id", ["Hopper-v5", "Ant-v4", "Reacher-v5"])
+def test_vector(id: str, mode: AutoresetMode) -> None:
+    """Rows on threads, with automatic resets; same_step has final observations."""
+    rng = np.random.default_rng([IDS.index(id), 8])
+    settings = settings_of(id, rng) | {"noise": Noise(0.05, 0.02), "delay": Delay(1, 2)}
+    options: dict[str, Any] = {"max_episode_steps": 15, "autoreset_mode": mode}
+    ours = mjenv.make_vec(id, 3, num_threads=2, **options, **settings)
+    makers = [lambda: Perturbed(gymnasium.make(id, max_episode_steps=15), **settings)] * 3
+    theirs = gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=mode)
+    check_same("reset", ours.reset(seed=1)[0], theirs.reset(seed=1)[0])
+    for t in range(50):
+        actions = rng.uniform(-1, 1, ours.action_space.shape).astype(np.float32)
+        a, b = ours.step(actions), theirs.step(actions)
+        check_same(f"step {t}", a[:4], b[:4])
+        for row, final in enumerate(b[4].get("final_obs", ())):
+            if final is not None:
+                check_same(f"step {t}: final_obs of row {row}", a[4]["final_obs"][row], final)
+        check_same(f"step {t}: observe", ours.observe(), b[0])
+        done = b[2] | b[3]
+        if mode == AutoresetMode.DISABLED and done.any():
+            mask = {"reset_mask": done}
+            check_same(f"step {t}: reset", ours.reset(options=mask)[0], theirs.reset(options=mask)[0])
+    ours.close()
