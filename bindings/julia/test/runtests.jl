@@ -19,6 +19,7 @@ const TEST_SETS = (
     "interface" => "interface.jl",
     "many" => "many.jl",
     "writes" => "writes.jl",
+    "randomisation" => "randomisation.jl",
     "bad input" => "bad_input.jl",
     "engines" => "engines.jl",
     "pictures" => "pictures.jl",

@@ -91,6 +91,8 @@ pub mod numpy;
 #[cfg(feature = "library")]
 mod options;
 #[cfg(feature = "library")]
+mod randomization;
+#[cfg(feature = "library")]
 mod registration;
 #[cfg(feature = "library")]
 mod render;
@@ -107,6 +109,7 @@ pub use {
     env::Env,
     error::{Error, ErrorKind, Result},
     options::{Kind, OptionInfo, Options, Value},
+    randomization::{Distribution, Effect, Perturbation, Push, Randomization},
     registration::{load_tasks, register},
     render::{Camera, Gl, Image, RenderSettings, Renderer, Window},
     spec::{ids, spec, version, Spec},

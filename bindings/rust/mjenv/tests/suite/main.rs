@@ -6,6 +6,7 @@ mod golden;
 mod misuse;
 mod options;
 mod pictures;
+mod randomisation;
 mod refusals;
 mod relay;
 mod replay;

@@ -1,0 +1,155 @@
+# What resets draw for the model; noise, delays and pushes.
+
+"""
+    MJEnv.Draw(array, effect, numbers...; distribution = :uniform, elements = :, shared = false, constants = false)
+
+What resets draw for an array of the mjModel, see [`randomize!`](@ref). `effect` is `:value` (what is drawn), `:scale`
+(the model's own value times what is drawn) or `:offset` (the model's own value plus what is drawn). `numbers` are
+
+- `low, high` of the distributions `:uniform` and `:log_uniform`
+- `mean, std` of `:normal`
+- `mean, std, low, high` of `:truncated_normal`
+- the values of `:choice`
+
+`elements` are the numbers, from 1, of the elements that are drawn, in the order of the draws. With `shared` there is
+one draw for all elements. With `constants` mj_setConst follows the draws.
+"""
+struct Draw
+    array::String
+    effect::Int32
+    distribution::Int32
+    parameters::Vector{Float64}
+    elements::Union{Nothing,Vector{Int64}}
+    shared::Bool
+    constants::Bool
+end
+
+const EFFECTS = (value = MJENV_EFFECT_VALUE, scale = MJENV_EFFECT_SCALE, offset = MJENV_EFFECT_OFFSET)
+const DISTRIBUTIONS = (
+    uniform = MJENV_DISTRIBUTION_UNIFORM,
+    log_uniform = MJENV_DISTRIBUTION_LOG_UNIFORM,
+    normal = MJENV_DISTRIBUTION_NORMAL,
+    truncated_normal = MJENV_DISTRIBUTION_TRUNCATED_NORMAL,
+    choice = MJENV_DISTRIBUTION_CHOICE,
+)
+
+# The number in C of a name.
+function number_of(what, name, numbers)
+    haskey(numbers, name) && return Int32(numbers[name])
+    throw(ArgumentError("the $what is one of $(join(repr.(keys(numbers)), ", ")), not $(repr(name))"))
+end
+
+function Draw(
+    array::Union{Symbol,AbstractString},
+    effect::Symbol,
+    numbers::Real...;
+    distribution::Symbol = :uniform,
+    elements::Union{Colon,Integer,AbstractVector{<:Integer}} = (:),
+    shared::Bool = false,
+    constants::Bool = false,
+)
+    from, how = number_of("distribution", distribution, DISTRIBUTIONS), number_of("effect", effect, EFFECTS)
+    chosen = elements isa Colon ? nothing : Int64[element - 1 for element in elements]
+    return Draw(text(array), how, from, Float64[numbers...], chosen, shared, constants)
+end
+
+"""
+    randomize!(env, draws)
+
+Replaces what each reset of a row draws for its model: a vector of [`MJEnv.Draw`](@ref), in this order, from the row's
+random stream, after the task's own draws. An empty vector draws nothing. It counts from each row's next reset on.
+mjenv.h describes it. Returns `env`.
+
+```julia
+friction = MJEnv.Draw(:geom_friction, :scale, 0.5, 1.5)
+randomize!(env, [friction, MJEnv.Draw(:body_mass, :offset, -0.5, 0.5; elements = 2)])
+```
+"""
+function randomize!(env::Env, draws::AbstractVector{Draw})
+    kept = collect(draws)
+    GC.@preserve kept begin
+        items = [
+            mjenv_randomization(
+                distribution = draw.distribution,
+                array = Cstring(pointer(draw.array)),
+                elements = draw.elements === nothing ? Ptr{Int64}(C_NULL) : pointer(draw.elements),
+                element_count = draw.elements === nothing ? 0 : length(draw.elements),
+                parameters = pointer(draw.parameters),
+                parameter_count = length(draw.parameters),
+                effect = draw.effect,
+                shared = draw.shared,
+                constants = draw.constants,
+            ) for draw in kept
+        ]
+        check(env.handle, inside(handle -> mjenv_randomize(handle, items, length(items)), env))
+    end
+    return env
+end
+
+randomize!(env::Env, draws::AbstractVector) = isempty(draws) ? randomize!(env, Draw[]) : randomize!(env, Draw[draws...])
+
+"""
+    MJEnv.Push(body, low, high; every = (100, 200))
+
+A force and torque that push a body for one step now and then, see [`perturb!`](@ref): the number of the body
+([`object_index`](@ref)), and the bounds of the 6 numbers that are written to `xfrc_applied`. `every` gives the fewest
+and the most steps from the reset to the first push, and from each push to the next.
+"""
+struct Push
+    body::Int
+    low::NTuple{6,Float64}
+    high::NTuple{6,Float64}
+    every::Tuple{Int,Int}
+end
+
+function Push(body::Integer, low::Numbers, high::Numbers; every::Tuple{Integer,Integer} = (100, 200))
+    length(low) == length(high) == 6 || throw(DimensionMismatch("low and high of a push have 6 numbers each"))
+    return Push(body, NTuple{6,Float64}(low), NTuple{6,Float64}(high), every)
+end
+
+# Standard deviations: none for 0, which draws nothing.
+deviations(noise::Real) = iszero(noise) ? Float64[] : Float64[noise]
+deviations(noise::Numbers) = collect(Float64, noise)
+
+"""
+    perturb!(env; action_noise = 0, observation_noise = 0, action_delay = 0, observation_delay = 0, pushes = [])
+
+Replaces noise, delays and pushes, from each row's next reset on. The noise is one standard deviation, or one for each
+actuator or element of the observation. The delays are numbers of steps. `pushes` are [`MJEnv.Push`](@ref), each of
+another body. mjenv.h describes what happens in a step. Returns `env`.
+"""
+function perturb!(
+    env::Env;
+    action_noise::Union{Real,Numbers} = 0,
+    observation_noise::Union{Real,Numbers} = 0,
+    action_delay::Integer = 0,
+    observation_delay::Integer = 0,
+    pushes::AbstractVector = Push[],
+)
+    of_actions, of_observations = deviations(action_noise), deviations(observation_noise)
+    structs = mjenv_push[
+        mjenv_push(
+            body = clamp(push.body - 1, typemin(Int32), typemax(Int32)),
+            min_steps = push.every[1],
+            max_steps = push.every[2],
+            low = push.low,
+            high = push.high,
+        ) for push in pushes
+    ]
+    GC.@preserve of_actions of_observations structs begin
+        perturbation = Ref(
+            mjenv_perturbation(
+                action_noise = pointer(of_actions),
+                action_noise_count = length(of_actions),
+                observation_noise = pointer(of_observations),
+                observation_noise_count = length(of_observations),
+                action_delay = action_delay,
+                observation_delay = observation_delay,
+                pushes = pointer(structs),
+                push_count = length(structs),
+            ),
+        )
+        check(env.handle, inside(handle -> mjenv_perturb(handle, perturbation), env))
+    end
+    return env
+end

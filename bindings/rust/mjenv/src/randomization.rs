@@ -1,0 +1,219 @@
+use std::ptr;
+
+use mjenv_sys as sys;
+
+use crate::describe::{int64, size_of};
+use crate::error::{check, Result};
+use crate::text::c_string;
+use crate::Env;
+
+/// From what a value is drawn. Each is a method of NumPy's Generator.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Distribution {
+    /// `uniform(low, high)`
+    Uniform {
+        /// The lower bound.
+        low: f64,
+        /// The upper bound.
+        high: f64,
+    },
+    /// `exp(uniform(log(low), log(high)))`
+    LogUniform {
+        /// The lower bound, which is positive.
+        low: f64,
+        /// The upper bound.
+        high: f64,
+    },
+    /// `normal(mean, std)`
+    Normal {
+        /// The mean.
+        mean: f64,
+        /// The standard deviation.
+        std: f64,
+    },
+    /// `normal(mean, std)`, drawn again until it lies between `low` and `high`.
+    TruncatedNormal {
+        /// The mean of the normal distribution.
+        mean: f64,
+        /// The standard deviation of the normal distribution.
+        std: f64,
+        /// The lower bound.
+        low: f64,
+        /// The upper bound.
+        high: f64,
+    },
+    /// One of these values.
+    Choice(Vec<f64>),
+}
+
+impl Distribution {
+    fn raw(&self) -> (sys::mjenv_distribution, Vec<f64>) {
+        match self {
+            Self::Uniform { low, high } => (sys::MJENV_DISTRIBUTION_UNIFORM, vec![*low, *high]),
+            Self::LogUniform { low, high } => (sys::MJENV_DISTRIBUTION_LOG_UNIFORM, vec![*low, *high]),
+            Self::Normal { mean, std } => (sys::MJENV_DISTRIBUTION_NORMAL, vec![*mean, *std]),
+            Self::TruncatedNormal { mean, std, low, high } => {
+                (sys::MJENV_DISTRIBUTION_TRUNCATED_NORMAL, vec![*mean, *std, *low, *high])
+            }
+            Self::Choice(values) => (sys::MJENV_DISTRIBUTION_CHOICE, values.clone()),
+        }
+    }
+}
+
+/// What becomes of a value that is drawn. The model's own value is the one that was loaded with the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Effect {
+    /// The value that is drawn.
+    Value,
+    /// The model's own value, times the one that is drawn.
+    Scale,
+    /// The model's own value, plus the one that is drawn.
+    Offset,
+}
+
+impl Effect {
+    fn raw(self) -> sys::mjenv_effect {
+        match self {
+            Self::Value => sys::MJENV_EFFECT_VALUE,
+            Self::Scale => sys::MJENV_EFFECT_SCALE,
+            Self::Offset => sys::MJENV_EFFECT_OFFSET,
+        }
+    }
+}
+
+/// What resets draw for an array of the mjModel, see [`Env::randomize`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Randomization {
+    /// An array that [`Env::write`] can write: `"geom_friction"`, `"opt.gravity"`.
+    pub array: String,
+    /// What becomes of a value that is drawn.
+    pub effect: Effect,
+    /// From what it is drawn.
+    pub distribution: Distribution,
+    /// The numbers of the elements that are drawn, in the order of the draws; all by default.
+    pub elements: Option<Vec<usize>>,
+    /// Whether there is one draw for all elements, and not one each.
+    pub shared: bool,
+    /// Whether mj_setConst follows the draws: MuJoCo then computes anew what it derives from masses and sizes.
+    pub constants: bool,
+}
+
+impl Randomization {
+    /// One draw for each element of the array.
+    pub fn new(array: &str, effect: Effect, distribution: Distribution) -> Self {
+        Self { array: array.to_owned(), effect, distribution, elements: None, shared: false, constants: false }
+    }
+}
+
+/// A force and torque that push a body now and then, for one step each time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Push {
+    /// The body's number, see [`Env::object_index`]; not 0, the world.
+    pub body: usize,
+    /// The fewest and the most steps from the reset to the first push, and from each push to the next.
+    pub every: (usize, usize),
+    /// The lower bounds of the force (N) and the torque (N m), as in `xfrc_applied`.
+    pub low: [f64; 6],
+    /// Their upper bounds.
+    pub high: [f64; 6],
+}
+
+/// Noise, delays and pushes, see [`Env::perturb`]. By default there are none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Perturbation {
+    /// The standard deviations of what is added to the action: none, one for all actuators, or one for each.
+    pub action_noise: Vec<f64>,
+    /// The same for the observation.
+    pub observation_noise: Vec<f64>,
+    /// How many steps an action takes until it reaches the task.
+    pub action_delay: usize,
+    /// How many steps an observation takes until it reaches the caller.
+    pub observation_delay: usize,
+    /// The pushes, each of another body.
+    pub pushes: Vec<Push>,
+}
+
+impl Env {
+    /// Replaces what each reset draws for the model, also an automatic one: after the task's own draws, from the row's
+    /// random stream, in this order. An empty list draws nothing. It counts from each row's next reset on. mjenv.h
+    /// describes it.
+    ///
+    /// ```
+    /// # fn main() -> Result<(), mjenv::Error> {
+    /// use mjenv::{Distribution, Effect, Env, Options, Randomization};
+    ///
+    /// let mut env = Env::new(&Options::new("Hopper-v5")?, 2)?;
+    /// let scale = Distribution::Uniform { low: 0.5, high: 1.5 };
+    /// env.randomize(&[Randomization::new("geom_friction", Effect::Scale, scale)])?;
+    /// let mut batch = env.batch();
+    /// env.reset(&mut batch)?;
+    /// assert_ne!(env.read(0, "geom_friction")?, env.read(1, "geom_friction")?);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// Errors: [`ErrorKind::Name`](crate::ErrorKind::Name) (an array), [`ErrorKind::Value`](crate::ErrorKind::Value)
+    /// (an element, a parameter, or a value that can be drawn), [`ErrorKind::Size`](crate::ErrorKind::Size). After an
+    /// error nothing has changed.
+    pub fn randomize(&mut self, items: &[Randomization]) -> Result<()> {
+        let mut kept = Vec::with_capacity(items.len());
+        for item in items {
+            let name = c_string(format_args!("array {:?}", item.array), &item.array)?;
+            let elements: Option<Vec<i64>> = item.elements.as_ref().map(|all| all.iter().map(|i| int64(*i)).collect());
+            kept.push((name, elements, item.distribution.raw()));
+        }
+        let raw: Vec<_> = items
+            .iter()
+            .zip(&kept)
+            .map(|(item, (name, elements, (distribution, parameters)))| sys::mjenv_randomization {
+                struct_size: size_of::<sys::mjenv_randomization>(),
+                distribution: *distribution,
+                array: name.as_ptr(),
+                elements: elements.as_ref().map_or(ptr::null(), |all| all.as_ptr()),
+                element_count: elements.as_ref().map_or(0, |all| int64(all.len())),
+                parameters: parameters.as_ptr(),
+                parameter_count: int64(parameters.len()),
+                effect: item.effect.raw(),
+                shared: item.shared.into(),
+                constants: item.constants.into(),
+                reserved: 0,
+            })
+            .collect();
+        // SAFETY: all pointers are valid for the call, which copies what they point to.
+        check(unsafe { sys::mjenv_randomize(self.raw(), raw.as_ptr(), raw.len()) })
+    }
+
+    /// Replaces noise, delays and pushes, from each row's next reset on. mjenv.h describes what happens in a step.
+    /// Errors: [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Size`](crate::ErrorKind::Size). After an
+    /// error nothing has changed.
+    pub fn perturb(&mut self, perturbation: &Perturbation) -> Result<()> {
+        let pushes: Vec<_> = perturbation
+            .pushes
+            .iter()
+            .map(|push| sys::mjenv_push {
+                struct_size: size_of::<sys::mjenv_push>(),
+                body: i32::try_from(push.body).unwrap_or(i32::MAX),
+                min_steps: int64(push.every.0),
+                max_steps: int64(push.every.1),
+                low: push.low,
+                high: push.high,
+            })
+            .collect();
+        let raw = sys::mjenv_perturbation {
+            struct_size: size_of::<sys::mjenv_perturbation>(),
+            reserved: 0,
+            action_noise: perturbation.action_noise.as_ptr(),
+            action_noise_count: int64(perturbation.action_noise.len()),
+            observation_noise: perturbation.observation_noise.as_ptr(),
+            observation_noise_count: int64(perturbation.observation_noise.len()),
+            action_delay: int64(perturbation.action_delay),
+            observation_delay: int64(perturbation.observation_delay),
+            pushes: pushes.as_ptr(),
+            push_count: int64(pushes.len()),
+        };
+        // SAFETY: all pointers are valid for the call, which copies what they point to.
+        check(unsafe { sys::mjenv_perturb(self.raw(), &raw) })
+    }
+}

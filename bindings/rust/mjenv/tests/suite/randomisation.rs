@@ -1,0 +1,88 @@
+//! Resets that draw models, and noise, delays and pushes. tests/live compares the draws with Gymnasium's.
+
+use mjenv::{Distribution, Effect, Env, ErrorKind, Options, Perturbation, Push, Randomization};
+
+use crate::golden::assert_bits;
+
+fn items() -> Vec<Randomization> {
+    let choice = Distribution::Choice(vec![0.001, 0.002]);
+    let mut mass = Randomization::new("body_mass", Effect::Scale, Distribution::Uniform { low: 0.5, high: 1.5 });
+    mass.elements = Some(vec![1, 2]);
+    mass.constants = true;
+    let mut friction =
+        Randomization::new("geom_friction", Effect::Scale, Distribution::LogUniform { low: 0.5, high: 2.0 });
+    friction.shared = true;
+    vec![mass, friction, Randomization::new("opt.timestep", Effect::Value, choice)]
+}
+
+fn perturbation() -> Perturbation {
+    let push = Push { body: 1, every: (1, 1), low: [-1.0; 6], high: [1.0; 6] };
+    Perturbation {
+        action_noise: vec![0.1],
+        observation_noise: vec![0.01],
+        action_delay: 1,
+        observation_delay: 2,
+        pushes: vec![push],
+    }
+}
+
+fn hopper(rows: usize) -> Env {
+    let mut env = Env::new(&Options::new("Hopper-v5").unwrap(), rows).unwrap();
+    env.randomize(&items()).unwrap();
+    env.perturb(&perturbation()).unwrap();
+    env.seed(&(3..3 + rows as u64).collect::<Vec<_>>()).unwrap();
+    env
+}
+
+#[test]
+fn rows_draw_as_environments_of_one_row() {
+    let (mut many, mut one) = (hopper(2), hopper(1));
+    let own = Env::new(&Options::new("Hopper-v5").unwrap(), 1).unwrap().read(0, "body_mass").unwrap();
+    let (mut batch, mut out) = (many.batch(), one.batch());
+    many.reset(&mut batch).unwrap();
+    one.reset(&mut out).unwrap();
+    for step in 0..8 {
+        assert_bits(&format!("step {step}"), batch.obs(0), out.obs(0));
+        many.step(&[0.1f32; 6], &mut batch).unwrap();
+        one.step(&[0.1f32; 3], &mut out).unwrap();
+    }
+    let mass = many.read(1, "body_mass").unwrap();
+    assert!((1..3).all(|i| mass[i] != own[i] && mass[i] / own[i] >= 0.5 && mass[i] / own[i] <= 1.5));
+    assert_eq!(mass[3..], own[3..]);
+    assert!([0.001, 0.002].contains(&many.read(1, "opt.timestep").unwrap()[0]));
+    assert!(many.read(1, "xfrc_applied").unwrap()[6] != 0.0);
+    // An image goes on where the row was.
+    let image = many.snapshot(0).unwrap();
+    one.restore(0, &image).unwrap();
+    assert_eq!(one.read(0, "geom_friction").unwrap(), many.read(0, "geom_friction").unwrap());
+}
+
+#[test]
+fn settings_are_replaced() {
+    let mut env = hopper(1);
+    let image = env.snapshot(0).unwrap();
+    env.randomize(&[]).unwrap();
+    env.perturb(&Perturbation::default()).unwrap();
+    assert_eq!(env.restore(0, &image).unwrap_err().kind(), ErrorKind::Snapshot);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused() {
+    let mut env = hopper(1);
+    let refused = |env: &mut Env, array: &str, distribution| {
+        env.randomize(&[Randomization::new(array, Effect::Scale, distribution)]).unwrap_err()
+    };
+    let uniform = |low, high| Distribution::Uniform { low, high };
+    let unknown = refused(&mut env, "body_maas", uniform(1.0, 2.0));
+    assert_eq!(unknown.kind(), ErrorKind::Name);
+    assert!(unknown.to_string().contains("body_maas"));
+    assert_eq!(refused(&mut env, "body_mass", uniform(2.0, 1.0)).kind(), ErrorKind::Value);
+    assert_eq!(refused(&mut env, "body_mass", uniform(-1.0, 1.0)).kind(), ErrorKind::Value);
+    assert_eq!(refused(&mut env, "body_mass", Distribution::Choice(vec![])).kind(), ErrorKind::Size);
+    let normal = Distribution::TruncatedNormal { mean: 0.0, std: 1.0, low: 20.0, high: 30.0 };
+    assert_eq!(refused(&mut env, "body_mass", normal).kind(), ErrorKind::Value);
+    let far = Perturbation { action_delay: usize::MAX, ..Perturbation::default() };
+    assert_eq!(env.perturb(&far).unwrap_err().kind(), ErrorKind::Value);
+    let noise = Perturbation { action_noise: vec![0.1, 0.1], ..Perturbation::default() };
+    assert_eq!(env.perturb(&noise).unwrap_err().kind(), ErrorKind::Size);
+}
