@@ -3,9 +3,6 @@
 // time and a child would find a lock held by a thread that it does not have.
 #pragma once
 
-#include <sys/types.h>
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -16,7 +13,7 @@
 
 #include "error.hpp"
 #include "reasons.hpp"
-#include "system/futex.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 
@@ -32,20 +29,20 @@ struct alignas(64) Slot {
   Word busy{kFree};                 // whether a call that changes the object is inside; at most one is
   Word readers{0};                  // calls inside that only read the object
   std::atomic<bool> taken{false};   // whether the slot belongs to a handle
-  pid_t owner = 0;                  // the process that made the object
+  std::int32_t owner = 0;           // the process that made the object
   mutable Reason reason;            // of the last call that failed
 
   // destroy() sleeps in these until the calls that are inside have left.
   void leave() {
-    if (busy.exchange(kFree) == kAwaited) wake_all(busy);
+    if (busy.exchange(kFree) == kAwaited) platform::wake_all(busy);
   }
   void leave_reading() {
-    if (readers.fetch_sub(1) == kReadersAwaited + 1) wake_all(readers);
+    if (readers.fetch_sub(1) == kReadersAwaited + 1) platform::wake_all(readers);
   }
   void await_calls() {
-    while (busy.exchange(kAwaited) != kFree) sleep_while(busy, kAwaited);
+    while (busy.exchange(kAwaited) != kFree) platform::sleep_while(busy, kAwaited);
     for (std::uint32_t inside; (inside = readers.fetch_or(kReadersAwaited) & ~kReadersAwaited) != 0;)
-      sleep_while(readers, kReadersAwaited | inside);
+      platform::sleep_while(readers, kReadersAwaited | inside);
     readers.fetch_and(~kReadersAwaited);
   }
 };
@@ -76,7 +73,7 @@ class Table {
 
   Handle* add(std::unique_ptr<Object> object) {
     Handle* handle = take();
-    handle->owner = getpid();
+    handle->owner = platform::process_id();
     handle->object = object.release();
     return handle;
   }
@@ -86,7 +83,7 @@ class Table {
     if (!contains(handle)) return;
     Object* object = handle->object.exchange(nullptr);
     if (!object) return;
-    if (handle->owner == getpid()) {
+    if (handle->owner == platform::process_id()) {
       handle->await_calls();
       delete object;
     } else if (handle->busy == Handle::kFree && handle->readers == 0) {

@@ -1,15 +1,15 @@
 #include "reasons.hpp"
 
 #include <pthread.h>
-#include <sched.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "engine/thread_locals.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -86,11 +86,11 @@ void keep_last_reason(const char* reason) noexcept {
 }
 
 void Reason::lock() noexcept {
-  const pid_t self = getpid();
-  for (pid_t seen = 0; !holder_.compare_exchange_weak(seen, self, std::memory_order_acquire);) {
+  const std::int32_t self = platform::process_id();
+  for (std::int32_t seen = 0; !holder_.compare_exchange_weak(seen, self, std::memory_order_acquire);) {
     if (seen != self) continue;  // free after all, or left by the parent: the next exchange takes it
     seen = 0;
-    sched_yield();
+    std::this_thread::yield();
   }
 }
 

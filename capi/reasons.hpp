@@ -1,10 +1,9 @@
 // Why calls failed: the last reason of each thread and of each handle.
 #pragma once
 
-#include <sys/types.h>
-
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 
 namespace mjenv::core {
 
@@ -30,7 +29,7 @@ class Reason {
  private:
   // The process that reads or replaces text_ now, or 0. A child that was forked meanwhile takes over from its parent,
   // because the thread that would let go of it is not in the child.
-  std::atomic<pid_t> holder_{0};
+  std::atomic<std::int32_t> holder_{0};
   char* text_ = nullptr;
 
   void lock() noexcept;

@@ -9,12 +9,12 @@
 #include "engine/mujoco.hpp"
 #include "engine/versions.hpp"
 #include "error.hpp"
-#include "system/locale.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 
 mjModel* compile(const std::string& folder, const std::string& text, std::int64_t hull_limit) {
-  const ClassicLocale locale;
+  const platform::ClassicLocale locale;
   const ErrorTrap trap;
   const MemoryFile file(folder, text);
   std::string reason;

@@ -1,8 +1,6 @@
 // Opens MuJoCo's library at run time.
 #include "engine/mujoco4.hpp"
 
-#include <dlfcn.h>
-
 #include <atomic>
 #include <cstdlib>
 #include <cstring>
@@ -10,6 +8,7 @@
 #include <string>
 
 #include "error.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 
@@ -34,24 +33,26 @@ constexpr const char* kAdvice =
 [[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_FILE, why + "; " + kAdvice); }
 
 void* open_named(const char* path) {
-  if (void* library = dlopen(path, RTLD_NOW | RTLD_LOCAL)) return library;
-  const char* reason = dlerror();
-  refuse(std::string(kVariable) + ": " + (reason ? reason : path));
+  std::string reason;
+  if (void* library = platform::open_library(path, reason)) return library;
+  refuse(std::string(kVariable) + ": " + reason);
 }
 
 // Prefers a library that the process has already loaded, because then both use the same one.
 void* find() {
   const char* path = std::getenv(kVariable);
   if (path && *path) return open_named(path);
-  for (const int mode : {RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD, RTLD_NOW | RTLD_LOCAL})
-    for (const char* name : kNames)
-      if (void* library = dlopen(name, mode)) return library;
+  for (const char* name : kNames)
+    if (void* library = platform::loaded_library(name)) return library;
+  std::string unused;
+  for (const char* name : kNames)
+    if (void* library = platform::open_library(name, unused)) return library;
   refuse("there is no library of MuJoCo 4.0");
 }
 
 template <typename Pointer>
 void look_up(void* library, const char* name, Pointer& pointer) {
-  void* const found = dlsym(library, name);
+  void* const found = platform::symbol_of(library, name);
   if (!found) refuse(std::string("MuJoCo's library has no ") + name);
   static_assert(sizeof(Pointer) == sizeof(void*));
   std::memcpy(&pointer, &found, sizeof found);

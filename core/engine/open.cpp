@@ -1,8 +1,4 @@
 // Loads models from MJCF files and texts.
-#include <pwd.h>
-#include <unistd.h>
-
-#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -15,7 +11,7 @@
 #include "engine/untrusted/limits.hpp"
 #include "engine/untrusted/mjcf.hpp"
 #include "error.hpp"
-#include "system/locale.hpp"
+#include "system/platform.hpp"
 #include "system/stack.hpp"
 
 namespace mjenv::core {
@@ -29,12 +25,7 @@ Cache cache;
 
 std::string expanded(const std::string& path) {
   if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;
-  const char* home = std::getenv("HOME");
-  if (!home) {
-    const passwd* user = getpwuid(getuid());
-    home = user ? user->pw_dir : "~";
-  }
-  return home + path.substr(1);
+  return platform::home_folder() + path.substr(1);
 }
 
 std::string folder_of(const std::string& path) { return path.substr(0, path.find_last_of("/\\") + 1); }
@@ -85,7 +76,7 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
   Compiled compiled;
   about(source.label, [&] {
     run_with_stack(kStack, [&] {
-      const ClassicLocale locale;
+      const platform::ClassicLocale locale;
       const bool built_in = source.origin == Origin::built_in;
       const Limits limits(source.origin != Origin::stranger);
       const Mjcf given = built_in ? Mjcf{source.text, false} : checked(source.path, source.text, limits.trusted());

@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 
+#include "system/cpus.hpp"
+
 namespace mjenv::core::np {
 
 namespace {
@@ -22,21 +24,14 @@ constexpr Kernel kernels[] = {
     {"Barcelona", false},   {"Atom", false},       {"Nehalem", false},
 };
 
-bool cpu_has_fused_kernel() {
-#if defined(__x86_64__)
-  return __builtin_cpu_supports("avx512vl") != 0;  // the feature by which OpenBLAS chooses
-#else
-  return true;  // the kernels for aarch64 fuse, too
-#endif
-}
-
 }  // namespace
 
 Norm norm_as_numpy_here() {
   if (const char* name = std::getenv("OPENBLAS_CORETYPE"))
     for (const Kernel& kernel : kernels)
       if (strcasecmp(name, kernel.name) == 0) return Norm(kernel.fused);
-  return Norm(cpu_has_fused_kernel());
+  // On x86-64, OpenBLAS chooses by this feature. Its kernels for aarch64 fuse.
+  return Norm(!cpu_lacks_avx512());
 }
 
 }  // namespace mjenv::core::np

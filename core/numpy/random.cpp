@@ -1,7 +1,5 @@
 #include "numpy/random.hpp"
 
-#include <sys/random.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +11,7 @@
 
 #include "error.hpp"
 #include "numpy/ziggurat.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core::np {
 namespace {
@@ -89,7 +88,7 @@ Generator Generator::from_seed(std::uint64_t seed) {
 
 Generator Generator::from_entropy() {
   std::array<std::uint32_t, 4> digits{};
-  if (getrandom(digits.data(), sizeof digits, 0) != sizeof digits)
+  if (!platform::fill_with_entropy(digits.data(), sizeof digits))
     fail(MJENV_E_INTERNAL, "the system does not provide random numbers for a seed");
   return from_digits(digits.data(), digits.size());
 }

@@ -1,8 +1,5 @@
 #include "render/gl.hpp"
 
-#include <dlfcn.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -11,6 +8,7 @@
 
 #include "error.hpp"
 #include "render/glfw.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core::gl {
 namespace {
@@ -30,7 +28,7 @@ constexpr std::array<BackEnd, 3> back_ends{
 // own, so a process that has drawn with one of them cannot draw with the other.
 struct Binding {
   std::mutex mutex;
-  std::atomic<pid_t> process{0};
+  std::atomic<std::int32_t> process{0};
   mjenv_gl back_end = MJENV_GL_AUTO;
 };
 
@@ -66,8 +64,8 @@ void check_binding(const Binding& bound, mjenv_gl back_end) {
                                " already, which excludes " + name_of(back_end) + " until it ends");
     return;
   }
-  const bool shows_egl = dlsym(RTLD_DEFAULT, "eglGetProcAddress");
-  const bool shows_osmesa = dlsym(RTLD_DEFAULT, "OSMesaGetProcAddress");
+  const bool shows_egl = platform::visible_symbol("eglGetProcAddress");
+  const bool shows_osmesa = platform::visible_symbol("OSMesaGetProcAddress");
   if (osmesa ? shows_egl : (!shows_egl && shows_osmesa))
     fail(MJENV_E_RENDER, std::string("this process has loaded ") + (osmesa ? "EGL" : "OSMesa") + ", which excludes " +
                              name_of(back_end));
@@ -109,11 +107,12 @@ std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice) {
 template <typename Open>
 auto first_or_next(const Open& open_context) {
   Binding& bound = binding();
-  const pid_t before = bound.process;
-  if (before != 0 && before != getpid())  // checked before locking: after a fork the lock may stay locked for ever
+  const std::int32_t before = bound.process;
+  if (before != 0 &&
+      before != platform::process_id())  // checked before locking: after a fork the lock may stay locked for ever
     fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
   const std::lock_guard lock(bound.mutex);
-  bound.process = getpid();
+  bound.process = platform::process_id();
   try {
     return open_context(bound);
   } catch (...) {
@@ -134,7 +133,7 @@ std::unique_ptr<GlfwContext> open_window(int width, int height, const char* titl
   });
 }
 
-bool here() { return binding().process == getpid(); }
+bool here() { return binding().process == platform::process_id(); }
 
 Traits traits_of(const Context& current) {
   const auto get_string = reinterpret_cast<const unsigned char* (*)(unsigned)>(current.function("glGetString"));
@@ -156,16 +155,16 @@ Traits traits_of(const Context& current) {
   return traits;
 }
 
-Library::Library(const char* file, const char* packages) : file_(file), handle_(dlopen(file, RTLD_NOW | RTLD_LOCAL)) {
-  if (handle_) return;
-  const char* reason = dlerror();
-  fail(MJENV_E_RENDER, std::string(reason ? reason : file) + " (Debian: apt-get install " + packages + ")");
+Library::Library(const char* file, const char* packages) : file_(file) {
+  std::string reason;
+  handle_ = platform::open_library(file, reason);
+  if (!handle_) fail(MJENV_E_RENDER, reason + " (Debian: apt-get install " + packages + ")");
 }
 
-void Library::show() const { dlopen(file_, RTLD_NOW | RTLD_GLOBAL); }
+void Library::show() const { platform::show_library(file_); }
 
 void* Library::symbol(const char* name) const {
-  if (void* found = dlsym(handle_, name)) return found;
+  if (void* found = platform::symbol_of(handle_, name)) return found;
   fail(MJENV_E_RENDER, std::string(file_) + " has no " + name);
 }
 

@@ -1,8 +1,7 @@
 #include "render/glfw.hpp"
 
-#include <dlfcn.h>
-
 #include "error.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core::gl {
 
@@ -62,7 +61,7 @@ void GlfwContext::show() const {
   // Shows the library that GLFW has loaded for this window. Otherwise MuJoCo could find the functions of an OSMesa that
   // was tried without success.
   for (const char* file : {"libGLX.so.0", "libGL.so.1", "libEGL.so.1"})
-    if (dlopen(file, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD)) return;
+    if (platform::show_library(file)) return;
 }
 
 void GlfwContext::enter() {

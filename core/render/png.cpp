@@ -1,7 +1,6 @@
 #include "render/png.hpp"
 
 #include <lodepng.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "error.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -31,10 +31,8 @@ std::string save_png(const std::uint8_t* rgb, int width, int height) {
   if (const unsigned error =
           lodepng::encode(png, rgb, static_cast<unsigned>(width), static_cast<unsigned>(height), LCT_RGB))
     fail(MJENV_E_RENDER, std::string("the picture cannot be saved: ") + lodepng_error_text(error));
-  std::string path = temporary_folder() / "frame_XXXXXX.png";
-  const int descriptor = mkstemps(path.data(), 4);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(descriptor < 0 ? nullptr : fdopen(descriptor, "wb"),
-                                                             std::fclose);
+  std::string path = (temporary_folder() / "frame_XXXXXX.png").string();
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(platform::create_file(path, 4), std::fclose);
   if (!file || std::fwrite(png.data(), 1, png.size(), file.get()) != png.size() || std::fflush(file.get()) != 0)
     fail(MJENV_E_RENDER, "the picture " + core::quoted(path) + " cannot be written");
   return path;

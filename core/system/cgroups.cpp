@@ -5,6 +5,14 @@
 
 namespace mjenv::core {
 
+double counter(const std::string& file, const std::string& word, double fallback) {
+  std::ifstream from(file);
+  double value = 0;
+  for (std::string key; from >> key;)
+    if (key == word && from >> value) return value;
+  return fallback;
+}
+
 double smallest_limit(const std::string& root, const std::string& controller,
                       double (*limit_of)(const std::string& folder)) {
   const std::string unified = root + "/sys/fs/cgroup", own = unified + "/" + controller;

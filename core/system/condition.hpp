@@ -2,8 +2,8 @@
 #pragma once
 
 #include <pthread.h>
-#include <time.h>
 
+#include <chrono>
 #include <mutex>
 
 namespace mjenv::core {
@@ -17,14 +17,15 @@ class Deadline {
 
   bool is_set() const { return set_; }
   bool passed() const;
-  const timespec& time() const { return time_; }
+  std::chrono::steady_clock::time_point time() const { return time_; }
 
  private:
   bool set_ = false;
-  timespec time_{};
+  std::chrono::steady_clock::time_point time_;
 };
 
-// Replaces std::condition_variable, which makes gcc 12 link to symbols that older systems do not have.
+// Replaces std::condition_variable, which makes gcc 12 link to symbols that older systems do not have. The platform's
+// file (platform.hpp) implements it.
 class Condition {
  public:
   Condition();

@@ -1,13 +1,12 @@
 #include "system/cpus.hpp"
 
-#include <sched.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <string>
 
 #include "system/cgroups.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -28,12 +27,7 @@ double quota_of(const std::string& folder) {
 double cpu_quota(const std::string& root) { return smallest_limit(root, "cpu", quota_of); }
 
 std::vector<int> allowed_cpus() {
-  std::vector<int> cpus;
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) == 0)
-    for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu)
-      if (CPU_ISSET(cpu, &set)) cpus.push_back(cpu);
+  std::vector<int> cpus = platform::allowed_cpus();
   if (cpus.empty()) cpus.push_back(0);
   return cpus;
 }
@@ -41,6 +35,14 @@ std::vector<int> allowed_cpus() {
 int usable_cpus() {
   const auto allowed = static_cast<double>(allowed_cpus().size());
   return static_cast<int>(std::max(1.0, std::min(allowed, std::ceil(cpu_quota()))));
+}
+
+bool cpu_lacks_avx512() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx512vl") == 0;
+#else
+  return false;
+#endif
 }
 
 }  // namespace mjenv::core

@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// The CPUs in this process's affinity mask.
+// The CPUs in this process's affinity mask; 0 if they are unknown.
 std::vector<int> allowed_cpus();
 
 // The smallest quota of this process's control groups, in CPUs; infinite if there is none. root: the folder that
@@ -14,5 +14,8 @@ double cpu_quota(const std::string& root = "");
 
 // How many CPUs this process may use at once: as many as its affinity mask has, but not more than its quota.
 int usable_cpus();
+
+// Whether this is an x86-64 CPU without AVX-512's short vectors (AVX512VL).
+bool cpu_lacks_avx512();
 
 }  // namespace mjenv::core

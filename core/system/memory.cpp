@@ -1,28 +1,18 @@
 #include "system/memory.hpp"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include "error.hpp"
 #include "system/cgroups.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
 
 // Smaller allocations are not checked, because the check reads files, and small allocations rarely fail.
 constexpr double kSmall = 1 << 26;
-
-// Returns the number that follows `word` in the file.
-double counter(const std::string& file, const std::string& word, double fallback) {
-  std::ifstream from(file);
-  double value = 0;
-  for (std::string key; from >> key;)
-    if (key == word && from >> value) return value;
-  return fallback;
-}
 
 // How many bytes a control group may still use. The kernel drops inactive pages of files when it needs memory, so they
 // count as free.
@@ -34,18 +24,10 @@ double bytes_left(const std::string& folder) {
   return std::max(0.0, max - used + counter(folder + "/memory.stat", "inactive_file", 0));
 }
 
-// How much address space the process may still use under setrlimit.
-double addresses_left(const std::string& root) {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kUnlimited;
-  return static_cast<double>(limit.rlim_cur) - 1024 * counter(root + "/proc/self/status", "VmSize:", 0);
-}
-
 }  // namespace
 
 double free_memory(const std::string& root) {
-  const double machine = 1024 * counter(root + "/proc/meminfo", "MemAvailable:", kUnlimited);
-  return std::min({machine, addresses_left(root), smallest_limit(root, "memory", bytes_left)});
+  return std::min(platform::available_memory(root), smallest_limit(root, "memory", bytes_left));
 }
 
 void check_memory(std::int64_t count, const char* what, std::size_t bytes_each) {

@@ -1,14 +1,11 @@
 #include "system/pool.hpp"
 
-#include <pthread.h>
-#include <signal.h>
-#include <unistd.h>
-
 #include <string>
 
 #include "error.hpp"
 #include "system/cpus.hpp"
 #include "system/floats.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -31,42 +28,24 @@ bool spin_until(const Condition& condition) {
   return condition();
 }
 
-// Debuggers and top show the name. Linux allows 15 characters.
-void name(std::thread& thread, int worker) {
-  const std::string text = "mjenv-" + std::to_string(worker);
-  pthread_setname_np(thread.native_handle(), text.c_str());
-}
-
-void pin(std::thread& thread, int cpu) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(cpu, &set);
-  pthread_setaffinity_np(thread.native_handle(), sizeof set, &set);
-}
-
 }  // namespace
 
-Pool::Pool(int threads, bool pinned) : owner_(getpid()) {
+Pool::Pool(int threads, bool pinned) : owner_(platform::process_id()) {
   const auto cpus =
       pinned ? allowed_cpus() : std::vector<int>{};  // before the threads start, because nothing may throw afterwards
-  // The threads block all signals, so that the host's signal handlers run on the host's threads.
-  sigset_t all, before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
   try {
+    const platform::BlockedSignals blocked;
     for (int worker = 1; worker < threads; ++worker) {
       threads_.emplace_back([this, worker] { work(worker); });
-      name(threads_.back(), worker);
+      platform::name_thread(threads_.back(), "mjenv-" + std::to_string(worker));
     }
   } catch (const std::exception&) {
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     end();
     fail(MJENV_E_MEMORY, "the system does not give this process " + std::to_string(threads) +
                              " threads; set the option \"num_threads\" to a smaller number");
   }
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (!pinned) return;
-  for (std::size_t i = 0; i < threads_.size(); ++i) pin(threads_[i], cpus[(i + 1) % cpus.size()]);
+  for (std::size_t i = 0; i < threads_.size(); ++i) platform::pin_thread(threads_[i], cpus[(i + 1) % cpus.size()]);
 }
 
 Pool::~Pool() { end(); }
@@ -80,7 +59,7 @@ void Pool::end() {
   for (auto& thread : threads_) thread.join();
 }
 
-bool Pool::here() const { return threads_.empty() || getpid() == owner_; }
+bool Pool::here() const { return threads_.empty() || platform::process_id() == owner_; }
 
 void Pool::check_here() const {
   if (!here())

@@ -1,8 +1,6 @@
 // A pool of threads that run one job at a time, together with the calling thread. Between jobs they sleep.
 #pragma once
 
-#include <sys/types.h>
-
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -37,7 +35,7 @@ class Pool {
   void run(const std::function<void(int)>& job);
 
  private:
-  const pid_t owner_;  // the process that created the pool
+  const std::int32_t owner_;  // the process that created the pool
   std::function<void(int)> job_;
   std::atomic<std::uint64_t> generation_{0};
   std::atomic<int> running_{0};

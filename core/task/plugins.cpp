@@ -1,24 +1,20 @@
 #include "task/plugins.hpp"
 
-#include <dlfcn.h>
-#include <sched.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <memory>
 #include <sstream>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "error.hpp"
 #include "mjenv/task.h"
 #include "structs.hpp"
+#include "system/platform.hpp"
 #include "task/api.hpp"
 #include "task/registered_task.hpp"
 #include "task/registry.hpp"
@@ -31,21 +27,22 @@ constexpr const char* kEntry = "mjenv_tasks";
 [[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_TASK, why); }
 
 struct Close {
-  void operator()(void* handle) const { dlclose(handle); }
+  void operator()(void* handle) const { platform::close_library(handle); }
 };
 using Handle = std::unique_ptr<void, Close>;
 
 Handle open(const std::string& path) {
-  const std::unique_ptr<char, decltype(&std::free)> file(realpath(path.c_str(), nullptr), std::free);
-  if (!file) refuse(std::strerror(errno));
-  Handle handle(dlopen(file.get(), RTLD_NOW | RTLD_LOCAL));
-  if (!handle) refuse(dlerror());
+  const std::string file = platform::real_path(path);
+  if (file.empty()) refuse(std::strerror(errno));
+  std::string reason;
+  Handle handle(platform::open_library(file.c_str(), reason));
+  if (!handle) refuse(reason);
   return handle;
 }
 
 mjenv_plugin call_entry(void* handle) {
   mjenv_tasks_function* entry = nullptr;
-  *reinterpret_cast<void**>(&entry) = dlsym(handle, kEntry);
+  *reinterpret_cast<void**>(&entry) = platform::symbol_of(handle, kEntry);
   if (!entry)
     refuse("it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
            " (MJENV_PLUGIN)");
@@ -76,16 +73,14 @@ constexpr std::uint64_t unread = 0, done = 1;
 std::atomic<std::uint64_t> state{unread};
 std::atomic<const std::string*> failure{nullptr};  // never freed, like the ids
 
-std::uint64_t this_reader() {
-  return static_cast<std::uint64_t>(getpid()) << 32 | static_cast<std::uint32_t>(syscall(SYS_gettid));
-}
+std::uint64_t this_reader() { return static_cast<std::uint64_t>(platform::process_id()) << 32 | platform::thread_id(); }
 
 void read_environment() {
-  const char* paths = secure_getenv("MJENV_TASKS");
+  const char* paths = platform::trusted_environment("MJENV_TASKS");
   if (!paths) return;
   std::string failed;
   std::istringstream list(paths);
-  for (std::string path; std::getline(list, path, ':');) {
+  for (std::string path; std::getline(list, path, platform::path_separator);) {
     if (path.empty()) continue;
     try {
       load_tasks(path);
@@ -120,7 +115,7 @@ void load_tasks_of_environment() {
   for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
     if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
     if (seen >> 32 == me >> 32) {  // another thread of this process reads; else a forked child found its parent's mark
-      sched_yield();
+      std::this_thread::yield();
       seen = unread;
     }
   }

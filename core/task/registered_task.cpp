@@ -1,11 +1,7 @@
 #include "task/registered_task.hpp"
 
-#include <dlfcn.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -14,6 +10,7 @@
 #include "engine/errors.hpp"
 #include "error.hpp"
 #include "structs.hpp"
+#include "system/platform.hpp"
 #include "task/api.hpp"
 #include "task/builder.hpp"
 #include "task/meanings.hpp"
@@ -32,15 +29,11 @@ bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') |
 
 // The folder of the shared object or program that contains the code. If that is unknown, the current folder.
 std::string folder_of(const void* code) {
-  Dl_info info{};
-  std::unique_ptr<char, decltype(&std::free)> path(nullptr, std::free);
-  if (dladdr(code, &info) != 0 && info.dli_fname) path.reset(realpath(info.dli_fname, nullptr));
-  if (path) {
-    const std::string file = path.get();
-    return file.substr(0, file.rfind('/') + 1);
-  }
-  path.reset(realpath(".", nullptr));
-  return path ? std::string(path.get()) + "/" : "./";
+  std::string path = platform::file_of(code);
+  if (!path.empty()) path = platform::real_path(path);
+  if (!path.empty()) return path.substr(0, path.rfind('/') + 1);
+  path = platform::real_path(".");
+  return path.empty() ? "./" : path + "/";
 }
 
 // MuJoCo's default camera.

@@ -1,13 +1,12 @@
 #include "task/registry.hpp"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <atomic>
 #include <iterator>
 #include <string_view>
 
 #include "error.hpp"
+#include "system/platform.hpp"
 #include "task/plugins.hpp"
 #include "version.hpp"
 
@@ -75,13 +74,6 @@ const Id* find(const List& list, const std::string& name) {
   return found != end && (*found)->name == name ? *found : nullptr;
 }
 
-// Prevents dlclose from unloading this library, because the list of ids would be lost.
-void prevent_unloading() {
-  Dl_info info{};
-  if (dladdr(&built_in, &info) != 0 && info.dli_fname)
-    static_cast<void>(dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));
-}
-
 }  // namespace
 
 std::int64_t id_count() {
@@ -139,7 +131,7 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
     // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): lists and their tasks are never freed
     static_cast<void>(made.release()), static_cast<void>(ids.release()), static_cast<void>(added.release());
     for (auto& task : tasks) static_cast<void>(task.release());
-    return prevent_unloading();
+    return platform::keep_loaded(&built_in);  // unloading this library would lose the list
   }
 }
 

@@ -34,7 +34,7 @@ static const mjenv_task good = {.struct_size = sizeof(mjenv_task),
                                 .step = step};
 MJENV_PLUGIN(&good, &task, &task)
 #else
-MJENV_API const mjenv_plugin* mjenv_tasks(const mjenv_task_api* api);
+MJENV_EXPORT const mjenv_plugin* mjenv_tasks(const mjenv_task_api* api);
 const mjenv_plugin* mjenv_tasks(const mjenv_task_api* api) {
   static const mjenv_task* const tasks[] = {&task};
   static mjenv_plugin plugin = {sizeof(mjenv_plugin), MJENV_ABI_VERSION, tasks, 1};

@@ -897,7 +897,6 @@ class Description {
 
 /* The list of definitions in this program or shared object. Its symbols are hidden, so that shared objects in one
  * process do not share one list. */
-#define MJENV_HIDDEN __attribute__((visibility("hidden")))
 MJENV_HIDDEN inline Definition *definitions = nullptr;
 
 /* Adds a definition to the list when the program or shared object is loaded. */
@@ -947,11 +946,8 @@ MJENV_HIDDEN inline void register_tasks() {
 /* Makes a shared object with definitions a plug-in. A program that defines tasks for itself alone can leave it out: by
  * defining MJENV_NO_PLUGIN before it includes this header. */
 #ifndef MJENV_NO_PLUGIN
-extern "C" __attribute__((visibility("default"), used)) inline const mjenv_plugin *mjenv_tasks(
-    const mjenv_task_api *api) {
+extern "C" MJENV_EXPORT inline const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api) {
   return mjenv::detail::plugin_of_tasks(api);
 }
 #endif
-
-#undef MJENV_HIDDEN
 #endif

@@ -1,9 +1,5 @@
 #include "engine/untrusted/files.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -15,6 +11,7 @@
 #include <vector>
 
 #include "engine/untrusted/inflate.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -226,10 +223,10 @@ class Obj {
       refuse("it names materials in another folder");
     for (std::string_view name = word(names); !name.empty(); name = word(names)) {
       const std::string file = folder + std::string(name);
-      struct stat status {};
-      if (lstat(file.c_str(), &status) != 0) continue;  // tinyobjloader ignores missing files
-      if (!S_ISREG(status.st_mode)) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
-      check_limit(limits_, "bytes of materials", status.st_size, kMaterialBytes);
+      const platform::FileStatus status = platform::status_of(file);
+      if (!status.exists) continue;  // tinyobjloader ignores missing files
+      if (!status.is_regular) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
+      check_limit(limits_, "bytes of materials", status.bytes, kMaterialBytes);
     }
   }
 };
@@ -275,24 +272,18 @@ std::int64_t check_png(const std::string& content, const Limits& limits) {
 }  // namespace
 
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what, mjenv_status unreadable) {
-  // Opened without blocking, because a pipe would never answer.
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const platform::InputFile file(path);
   const auto cannot = [&](const char* why) { fail(unreadable, what + quoted(path) + " cannot be read: " + why); };
-  if (file < 0) cannot(std::strerror(errno));
-  const struct Close {
-    int file;
-    ~Close() { close(file); }
-  } closing{file};
-  struct stat status {};
-  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) cannot("it is no regular file");
-  if (status.st_size > max_bytes)
-    refuse(what + quoted(path) + " has " + std::to_string(status.st_size) + " bytes; the limit is " +
+  if (!file.is_open()) cannot(std::strerror(errno));
+  const platform::FileStatus status = file.status();
+  if (!status.is_regular) cannot("it is no regular file");
+  if (status.bytes > max_bytes)
+    refuse(what + quoted(path) + " has " + std::to_string(status.bytes) + " bytes; the limit is " +
            std::to_string(max_bytes));
-  std::string content(static_cast<std::size_t>(status.st_size), '\0');
+  std::string content(static_cast<std::size_t>(status.bytes), '\0');
   std::size_t got = 0;
   while (got < content.size()) {
-    const ssize_t count = read(file, &content[got], content.size() - got);
-    if (count < 0 && errno == EINTR) continue;
+    const std::int64_t count = file.read(&content[got], content.size() - got);
     if (count < 0) cannot(std::strerror(errno));
     if (count == 0) break;
     got += static_cast<std::size_t>(count);

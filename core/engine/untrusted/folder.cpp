@@ -1,11 +1,10 @@
 #include "engine/untrusted/folder.hpp"
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
-#include <memory>
 
 #include "engine/untrusted/files.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -14,9 +13,9 @@ constexpr std::size_t kMaxPath = 900;  // MuJoCo copies paths to buffers of 1000
 
 // Resolves links.
 std::string real_path(const std::string& path) {
-  const std::unique_ptr<char, void (*)(void*)> real(realpath(path.c_str(), nullptr), std::free);
-  if (!real) refuse("file " + quoted(path) + " cannot be read: " + std::strerror(errno));
-  return real.get();
+  std::string real = platform::real_path(path);
+  if (real.empty()) refuse("file " + quoted(path) + " cannot be read: " + std::strerror(errno));
+  return real;
 }
 
 }  // namespace

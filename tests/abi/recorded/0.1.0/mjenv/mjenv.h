@@ -73,7 +73,21 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* MJENV_API marks the library's functions, MJENV_EXPORT what the library looks up in a plug-in, and MJENV_HIDDEN what each
+ * program and shared object has for itself. MJENV_BUILDING is defined while the library is compiled. */
+#if !defined(_WIN32)
 #define MJENV_API __attribute__((visibility("default")))
+#define MJENV_EXPORT __attribute__((visibility("default"), used))
+#define MJENV_HIDDEN __attribute__((visibility("hidden")))
+#elif defined(MJENV_BUILDING)
+#define MJENV_API __declspec(dllexport)
+#define MJENV_EXPORT __declspec(dllexport)
+#define MJENV_HIDDEN
+#else
+#define MJENV_API __declspec(dllimport)
+#define MJENV_EXPORT __declspec(dllexport)
+#define MJENV_HIDDEN
+#endif
 
 #ifdef __cplusplus
 extern "C" {

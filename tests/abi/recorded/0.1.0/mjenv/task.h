@@ -474,7 +474,7 @@ typedef const mjenv_plugin *mjenv_tasks_function(const mjenv_task_api *api);
 /* Defines the function "mjenv_tasks" of a plug-in in C: MJENV_PLUGIN(&cartpole, &reach) for two structs mjenv_task. In
  * C++, use mjenv/task.hpp, or write this inside extern "C" { }. */
 #define MJENV_PLUGIN(...)                                                               \
-  MJENV_API const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api);                 \
+  MJENV_EXPORT const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api);              \
   const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api) {                          \
     static const mjenv_task *const tasks[] = {__VA_ARGS__};                             \
     static const mjenv_plugin plugin = {sizeof(mjenv_plugin), MJENV_ABI_VERSION, tasks, \

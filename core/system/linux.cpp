@@ -1,0 +1,101 @@
+// What only Linux has.
+#include <linux/futex.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/random.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <climits>
+#include <cstdlib>
+
+#include "system/cgroups.hpp"
+#include "system/condition.hpp"
+#include "system/platform.hpp"
+
+namespace mjenv::core {
+
+// On the monotonic clock, which is std::chrono::steady_clock.
+Condition::Condition() {
+  pthread_condattr_t monotonic;
+  pthread_condattr_init(&monotonic);
+  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+  pthread_cond_init(&condition_, &monotonic);
+  pthread_condattr_destroy(&monotonic);
+}
+
+void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
+  pthread_mutex_t* mutex = lock.mutex()->native_handle();
+  if (!deadline.is_set()) {
+    pthread_cond_wait(&condition_, mutex);
+    return;
+  }
+  const auto time = deadline.time().time_since_epoch();
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  const std::chrono::nanoseconds rest = time - seconds;
+  const timespec until{static_cast<time_t>(seconds.count()), static_cast<long>(rest.count())};
+  pthread_cond_timedwait(&condition_, mutex, &until);
+}
+
+namespace platform {
+
+std::uint32_t thread_id() { return static_cast<std::uint32_t>(syscall(SYS_gettid)); }
+
+const char* trusted_environment(const char* name) { return secure_getenv(name); }
+
+std::vector<int> allowed_cpus() {
+  std::vector<int> cpus;
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof set, &set) == 0)
+    for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu)
+      if (CPU_ISSET(cpu, &set)) cpus.push_back(cpu);
+  return cpus;
+}
+
+void pin_thread(std::thread& thread, int cpu) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(cpu, &set);
+  pthread_setaffinity_np(thread.native_handle(), sizeof set, &set);
+}
+
+void name_thread(std::thread& thread, const std::string& name) {
+  pthread_setname_np(thread.native_handle(), name.c_str());
+}
+
+std::size_t stack_left() {
+  pthread_attr_t attributes;
+  if (pthread_getattr_np(pthread_self(), &attributes) != 0) return 0;
+  void* lowest = nullptr;
+  std::size_t size = 0;
+  pthread_attr_getstack(&attributes, &lowest, &size);
+  pthread_attr_destroy(&attributes);
+  const auto bottom = reinterpret_cast<std::uintptr_t>(lowest);
+  const auto here = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0));
+  return here > bottom && here - bottom <= size ? here - bottom : 0;
+}
+
+void sleep_while(std::atomic<std::uint32_t>& word, std::uint32_t value) {
+  static_assert(sizeof word == sizeof value);
+  syscall(SYS_futex, &word, FUTEX_WAIT_PRIVATE, value, nullptr, nullptr, 0);
+}
+
+void wake_all(std::atomic<std::uint32_t>& word) {
+  syscall(SYS_futex, &word, FUTEX_WAKE_PRIVATE, INT_MAX, nullptr, nullptr, 0);
+}
+
+double available_memory(const std::string& root) {
+  const double machine = 1024 * counter(root + "/proc/meminfo", "MemAvailable:", kUnlimited);
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return machine;
+  const double used = 1024 * counter(root + "/proc/self/status", "VmSize:", 0);
+  return std::min(machine, static_cast<double>(limit.rlim_cur) - used);
+}
+
+bool fill_with_entropy(void* to, std::size_t bytes) { return getrandom(to, bytes, 0) == static_cast<ssize_t>(bytes); }
+
+}  // namespace platform
+}  // namespace mjenv::core

@@ -1,0 +1,143 @@
+// What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, and
+// linux.cpp what only Linux has. Outside of core/system, no file asks for which system or CPU it is compiled.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace mjenv::core::platform {
+
+// ---- Processes ----
+
+std::int32_t process_id();
+// Of the calling thread; unique among the threads of the process.
+std::uint32_t thread_id();
+// The value of an environment variable. Null if it is unset, or if the program runs with more rights than its user.
+const char* trusted_environment(const char* name);
+// What separates the paths in an environment variable that lists some.
+extern const char path_separator;
+
+// ---- Threads and CPUs ----
+
+// Blocks all signals on the calling thread while it lives. Threads that start meanwhile block them for ever, so that
+// the host's signal handlers run on the host's threads.
+class BlockedSignals {
+ public:
+  BlockedSignals();
+  ~BlockedSignals();
+  BlockedSignals(const BlockedSignals&) = delete;
+  BlockedSignals& operator=(const BlockedSignals&) = delete;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// The CPUs in this process's affinity mask; empty if they are unknown.
+std::vector<int> allowed_cpus();
+void pin_thread(std::thread& thread, int cpu);
+// Debuggers and top show the name, of which Linux keeps 15 characters.
+void name_thread(std::thread& thread, const std::string& name);
+
+// How many bytes are left of the calling thread's stack; 0 if that is unknown, for example on the stack of a coroutine.
+std::size_t stack_left();
+// Runs body, which must not throw, on a new thread with so many bytes of stack, and waits for it. The thread blocks all
+// signals. False if the system gives no such thread.
+bool run_on_thread(std::size_t stack_bytes, const std::function<void()>& body);
+
+// These let a thread sleep until another thread of this process changes a word. Unlike a condition variable, a word
+// needs no initialization, and a forked child can use it even if threads of its parent were sleeping on it.
+
+// Sleeps while the word has this value. May also return spuriously.
+void sleep_while(std::atomic<std::uint32_t>& word, std::uint32_t value);
+// Wakes all threads that sleep on the word.
+void wake_all(std::atomic<std::uint32_t>& word);
+
+// ---- Memory, entropy, locale ----
+
+// How many bytes the machine has available, and how many the process's address space has left: the smaller number. The
+// limits of control groups are not counted. root: the folder that contains proc/.
+double available_memory(const std::string& root);
+
+// Fills the memory with random bytes. False if the system provides none.
+bool fill_with_entropy(void* to, std::size_t bytes);
+
+// Sets the locale "C", in which the C library reads numbers and compares text, for this thread while it lives. The
+// host's own locales, also those that its other threads set meanwhile, then have no effect on this thread.
+class ClassicLocale {
+ public:
+  ClassicLocale();
+  ~ClassicLocale();
+  ClassicLocale(const ClassicLocale&) = delete;
+  ClassicLocale& operator=(const ClassicLocale&) = delete;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// ---- Files ----
+
+struct FileStatus {
+  bool exists = false, is_regular = false;
+  std::int64_t bytes = 0;
+};
+
+// The status of what the path names, which may be a link.
+FileStatus status_of(const std::string& path);
+
+// A file that is open for reading. Opening never waits, not even for a pipe.
+class InputFile {
+ public:
+  explicit InputFile(const std::string& path);
+  ~InputFile();
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  // If it is not open, errno says why.
+  bool is_open() const { return descriptor_ >= 0; }
+  FileStatus status() const;
+  // Returns how many bytes it has read, 0 at the end. Returns -1 if it fails; errno then says why.
+  std::int64_t read(void* to, std::size_t bytes) const;
+
+ private:
+  int descriptor_;
+};
+
+// The absolute path without links, or "" if there is no such file or folder; errno then says why.
+std::string real_path(const std::string& path);
+
+// Creates and opens a file whose name is not in use yet: replaces the "XXXXXX" before the last `ending` characters of
+// the path. Null if that fails.
+std::FILE* create_file(std::string& path, std::size_t ending);
+
+// The user's home folder, or "~" if it is unknown.
+std::string home_folder();
+
+// ---- Shared libraries ----
+
+// Opens a library. Null if that fails; `reason` then says why.
+void* open_library(const char* file, std::string& reason);
+// The same for a library that the process has loaded already. Null if it has not.
+void* loaded_library(const char* file);
+// Makes the symbols of a loaded library visible to the whole process, as if the process were linked to it. False if it
+// is not loaded.
+bool show_library(const char* file);
+void close_library(void* library);
+// Null if the library has no such symbol.
+void* symbol_of(void* library, const char* name);
+// The same for all that is visible to the whole process.
+void* visible_symbol(const char* name);
+// The path of the library or program that contains this address, or "" if it is unknown.
+std::string file_of(const void* address);
+// Prevents that the library with this address is ever unloaded.
+void keep_loaded(const void* address);
+
+}  // namespace mjenv::core::platform

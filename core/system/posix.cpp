@@ -1,0 +1,160 @@
+// What is the same on all POSIX systems.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <locale.h>
+#include <pthread.h>
+#include <pwd.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <new>
+
+#include "system/platform.hpp"
+
+namespace mjenv::core::platform {
+
+// ---- Processes ----
+
+std::int32_t process_id() { return getpid(); }
+
+const char path_separator = ':';
+
+// ---- Threads ----
+
+struct BlockedSignals::State {
+  sigset_t before;
+};
+
+BlockedSignals::BlockedSignals() : state_(std::make_unique<State>()) {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &state_->before);
+}
+
+BlockedSignals::~BlockedSignals() { pthread_sigmask(SIG_SETMASK, &state_->before, nullptr); }
+
+namespace {
+
+void* run(void* body) {
+  (*static_cast<const std::function<void()>*>(body))();
+  return nullptr;
+}
+
+}  // namespace
+
+bool run_on_thread(std::size_t stack_bytes, const std::function<void()>& body) {
+  pthread_t thread;
+  {
+    const BlockedSignals blocked;
+    pthread_attr_t attributes;
+    pthread_attr_init(&attributes);
+    pthread_attr_setstacksize(&attributes, stack_bytes + static_cast<std::size_t>(PTHREAD_STACK_MIN));
+    const int error = pthread_create(&thread, &attributes, run, const_cast<std::function<void()>*>(&body));
+    pthread_attr_destroy(&attributes);
+    if (error != 0) return false;
+  }
+  pthread_join(thread, nullptr);
+  return true;
+}
+
+// ---- Locale ----
+
+struct ClassicLocale::State {
+  locale_t classic, before;
+};
+
+ClassicLocale::ClassicLocale() : state_(std::make_unique<State>()) {
+  state_->classic = newlocale(LC_ALL_MASK, "C", nullptr);
+  if (!state_->classic) throw std::bad_alloc();
+  state_->before = uselocale(state_->classic);
+}
+
+ClassicLocale::~ClassicLocale() {
+  uselocale(state_->before);
+  freelocale(state_->classic);
+}
+
+// ---- Files ----
+
+namespace {
+
+FileStatus status_from(int error, const struct stat& status) {
+  if (error != 0) return {};
+  return {true, S_ISREG(status.st_mode), status.st_size};
+}
+
+}  // namespace
+
+FileStatus status_of(const std::string& path) {
+  struct stat status {};
+  return status_from(lstat(path.c_str(), &status), status);
+}
+
+InputFile::InputFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+
+InputFile::~InputFile() {
+  if (is_open()) close(descriptor_);
+}
+
+FileStatus InputFile::status() const {
+  struct stat status {};
+  return status_from(fstat(descriptor_, &status), status);
+}
+
+std::int64_t InputFile::read(void* to, std::size_t bytes) const {
+  for (;;) {
+    const ssize_t count = ::read(descriptor_, to, bytes);
+    if (count >= 0 || errno != EINTR) return count;
+  }
+}
+
+std::string real_path(const std::string& path) {
+  const std::unique_ptr<char, void (*)(void*)> real(realpath(path.c_str(), nullptr), std::free);
+  return real ? real.get() : "";
+}
+
+std::FILE* create_file(std::string& path, std::size_t ending) {
+  const int descriptor = mkstemps(path.data(), static_cast<int>(ending));
+  return descriptor < 0 ? nullptr : fdopen(descriptor, "wb");
+}
+
+std::string home_folder() {
+  if (const char* home = std::getenv("HOME")) return home;
+  const passwd* user = getpwuid(getuid());
+  return user ? user->pw_dir : "~";
+}
+
+// ---- Shared libraries ----
+
+void* open_library(const char* file, std::string& reason) {
+  void* library = dlopen(file, RTLD_NOW | RTLD_LOCAL);
+  if (library) return library;
+  const char* why = dlerror();
+  reason = why ? why : file;
+  return nullptr;
+}
+
+void* loaded_library(const char* file) { return dlopen(file, RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD); }
+
+bool show_library(const char* file) { return dlopen(file, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD) != nullptr; }
+
+void close_library(void* library) { dlclose(library); }
+
+void* symbol_of(void* library, const char* name) { return dlsym(library, name); }
+
+void* visible_symbol(const char* name) { return dlsym(RTLD_DEFAULT, name); }
+
+std::string file_of(const void* address) {
+  Dl_info info{};
+  return dladdr(address, &info) != 0 && info.dli_fname ? info.dli_fname : "";
+}
+
+void keep_loaded(const void* address) {
+  const std::string file = file_of(address);
+  if (!file.empty()) static_cast<void>(dlopen(file.c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));
+}
+
+}  // namespace mjenv::core::platform
