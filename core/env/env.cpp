@@ -447,6 +447,11 @@ void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
   });
 }
 
+std::size_t Env::snapshot_size(std::int64_t row) const {
+  check_settled();
+  return image_size(rows_, row);
+}
+
 void Env::snapshot(std::int64_t row, void* image) const {
   check_settled();
   write_image(rows_, identity(), row, image);

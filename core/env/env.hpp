@@ -75,7 +75,7 @@ class Env {
   void perturb(const mjenv_perturbation* perturbation);
 
   void copy_row(std::int64_t from, const std::uint8_t* to_mask);
-  std::size_t snapshot_size(std::int64_t row) const { return image_size(rows_, row); }
+  std::size_t snapshot_size(std::int64_t row) const;
   void snapshot(std::int64_t row, void* image) const;
   void restore(std::int64_t row, const void* image, std::size_t size);
 

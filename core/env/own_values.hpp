@@ -15,9 +15,9 @@ namespace mjenv::core {
 // As in Gymnasium, a write changes no derived array until the next mj_step or mj_forward. But rows do not store their
 // derived arrays: workers compute them again when they are needed, and after a write this must give what it gave before
 // the write. So a row keeps up to four versions of its values: the present ones; those with which its derived arrays
-// were computed, if they were written since; those with which its last mj_step ran, if set_state has computed with
-// others; and those with which mj_setConst was called. It also keeps the state that set_state has set, if it was
-// written since.
+// were computed, if the row was written since; those with which its last mj_step ran, if set_state has computed with
+// others; and those with which mj_setConst was called. It also keeps the state that set_state has set, if the
+// row was written since.
 class OwnValues {
  public:
   // state_size: how many numbers the state of a row has.
@@ -26,7 +26,8 @@ class OwnValues {
 
   bool empty() const { return arrays_.list().empty(); }
   const OwnArrays& arrays() const { return arrays_; }
-  // Gives all rows their own values of these arrays, at first the model's. Changes nothing if it fails.
+  // Gives all rows their own values of these arrays, at first the model's, or those that mj_resetData gives inputs of
+  // mjData. Changes nothing if it fails.
   void add(const std::vector<std::string>& names);
 
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
@@ -51,7 +52,7 @@ class OwnValues {
   // The same without allocating: room has block_bytes().
   void keep(std::int64_t row, Block room) noexcept;
   void keep_state(std::int64_t row, const double* state);
-  // Call before mj_setConst.
+  // Call before the constants that mj_setConst has computed replace the present values. Replaces what was kept before.
   void keep_constants(std::int64_t row);
   // Call computed_all when everything was computed with the present values: nothing older is needed. Call
   // computed_after_step when set_state has computed after a step: the derived forces stay those of that step, so the
@@ -75,7 +76,7 @@ class OwnValues {
   // Allocates room for what is kept of the rows.
   void make_pasts();
   // Copies a block that is laid out by `layout` into a new block that is laid out by arrays(). Arrays that `layout`
-  // lacks get the model's values.
+  // lacks get the values that `add` gives them.
   Block translated(const OwnArrays& layout, const std::byte* block) const;
   // Replaces the row's values and what is kept of it. Does not throw. If `past` has anything, call make_pasts first.
   void set(std::int64_t row, const OwnArrays& layout, const std::byte* block, Past past);

@@ -27,7 +27,8 @@ void Rows::check(std::int64_t row) const {
 void Rows::keep(std::int64_t row) {
   if (head(row).origin == Origin::cleared) return;
   if (!own_.empty()) own_.keep(row);
-  // After other computations, the derived arrays depend on before(row), which writes do not change.
+  // Derived arrays of `set` are computed from this state; those of other origins from before(row), which no write
+  // changes.
   if (head(row).origin == Origin::set) own_.keep_state(row, state(row));
 }
 

@@ -21,7 +21,14 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  task_.calls->carry(work_);  // before the row changes, because it may fail
+  // Before the row changes, because these may fail.
+  task_.calls->carry(work_);
+  OwnValues& own = rows.own();
+  // MuJoCo has reset the simulation, which clears the inputs. If that was in the last mj_step, computing it again needs
+  // the inputs, so they are kept. If it was before, the last mj_step began without inputs.
+  const bool clears_inputs = origin == Origin::step && own.arrays().has_inputs() && work_.was_reset();
+  OwnValues::Block room;
+  if (clears_inputs && !work_.diverged_early()) room = own.room();
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   if (origin == Origin::set)
@@ -30,7 +37,6 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     std::copy_n(start, layout.size, rows.before(row));
   work_.save(rows.state(row));
   std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
-  OwnValues& own = rows.own();
   if (origin == Origin::set)
     own.computed_after_step(row);
   else
@@ -38,10 +44,8 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   if (origin == Origin::step && forces_)
     for (const Work::Force& force : *forces_)
       std::memcpy(own.present(row) + force.offset, force.values.data(), sizeof force.values);
-  if (origin == Origin::step && own.arrays().has_inputs() && work_.was_reset()) {
-    // MuJoCo has reset the simulation, which clears the inputs. If that was in the last mj_step, computing it again
-    // needs the inputs, so they are kept. If it was before, the last mj_step began without inputs.
-    if (!work_.diverged_early()) own.keep(row);
+  if (clears_inputs) {
+    if (room) own.keep(row, std::move(room));
     own.clear_inputs(row);
   }
   Rows::Head& head = rows.head(row);

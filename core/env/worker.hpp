@@ -30,7 +30,7 @@ class Worker {
 
   const std::int32_t index;
   Failures failures;
-  std::atomic<std::int64_t> next{0};  // the first row of this worker's block that no worker has begun
+  std::atomic<std::int64_t> next{0};  // the first row of this worker's block that no worker has taken
 
   Work& work() { return work_; }
   // Allocates room for an observation, and finds the arrays to export.
@@ -42,7 +42,7 @@ class Worker {
   void hold(Rows& rows, std::int64_t row);
   // Records that the work space holds no row.
   void release() { resident_ = kNone; }
-  // Call this when the row was changed without this worker: its derived arrays in the work space are out of date.
+  // Call this when the row was changed without this worker: the work space no longer agrees with the row.
   void forget(std::int64_t row) {
     if (resident_ == row) release();
   }

@@ -52,7 +52,7 @@ void humanoid(Robot& r) {
   r.carry([](const Sim& s) { return s.mass_center_xy(); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
     const Eigen::Vector2d xy =
-        s.mass_center_xy();  // mj_step computes it before it integrates, so it is one timestep older than qpos
+        s.mass_center_xy();  // as mj_step leaves it: computed before it integrated, not from the new qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = z_range[0] < z && z < z_range[1];

@@ -1,4 +1,4 @@
-// These functions do not throw, because their callers may be C.
+// The functions of mjenv_task_api do not throw, because their callers may be C.
 #include "task/api.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The constructor options of one id. The task's definition declares them, and the caller sets them.
+// The constructor options of one id. The task's definition and the library declare them, and the caller sets them.
 #pragma once
 
 #include <array>

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <new>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -84,6 +85,8 @@ void read_environment() {
     if (path.empty()) continue;
     try {
       load_tasks(path);
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& error) {
       failed += (failed.empty() ? "" : "; ") + std::string(error.what());
     }
@@ -114,7 +117,9 @@ void load_tasks_of_environment() {
   const std::uint64_t me = this_reader();
   for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
     if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
-    if (seen >> 32 == me >> 32) {  // another thread of this process reads; else a forked child found its parent's mark
+    // Another thread of this process reads: wait for it. A mark of another process was left by this child's parent
+    // before the fork, and is replaced.
+    if (seen >> 32 == me >> 32) {
       std::this_thread::yield();
       seen = unread;
     }

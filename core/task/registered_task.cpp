@@ -159,9 +159,13 @@ void RegisteredTask::take_options(const mjenv_task& given) {
           fail(MJENV_E_VALUE, what + ": its default " + quoted(option.text) + " is not one of its choices");
         break;
       case MJENV_KIND_STRING_OR_INT:
-        set_integer(0, std::numeric_limits<int>::max());
         option.given_as_integer = !from.text;
-        if (from.text) option.text = from.text;
+        if (!from.text) {
+          set_integer(0, std::numeric_limits<int>::max());
+        } else {
+          option.text = from.text;
+          if (unbounded) option.low = 0, option.high = std::numeric_limits<int>::max();
+        }
         break;
       default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which does not exist");
     }

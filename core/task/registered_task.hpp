@@ -15,9 +15,9 @@ namespace mjenv::core {
 // The largest frame_skip.
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
-// What a task says of itself without its model.
+// What is known of a task before its model is compiled.
 struct Outline {
-  const char* model_xml;  // the text of its default model; null if that is a file
+  const char* model_xml;  // the text of its default model; null if that is a file, or if there is none (Model-v0)
   std::int64_t time_limit;
   double reward_threshold;  // NaN: none
   mjenv_task_camera camera;

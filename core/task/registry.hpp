@@ -29,7 +29,7 @@ const Id& id_of(const std::string& name);
 // registered.
 void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks);
 
-// The task of an id. A built-in robot's is made for the caller.
+// The task of an id. That of a built-in robot is made anew in each call.
 std::shared_ptr<const RegisteredTask> task_of(const Id& id);
 
 Options default_options(const Id& id);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Shows the action to the callback step. The others see NaN.
+// Shows the action to the callback step. Before and after it, the buffer holds NaN.
 class Shown {
  public:
   Shown(Work& work, const Action& action) : values_(work.action_buffer()), count_(action.count) {

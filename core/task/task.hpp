@@ -49,9 +49,9 @@ struct Start {
 
 class Builder;
 
-// Calls the callbacks with the `self` that build made, and destroys that in the end. In a task with physics_only,
-// reset, reset_info, carry, observe and step are null: then a reset gives the model's initial state, observations and
-// rewards are 0, and infos NaN.
+// Calls the callbacks with the `self` that build made, and destroys that in the end; without build, with `user`. In a
+// task with physics_only, reset, reset_info, carry, observe and step are null: then a reset gives the model's initial
+// state, observations and rewards are 0, and infos NaN.
 class Calls {
  public:
   // Calls build. checks: whether NaN is refused in observations and rewards, and NaN and infinity in initial states.
@@ -60,7 +60,7 @@ class Calls {
   Calls(const Calls&) = delete;
   Calls& operator=(const Calls&) = delete;
 
-  // Called once, with the fields that build described.
+  // Called once, with the task's fields, as build has completed them.
   void set_counts(const Fields& fields, std::int64_t carry_count);
 
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }

@@ -166,6 +166,7 @@ static void test_rows(void** state) {
   assert_ok(mjenv_restore(many, MJENV_ALL_ROWS, image, size));
   assert_ok(mjenv_send(many, NULL, 0, action, ROWS * nu, MJENV_DTYPE_FLOAT64));
   assert_refused(MJENV_E_PENDING, mjenv_write(many, 0, "opt.timestep", action, 1), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_snapshot(many, 0, NULL, 0, &size), "under way");
   int64_t received[ROWS];
   size_t count;
   assert_ok(mjenv_recv(many, ROWS, -1, received, ROWS, &count, &out->batch));

@@ -131,7 +131,7 @@ class Sim:
     each name in state, which step and carry may write into.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
-    in Gymnasium.
+    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead.
     """
 
     def __init__(self, arrays: Mapping[str, Float64Array], state: Mapping[str, Float64Array]) -> None:

@@ -881,7 +881,7 @@ pub struct mjenv_batch {
     #[doc = "disables that). A diverged row's other outputs are valid, those of a failed row are"]
     #[doc = "undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an"]
     #[doc = "error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which."]
-    #[doc = "mjenv_recv can return a row's error one call before it reports the row"]
+    #[doc = "mjenv_recv can return a row's error before the call that reports the row"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -2234,7 +2234,7 @@ extern "C" {
 extern "C" {
     #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count"]
     #[doc = " \"Model-v0\", which can be used like the others. \"Model-v0\" steps a model without a task: it needs the option xml_file"]
-    #[doc = " or xml_string, observes qpos and qvel, has the reward 0 and never terminates."]
+    #[doc = " or xml_string, observes qpos and qvel, has the reward 0 and terminates only by the option \"on_divergence\"."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
@@ -2401,7 +2401,8 @@ extern "C" {
 extern "C" {
     #[doc = " Reads a row's random stream: the state of NumPy's PCG64."]
     #[doc = "   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and"]
-    #[doc = "             uinteger, which are 0 unless a registered task has drawn 32-bit integers"]
+    #[doc = "             uinteger, which are 0 unless a registered task has drawn integers from a range of at most 2^32, or"]
+    #[doc = "             mjenv_set_stream has set them"]
     #[doc = "   count     4 or 6"]
     #[doc = " Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset)."]
     pub fn mjenv_get_stream(
@@ -2606,8 +2607,8 @@ extern "C" {
     #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
     #[doc = " Nothing is written if any value is refused. The model's own value is never refused. Refused are:"]
     #[doc = "   - a number that is not finite, that the array's type cannot hold, or an integer out of its range"]
-    #[doc = "   - a negative number where MuJoCo needs another (masses, sizes, frictions, armatures, the timestep, ...), and 0 for"]
-    #[doc = "     a number by which it divides, if the model's own is positive"]
+    #[doc = "   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0"]
+    #[doc = "     for a number by which it divides, if the model's own is positive"]
     #[doc = "   - a quaternion or joint axis of length 0, and a hfield_size above 1e10"]
     #[doc = "   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the"]
     #[doc = "     model's own, because the sign tells what the actuator's state consists of"]
@@ -2771,8 +2772,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Opens a window. It may be destroyed before or after the environment."]
-    #[doc = "   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free. In lookat, NaN"]
-    #[doc = "             means 0; in distance, NaN means 2"]
+    #[doc = "   settings  NULL: the defaults. camera, camera_name, gl and samples have no effect, but samples must be 0 to 64. The"]
+    #[doc = "             camera is free. In lookat, NaN means 0; in distance, NaN means 2"]
     #[doc = " Errors: VALUE, RENDER."]
     pub fn mjenv_window_create(
         env: *mut mjenv_env,
@@ -3475,7 +3476,7 @@ impl Default for mjenv_contact {
 }
 #[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one"]
 #[doc = " such struct. Read its members anew in each call, because rows can have a timestep, dt, body_mass and arrays of"]
-#[doc = " their own (mjenv_write). Arrays marked \"on demand\" cost time in each step, so they are NULL unless build asked for"]
+#[doc = " their own (mjenv_write). Arrays marked \"on demand\" cost time in each step, so they may be NULL unless build asked for"]
 #[doc = " them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
@@ -4944,7 +4945,8 @@ impl Default for mjenv_outcome {
     }
 }
 #[doc = " A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe"]
-#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output."]
+#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output. For rows of"]
+#[doc = " mjenv_send it calls them always, because only mjenv_recv tells what the caller wants."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
@@ -5005,7 +5007,7 @@ pub struct mjenv_task {
         ) -> i32,
     >,
     #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that"]
-    #[doc = " sim->carried points to. Called at the end of each reset and step, after mjenv_set_state and mjenv_simulate, and"]
+    #[doc = " sim->carried points to. Called in each reset and step, after mjenv_set_state and mjenv_simulate, and"]
     #[doc = " before a step of a row that mjenv_write or mjenv_set_constants has changed. Numbers that it does not write keep"]
     #[doc = " their values. NULL: nothing to write."]
     pub carry: ::std::option::Option<
@@ -5641,13 +5643,14 @@ impl Default for mjenv_plugin {
     }
 }
 extern "C" {
-    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded."]
+    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. When they are registered, the"]
+    #[doc = " plug-in is never unloaded."]
     #[doc = " Loading it again does nothing. Any thread may call this at any time."]
     #[doc = " path  a shared object that exports the function \"mjenv_tasks\" (see MJENV_PLUGIN). NULL: the plug-ins that the"]
     #[doc = "       environment variable MJENV_TASKS lists, separated by \":\". The first function that looks up an id loads these by"]
     #[doc = "       itself; a call with NULL also reports why one of them could not be loaded"]
     #[doc = " Errors: TASK (the file does not exist, is not a plug-in, or was built for another ABI version), and those of"]
-    #[doc = " mjenv_register_task."]
+    #[doc = " mjenv_register_task. With NULL, all are TASK."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
 }
 #[doc = " ---- Functions for callbacks ----"]

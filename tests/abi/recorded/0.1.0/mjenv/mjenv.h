@@ -255,7 +255,7 @@ typedef struct mjenv_batch {
                           disables that). A diverged row's other outputs are valid, those of a failed row are
                           undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an
                           error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which.
-                          mjenv_recv can return a row's error one call before it reports the row */
+                          mjenv_recv can return a row's error before the call that reports the row */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -422,7 +422,7 @@ MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t cap
 
 /* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count
  * "Model-v0", which can be used like the others. "Model-v0" steps a model without a task: it needs the option xml_file
- * or xml_string, observes qpos and qvel, has the reward 0 and never terminates. */
+ * or xml_string, observes qpos and qvel, has the reward 0 and terminates only by the option "on_divergence". */
 MJENV_API int64_t mjenv_id_count(void);
 
 /* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task
@@ -518,7 +518,8 @@ MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint
 
 /* Reads a row's random stream: the state of NumPy's PCG64.
  *   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and
- *             uinteger, which are 0 unless a registered task has drawn 32-bit integers
+ *             uinteger, which are 0 unless a registered task has drawn integers from a range of at most 2^32, or
+ *             mjenv_set_stream has set them
  *   count     4 or 6
  * Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
@@ -651,8 +652,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  *   values    [count] all elements of the array; count is the number that mjenv_read gives
  * Nothing is written if any value is refused. The model's own value is never refused. Refused are:
  *   - a number that is not finite, that the array's type cannot hold, or an integer out of its range
- *   - a negative number where MuJoCo needs another (masses, sizes, frictions, armatures, the timestep, ...), and 0 for
- *     a number by which it divides, if the model's own is positive
+ *   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0
+ *     for a number by which it divides, if the model's own is positive
  *   - a quaternion or joint axis of length 0, and a hfield_size above 1e10
  *   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the
  *     model's own, because the sign tells what the actuator's state consists of
@@ -774,8 +775,8 @@ MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8
  * right arrow, S, F, D, C, R, E, H, T (saves a PNG in the temporary folder) and 0 to 4. Escape closes it. */
 
 /* Opens a window. It may be destroyed before or after the environment.
- *   settings  NULL: the defaults. camera, camera_name, gl and samples are ignored. The camera is free. In lookat, NaN
- *             means 0; in distance, NaN means 2
+ *   settings  NULL: the defaults. camera, camera_name, gl and samples have no effect, but samples must be 0 to 64. The
+ *             camera is free. In lookat, NaN means 0; in distance, NaN means 2
  * Errors: VALUE, RENDER. */
 MJENV_API mjenv_status mjenv_window_create(mjenv_env *env, const mjenv_render_settings *settings,
                                            mjenv_window **window);

@@ -28,8 +28,10 @@
  *   undefined effects, and mjenv_destroy would wait forever.
  * Numbers
  *   After a step, a callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and
- *   time are new, but what MuJoCo computes from them (xpos, contacts, sensordata, ...) is one timestep older, because
- *   mj_step computes it before it integrates. After a reset, everything belongs to the same state.
+ *   time are new, but mj_step computes everything else before it integrates. So what it computes from them (xpos,
+ *   contacts, ...) is one timestep older. With the integrator RK4, it belongs to the last of the four stages, which
+ *   approximates the new state; only sensordata is one timestep older. After a reset, everything belongs to the same
+ *   state.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
@@ -104,7 +106,7 @@ typedef struct mjenv_contact {
 
 /* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one
  * such struct. Read its members anew in each call, because rows can have a timestep, dt, body_mass and arrays of
- * their own (mjenv_write). Arrays marked "on demand" cost time in each step, so they are NULL unless build asked for
+ * their own (mjenv_write). Arrays marked "on demand" cost time in each step, so they may be NULL unless build asked for
  * them with mjenv_build_need. */
 typedef struct mjenv_sim {
   uint32_t struct_size;
@@ -125,7 +127,7 @@ typedef struct mjenv_sim {
   const double *act;  /* [na] */
   const double *ctrl; /* [nu] */
 
-  /* Computed from the state; after a step, from the state before the last mj_step. */
+  /* Computed from the state; after a step, from an older one (see Numbers above). */
   const double *qacc;              /* [nv] */
   const double *xpos;              /* [nbody][3] */
   const double *xquat;             /* [nbody][4] */
@@ -192,7 +194,8 @@ typedef struct mjenv_outcome {
 /* ---- The task ---- */
 
 /* A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe
- * and reset_info. It leaves out observe and reset_info when the caller does not want their output. */
+ * and reset_info. It leaves out observe and reset_info when the caller does not want their output. For rows of
+ * mjenv_send it calls them always, because only mjenv_recv tells what the caller wants. */
 typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
@@ -232,7 +235,7 @@ typedef struct mjenv_task {
   int32_t (*reset_info)(const void *self, const mjenv_sim *sim, double *info);
 
   /* Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that
-   * sim->carried points to. Called at the end of each reset and step, after mjenv_set_state and mjenv_simulate, and
+   * sim->carried points to. Called in each reset and step, after mjenv_set_state and mjenv_simulate, and
    * before a step of a row that mjenv_write or mjenv_set_constants has changed. Numbers that it does not write keep
    * their values. NULL: nothing to write. */
   int32_t (*carry)(const void *self, const mjenv_sim *sim, double *carried);
@@ -281,13 +284,14 @@ typedef struct mjenv_plugin {
   int64_t task_count; /* at least 1 */
 } mjenv_plugin;
 
-/* Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded.
+/* Loads a plug-in and registers its tasks: all of them, or none if one is refused. When they are registered, the
+ * plug-in is never unloaded.
  * Loading it again does nothing. Any thread may call this at any time.
  * path  a shared object that exports the function "mjenv_tasks" (see MJENV_PLUGIN). NULL: the plug-ins that the
  *       environment variable MJENV_TASKS lists, separated by ":". The first function that looks up an id loads these by
  *       itself; a call with NULL also reports why one of them could not be loaded
  * Errors: TASK (the file does not exist, is not a plug-in, or was built for another ABI version), and those of
- * mjenv_register_task. */
+ * mjenv_register_task. With NULL, all are TASK. */
 MJENV_API mjenv_status mjenv_load_tasks(const char *path);
 
 /* ---- Functions for callbacks ----
