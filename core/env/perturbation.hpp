@@ -14,8 +14,8 @@
 
 namespace mjenv::core {
 
-// What a row needs for it lies in the row's record of doubles: its phase, the pushes, the actions and observations that
-// are on their way, and the last observation that the caller saw.
+// Each row has a record of doubles for it: the phase, the pushes, the actions and observations that are on their way,
+// and the last observation that the caller saw.
 class Perturbation {
  public:
   // Perturbs nothing.
@@ -46,14 +46,14 @@ class Perturbation {
   // Begins an episode.
   void begin(double* record, np::Generator& rng) const;
 
-  // A step that has begun, and changes the record only when it has succeeded.
+  // What begin_step computes for a step. end_step stores it in the record when the step has succeeded.
   struct Step {
     std::vector<double> action;  // as the task sees it, in either dtype
     std::vector<float> narrow_action;
     std::vector<double> pushes;  // the part of the record
     std::vector<Work::Force> forces;
   };
-  // So that begin_step allocates nothing.
+  // Allocates the memory that begin_step uses.
   Step make_step() const;
   // Draws and returns the action that the task sees. steps: how many the episode has had.
   Action begin_step(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
@@ -62,7 +62,7 @@ class Perturbation {
   // Returns what the caller sees instead of the task's observation, after `steps` steps.
   const double* observe(double* record, std::int64_t steps, const double* observation, np::Generator& rng) const;
 
-  // Removes the forces that the last step has left from the row's values. False if there were none.
+  // Whether the last step's pushes have left forces in the row's values. end_pushes sets these to 0.
   bool is_pushed(const double* record) const;
   void end_pushes(const double* record, std::byte* block) const;
 

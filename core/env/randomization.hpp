@@ -39,9 +39,9 @@ class Randomization {
     mjenv_distribution distribution;
     mjenv_effect effect;
     bool shared;
-    bool is_checked;  // each draw, because not all draws were found to be fine
+    bool is_checked;  // whether `draw` checks each value, because some that can be drawn might be refused
     std::vector<std::size_t> elements;
-    std::vector<double> originals;   // of these elements
+    std::vector<double> originals;   // the model's own values of these elements
     std::vector<double> parameters;  // logarithms for LOG_UNIFORM
 
     double next(np::Generator& rng) const;
