@@ -63,7 +63,8 @@ class Env {
   void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
   // Writes an array of the row's state or mjModel, or an input of its mjData (qfrc_applied, mocap_pos, ...:
   // engine/own_arrays.hpp). row may be MJENV_ALL_ROWS: then all rows get the same values. With a mask, values has a
-  // part for each row, and the parts of rows that are not selected are not read. count: the numbers of all parts.
+  // part for each row, and the parts of rows that are not selected are not read. count: how many numbers values has,
+  // all parts together.
   void write(std::int64_t row, const std::string& array, const double* values, std::size_t count);
   void write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count);
   // Calls mj_setConst. row may be MJENV_ALL_ROWS.
@@ -98,7 +99,7 @@ class Env {
   void forget_observation(std::int64_t row);
   // Throws while rows are under way between send and receive.
   void check_settled() const;
-  // Writes to each row the values that values_of(row) points to; null: none. `count`: the numbers of one row.
+  // Writes to each row the values that values_of(row) points to; null: none. count: how many each row gets.
   void write(const std::string& array, std::size_t count, const std::function<const double*(std::int64_t)>& values_of);
   template <typename Body>
   void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;

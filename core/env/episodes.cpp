@@ -8,8 +8,8 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: MJENV_E_TASK; MJENV_E_VALUE or MJENV_E_MODEL if a draw was
-// refused; MJENV_E_PHYSICS for all else.
+// Calls body. If it throws, writes the row's status: that of the error if it is MJENV_E_TASK, MJENV_E_VALUE or
+// MJENV_E_MODEL (a draw was refused), else MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {

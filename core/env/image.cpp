@@ -82,8 +82,8 @@ Layout layout_of(const Rows& rows, const Range& range) {
           rows.layout().size * sizeof(double),  rows.perturbed_bytes(), has_past};
 }
 
-// Adds the arrays that an image names. Returns false if one of them cannot be written, or if names_of would not give
-// exactly these bytes (a name stands twice, or the padding is wrong).
+// Adds the arrays that an image names. Returns false if rows cannot have one of them as their own, or if names_of would
+// not give exactly these bytes (a name stands twice, or the padding is wrong).
 bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
   try {
     for (std::size_t start = 0; start < size;) {
@@ -143,7 +143,8 @@ void check_engine(int engine) {
                              mujoco_version() + ": restore it in an environment on MuJoCo " + made_on);
 }
 
-// what: was set by `function`. The fingerprints are 0 where it was not set.
+// Throws unless the fingerprints are equal; 0: nothing was set. For the message, `what` names the setting and
+// `function` the function that sets it.
 void check_settings(const char* what, const char* function, std::uint64_t of_image, std::uint64_t here) {
   if (of_image == here) return;
   const std::string difference = of_image == 0 ? std::string("without ") + what + ", but this environment has some"

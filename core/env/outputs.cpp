@@ -55,7 +55,8 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   to.copy(schema.fields(MJENV_ROLE_ARRAYS), batch_.arrays, out.arrays);
   if (!from.get(batch_.was_reset)) return;
   to.copy(schema.fields(MJENV_ROLE_RESET_INFO), batch_.reset_info, out.reset_info);
-  // The last step of an episode has written these. A row whose step was replaced by a reset has neither flag.
+  // Only a step that ended an episode has written final_obs and final_info. Where a reset replaced the step, terminated
+  // and truncated are both 0.
   if (!batch_.final_obs || (!from.get(batch_.terminated) && !from.get(batch_.truncated))) return;
   copy_observation(final_obs_.data(), schema.observation_count(), row, out.final_obs, out);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.final_info, out.final_info);

@@ -15,9 +15,9 @@ namespace mjenv::core {
 // As in Gymnasium, a write changes no derived array until the next mj_step or mj_forward. But rows do not store their
 // derived arrays: workers compute them again when they are needed, and after a write this must give what it gave before
 // the write. So a row keeps up to four versions of its values: the present ones; those with which its derived arrays
-// were computed, if the row was written since; those with which its last mj_step ran, if set_state has computed with
-// others; and those with which mj_setConst was called. It also keeps the state that set_state has set, if the
-// row was written since.
+// were computed, if the row was written since; those with which its last mj_step ran, if set_state was called
+// since and its mj_forward used other values; and those with which mj_setConst was called. It also keeps the state that
+// set_state has set after a step, if the row was written since.
 class OwnValues {
  public:
   // state_size: how many numbers the state of a row has.
@@ -26,8 +26,8 @@ class OwnValues {
 
   bool empty() const { return arrays_.list().empty(); }
   const OwnArrays& arrays() const { return arrays_; }
-  // Gives all rows their own values of these arrays, at first the model's, or those that mj_resetData gives inputs of
-  // mjData. Changes nothing if it fails.
+  // Gives all rows their own values of these arrays, at first the model's; for inputs of mjData, those that
+  // mj_resetData sets. Changes nothing if it fails.
   void add(const std::vector<std::string>& names);
 
   std::size_t block_bytes() const { return arrays_.block_bytes(); }

@@ -48,9 +48,9 @@ class Perturbation {
 
   // What begin_step computes for a step. end_step stores it in the record when the step has succeeded.
   struct Step {
-    std::vector<double> action;  // as the task sees it, in either dtype
-    std::vector<float> narrow_action;
-    std::vector<double> pushes;  // the part of the record
+    std::vector<double> action;        // that the task sees, if it is float64
+    std::vector<float> narrow_action;  // that the task sees, if it is float32
+    std::vector<double> pushes;        // the part of the record
     std::vector<Work::Force> forces;
   };
   // Allocates the memory that begin_step uses.
@@ -84,8 +84,8 @@ class Perturbation {
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
-  // Where the parts of a record begin. Of each push: how many steps are left until it comes, and whether the last step
-  // had it.
+  // A record begins with the phase, then for each push how many steps are left until it comes and whether the last step
+  // had it. Where the other parts begin, and the size of a record:
   std::size_t actions_ = 0, observations_ = 0, last_ = 0, record_count_ = 0;
   std::uint64_t fingerprint_ = 0;
 

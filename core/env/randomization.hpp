@@ -16,8 +16,8 @@ class Randomization {
  public:
   // Draws nothing.
   Randomization() = default;
-  // Copies the list. Throws if an item could draw a value that MuJoCo cannot compute with. Items of arrays that have no
-  // elements in this model are left out.
+  // Copies the list. Throws if MuJoCo cannot compute with the ends or choices of an item, or for NORMAL with the mean;
+  // `draw` checks the rest. Items of arrays that have no elements in this model are left out.
   Randomization(const mjenv_randomization* items, std::size_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }

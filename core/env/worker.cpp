@@ -24,8 +24,8 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   // Before the row changes, because these may fail.
   task_.calls->carry(work_);
   OwnValues& own = rows.own();
-  // MuJoCo has reset the simulation, which clears the inputs. If that was in the last mj_step, computing it again needs
-  // the inputs, so they are kept. If it was before, the last mj_step began without inputs.
+  // True if MuJoCo reset the simulation during this step, which clears the inputs. If the last mj_step did so, its
+  // inputs are kept, to compute it again. If an earlier mj_step did, the last one began without inputs.
   const bool clears_inputs = origin == Origin::step && own.arrays().has_inputs() && work_.was_reset();
   OwnValues::Block room;
   if (clears_inputs && !work_.diverged_early()) room = own.room();
@@ -165,7 +165,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   use(rows, row);
 }
 
-// Everything that may fail comes before the row changes.
+// Draws into drawn_ and allocates kept_, so that adopt cannot fail. Of the row, only the stream changes.
 void Worker::draw(Rows& rows, std::int64_t row, const Randomization& randomization) {
   const OwnValues& own = rows.own();
   drawn_.assign(own.present(row), own.present(row) + own.block_bytes());

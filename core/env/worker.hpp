@@ -50,7 +50,7 @@ class Worker {
   // Sets all rows to the state after mj_resetData.
   void clear(Rows& rows);
   // Begins an episode: the task draws its initial state from rng, then the randomisation draws its values, then
-  // mj_forward computes the derived arrays. The row's values stay; adopt replaces them by those drawn.
+  // mj_forward computes the derived arrays, still with the row's old values. adopt replaces these by those drawn.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
   // Loads the row's state and calls mj_step `frames` times. The new state reaches the row in commit. If the row's state
@@ -64,7 +64,7 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // So that begin can call mj_setConst.
   void prepare_constants();
-  // A step of a perturbed row, which has room for the largest.
+  // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
 
   // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves neither constants nor
@@ -76,8 +76,9 @@ class Worker {
 
   // These write the outputs of the row that the work space holds.
   void write_observation(void* to, const Place& place);
-  // The task's observation, valid until the next one; and an observation that is written instead of it.
+  // Returns the task's observation, which is valid until the next one is computed.
   const double* observation();
+  // Writes this observation instead of the task's.
   void write_observation(const double* observation, void* to, const Place& place) const;
   void write_arrays(const Schema& schema, const Place& place);
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
@@ -97,7 +98,7 @@ class Worker {
   std::vector<double> observation_;
   std::vector<std::byte> cleared_;  // a copy of a row's own values whose inputs are cleared
   std::vector<std::byte> drawn_;    // what the last reset drew, until adopt: a row's own values
-  OwnValues::Block kept_;           // room for those from before
+  OwnValues::Block kept_;           // memory in which adopt keeps the row's own values from before the draw
   const Forces* forces_ = nullptr;  // of the last step, for commit
   std::unique_ptr<Constants> constants_;
   std::vector<Array> arrays_;

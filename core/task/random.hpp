@@ -8,8 +8,8 @@ namespace mjenv::core {
 
 using Rng = np::Generator;
 
-// A copy of the stream, made by the first draw: most steps draw nothing, and a row whose reset or step callback fails
-// keeps its stream.
+// A copy of the stream, so that a row whose reset or step callback fails keeps its stream. The first draw makes the
+// copy, because most steps draw nothing.
 class Random : public mjenv_random {
  public:
   // stream: null if the row was never seeded. Then the first draw seeds it.

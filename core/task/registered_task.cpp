@@ -269,7 +269,7 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
-  // The whole call has a trap already, but if open() has just loaded libmujoco, that trap did not reach its errors.
+  // The caller's ErrorTrap was set before open(). If open() has loaded libmujoco, it does not catch libmujoco's errors.
   const ErrorTrap trap;
   task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;

@@ -10,7 +10,7 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::size_t kMaxName = 200;
-constexpr std::int64_t kMaxNumbers = 1 << 24;  // in an observation or an info
+constexpr std::int64_t kMaxNumbers = 1 << 24;  // in all fields of a role
 
 std::int64_t numbers(const TaskField& field) {
   std::int64_t count = 1;

@@ -33,10 +33,10 @@
  * Errors
  *   A function that can fail returns MJENV_OK (0) or a negative mjenv_status, and the handle stays usable.
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
- *   one exception: if some rows fail (PHYSICS, TASK, MEMORY; MODEL in mjenv_set_constants; in resets what
- *   mjenv_randomize says), the call still computes the other rows, writes their outputs, and then returns an error.
- *   mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo fails in a row, the row
- *   keeps the state that it had before the failed step or reset.
+ *   one exception: if some rows fail (PHYSICS, TASK or MEMORY; also MODEL in mjenv_set_constants, and VALUE or MODEL in
+ *   resets: see mjenv_randomize), the call still computes the other rows, writes their outputs, and then returns an
+ *   error. mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo fails in a row,
+ *   the row keeps the state that it had before the failed step or reset.
  *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
  *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
  *               small
@@ -73,8 +73,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* MJENV_API marks the library's functions, MJENV_EXPORT what the library looks up in a plug-in, and MJENV_HIDDEN what each
- * program and shared object has for itself. MJENV_BUILDING is defined while the library is compiled. */
+/* MJENV_API marks the library's functions, MJENV_EXPORT what the library looks up in a plug-in, and MJENV_HIDDEN
+ * what mjenv/task.hpp defines anew in each program or shared object. MJENV_BUILDING is defined while the library is
+ * compiled. */
 #if !defined(_WIN32)
 #define MJENV_API __attribute__((visibility("default")))
 #define MJENV_EXPORT __attribute__((visibility("default"), used))
@@ -255,7 +256,8 @@ typedef struct mjenv_batch {
                           disables that). A diverged row's other outputs are valid, those of a failed row are
                           undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an
                           error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which.
-                          mjenv_recv can return a row's error before the call that reports the row */
+                          If a failed row does not fit in mjenv_recv's rows, that call already returns its error, and
+                          a later mjenv_recv reports the row with its status */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -274,7 +276,8 @@ enum mjenv_distribution_value {
   MJENV_DISTRIBUTION_LOG_UNIFORM = 2,      /* parameters low, high: exp(uniform(log(low), log(high))), 0 < low */
   MJENV_DISTRIBUTION_NORMAL = 3,           /* parameters mean, std: normal(mean, std) */
   MJENV_DISTRIBUTION_TRUNCATED_NORMAL = 4, /* parameters mean, std, low, high: normal(mean, std), drawn again until it
-                                              lies in [low, high], in which at least a thousandth of the draws lie */
+                                              lies in [low, high]. Refused if less than a thousandth of the draws
+                                              would lie there */
   MJENV_DISTRIBUTION_CHOICE = 5            /* parameters: n values: values[integers(n)] */
 };
 
@@ -304,10 +307,12 @@ typedef struct mjenv_randomization {
 /* A force that pushes a body now and then, for one step each time (mjenv_perturb). */
 typedef struct mjenv_push {
   uint32_t struct_size;
-  int32_t body;      /* the index of a body; not 0, the world */
-  int64_t min_steps; /* a push comes in the integers(min_steps, max_steps + 1)-th step */
-  int64_t max_steps; /* after the reset, or after the last push; 1 <= min_steps <= max_steps */
-  double low[6];     /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
+  int32_t body; /* the index of a body; not 0, the world */
+  /* From the reset, or from the last push, to the next push: integers(min_steps, max_steps + 1) steps, drawn each time.
+   * 1 <= min_steps <= max_steps. */
+  int64_t min_steps;
+  int64_t max_steps;
+  double low[6]; /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
   double high[6];
 } mjenv_push;
 
@@ -555,7 +560,8 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
  * ended must be reset first; a call with a row that violates this steps no row. With "strict" 0, such rows are stepped
  * as in Gymnasium.
  * A state that diverges is no error of the call: see mjenv_batch.status and the option "on_divergence".
- * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED. */
+ * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; VALUE and MODEL also
+ * if a reset by "autoreset_mode" failed (mjenv_randomize). */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,
                                   mjenv_dtype dtype, const mjenv_batch *out);
 
@@ -582,7 +588,7 @@ MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t ro
  * If the environment has one thread only, each call steps at least one row, even with least 0 or timeout 0, so that
  * polling makes progress.
  * Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,
- * PHYSICS and TASK (rows failed; rows, count and out are written all the same), FORKED. */
+ * FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same. */
 MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, int64_t *rows, size_t capacity,
                                   size_t *count, const mjenv_batch *out);
 
@@ -708,10 +714,10 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * noise, delays and pushes. */
 
 /* Draws values of the mjModel at each reset of a row, also by "autoreset_mode": after the task's own draws, in the
- * order of the list. The first observation is the task's, from before; the values count from the first step on. The
- * elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset fails with VALUE if it draws a
- * value that mjenv_write refuses, and with MODEL if mj_setConst would change what all rows share. The row then stays
- * as it is, except that its random stream has moved on.
+ * order of the list. The first observation is still computed with the values from before the draw; the new ones take
+ * effect in the first step. The elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset
+ * fails with VALUE if it draws a value that mjenv_write refuses, and with MODEL if mj_setConst would change what all
+ * rows share. The row then stays as it is, except that its random stream has moved on.
  *   items     [count] replaces the environment's list
  *   count     0: resets draw nothing any more, and rows keep the values that they have
  * Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn; nothing has changed), SIZE. */

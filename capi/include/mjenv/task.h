@@ -68,9 +68,9 @@ typedef struct mjenv_task_option {
 } mjenv_task_option;
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
- * sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it is
- * an entry of Gymnasium's observation_structure: the entry's number is the number of elements, so its shape is
- * {number}. The fields of a role are stored one after the other, in the order in which they are described. */
+ * sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it
+ * is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1 and shape[0] the number.
+ * The fields of a role are stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;  /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */

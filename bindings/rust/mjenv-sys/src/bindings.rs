@@ -881,7 +881,8 @@ pub struct mjenv_batch {
     #[doc = "disables that). A diverged row's other outputs are valid, those of a failed row are"]
     #[doc = "undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an"]
     #[doc = "error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which."]
-    #[doc = "mjenv_recv can return a row's error before the call that reports the row"]
+    #[doc = "If a failed row does not fit in mjenv_recv's rows, that call already returns its error, and"]
+    #[doc = "a later mjenv_recv reports the row with its status"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -1233,7 +1234,8 @@ pub const MJENV_DISTRIBUTION_LOG_UNIFORM: mjenv_distribution = 2;
 #[doc = " parameters mean, std: normal(mean, std)"]
 pub const MJENV_DISTRIBUTION_NORMAL: mjenv_distribution = 3;
 #[doc = " parameters mean, std, low, high: normal(mean, std), drawn again until it"]
-#[doc = "lies in [low, high], in which at least a thousandth of the draws lie"]
+#[doc = "lies in [low, high]. Refused if less than a thousandth of the draws"]
+#[doc = "would lie there"]
 pub const MJENV_DISTRIBUTION_TRUNCATED_NORMAL: mjenv_distribution = 4;
 #[doc = " parameters: n values: values[integers(n)]"]
 pub const MJENV_DISTRIBUTION_CHOICE: mjenv_distribution = 5;
@@ -1482,9 +1484,9 @@ pub struct mjenv_push {
     pub struct_size: u32,
     #[doc = " the index of a body; not 0, the world"]
     pub body: i32,
-    #[doc = " a push comes in the integers(min_steps, max_steps + 1)-th step"]
+    #[doc = " From the reset, or from the last push, to the next push: integers(min_steps, max_steps + 1) steps, drawn each time."]
+    #[doc = " 1 <= min_steps <= max_steps."]
     pub min_steps: i64,
-    #[doc = " after the reset, or after the last push; 1 <= min_steps <= max_steps"]
     pub max_steps: i64,
     #[doc = " N and N m: the force and torque, uniform(low, high), as in xfrc_applied"]
     pub low: [f64; 6usize],
@@ -2459,7 +2461,8 @@ extern "C" {
     #[doc = " ended must be reset first; a call with a row that violates this steps no row. With \"strict\" 0, such rows are stepped"]
     #[doc = " as in Gymnasium."]
     #[doc = " A state that diverges is no error of the call: see mjenv_batch.status and the option \"on_divergence\"."]
-    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED."]
+    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; VALUE and MODEL also"]
+    #[doc = " if a reset by \"autoreset_mode\" failed (mjenv_randomize)."]
     pub fn mjenv_step(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -2500,7 +2503,7 @@ extern "C" {
     #[doc = " If the environment has one thread only, each call steps at least one row, even with least 0 or timeout 0, so that"]
     #[doc = " polling makes progress."]
     #[doc = " Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,"]
-    #[doc = " PHYSICS and TASK (rows failed; rows, count and out are written all the same), FORKED."]
+    #[doc = " FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
         least: usize,
@@ -2690,10 +2693,10 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Draws values of the mjModel at each reset of a row, also by \"autoreset_mode\": after the task's own draws, in the"]
-    #[doc = " order of the list. The first observation is the task's, from before; the values count from the first step on. The"]
-    #[doc = " elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset fails with VALUE if it draws a"]
-    #[doc = " value that mjenv_write refuses, and with MODEL if mj_setConst would change what all rows share. The row then stays"]
-    #[doc = " as it is, except that its random stream has moved on."]
+    #[doc = " order of the list. The first observation is still computed with the values from before the draw; the new ones take"]
+    #[doc = " effect in the first step. The elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset"]
+    #[doc = " fails with VALUE if it draws a value that mjenv_write refuses, and with MODEL if mj_setConst would change what all"]
+    #[doc = " rows share. The row then stays as it is, except that its random stream has moved on."]
     #[doc = "   items     [count] replaces the environment's list"]
     #[doc = "   count     0: resets draw nothing any more, and rows keep the values that they have"]
     #[doc = " Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn; nothing has changed), SIZE."]
@@ -3033,9 +3036,9 @@ impl Default for mjenv_task_option {
     }
 }
 #[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it is"]
-#[doc = " an entry of Gymnasium's observation_structure: the entry's number is the number of elements, so its shape is"]
-#[doc = " {number}. The fields of a role are stored one after the other, in the order in which they are described."]
+#[doc = " sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it"]
+#[doc = " is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1 and shape[0] the number."]
+#[doc = " The fields of a role are stored one after the other, in the order in which they are described."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
