@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <string>
@@ -34,6 +35,11 @@ std::string number(double value);
 
 inline std::string in_row(std::int64_t row, const std::string& what) {
   return "row " + std::to_string(row) + ": " + what;
+}
+
+// How a message about one element of an array begins: "qpos[2] is nan".
+inline std::string element_is(const std::string& array, std::size_t index, double value) {
+  return array + "[" + std::to_string(index) + "] is " + number(value);
 }
 
 inline void check_count(const char* what, std::int64_t given, std::int64_t needed) {

@@ -209,7 +209,7 @@ void OwnArrays::check(const OwnArray& array, const double* values) {
   const std::string& name = array.original.name;
   const std::size_t count = array.original.count();
   const auto refuse = [&](std::size_t i, const std::string& why) {
-    fail(MJENV_E_VALUE, name + "[" + std::to_string(i) + "] is " + number(values[i]) + why);
+    fail(MJENV_E_VALUE, element_is(name, i, values[i]) + why);
   };
   const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
   const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);

@@ -33,6 +33,11 @@ void check_stream(std::size_t count) {
   if (count != 4 && count != 6) fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6");
 }
 
+void check_finite(const std::string& array, const double* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (!std::isfinite(values[i])) fail(MJENV_E_VALUE, element_is(array, i, values[i]) + ", but must be finite");
+}
+
 bool is_selected(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row] != 0; }
 
 }  // namespace
@@ -263,12 +268,6 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   rows_.check(row);
   check_count("nq", static_cast<std::int64_t>(nq), task_.model->nq());
   check_count("nv", static_cast<std::int64_t>(nv), task_.model->nv());
-  const auto check_finite = [](const char* name, const double* values, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      if (!std::isfinite(values[i]))
-        fail(MJENV_E_VALUE,
-             std::string(name) + "[" + std::to_string(i) + "] is " + number(values[i]) + ", but must be finite");
-  };
   check_finite("qpos", qpos, nq);
   check_finite("qvel", qvel, nv);
   Rows::Head& head = rows_.head(row);
@@ -310,10 +309,8 @@ void Env::write(const std::string& array, std::size_t count,
   check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
               static_cast<std::int64_t>(needed));
   const auto check = [&](const double* values) {
-    if (!is_state) return OwnArrays::check(target, values);
-    for (std::size_t i = 0; i < count; ++i)
-      if (!std::isfinite(values[i]))
-        fail(MJENV_E_VALUE, array + "[" + std::to_string(i) + "] is " + number(values[i]) + ", but must be finite");
+    if (is_state) return check_finite(array, values, count);
+    OwnArrays::check(target, values);
   };
   const double* checked = nullptr;  // the values checked last, which rows may share
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
@@ -406,25 +403,32 @@ void Env::perturb(const mjenv_perturbation* given) {
   check_settled();
   Perturbation next;
   if (given) next = Perturbation(read_struct(given, "perturbation"), model(), schema_.observation_count());
+  // First what allocates memory: a call that fails must change nothing.
   std::vector<double> records = rows_.make_perturbed(next.record_count());
   std::vector<Perturbation::Step> steps;
   for (std::size_t i = 0; i < workers_.count(); ++i) steps.push_back(next.make_step());
   if (next.pushes()) make_own({"xfrc_applied"});
-  const auto is_pushed = [&](std::int64_t row) {
-    return rows_.has_perturbed() && perturbation_.is_pushed(rows_.perturbed(row));
-  };
-  for (std::int64_t row = 0; row < rows(); ++row)
-    if (is_pushed(row)) rows_.keep(row);
-  for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_pushed(row)) continue;
-    perturbation_.end_pushes(rows_.perturbed(row), rows_.own().present(row));
-    rows_.head(row).written = true;
-    workers_.forget(row);
-  }
+  end_pushes();
   for (std::size_t i = 0; i < workers_.count(); ++i) workers_[i].perturbed = std::move(steps[i]);
   next.place(rows_.own().arrays());
   rows_.set_perturbed(std::move(records), next.record_count());
   perturbation_ = std::move(next);
+}
+
+// Sets the forces to 0 that the last steps of the rows have left.
+void Env::end_pushes() {
+  if (!perturbation_.pushes()) return;
+  const auto for_each_pushed = [&](const auto& body) {
+    for (std::int64_t row = 0; row < rows(); ++row)
+      if (perturbation_.is_pushed(rows_.perturbed(row))) body(row);
+  };
+  // First for all rows, because memory may run out.
+  for_each_pushed([&](std::int64_t row) { rows_.keep(row); });
+  for_each_pushed([&](std::int64_t row) {
+    perturbation_.end_pushes(rows_.perturbed(row), rows_.own().present(row));
+    rows_.head(row).written = true;
+    workers_.forget(row);
+  });
 }
 
 // ---- Images ----

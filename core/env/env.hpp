@@ -97,6 +97,7 @@ class Env {
 
   const Identity& identity() const;
   void forget_observation(std::int64_t row);
+  void end_pushes();
   // Throws while rows are under way between send and receive.
   void check_settled() const;
   // Writes to each row the values that values_of(row) points to; null: none. count: how many each row gets.

@@ -53,7 +53,7 @@ void Episodes::check_finite(std::int64_t row, const Action& action) const {
   if (!strict_ || awaits_reset(row)) return;
   for (std::int64_t i = 0; i < action.count; ++i)
     if (!std::isfinite(action[i]))
-      fail(MJENV_E_VALUE, in_row(row, "action[" + std::to_string(i) + "] is " + number(action[i]) +
+      fail(MJENV_E_VALUE, in_row(row, element_is("action", static_cast<std::size_t>(i), action[i]) +
                                           ", but must be finite; set the option \"strict\" to 0 to allow it"));
 }
 

@@ -26,8 +26,8 @@ std::vector<double> noise_of(const double* given, std::int64_t given_count, std:
   std::vector<double> deviations(given, given + given_count);
   for (std::size_t i = 0; i < deviations.size(); ++i)
     if (!std::isfinite(deviations[i]) || deviations[i] < 0)
-      fail(MJENV_E_VALUE, what + "_noise[" + std::to_string(i) + "] is " + number(deviations[i]) +
-                              ", but a standard deviation is finite and not negative");
+      fail(MJENV_E_VALUE,
+           element_is(what + "_noise", i, deviations[i]) + ", but a standard deviation is finite and not negative");
   if (given_count == 1) deviations.assign(count, deviations[0]);
   return deviations;
 }
@@ -84,8 +84,8 @@ void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& mod
       push.low[i] = one.low[i];
       push.high[i] = one.high[i];
       if (!(push.low[i] <= push.high[i]) || !std::isfinite(push.high[i] - push.low[i]))
-        refuse("low[" + std::to_string(i) + "] is " + number(push.low[i]) + " and high[" + std::to_string(i) + "] " +
-               number(push.high[i]) + ", but they must be finite, and low not above high");
+        refuse(element_is("low", i, push.low[i]) + " and " + element_is("high", i, push.high[i]) +
+               ", but they must be finite, and low not above high");
     }
     pushes_.push_back(push);
   });

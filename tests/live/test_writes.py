@@ -5,7 +5,7 @@ Every test plays Gymnasium's environment beside mjenv's, writes the same numbers
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import gymnasium
@@ -126,11 +126,22 @@ def names_for(id: str) -> list[str]:
     return [name for name in (*MODEL, *DATA) if not (free and name in ("qpos0", "qpos", "qpos_spring"))]
 
 
-@pytest.mark.parametrize("id", IDS)
-def test_random_writes(id: str) -> None:
+Opened = tuple[str, mjenv.MujocoEnv, Any]
+
+
+@pytest.fixture(params=IDS)
+def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
+    """Each id with an environment here and in Gymnasium."""
+    ours, theirs = mjenv.make(request.param), gymnasium.make(request.param)
+    yield request.param, ours, theirs
+    ours.close()
+    theirs.close()
+
+
+def test_random_writes(opened: Opened) -> None:
     """Arrays of the whole list, written before, between and after resets, one environment."""
+    id, ours, theirs = opened
     rng = np.random.default_rng(IDS.index(id))
-    ours, theirs = mjenv.make(id), gymnasium.make(id)
     base: Any = theirs.unwrapped
     pair = Pair(ours._rows, 0, theirs)
     written: set[str] = set()
@@ -157,15 +168,12 @@ def test_random_writes(id: str) -> None:
         if b[2] or b[3]:
             check_same(f"{what}: reset", ours.reset(), theirs.reset())
     assert len(written) > 10
-    ours.close()
-    theirs.close()
 
 
-@pytest.mark.parametrize("id", IDS)
-def test_write_after_set_constants(id: str) -> None:
+def test_write_after_set_constants(opened: Opened) -> None:
     """A write after mj_setConst does not change what mj_setConst has computed, also if it was the first write."""
+    id, ours, theirs = opened
     rng = np.random.default_rng(IDS.index(id))
-    ours, theirs = mjenv.make(id), gymnasium.make(id)
     base: Any = theirs.unwrapped
     pair = Pair(ours._rows, 0, theirs)
     check_same("reset", ours.reset(seed=1), theirs.reset(seed=1))
@@ -183,11 +191,10 @@ def test_write_after_set_constants(id: str) -> None:
                 check_same(name, np.array(getattr(ours.data, name)), np.array(getattr(base.data, name)))
 
 
-@pytest.mark.parametrize("id", IDS)
-def test_set_constants(id: str) -> None:
+def test_set_constants(opened: Opened) -> None:
     """mj_setConst in the middle of an episode and before a reset: the same model, the same steps."""
+    id, ours, theirs = opened
     rng = np.random.default_rng(IDS.index(id))
-    ours, theirs = mjenv.make(id), gymnasium.make(id)
     base: Any = theirs.unwrapped
     pair = Pair(ours._rows, 0, theirs)
     check_same("reset", ours.reset(seed=1), theirs.reset(seed=1))
