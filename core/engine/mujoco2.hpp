@@ -85,10 +85,18 @@ inline int max_contacts(const mjModel& m) { return m.nconmax; }
 
 // ---- State ----
 
-// A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: MuJoCo 2.2.2 has none.
-inline int more_state(const mjModel&) { return 0; }
-inline void save_more(const mjModel&, const mjData&, double*) {}
-inline void load_more(const mjModel&, mjData&, const double*) {}
+// Whether mj_kinematics normalizes mocap_quat in place, so that it changes in steps and belongs to a row's state.
+constexpr bool kNormalizesMocap = true;
+
+// A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: mocap_quat.
+inline int more_state(const mjModel& m) { return 4 * m.nmocap; }
+inline void save_more(const mjModel& m, const mjData& d, double* state) {
+  std::copy_n(d.mocap_quat, more_state(m), state);
+}
+inline void load_more(const mjModel& m, mjData& d, const double* state) {
+  std::copy_n(state, more_state(m), d.mocap_quat);
+}
+// Whether MuJoCo can compute with that part of a state.
 inline bool is_valid_more(const mjModel&, const double*) { return true; }
 
 // Discards what an interrupted or an earlier computation left on MuJoCo's stack.

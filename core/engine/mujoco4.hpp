@@ -149,6 +149,9 @@ inline int max_contacts(const mjModel& m) {
 
 // ---- State ----
 
+// mj_kinematics normalizes a copy of mocap_quat.
+constexpr bool kNormalizesMocap = false;
+
 // A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: of delays, plugins and plasticity.
 constexpr int kMoreState = mjSTATE_HISTORY | mjSTATE_PLUGIN | mjSTATE_PLASTIC;
 inline int more_state(const mjModel& m) { return mj_stateSize(&m, kMoreState); }

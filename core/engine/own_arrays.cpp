@@ -52,7 +52,7 @@ const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfie
 const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix",   "dof_armature", "dof_frictionloss",
                          "pair_friction", "tendon_frictionloss", "opt.tolerance", "opt.density",  "opt.viscosity",
                          "tendon_width",  "site_size",           "opt.apirate"};
-const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat", "mocap_quat"};
+const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
 const Names kDirections{"jnt_axis"};
 
 // What decides which geom pairs can touch, and how precisely MuJoCo searches for them.
@@ -80,11 +80,10 @@ std::vector<Input> inputs_of(const mjModel& m) {
   const auto add = [&](const char* name, const auto& member, std::int64_t rows, std::int64_t columns = 1) {
     list.push_back({name, MJENV_TYPE_FLOAT64, offset_in(d, &member), rows, columns, nullptr});
   };
-  if (m.na == 0) add("act", d.act, 0);  // else it is part of the state
   add("qfrc_applied", d.qfrc_applied, m.nv);
   add("xfrc_applied", d.xfrc_applied, m.nbody, 6);
   add("mocap_pos", d.mocap_pos, m.nmocap, 3);
-  add("mocap_quat", d.mocap_quat, m.nmocap, 4);
+  if (!kNormalizesMocap) add("mocap_quat", d.mocap_quat, m.nmocap, 4);  // else it is part of the state
   add("userdata", d.userdata, m.nuserdata);
   for_each_more_input(m, d, [&](const char* name, const auto& member, std::int64_t rows, const void* cleared) {
     list.push_back({name, MJENV_TYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
@@ -128,6 +127,41 @@ void convert(const OwnArray& array, const double* values, std::size_t first, std
 
 [[noreturn]] void refuse_name(const std::string& name, const std::string& why) {
   fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
+}
+
+// accepts_originals: whether an element may have the model's own value in any case, for instance an infinite bound.
+void check_values(const OwnArray& array, const double* values, bool accepts_originals) {
+  const std::string& name = array.original.name;
+  const std::size_t count = array.original.count();
+  const auto refuse = [&](std::size_t i, const std::string& why) {
+    fail(MJENV_E_VALUE, element_is(name, i, values[i]) + why);
+  };
+  const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
+  const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
+  std::vector<double> originals(array.original.data ? count : 0);
+  if (array.original.data) array.original.read(originals.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = values[i];
+    if (accepts_originals && array.original.data && value == originals[i]) continue;
+    if (!std::isfinite(value)) refuse(i, ", but must be finite");
+    if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
+    if (is_in(kSlotParameters, name) && (value > 0) - (value < 0) != (originals[i] > 0) - (originals[i] < 0))
+      refuse(i, ", but must have the sign of the model's own " + number(originals[i]) +
+                    ", which says what the actuator's state consists of");
+    if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
+      refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
+    if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
+      refuse(i, ", more than a float32 can hold");
+    if (not_negative && value < 0) refuse(i, ", but must not be negative");
+    if (positive && value == 0 && originals[i] > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");
+  }
+  const std::size_t columns = is_in(kQuaternions, name) ? 4 : is_in(kDirections, name) ? 3 : 0;
+  for (std::size_t i = 0; columns > 0 && i < count; i += columns) {
+    double square = 0;
+    for (std::size_t j = i; j < i + columns; ++j) square += values[j] * values[j];
+    if (square < mjMINVAL)
+      refuse(i, std::string(", which begins a ") + (columns == 4 ? "quaternion" : "direction") + " that is too short");
+  }
 }
 
 // The offset in mjModel of the pointer to the array.
@@ -200,43 +234,22 @@ void OwnArrays::add(const std::string& name) {
   // mj_resetData places mocap bodies where the model has them.
   if (model_->get()->nmocap > 0 && (name == "body_pos" || name == "body_quat")) {
     add("mocap_pos");
-    add("mocap_quat");
+    if (!kNormalizesMocap) add("mocap_quat");
   }
   if (name == "eq_active0") add("eq_active");  // which mj_resetData sets to it
 }
 
-void OwnArrays::check(const OwnArray& array, const double* values) {
-  const std::string& name = array.original.name;
-  const std::size_t count = array.original.count();
-  const auto refuse = [&](std::size_t i, const std::string& why) {
-    fail(MJENV_E_VALUE, element_is(name, i, values[i]) + why);
-  };
-  const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
-  const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
-  std::vector<double> originals(array.original.data ? count : 0);
-  if (array.original.data) array.original.read(originals.data());
-  for (std::size_t i = 0; i < count; ++i) {
-    const double value = values[i];
-    if (array.original.data && value == originals[i]) continue;  // infinite bounds, too
-    if (!std::isfinite(value)) refuse(i, ", but must be finite");
-    if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
-    if (is_in(kSlotParameters, name) && (value > 0) - (value < 0) != (originals[i] > 0) - (originals[i] < 0))
-      refuse(i, ", but must have the sign of the model's own " + number(originals[i]) +
-                    ", which says what the actuator's state consists of");
-    if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
-      refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
-    if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
-      refuse(i, ", more than a float32 can hold");
-    if (not_negative && value < 0) refuse(i, ", but must not be negative");
-    if (positive && value == 0 && originals[i] > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");
+void OwnArrays::check(const OwnArray& array, const double* values) { check_values(array, values, true); }
+
+bool OwnArrays::refuses_originals(const OwnArray& array) {
+  std::vector<double> originals(array.original.count());
+  array.original.read(originals.data());
+  try {
+    check_values(array, originals.data(), false);
+  } catch (const Error&) {
+    return true;
   }
-  const std::size_t columns = is_in(kQuaternions, name) ? 4 : is_in(kDirections, name) ? 3 : 0;
-  for (std::size_t i = 0; columns > 0 && i < count; i += columns) {
-    double square = 0;
-    for (std::size_t j = i; j < i + columns; ++j) square += values[j] * values[j];
-    if (square < mjMINVAL)
-      refuse(i, std::string(", which begins a ") + (columns == 4 ? "quaternion" : "direction") + " that is too short");
-  }
+  return false;
 }
 
 void OwnArrays::write(const OwnArray& array, const double* values, std::byte* block) {

@@ -40,6 +40,8 @@ class OwnArrays {
   // The same for one element of an array, and for reading all of them.
   static void write(const OwnArray& array, std::size_t element, double value, std::byte* block);
   static void read(const OwnArray& array, const std::byte* block, double* values);
+  // Whether `check` would refuse the model's own values if they were another's.
+  static bool refuses_originals(const OwnArray& array);
   // Whether `check` looks at each element alone.
   static bool checks_elements_alone(const OwnArray& array);
   // Writes the original values of the arrays from number `first` on to the block.

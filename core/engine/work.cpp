@@ -36,7 +36,8 @@ T* put(T* to, const T* from, std::size_t count) {
 
 }  // namespace
 
-StateLayout::Part StateLayout::part(const std::string& array) const {
+std::optional<StateLayout::Part> StateLayout::part(const std::string& array) const {
+  if (kNormalizesMocap && array == "mocap_quat") return Part{size - more, more};
   std::size_t offset = 0;
   for (const auto& [name, count] : {std::pair<const char*, std::size_t>{"time", 1},
                                     {"qpos", nq},
@@ -44,10 +45,10 @@ StateLayout::Part StateLayout::part(const std::string& array) const {
                                     {"act", na},
                                     {"qacc_warmstart", nv},
                                     {"ctrl", nu}}) {
-    if (array == name) return {offset, count};
+    if (array == name) return Part{offset, count};
     offset += count;
   }
-  return {0, 0};
+  return std::nullopt;
 }
 
 void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
@@ -241,7 +242,11 @@ void Work::load(const double* state) {
     put(array, state, count);
     state += count;
   }
-  if (layout_.more > 0) load_more(*model_->get(), *d, state);
+  load_rest(state);
+}
+
+void Work::load_rest(const double* rest) {
+  if (layout_.more > 0) load_more(*model_->get(), *data_, rest);
 }
 
 void Work::save(double* state) const {

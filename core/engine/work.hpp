@@ -30,16 +30,17 @@ class StateLayout {
 
   std::size_t nq, nv, na, nu, more, size;
 
-  // Where the array with MuJoCo's name lies in a state; its count is 0 if no part of the state has this name.
+  // Where the array with MuJoCo's name lies in a state; nothing if no part of the state has this name.
   struct Part {
     std::size_t offset, count;
   };
-  Part part(const std::string& array) const;
+  std::optional<Part> part(const std::string& array) const;
 
   double* qpos(double* state) const { return state + 1; }
   double* qvel(double* state) const { return state + 1 + nq; }
   double* act(double* state) const { return state + 1 + nq + nv; }
   double* warmstart(double* state) const { return state + 1 + nq + nv + na; }
+  double* rest(double* state) const { return state + size - more; }
 };
 
 // What a task needs of a work space besides what MuJoCo computes in every step.
@@ -93,6 +94,8 @@ class Work {
   // Starts an episode. Resets less than clear, which is faster and has the same effect on what follows.
   void begin();
   void load(const double* state);
+  // Loads only what lies in StateLayout::rest.
+  void load_rest(const double* rest);
   void save(double* state) const;
 
   // Calls mj_forward, as Gymnasium's set_state does.

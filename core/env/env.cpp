@@ -295,21 +295,20 @@ void Env::write(const std::string& array, std::size_t count,
                 const std::function<const double*(std::int64_t)>& values_of) {
   check_settled();
   OwnValues& own = rows_.own();
-  const StateLayout::Part part = rows_.layout().part(array);
-  const bool is_state = part.count > 0;
+  const auto part = rows_.layout().part(array);
   OwnArray target{};
-  if (!is_state) {
+  if (!part) {
     const OwnArray* found = own.arrays().find(array);
     target = found ? *found : own.arrays().describe(array);
   }
-  const std::size_t needed = is_state ? part.count : target.original.count();
+  const std::size_t needed = part ? part->count : target.original.count();
   if (needed == 0 && count > 0)
     fail(MJENV_E_SIZE,
          "the count of " + quoted(array) + " is " + std::to_string(count) + ", but this array is empty in this model");
   check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
               static_cast<std::int64_t>(needed));
   const auto check = [&](const double* values) {
-    if (is_state) return check_finite(array, values, count);
+    if (part) return check_finite(array, values, count);
     OwnArrays::check(target, values);
   };
   const double* checked = nullptr;  // the values checked last, which rows may share
@@ -323,15 +322,15 @@ void Env::write(const std::string& array, std::size_t count,
     checked = values;
   });
   if (count == 0) return;
-  if (!is_state && !own.arrays().find(array)) {
+  if (!part && !own.arrays().find(array)) {
     make_own({array});
     target = *own.arrays().find(array);
   }
   // First for all rows, because memory may run out: a call that fails must write nothing.
   for_each_written(values_of, [&](std::int64_t row, const double*) { rows_.keep(row); });
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
-    if (is_state)
-      std::copy_n(values, count, rows_.state(row) + part.offset);
+    if (part)
+      std::copy_n(values, count, rows_.state(row) + part->offset);
     else
       OwnArrays::write(target, values, own.present(row));
     rows_.head(row).written = true;

@@ -79,7 +79,8 @@ void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
-  struct Adoption {  // also if the task fails: the row has begun the episode
+  // Calls adopt even if observe or reset_info fails, because the row has begun the episode by then.
+  struct Adoption {
     Worker& worker;
     Rows& rows;
     std::int64_t row;

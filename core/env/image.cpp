@@ -98,13 +98,14 @@ bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
   return names.size() == size && std::memcmp(names.data(), from, size) == 0;
 }
 
-// Whether MuJoCo can compute with these values.
+// Whether MuJoCo can compute with these values. The block may lie at any address.
 bool are_valid(const OwnArrays& arrays, const std::byte* block) {
-  std::vector<double> values;
+  std::vector<double> values, aligned(arrays.block_bytes() / sizeof(double));
+  if (!aligned.empty()) std::memcpy(aligned.data(), block, arrays.block_bytes());
   try {
     for (const OwnArray& array : arrays.list()) {
       values.resize(array.original.count());
-      OwnArrays::read(array, block, values.data());
+      OwnArrays::read(array, reinterpret_cast<const std::byte*>(aligned.data()), values.data());
       OwnArrays::check(array, values.data());
     }
   } catch (const Error&) {

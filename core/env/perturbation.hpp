@@ -46,7 +46,7 @@ class Perturbation {
   // Begins an episode.
   void begin(double* record, np::Generator& rng) const;
 
-  // What begin_step computes for a step. end_step stores it in the record when the step has succeeded.
+  // What begin_step computes for a step.
   struct Step {
     std::vector<double> action;        // that the task sees, if it is float64
     std::vector<float> narrow_action;  // that the task sees, if it is float32
@@ -55,9 +55,11 @@ class Perturbation {
   };
   // Allocates the memory that begin_step uses.
   Step make_step() const;
-  // Draws and returns the action that the task sees. steps: how many the episode has had.
+  // Returns the action that the task sees: delayed, and with the noise that this draws. Also draws the pushes.
+  // steps: how many the episode has had.
   Action begin_step(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
                     Step& step) const;
+  // Call this when the step has succeeded: stores the state of the pushes, and the caller's action if it is delayed.
   void end_step(double* record, std::int64_t steps, const Action& action, const Step& step) const;
   // Returns what the caller sees instead of the task's observation, after `steps` steps.
   const double* observe(double* record, std::int64_t steps, const double* observation, np::Generator& rng) const;

@@ -90,7 +90,7 @@ Randomization::Randomization(const mjenv_randomization* items, std::size_t count
 
 Randomization::Item Randomization::item_of(const mjenv_randomization& given, const Model& model) {
   Item item{};
-  if (StateLayout(model).part(given.array).count > 0)
+  if (StateLayout(model).part(given.array))
     fail(MJENV_E_NAME, "it is part of the state, but only arrays of the mjModel are drawn");
   item.array = OwnArrays(model).describe(given.array);
   if (item.array.place == OwnArray::Place::data_input)
@@ -104,7 +104,8 @@ Randomization::Item Randomization::item_of(const mjenv_randomization& given, con
   item.shared = given.shared != 0;
   take_elements(item, given);
   take_parameters(item, given);
-  item.is_checked = item.distribution == MJENV_DISTRIBUTION_NORMAL || !OwnArrays::checks_elements_alone(item.array);
+  item.is_checked = item.distribution == MJENV_DISTRIBUTION_NORMAL || !OwnArrays::checks_elements_alone(item.array) ||
+                    OwnArrays::refuses_originals(item.array);
   if (item.distribution == MJENV_DISTRIBUTION_LOG_UNIFORM)
     for (double& parameter : item.parameters) parameter = std::log(parameter);
   if (OwnArrays::checks_elements_alone(item.array)) check_ends(item);

@@ -16,8 +16,10 @@ class Randomization {
  public:
   // Draws nothing.
   Randomization() = default;
-  // Copies the list. Throws if MuJoCo cannot compute with the ends or choices of an item, or for NORMAL with the mean;
-  // `draw` checks the rest. Items of arrays that have no elements in this model are left out.
+  // Copies the list, without items of arrays that have no elements in this model. Throws if MuJoCo cannot compute with
+  // the smallest, the greatest or a chosen value of an item; NORMAL has none, so its mean is checked. `draw` checks
+  // what these do not tell: the values of NORMAL, and quaternions and directions, whose elements are valid only
+  // together.
   Randomization(const mjenv_randomization* items, std::size_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }

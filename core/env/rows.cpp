@@ -12,7 +12,7 @@ Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
     : layout_(model),
       state_size_(layout_.size),
       carry_count_(static_cast<std::size_t>(carry_count)),
-      record_size_(2 * state_size_ + carry_count_ + layout_.nq + layout_.nv),
+      record_size_(2 * state_size_ + carry_count_ + layout_.nq + layout_.nv + 2 * layout_.more),
       own_(model, count, state_size_) {
   check_memory(count, " rows", sizeof(Head) + record_bytes());
   heads_.resize(static_cast<std::size_t>(count));

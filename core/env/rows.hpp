@@ -40,15 +40,16 @@ class Rows {
   Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
   const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
 
-  // A record has four parts, one after the other: the state; the state before the computation that Origin names (for
+  // A record has five parts, one after the other: the state; the state before the computation that Origin names (for
   // `set`: before the last mj_step), so that Worker can compute it again; the numbers that the task keeps for the row's
-  // next step (Work::carried); and room for the qpos and qacc_warmstart with which the mj_forward of `set` began,
-  // because mj_forward changes them.
+  // next step (Work::carried); and of the state with which the mj_forward of `set` began what mj_forward changes: qpos,
+  // qacc_warmstart and the rest (StateLayout). A fifth part is the rest of the state when mj_setConst was called.
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   const double* state(std::int64_t row) const { return const_cast<Rows*>(this)->state(row); }
   double* before(std::int64_t row) { return state(row) + state_size_; }
   double* carried(std::int64_t row) { return before(row) + state_size_; }
   double* changed(std::int64_t row) { return carried(row) + carry_count_; }
+  double* of_constants(std::int64_t row) { return changed(row) + layout_.nq + layout_.nv + layout_.more; }
   std::size_t record_bytes() const { return record_size_ * sizeof(double); }
   const StateLayout& layout() const { return layout_; }
 

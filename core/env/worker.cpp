@@ -21,7 +21,7 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  // Before the row changes, because these may fail.
+  // What may fail comes first, before the row changes: carry, and the allocation of room.
   task_.calls->carry(work_);
   OwnValues& own = rows.own();
   // True if MuJoCo reset the simulation during this step, which clears the inputs. If the last mj_step did so, its
@@ -31,10 +31,13 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   if (clears_inputs && !work_.diverged_early()) room = own.room();
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
-  if (origin == Origin::set)
-    std::copy_n(layout.warmstart(start), layout.nv, std::copy_n(layout.qpos(start), layout.nq, rows.changed(row)));
-  else
+  if (origin == Origin::set) {
+    double* to = std::copy_n(layout.qpos(start), layout.nq, rows.changed(row));
+    to = std::copy_n(layout.warmstart(start), layout.nv, to);
+    std::copy_n(layout.rest(start), layout.more, to);
+  } else {
     std::copy_n(start, layout.size, rows.before(row));
+  }
   work_.save(rows.state(row));
   std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
   if (origin == Origin::set)
@@ -66,8 +69,8 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   compute(rows, row);
   if (rows.head(row).written) {
     work_.complete();  // before the written values and state are loaded, because it needs the older ones
+    if (rows.head(row).has_constants) repeat_constants(rows, row);
     use(rows, row);
-    if (rows.head(row).has_constants) compute_constants(rows, rows.own().of_constants(row));
     work_.load(rows.state(row));
   }
   load_carried(rows, row);
@@ -98,11 +101,29 @@ void Worker::compute(Rows& rows, std::int64_t row) {
       const double* kept = rows.own().state(row);
       double* start = before_.data();
       std::copy_n(kept ? kept : rows.state(row), layout.size, start);
-      std::copy_n(rows.changed(row), layout.nq, layout.qpos(start));
-      std::copy_n(rows.changed(row) + layout.nq, layout.nv, layout.warmstart(start));
+      const double* changed = rows.changed(row);
+      std::copy_n(changed, layout.nq, layout.qpos(start));
+      std::copy_n(changed + layout.nq, layout.nv, layout.warmstart(start));
+      std::copy_n(changed + layout.nq + layout.nv, layout.more, layout.rest(start));
       work_.load(start);
       return work_.forward();
   }
+}
+
+// Calls mj_setConst as set_constants did. The poses of mocap bodies, which it reads, may have been written since.
+void Worker::repeat_constants(Rows& rows, std::int64_t row) {
+  const OwnValues& own = rows.own();
+  const std::byte* values = own.of_constants(row);
+  if (!own.empty()) {
+    inputs_.resize(own.block_bytes());
+    if (values)
+      std::copy_n(values, inputs_.size(), inputs_.data());
+    else
+      own.arrays().fill(0, inputs_.data());
+    work_.use(own.arrays(), inputs_.data());
+  }
+  work_.load_rest(rows.of_constants(row));
+  compute_constants(rows, values);
 }
 
 void Worker::compute_constants(const Rows& rows, const std::byte* values) {
@@ -115,6 +136,7 @@ std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
   work_.complete();
   release();  // in case MuJoCo fails
   OwnValues& own = rows.own();
+  const StateLayout& layout = work_.layout();
   compute_constants(rows, own.empty() ? nullptr : own.present(row));
   std::vector<std::string> names = constants_->new_arrays(own.arrays());
   if (!names.empty()) return names;
@@ -123,6 +145,7 @@ std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
     own.keep_constants(row);
     constants_->save(own.arrays(), own.present(row));
   }
+  std::copy_n(layout.rest(rows.state(row)), layout.more, rows.of_constants(row));
   work_.save(rows.state(row));
   rows.head(row).written = rows.head(row).has_constants = true;
   return names;
@@ -142,9 +165,9 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   kept_.reset();
   OwnValues& own = rows.own();
   if (own.arrays().has_inputs()) {  // cleared in a copy, because the task may fail
-    cleared_.assign(own.present(row), own.present(row) + own.block_bytes());
-    own.arrays().clear_inputs(cleared_.data());
-    work_.use(own.arrays(), cleared_.data());
+    inputs_.assign(own.present(row), own.present(row) + own.block_bytes());
+    own.arrays().clear_inputs(inputs_.data());
+    work_.use(own.arrays(), inputs_.data());
   } else {
     use(rows, row);
   }

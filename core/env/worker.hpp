@@ -96,8 +96,8 @@ class Worker {
   // The state before the mj_step or mj_forward whose result save() stores. compute() also uses it as scratch memory.
   std::vector<double> before_;
   std::vector<double> observation_;
-  std::vector<std::byte> cleared_;  // a copy of a row's own values whose inputs are cleared
-  std::vector<std::byte> drawn_;    // what the last reset drew, until adopt: a row's own values
+  std::vector<std::byte> inputs_;   // a copy of a row's own values with other inputs, for the work space
+  std::vector<std::byte> drawn_;    // a row's own values with those that its reset has drawn; empty after adopt
   OwnValues::Block kept_;           // memory in which adopt keeps the row's own values from before the draw
   const Forces* forces_ = nullptr;  // of the last step, for commit
   std::unique_ptr<Constants> constants_;
@@ -111,6 +111,7 @@ class Worker {
   void draw(Rows& rows, std::int64_t row, const Randomization& randomization);
   // Computes the row's derived arrays again, with the state and the values with which they were last computed.
   void compute(Rows& rows, std::int64_t row);
+  void repeat_constants(Rows& rows, std::int64_t row);
   // Calls mj_setConst with these values of the row; null: the model's.
   void compute_constants(const Rows& rows, const std::byte* values);
   // Makes the work space use the row's values: the present ones, those of the last computation, or of the last mj_step.

@@ -1,4 +1,6 @@
 // What only Linux has.
+#include <dlfcn.h>
+#include <link.h>
 #include <linux/futex.h>
 #include <pthread.h>
 #include <sched.h>
@@ -93,6 +95,15 @@ double available_memory(const std::string& root) {
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return machine;
   const double used = 1024 * counter(root + "/proc/self/status", "VmSize:", 0);
   return std::min(machine, static_cast<double>(limit.rlim_cur) - used);
+}
+
+std::string file_of(const void* address) {
+  Dl_info info{};
+  link_map* object = nullptr;
+  if (dladdr1(address, &info, reinterpret_cast<void**>(&object), RTLD_DL_LINKMAP) == 0) return "";
+  // Of the program itself dladdr tells only the name by which it was started.
+  const bool is_program = object && object->l_name && *object->l_name == '\0';
+  return is_program ? "/proc/self/exe" : info.dli_fname ? info.dli_fname : "";
 }
 
 bool fill_with_entropy(void* to, std::size_t bytes) { return getrandom(to, bytes, 0) == static_cast<ssize_t>(bytes); }

@@ -147,11 +147,6 @@ void* symbol_of(void* library, const char* name) { return dlsym(library, name); 
 
 void* visible_symbol(const char* name) { return dlsym(RTLD_DEFAULT, name); }
 
-std::string file_of(const void* address) {
-  Dl_info info{};
-  return dladdr(address, &info) != 0 && info.dli_fname ? info.dli_fname : "";
-}
-
 void keep_loaded(const void* address) {
   const std::string file = file_of(address);
   if (!file.empty()) static_cast<void>(dlopen(file.c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE));

@@ -214,7 +214,9 @@ const char* task_message() { return message.data(); }
 void clear_task_message() { message[0] = '\0'; }
 
 void set_task_message(const char* text) {
-  const std::size_t length = std::min(std::strlen(text), message.size() - 1);
+  const auto continues_character = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };  // in UTF-8
+  std::size_t length = std::min(std::strlen(text), message.size() - 1);
+  while (length > 0 && continues_character(text[length])) --length;
   std::memcpy(message.data(), text, length);
   message[length] = '\0';
 }

@@ -1,11 +1,22 @@
 #include "task/options.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <sstream>
 
 #include "error.hpp"
 
 namespace mjenv::core {
+std::vector<std::string> Option::list_of_choices() const {
+  std::istringstream words(choices);
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
+bool Option::allows(const std::string& given) const {
+  const std::vector<std::string> list = list_of_choices();
+  return list.empty() || std::find(list.begin(), list.end(), given) != list.end();
+}
+
 const char* kind_name(mjenv_kind kind) {
   switch (kind) {
     case MJENV_KIND_FLAG: return "a flag (0 or 1)";
@@ -105,13 +116,9 @@ void Options::set_reals(const std::string& name, const double* values, std::size
 void Options::set_string(const std::string& name, const std::string& value) {
   Option& option = find(name);
   if (option.kind != MJENV_KIND_STRING && option.kind != MJENV_KIND_STRING_OR_INT) refuse_type(option, "a text");
-  if (!option.choices.empty()) {
-    std::istringstream choices(option.choices);
-    std::vector<std::string> names;
-    for (std::string choice; choices >> choice;) names.push_back(choice);
-    if (std::find(names.begin(), names.end(), value) == names.end())
-      fail(MJENV_E_VALUE, "option " + quoted(name) + " must be one of " + listed(names) + ", not " + quoted(value));
-  }
+  if (!option.allows(value))
+    fail(MJENV_E_VALUE,
+         "option " + quoted(name) + " must be one of " + listed(option.list_of_choices()) + ", not " + quoted(value));
   option.text = value;
   option.integer = 0;
   option.given_as_integer = false;

@@ -36,6 +36,10 @@ struct Option {
   std::vector<double> reals;      // the value of REALS
   std::string text;               // the value of a STRING, and a STRING_OR_INT that is a name
   bool given_as_integer = false;  // set_integer has set the value, or the default is an index
+
+  std::vector<std::string> list_of_choices() const;
+  // Whether the text is valid for a STRING.
+  bool allows(const std::string& given) const;
 };
 
 // "an integer", for messages.

@@ -155,7 +155,7 @@ void RegisteredTask::take_options(const mjenv_task& given) {
       case MJENV_KIND_STRING:
         option.text = from.text ? from.text : "";
         option.choices = from.choices ? from.choices : "";
-        if (!option.choices.empty() && (" " + option.choices + " ").find(" " + option.text + " ") == std::string::npos)
+        if (!option.allows(option.text))
           fail(MJENV_E_VALUE, what + ": its default " + quoted(option.text) + " is not one of its choices");
         break;
       case MJENV_KIND_STRING_OR_INT:
@@ -269,7 +269,8 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
-  // The caller's ErrorTrap was set before open(). If open() has loaded libmujoco, it does not catch libmujoco's errors.
+  // The caller's ErrorTrap was set before open(). If open() was the first to load libmujoco, that trap does not catch
+  // libmujoco's errors, but this one does.
   const ErrorTrap trap;
   task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;

@@ -86,8 +86,7 @@ void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random) cons
   if (!checks_) return;
   const auto check_finite = [&](const char* name, const double* values, int count) {
     for (int i = 0; i < count; ++i)
-      if (!std::isfinite(values[i]))
-        refuse("reset", std::string(name) + "[" + std::to_string(i) + "] is " + number(values[i]));
+      if (!std::isfinite(values[i])) refuse("reset", element_is(name, static_cast<std::size_t>(i), values[i]));
   };
   check_finite("qpos", start.qpos, sim.nq);
   check_finite("qvel", start.qvel, sim.nv);

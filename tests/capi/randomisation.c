@@ -377,6 +377,36 @@ static void test_forged(void** state) {
 
 // ---- A draw that is refused ----
 
+// A value that mjenv_write refuses is not drawn either, also if the model itself has such a value as one end.
+static void test_refused_draws_beside_the_models_own(void** state) {
+  (void)state;
+  static const char xml[] =
+      "<mujoco><option density='-1'/><worldbody><body><joint/><geom size='.1'/></body></worldbody></mujoco>";
+  mjenv_env* env = env_of_model(xml);
+  const mjenv_randomization item = {
+      ITEM, MJENV_DISTRIBUTION_UNIFORM, "opt.density", NULL, 0, PARAMETERS(-1, 5), .effect = MJENV_EFFECT_VALUE};
+  const double negative = -0.5;
+  assert_refused(MJENV_E_VALUE, mjenv_write(env, 0, "opt.density", &negative, 1), "opt.density");
+  assert_ok(mjenv_randomize(env, &item, 1));
+  seed_rows(env, 1);
+  int refused = 0, drawn = 0;
+  for (int attempt = 0; attempt < 60; ++attempt) {
+    const mjenv_status status = mjenv_reset(env, NULL, NULL);
+    if (status != MJENV_OK) {
+      ++refused;
+      assert_refused(MJENV_E_VALUE, status, "opt.density");
+      continue;
+    }
+    ++drawn;
+    double density;
+    size_t count;
+    assert_ok(mjenv_read(env, 0, "opt.density", &density, 1, &count));
+    assert_true(density >= 0);
+  }
+  assert_true(refused > 3 && drawn > 3);
+  mjenv_destroy(env);
+}
+
 static void test_refused_draws(void** state) {
   (void)state;
   mjenv_env *env = plain_env("Hopper-v5", 2, ROWS, "disabled"), *same = plain_env("Hopper-v5", 1, ROWS, "disabled");
@@ -558,6 +588,7 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_images),
       cmocka_unit_test(test_forged),
       cmocka_unit_test(test_refused_draws),
+      cmocka_unit_test(test_refused_draws_beside_the_models_own),
       cmocka_unit_test(test_refused_randomizations),
       cmocka_unit_test(test_refused_perturbations),
   };

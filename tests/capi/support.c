@@ -200,3 +200,9 @@ void outputs_row(const mjenv_env* env, const struct outputs* out, mjenv_role inf
     record += field.count;
   }
 }
+
+mjenv_env* env_of_model(const char* xml) {
+  mjenv_options* options = options_of_id("Model-v0");
+  assert_ok(mjenv_options_set_string(options, "xml_string", xml));
+  return env_of_options(options, 1);
+}

@@ -48,6 +48,7 @@ mjenv_options* options_of_id(const char* id);
 mjenv_env* env_of_id(const char* id, int64_t rows);
 // Destroys the options.
 mjenv_env* env_of_options(mjenv_options* options, int64_t rows);
+mjenv_env* env_of_model(const char* xml);  // Model-v0, one row
 // Seeds row i with seed + i.
 void seed_rows(mjenv_env* env, uint64_t seed);
 

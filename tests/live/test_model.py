@@ -94,3 +94,68 @@ def test_a_file(tmp_path: Path) -> None:
         data.ctrl[:] = 0.3
         mujoco.mj_step(model, data)
         assert env.step(np.full(2, 0.3))[0].tobytes() == np.concatenate([data.qpos, data.qvel]).tobytes()
+
+
+# mj_kinematics of MuJoCo 2.2.2 normalizes mocap_quat in place, again and again: its last bits depend on how often.
+MOCAP = """
+<mujoco>
+  <option timestep="0.01"/>
+  <worldbody>
+    <geom type="plane" size="2 2 0.1"/>
+    <body name="hand" mocap="true" pos="0 0 0.3" quat="1 0.3 0.2 0.1"><geom type="box" size="0.3 0.3 0.02"/></body>
+    <body name="ball" pos="0.01 0 0.5"><joint type="slide" axis="0 0 1"/><geom size="0.05"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_mocap_bodies(threads: int) -> None:
+    """Poses of mocap bodies that are written, and that MuJoCo changes: each row as an mjData of its own."""
+    model = mujoco.MjModel.from_xml_string(MOCAP)
+    models = [mujoco.MjModel.from_xml_string(MOCAP) for _ in range(ROWS)]
+    plain = [mujoco.MjData(model) for model in models]
+    envs = mjenv.make_vec("Model-v0", ROWS, num_threads=threads, xml_string=MOCAP)
+    rng = np.random.default_rng(3)
+
+    def write(row: int, name: str, values: np.ndarray) -> None:
+        getattr(plain[row], name)[:] = values
+        getattr(envs.envs[row].data, name)[:] = values
+
+    def check(what: str) -> None:
+        for row, data in enumerate(plain):
+            for name in ("qpos", "qvel", "mocap_pos", "mocap_quat", "xpos", "xquat", "geom_xpos"):
+                ours = np.asarray(getattr(envs.envs[row].data, name))
+                assert ours.tobytes() == getattr(data, name).tobytes(), (what, row, name)
+
+    for episode in range(3):
+        envs.reset(seed=episode)
+        for model, data in zip(models, plain, strict=True):
+            mujoco.mj_resetData(model, data)
+            mujoco.mj_forward(model, data)
+        check(f"reset {episode}")
+        for step in range(60):
+            what = f"episode {episode}, step {step}"
+            row = int(rng.integers(ROWS))
+            kind = rng.integers(6)
+            if kind == 0:
+                write(row, "mocap_quat", rng.normal(size=(1, 4)))
+            elif kind == 1:
+                write(row, "mocap_pos", np.array([[0, 0, rng.uniform(0.2, 0.4)]]))
+            elif kind == 2:
+                qpos, qvel = rng.uniform(-0.1, 0.1, (2, 1))
+                plain[row].qpos[:], plain[row].qvel[:] = qpos, qvel
+                mujoco.mj_forward(models[row], plain[row])
+                envs.envs[row].set_state(qpos, qvel)
+            elif kind == 3:
+                mujoco.mj_setConst(models[row], plain[row])
+                envs.envs[row].set_constants()
+                if rng.random() < 0.7:
+                    write(row, "mocap_pos", np.array([[0, 0, rng.uniform(0.2, 0.4)]]))
+                    write(row, "mocap_quat", rng.normal(size=(1, 4)))
+            if rng.random() < 0.3:
+                check(f"{what} after {kind}")
+            envs.step(np.zeros((ROWS, 0)))
+            for model, data in zip(models, plain, strict=True):
+                mujoco.mj_step(model, data)
+            check(what)

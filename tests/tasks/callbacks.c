@@ -19,7 +19,7 @@ static const char model[] =
 static const char modes[] =
     "none build_fails build_is_silent build_unfit build_no_memory build_name build_option build_kind build_array "
     "build_contact build_need build_index "
-    "build_length "
+    "build_length build_draw build_long "
     "build_late reset_fails reset_nan reset_draw reset_uniform step_fails step_silent step_nan step_draw step_busy "
     "info_fails "
     "carry_fails carry_force observe_fails observe_nan observe_memory";
@@ -105,6 +105,11 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   if (strcmp(mode, "build_is_silent") == 0) return 77;
   if (strcmp(mode, "build_unfit") == 0) return mjenv_task_fail(api, "it has no leg"), MJENV_E_MODEL;
   if (strcmp(mode, "build_no_memory") == 0) return MJENV_E_MEMORY;
+  if (strcmp(mode, "build_long") == 0) {
+    char text[2 * 1000 + 2] = "x";
+    for (int i = 0; i < 1000; ++i) memcpy(text + 1 + 2 * i, "\xc3\xa9", 3);
+    return mjenv_task_fail(api, text);
+  }
   assert_ptr_equal(user, options);
   struct self* s = allocate(sizeof *s);
   *self = s;
@@ -120,6 +125,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   if (strcmp(mode, "build_contact") == 0) mjenv_build_array(builder, "contact.dist", NULL);
   if (strcmp(mode, "build_need") == 0) mjenv_build_need(builder, "xpos");
   if (strcmp(mode, "build_index") == 0) assert_int_equal(mjenv_build_option_index(builder, "other", "body"), 0);
+  if (strcmp(mode, "build_draw") == 0) mjenv_random_integers(builder->random, 5, 5);
   if (strcmp(mode, "build_length") != 0)
     mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "action", builder->sim->nu);
   if (strcmp(mode, "build_late") == 0) mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, NULL, 1);
@@ -312,8 +318,22 @@ static void test_build(void** state) {
   refused_build("build_contact", MJENV_E_NAME, "\"contact.dist\"", "mjenv_build_need");
   refused_build("build_need", MJENV_E_NAME, "\"xpos\"", "contacts");
   refused_build("build_index", MJENV_E_MODEL, "\"other\" is -1", "bodies");
+  mjenv_destroy(env_of_options(probe("build_draw"), 1));  // only a draw for a row must be possible
   refused_build("build_length", MJENV_E_TASK, "\"action\"", "length");
   refused_build("build_late", MJENV_E_ARGUMENT, "name", "");
+}
+
+// A message that is too long ends after a whole character.
+static void test_long_message(void** state) {
+  (void)state;
+  mjenv_options* chosen = probe("build_long");
+  mjenv_env* env = NULL;
+  assert_refused(MJENV_E_TASK, mjenv_create(chosen, 1, &env), "Probe-v0", "x\xc3\xa9\xc3\xa9");
+  const char* message = mjenv_last_error();
+  const size_t length = strlen(message);
+  assert_true(length > 1000);
+  assert_memory_equal(message + length - 2, "\xc3\xa9", 2);
+  mjenv_options_destroy(chosen);
 }
 
 // Which row a call names, and that the row keeps its state while the others are stepped.
@@ -570,12 +590,19 @@ int main(void) {
   register_probe("Probe-v0", 0);
   register_probe("Probe-v1", 1);
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_build),           cmocka_unit_test(test_failing_rows),
-      cmocka_unit_test(test_failing_observe), cmocka_unit_test(test_observe_without_memory),
-      cmocka_unit_test(test_carried_forces),  cmocka_unit_test(test_failing_carry),
-      cmocka_unit_test(test_failing_resets),  cmocka_unit_test(test_lenient),
-      cmocka_unit_test(test_extras),          cmocka_unit_test(test_carried),
-      cmocka_unit_test(test_model_option),    cmocka_unit_test(test_all_are_destroyed),
+      cmocka_unit_test(test_build),
+      cmocka_unit_test(test_long_message),
+      cmocka_unit_test(test_failing_rows),
+      cmocka_unit_test(test_failing_observe),
+      cmocka_unit_test(test_observe_without_memory),
+      cmocka_unit_test(test_carried_forces),
+      cmocka_unit_test(test_failing_carry),
+      cmocka_unit_test(test_failing_resets),
+      cmocka_unit_test(test_lenient),
+      cmocka_unit_test(test_extras),
+      cmocka_unit_test(test_carried),
+      cmocka_unit_test(test_model_option),
+      cmocka_unit_test(test_all_are_destroyed),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -131,6 +131,7 @@ static void test_bad_options(void** state) {
   refused(MJENV_E_VALUE, p->options[1].name = "frame_skip", "already", "\"frame_skip\"");
   refused(MJENV_E_VALUE, p->options[1].name = "num_threads", "already", "\"num_threads\"");
   refused(MJENV_E_VALUE, p->options[1].text = "fly", "\"fly\"", "choices");
+  refused(MJENV_E_VALUE, p->options[1].text = "walk trot", "\"walk trot\"", "choices");
   refused(MJENV_E_TYPE, p->options[0].kind = 77, "kind 77");
   refused(MJENV_E_VALUE, (p->options[0].low = 2, p->options[0].high = 3), "does not lie in [2, 3]");
   refused(MJENV_E_VALUE, (p->options[0].low = 3, p->options[0].high = 2), "bounds");

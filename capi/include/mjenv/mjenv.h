@@ -97,7 +97,7 @@ extern "C" {
 /* Changes when compiled clients have to be rebuilt. */
 #define MJENV_ABI_VERSION 1
 
-/* Instead of a row's number: all rows (mjenv_snapshot, mjenv_restore). */
+/* Instead of a row's number: all rows. */
 #define MJENV_ALL_ROWS (-1)
 
 /* Instead of a camera's index in mjenv_render_settings. */
@@ -233,7 +233,7 @@ typedef struct mjenv_spec {
 /* The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays
  * that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays
  * have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count].
- * For mjenv_rollout, [rows] is mjenv_rows * steps. All other functions can be given the same batch. */
+ * For mjenv_rollout, [rows] is mjenv_rows * steps. One batch can serve all other functions. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
   mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest */
@@ -523,7 +523,8 @@ MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint
 
 /* Reads a row's random stream: the state of NumPy's PCG64.
  *   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and
- *             uinteger, which are 0 unless a registered task has drawn integers from a range of at most 2^32, or
+ *             uinteger, which keep the half of a 64-bit draw that is not used yet. They are 0 unless integers from a
+ *             range of at most 2^32 were drawn (by a registered task, MJENV_DISTRIBUTION_CHOICE or a push), or
  *             mjenv_set_stream has set them
  *   count     4 or 6
  * Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset). */

@@ -20,8 +20,8 @@
  *   reset_info fails, the row has been stepped or reset. A callback that lacks memory returns MJENV_E_MEMORY. If the
  *   task cannot use the model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns
  *   these two statuses instead of MJENV_E_TASK. A callback need not check this header's functions for errors: if it
- *   passes them an unknown name, an option of another kind or an impossible range, the library makes it fail: a draw
- *   with MJENV_E_TASK, a function for build with a status of its own, such as MJENV_E_NAME.
+ *   passes them an unknown name, an option of another kind or an impossible range, the library makes it fail: for a
+ *   draw with MJENV_E_TASK (in build it does not fail), for a function of build with a status such as MJENV_E_NAME.
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It must not call
  *   functions with the environment that it runs for: most return MJENV_E_BUSY or MJENV_E_PENDING, the others have
@@ -31,7 +31,7 @@
  *   time are new, but mj_step computes everything else before it integrates. So what it computes from them (xpos,
  *   contacts, ...) is one timestep older. With the integrator RK4, it belongs to the last of the four stages, which
  *   approximates the new state; only sensordata is one timestep older. After a reset, everything belongs to the same
- *   state.
+ *   state, but cfrc_ext, cacc and cfrc_int are 0, as in Gymnasium.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
@@ -58,8 +58,8 @@ typedef struct mjenv_task_option {
   const char *name;     /* without blanks and quotes; unique in the task */
   const char *doc;      /* one line of documentation; NULL: none */
   double value;         /* the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL */
-  double low, high;     /* closed bounds of each number, also of the default; both 0: the widest (FLAG: 0 and 1;
-                           INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite) */
+  double low, high;     /* closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and
+                           1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite) */
   const double *values; /* [count] the defaults of REALS that hold several numbers */
   int64_t count;        /* how many numbers REALS hold; 0: one number, whose default is value */
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
@@ -78,7 +78,8 @@ typedef struct mjenv_task_field {
   const char *doc;  /* one line of documentation with the unit; NULL: the library's own for a name that the built-in
                        robots use, such as "qpos" or "x_velocity", else none */
   mjenv_type type;  /* the type in Python; 0: np.float64. An observation is always np.float64 */
-  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1, or 0 for length 1 */
+  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. For a part of the observation 1, a vector, or 0, a vector of
+                       length 1 */
   int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length).
                        The fields of a role have at most 16777216 elements together */
 } mjenv_task_field;
@@ -194,8 +195,9 @@ typedef struct mjenv_outcome {
 /* ---- The task ---- */
 
 /* A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe
- * and reset_info. It leaves out observe and reset_info when the caller does not want their output. For rows of
- * mjenv_send it calls them always, because only mjenv_recv tells what the caller wants. */
+ * and reset_info. It leaves out observe and reset_info when the caller does not want their output. It calls them
+ * always for rows of mjenv_send, because only mjenv_recv tells what the caller wants, and calls observe always for
+ * noisy and delayed observations (mjenv_perturb). */
 typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
@@ -333,7 +335,8 @@ struct mjenv_builder {
   const mjenv_task_api *api;
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
   mjenv_random *random; /* for a build that calls the task's own functions, for instance to find out how many numbers
-                           they write; no row uses this stream */
+                           they write. No row uses this stream. A draw that NumPy refuses does not make build fail,
+                           because such a trial call may draw with numbers that no row has */
 };
 
 struct mjenv_random {
@@ -403,9 +406,10 @@ static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return
  *        "cam_xpos", "cam_xmat", "light_xpos" or "light_xdir". An array of mjenv_build_array needs no such call */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
-/* Makes an array of mjData available in all callbacks that take a mjenv_sim, or one of mjModel also in reset. Returns
- * its index in mjenv_sim.arrays. Fails for unknown names and for those that begin with "contact.", whose elements lie
- * apart in MuJoCo's memory: call mjenv_build_need with "contacts" and read mjenv_sim.contacts instead.
+/* Makes an array of mjData or mjModel available in all callbacks that take a mjenv_sim. An array of mjModel is also
+ * available in reset. Returns its index in mjenv_sim.arrays. Fails for unknown names and for those that begin with
+ * "contact.", whose elements lie apart in MuJoCo's memory: call mjenv_build_need with "contacts" and read
+ * mjenv_sim.contacts instead.
  * name   the array's name in MuJoCo, as in mjenv_read
  * field  receives the shape and the type of the elements (double for MJENV_TYPE_FLOAT64, int32_t for MJENV_TYPE_INT32
  *        and so on); NULL: not wanted */

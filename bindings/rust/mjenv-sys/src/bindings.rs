@@ -850,7 +850,7 @@ impl Default for mjenv_spec {
 #[doc = " The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays"]
 #[doc = " that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays"]
 #[doc = " have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count]."]
-#[doc = " For mjenv_rollout, [rows] is mjenv_rows * steps. All other functions can be given the same batch."]
+#[doc = " For mjenv_rollout, [rows] is mjenv_rows * steps. One batch can serve all other functions."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
@@ -2403,7 +2403,8 @@ extern "C" {
 extern "C" {
     #[doc = " Reads a row's random stream: the state of NumPy's PCG64."]
     #[doc = "   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and"]
-    #[doc = "             uinteger, which are 0 unless a registered task has drawn integers from a range of at most 2^32, or"]
+    #[doc = "             uinteger, which keep the half of a 64-bit draw that is not used yet. They are 0 unless integers from a"]
+    #[doc = "             range of at most 2^32 were drawn (by a registered task, MJENV_DISTRIBUTION_CHOICE or a push), or"]
     #[doc = "             mjenv_set_stream has set them"]
     #[doc = "   count     4 or 6"]
     #[doc = " Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset)."]
@@ -2810,11 +2811,11 @@ pub struct mjenv_task_option {
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL"]
     pub value: f64,
-    #[doc = " closed bounds of each number, also of the default; both 0: the widest (FLAG: 0 and 1;"]
-    #[doc = "INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
+    #[doc = " closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and"]
+    #[doc = "1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
     pub low: f64,
-    #[doc = " closed bounds of each number, also of the default; both 0: the widest (FLAG: 0 and 1;"]
-    #[doc = "INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
+    #[doc = " closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and"]
+    #[doc = "1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
     pub high: f64,
     #[doc = " [count] the defaults of REALS that hold several numbers"]
     pub values: *const f64,
@@ -3051,7 +3052,8 @@ pub struct mjenv_task_field {
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the type in Python; 0: np.float64. An observation is always np.float64"]
     pub type_: mjenv_type,
-    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation is a vector: 1, or 0 for length 1"]
+    #[doc = " 0 to 4 dimensions; 0: a scalar. For a part of the observation 1, a vector, or 0, a vector of"]
+    #[doc = "length 1"]
     pub ndim: i32,
     #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)."]
     #[doc = "The fields of a role have at most 16777216 elements together"]
@@ -4948,8 +4950,9 @@ impl Default for mjenv_outcome {
     }
 }
 #[doc = " A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe"]
-#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output. For rows of"]
-#[doc = " mjenv_send it calls them always, because only mjenv_recv tells what the caller wants."]
+#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output. It calls them"]
+#[doc = " always for rows of mjenv_send, because only mjenv_recv tells what the caller wants, and calls observe always for"]
+#[doc = " noisy and delayed observations (mjenv_perturb)."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
@@ -6132,7 +6135,8 @@ pub struct mjenv_builder {
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
     #[doc = " for a build that calls the task's own functions, for instance to find out how many numbers"]
-    #[doc = "they write; no row uses this stream"]
+    #[doc = "they write. No row uses this stream. A draw that NumPy refuses does not make build fail,"]
+    #[doc = "because such a trial call may draw with numbers that no row has"]
     pub random: *mut mjenv_random,
 }
 #[test]
