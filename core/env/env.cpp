@@ -92,7 +92,7 @@ const Identity& Env::identity() const {
 
 void Env::check_settled() const {
   if (pipeline_->count() == 0) return;
-  workers_.pool().check_here();  // fails with MJENV_E_FORKED in a forked child, which can never receive these rows
+  workers_.pool().check_here();  // if other threads have the rows, a forked child can never receive them
   fail(MJENV_E_PENDING, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
 }
 
@@ -414,7 +414,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   perturbation_ = std::move(next);
 }
 
-// Sets the forces to 0 that the last steps of the rows have left.
+// Sets to 0 the forces that each row's last step has left.
 void Env::end_pushes() {
   if (!perturbation_.pushes()) return;
   const auto for_each_pushed = [&](const auto& body) {

@@ -114,12 +114,13 @@ bool are_valid(const OwnArrays& arrays, const std::byte* block) {
   return true;
 }
 
-// Whether MuJoCo can compute with this state. Only `more` is checked: mj_step itself finds bad numbers in the rest.
-bool is_valid(const Model& model, const StateLayout& layout, const std::byte* state) {
+// Whether MuJoCo can compute with this StateLayout::rest, of which it uses some numbers as indices. It can compute with
+// any other numbers in a state, even if the results are not finite.
+bool is_valid_rest(const Model& model, const StateLayout& layout, const std::byte* rest) {
   if (layout.more == 0) return true;
-  std::vector<double> more(layout.more);
-  std::memcpy(more.data(), state + (layout.size - layout.more) * sizeof(double), layout.more * sizeof(double));
-  return model.is_valid_more(more.data());
+  std::vector<double> numbers(layout.more);
+  std::memcpy(numbers.data(), rest, layout.more * sizeof(double));
+  return model.is_valid_more(numbers.data());
 }
 
 bool is_valid(const RowHeader& header) {
@@ -294,9 +295,13 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
   for (std::int64_t i = range.first; i < range.end; ++i) {
     const RowImage r = row_image(i);
     const unsigned kept = r.header.kept;
-    const auto is_valid_state = [&](const std::byte* state) { return is_valid(model, rows.layout(), state); };
+    const std::size_t rest = rows.layout().more * sizeof(double);
+    const auto is_valid_before = [&](const std::byte* end) { return is_valid_rest(model, rows.layout(), end - rest); };
+    const auto is_valid_state = [&](const std::byte* state) { return is_valid_before(state + layout.state); };
+    const std::byte* record_end = r.record + layout.record;  // the rests of two other states (Rows)
     if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !is_valid_state(r.record) ||
-        !is_valid_state(r.record + layout.state) || !are_valid(arrays, r.present) ||
+        !is_valid_state(r.record + layout.state) || !is_valid_before(record_end) ||
+        !is_valid_before(record_end - rest) || !are_valid(arrays, r.present) ||
         (kept & kept_computed && !are_valid(arrays, r.computed)) ||
         (kept & kept_stepped && !are_valid(arrays, r.stepped)) ||
         (kept & kept_constants && !are_valid(arrays, r.constants)) || (kept & kept_state && !is_valid_state(r.state)))

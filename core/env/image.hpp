@@ -29,7 +29,7 @@ Identity identity_of(const Options& options, const Task& task);
 // In these functions, row may be MJENV_ALL_ROWS.
 std::size_t image_size(const Rows& rows, std::int64_t row);
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image);
-// Checks the whole image before it changes any row. id: the environment's id, for messages.
+// Checks the image before it changes any row. id: the environment's id, for messages.
 void read_image(Rows& rows, const Model& model, const Perturbation& perturbation, const Identity& identity,
                 const std::string& id, std::int64_t row, const void* image, std::size_t size);
 

@@ -15,9 +15,9 @@ namespace mjenv::core {
 // As in Gymnasium, a write changes no derived array until the next mj_step or mj_forward. But rows do not store their
 // derived arrays: workers compute them again when they are needed, and after a write this must give what it gave before
 // the write. So a row keeps up to four versions of its values: the present ones; those with which its derived arrays
-// were computed, if the row was written since; those with which its last mj_step ran, if set_state was called
-// since and its mj_forward used other values; and those with which mj_setConst was called. It also keeps the state that
-// set_state has set after a step, if the row was written since.
+// were computed, if the row was written since, or MuJoCo cleared its inputs when it diverged; those with which its last
+// mj_step ran, if set_state was called since and its mj_forward used other values; and those with which mj_setConst was
+// called. It also keeps the state that set_state has set after a step, if the row was written since.
 class OwnValues {
  public:
   // state_size: how many numbers the state of a row has.
@@ -52,7 +52,8 @@ class OwnValues {
   // The same without allocating: room has block_bytes().
   void keep(std::int64_t row, Block room) noexcept;
   void keep_state(std::int64_t row, const double* state);
-  // Call before the constants that mj_setConst has computed replace the present values. Replaces what was kept before.
+  // Call this before you overwrite the present values with the constants that mj_setConst has computed. Replaces what
+  // was kept before.
   void keep_constants(std::int64_t row);
   // Call computed_all when everything was computed with the present values: nothing older is needed. Call
   // computed_after_step when set_state has computed after a step: the derived forces stay those of that step, so the

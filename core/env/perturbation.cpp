@@ -83,7 +83,8 @@ void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& mod
     for (std::size_t i = 0; i < push.low.size(); ++i) {
       push.low[i] = one.low[i];
       push.high[i] = one.high[i];
-      if (!(push.low[i] <= push.high[i]) || !std::isfinite(push.high[i] - push.low[i]))
+      const double range = push.high[i] - push.low[i];
+      if (std::signbit(range) || !std::isfinite(range))
         refuse(element_is("low", i, push.low[i]) + " and " + element_is("high", i, push.high[i]) +
                ", but they must be finite, and low not above high");
     }

@@ -14,8 +14,8 @@
 
 namespace mjenv::core {
 
-// Each row has a record of doubles for it: the phase, the pushes, the actions and observations that are on their way,
-// and the last observation that the caller saw.
+// For its perturbation, each row has a record of doubles: the phase, the pushes, the actions and observations that are
+// on their way, and the last observation that the caller saw.
 class Perturbation {
  public:
   // Perturbs nothing.

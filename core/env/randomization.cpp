@@ -148,7 +148,7 @@ void Randomization::take_parameters(Item& item, const mjenv_randomization& given
   for (const double parameter : p)
     if (!std::isfinite(parameter)) refuse("a parameter is " + number(parameter));
   const auto check_range = [](double low, double high) {
-    if (low > high) refuse("low is " + number(low) + ", above high, " + number(high));
+    if (std::signbit(high - low)) refuse("low is " + number(low) + ", above high, " + number(high));
     if (!std::isfinite(high - low)) refuse("high - low is not finite");
   };
   switch (item.distribution) {
@@ -168,8 +168,8 @@ void Randomization::take_parameters(Item& item, const mjenv_randomization& given
   if (!is_real(item.array) && !is_choice) refuse("it holds integers, which only a choice draws");
 }
 
-// Throws if MuJoCo cannot compute with the smallest, the greatest or a chosen value. Of a normal distribution, which
-// has none, it checks the mean.
+// Throws if MuJoCo cannot compute with the smallest or the greatest value, or with one of the values of a choice. A
+// normal distribution has no smallest and no greatest value, so its mean is checked.
 void Randomization::check_ends(const Item& item) {
   std::vector<double> ends;
   switch (item.distribution) {

@@ -17,9 +17,8 @@ class Randomization {
   // Draws nothing.
   Randomization() = default;
   // Copies the list, without items of arrays that have no elements in this model. Throws if MuJoCo cannot compute with
-  // the smallest, the greatest or a chosen value of an item; NORMAL has none, so its mean is checked. `draw` checks
-  // what these do not tell: the values of NORMAL, and quaternions and directions, whose elements are valid only
-  // together.
+  // the smallest or the greatest value that an item can draw, with one of the values of CHOICE, or with the mean of
+  // NORMAL. Where that does not prove that all values are valid, `draw` checks the values (Item::is_checked).
   Randomization(const mjenv_randomization* items, std::size_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }

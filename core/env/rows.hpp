@@ -40,10 +40,13 @@ class Rows {
   Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
   const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
 
-  // A record has five parts, one after the other: the state; the state before the computation that Origin names (for
-  // `set`: before the last mj_step), so that Worker can compute it again; the numbers that the task keeps for the row's
-  // next step (Work::carried); and of the state with which the mj_forward of `set` began what mj_forward changes: qpos,
-  // qacc_warmstart and the rest (StateLayout). A fifth part is the rest of the state when mj_setConst was called.
+  // A record has five parts, one after the other:
+  // 1. the state;
+  // 2. the state before the computation that Origin names (for `set`: before the last mj_step), so that Worker can
+  //    compute it again;
+  // 3. the numbers that the task keeps for the row's next step (Work::carried);
+  // 4. for `set`: qpos, qacc_warmstart and StateLayout::rest as its mj_forward got them, because it changes them;
+  // 5. StateLayout::rest as it was when mj_setConst was called.
   double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
   const double* state(std::int64_t row) const { return const_cast<Rows*>(this)->state(row); }
   double* before(std::int64_t row) { return state(row) + state_size_; }

@@ -62,7 +62,7 @@ class Worker {
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
-  // So that begin can call mj_setConst.
+  // Allocates what begin needs to call mj_setConst.
   void prepare_constants();
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
@@ -96,7 +96,9 @@ class Worker {
   // The state before the mj_step or mj_forward whose result save() stores. compute() also uses it as scratch memory.
   std::vector<double> before_;
   std::vector<double> observation_;
-  std::vector<std::byte> inputs_;   // a copy of a row's own values with other inputs, for the work space
+  // Own values that the work space uses instead of the row's present ones: in begin with cleared inputs, in
+  // repeat_constants those with which mj_setConst was called.
+  std::vector<std::byte> inputs_;
   std::vector<std::byte> drawn_;    // a row's own values with those that its reset has drawn; empty after adopt
   OwnValues::Block kept_;           // memory in which adopt keeps the row's own values from before the draw
   const Forces* forces_ = nullptr;  // of the last step, for commit

@@ -38,11 +38,12 @@ std::int64_t integer(mjenv_builder* builder, const char* option) {
 }
 
 void reals(mjenv_builder* builder, const char* option, double* values, std::int64_t count) {
-  cast(builder).attempt(0, [&] {
+  const bool found = cast(builder).attempt(false, [&] {
     if (!values) fail(MJENV_E_ARGUMENT, "values is NULL");
     cast(builder).reals(required_text(option, "an option's name"), values, count);
-    return 0;
+    return true;
   });
+  if (!found && values) std::fill_n(values, std::max(count, std::int64_t{0}), 0.0);
 }
 
 std::int32_t is_integer(mjenv_builder* builder, const char* option) {
@@ -129,7 +130,7 @@ double random_real(mjenv_random* random) {
 
 double uniform(mjenv_random* random, double low, double high) {
   if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: high - low is not finite", low);
-  if (high < low) return refuse_draw(random, "uniform: high is below low", low);
+  if (std::signbit(high - low)) return refuse_draw(random, "uniform: high is below low", low);  // or 0 and -0
   return attempt(random, [&](Rng& rng) { return rng.uniform(low, high); });
 }
 
@@ -158,18 +159,19 @@ std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
 }
 
 void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::int64_t* chosen) {
-  if (size < 0 || size > count) {
-    refuse_draw(random, "sample: size is negative or larger than count", 0);
-    return;
-  }
-  attempt(random, [&](Rng& rng) {
-    rng.sample(count, size, chosen);
-    return 0;
-  });
+  const auto draw = [&] {
+    if (size < 0 || size > count) return refuse_draw(random, "sample: size is negative or larger than count", false);
+    return attempt(random, [&](Rng& rng) {
+      rng.sample(count, size, chosen);
+      return true;
+    });
+  };
+  if (!draw()) std::fill_n(chosen, std::max(size, std::int64_t{0}), 0);
 }
 
 void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
   if (count < 1) return;
+  std::fill_n(order, count, 0);  // in case the draw fails
   attempt(random, [&](Rng& rng) {
     rng.permutation(count, order);
     return 0;

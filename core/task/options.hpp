@@ -18,7 +18,9 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // restores it.
 enum class Scope {
   episodes,  // yes: it changes the results of steps and resets
-  service    // no: it changes only how they are computed and returned, or an image is checked for it in another way
+  // No: it changes only how results are computed and returned. Or what it decides, for instance the model or the
+  // rounding of norms, is part of an image's identity itself.
+  service
 };
 
 struct Option {

@@ -73,6 +73,7 @@ DELAYS = """<mujoco>
 HEADER, ROW, CHECKSUM = 72, 56, 64  # bytes
 HISTORY = 1 + 1 + 1 + 0 + 1 + 2  # after time, qpos, qvel, act, qacc_warmstart, ctrl
 STATE = HISTORY + (2 + 2 * 4) + (2 + 2 * 3)
+SET = STATE + 1 + 1 + (STATE - HISTORY)  # qpos and qvel come before these histories
 # A cursor comes after a number, and before the times and values of the samples.
 CURSORS = {HISTORY + 1: 4, HISTORY + (2 + 2 * 4) + 1: 3}
 
@@ -88,7 +89,8 @@ def forged(image: bytes, number: int, value: float) -> bytes:
     return bytes(changed)
 
 
-@pytest.mark.parametrize("state", [0, STATE])  # the present one, and that before the last step
+# The present state, that before the last step, and the histories when set_state and mj_setConst were called.
+@pytest.mark.parametrize("state", [0, STATE, SET, SET + STATE - HISTORY])
 @pytest.mark.parametrize(("cursor", "samples"), CURSORS.items())
 def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, state: int) -> None:
     env = Env("4.0.0", "Model-v0", DELAYS)

@@ -256,8 +256,8 @@ typedef struct mjenv_batch {
                           disables that). A diverged row's other outputs are valid, those of a failed row are
                           undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an
                           error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which.
-                          If a failed row does not fit in mjenv_recv's rows, that call already returns its error, and
-                          a later mjenv_recv reports the row with its status */
+                          If mjenv_recv's array `rows` has no room for a failed row, that call returns the row's
+                          error all the same, and a later mjenv_recv reports the row with its status */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -269,7 +269,7 @@ typedef struct mjenv_batch {
   double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
 
-/* From what a value is drawn (mjenv_randomize). Each is a method of NumPy's Generator. */
+/* From what a value is drawn (mjenv_randomize), by methods of NumPy's Generator. */
 typedef int32_t mjenv_distribution;
 enum mjenv_distribution_value {
   MJENV_DISTRIBUTION_UNIFORM = 1,          /* parameters low, high: uniform(low, high) */
@@ -294,7 +294,7 @@ typedef struct mjenv_randomization {
   uint32_t struct_size;
   mjenv_distribution distribution;
   const char *array;        /* an array that mjenv_write can write: "geom_friction", "opt.gravity" */
-  const int64_t *elements;  /* [element_count] the numbers of its elements, in the order of the draws; NULL: all */
+  const int64_t *elements;  /* [element_count] the indices of its elements, in the order of the draws; NULL: all */
   int64_t element_count;    /* 0 if elements is NULL */
   const double *parameters; /* [parameter_count] of the distribution */
   int64_t parameter_count;
@@ -708,11 +708,11 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 
 /* ---- Randomisation ----
- * Resets can draw values of the mjModel, and steps noise, delays and pushes, from each row's own random stream. The
- * results are those of a wrapper around Gymnasium's environment that draws from env.unwrapped.np_random, bit for bit
- * (docs/randomisation.md has this wrapper). Rows draw at their next reset; until then they stay as they are. The
- * values drawn can be read with mjenv_read. Images hold them, and fit only environments with the same randomisation,
- * noise, delays and pushes. */
+ * Resets can draw values of the mjModel. Actions and observations can get noise and delays, and bodies can be pushed.
+ * All of this draws from each row's own random stream. The results are those of a wrapper around Gymnasium's
+ * environment that draws from env.unwrapped.np_random, bit for bit (docs/randomisation.md has this wrapper). Rows draw
+ * at their next reset; until then they stay as they are. The values drawn can be read with mjenv_read. Images hold
+ * them, and fit only environments with the same randomisation, noise, delays and pushes. */
 
 /* Draws values of the mjModel at each reset of a row, also by "autoreset_mode": after the task's own draws, in the
  * order of the list. The first observation is still computed with the values from before the draw; the new ones take
@@ -728,8 +728,8 @@ MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization
  * its first step; then the observation's noise is drawn. In a step:
  *   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task.
  *   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped.
- *   3. Forces of the last step's pushes become 0. Each push whose step this is draws its 6 numbers, which are written
- *      to xfrc_applied, and then the step of its next one.
+ *   3. Forces of the last step's pushes become 0. Each push that is due in this step draws its 6 numbers, which are
+ *      written to xfrc_applied. Then it draws in how many steps it comes again.
  *   4. The step takes place: the reward and info see the action as it is now.
  *   5. normal(0, std) is drawn for each element of the observation and added.
  *   6. The observation is delayed. The first observation_delay ones of an episode are 0, as with

@@ -31,7 +31,7 @@
  *   time are new, but mj_step computes everything else before it integrates. So what it computes from them (xpos,
  *   contacts, ...) is one timestep older. With the integrator RK4, it belongs to the last of the four stages, which
  *   approximates the new state; only sensordata is one timestep older. After a reset, everything belongs to the same
- *   state, but cfrc_ext, cacc and cfrc_int are 0, as in Gymnasium.
+ *   state, but cfrc_ext, cacc and cfrc_int are 0, as in Gymnasium, unless a sensor of the model needs them.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
@@ -78,8 +78,8 @@ typedef struct mjenv_task_field {
   const char *doc;  /* one line of documentation with the unit; NULL: the library's own for a name that the built-in
                        robots use, such as "qpos" or "x_velocity", else none */
   mjenv_type type;  /* the type in Python; 0: np.float64. An observation is always np.float64 */
-  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. For a part of the observation 1, a vector, or 0, a vector of
-                       length 1 */
+  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands
+                       for a vector of length 1) */
   int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length).
                        The fields of a role have at most 16777216 elements together */
 } mjenv_task_field;
@@ -336,7 +336,7 @@ struct mjenv_builder {
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
   mjenv_random *random; /* for a build that calls the task's own functions, for instance to find out how many numbers
                            they write. No row uses this stream. A draw that NumPy refuses does not make build fail,
-                           because such a trial call may draw with numbers that no row has */
+                           because such calls may draw with arguments that never occur in a row */
 };
 
 struct mjenv_random {

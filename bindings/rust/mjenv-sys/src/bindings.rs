@@ -881,8 +881,8 @@ pub struct mjenv_batch {
     #[doc = "disables that). A diverged row's other outputs are valid, those of a failed row are"]
     #[doc = "undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an"]
     #[doc = "error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which."]
-    #[doc = "If a failed row does not fit in mjenv_recv's rows, that call already returns its error, and"]
-    #[doc = "a later mjenv_recv reports the row with its status"]
+    #[doc = "If mjenv_recv's array `rows` has no room for a failed row, that call returns the row's"]
+    #[doc = "error all the same, and a later mjenv_recv reports the row with its status"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -1225,7 +1225,7 @@ impl Default for mjenv_batch {
         }
     }
 }
-#[doc = " From what a value is drawn (mjenv_randomize). Each is a method of NumPy's Generator."]
+#[doc = " From what a value is drawn (mjenv_randomize), by methods of NumPy's Generator."]
 pub type mjenv_distribution = i32;
 #[doc = " parameters low, high: uniform(low, high)"]
 pub const MJENV_DISTRIBUTION_UNIFORM: mjenv_distribution = 1;
@@ -1254,7 +1254,7 @@ pub struct mjenv_randomization {
     pub distribution: mjenv_distribution,
     #[doc = " an array that mjenv_write can write: \"geom_friction\", \"opt.gravity\""]
     pub array: *const ::std::os::raw::c_char,
-    #[doc = " [element_count] the numbers of its elements, in the order of the draws; NULL: all"]
+    #[doc = " [element_count] the indices of its elements, in the order of the draws; NULL: all"]
     pub elements: *const i64,
     #[doc = " 0 if elements is NULL"]
     pub element_count: i64,
@@ -2712,8 +2712,8 @@ extern "C" {
     #[doc = " its first step; then the observation's noise is drawn. In a step:"]
     #[doc = "   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task."]
     #[doc = "   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped."]
-    #[doc = "   3. Forces of the last step's pushes become 0. Each push whose step this is draws its 6 numbers, which are written"]
-    #[doc = "      to xfrc_applied, and then the step of its next one."]
+    #[doc = "   3. Forces of the last step's pushes become 0. Each push that is due in this step draws its 6 numbers, which are"]
+    #[doc = "      written to xfrc_applied. Then it draws in how many steps it comes again."]
     #[doc = "   4. The step takes place: the reward and info see the action as it is now."]
     #[doc = "   5. normal(0, std) is drawn for each element of the observation and added."]
     #[doc = "   6. The observation is delayed. The first observation_delay ones of an episode are 0, as with"]
@@ -3052,8 +3052,8 @@ pub struct mjenv_task_field {
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the type in Python; 0: np.float64. An observation is always np.float64"]
     pub type_: mjenv_type,
-    #[doc = " 0 to 4 dimensions; 0: a scalar. For a part of the observation 1, a vector, or 0, a vector of"]
-    #[doc = "length 1"]
+    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands"]
+    #[doc = "for a vector of length 1)"]
     pub ndim: i32,
     #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)."]
     #[doc = "The fields of a role have at most 16777216 elements together"]
@@ -6136,7 +6136,7 @@ pub struct mjenv_builder {
     pub sim: *const mjenv_sim,
     #[doc = " for a build that calls the task's own functions, for instance to find out how many numbers"]
     #[doc = "they write. No row uses this stream. A draw that NumPy refuses does not make build fail,"]
-    #[doc = "because such a trial call may draw with numbers that no row has"]
+    #[doc = "because such calls may draw with arguments that never occur in a row"]
     pub random: *mut mjenv_random,
 }
 #[test]
