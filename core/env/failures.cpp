@@ -11,7 +11,7 @@ namespace mjenv::core {
 void Failures::add(mjenv_status status, const std::string& what) noexcept {
   if (status_ == MJENV_OK || status == MJENV_E_MEMORY) status_ = status;
   try {
-    text_ += (text_.empty() ? "" : "; ") + what;
+    text_ += (text_.empty() ? "" : "; ") + (what.empty() ? std::string("out of memory") : what);
   } catch (const std::exception&) {  // no memory for the text: drops it, and reports MJENV_E_MEMORY
     status_ = MJENV_E_MEMORY;
   }

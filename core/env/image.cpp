@@ -298,7 +298,7 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
     const std::size_t rest = rows.layout().more * sizeof(double);
     const auto is_valid_before = [&](const std::byte* end) { return is_valid_rest(model, rows.layout(), end - rest); };
     const auto is_valid_state = [&](const std::byte* state) { return is_valid_before(state + layout.state); };
-    const std::byte* record_end = r.record + layout.record;  // the rests of two other states (Rows)
+    const std::byte* record_end = r.record + layout.record;  // a record ends with two more StateLayout::rest
     if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !is_valid_state(r.record) ||
         !is_valid_state(r.record + layout.state) || !is_valid_before(record_end) ||
         !is_valid_before(record_end - rest) || !are_valid(arrays, r.present) ||

@@ -147,6 +147,7 @@ Action Perturbation::begin_step(const double* record, std::int64_t steps, const 
 }
 
 void Perturbation::end_step(double* record, std::int64_t steps, const Action& action, const Step& step) const {
+  record[0] = kBegun;  // until observe has computed this step's observation, which may fail
   std::copy(step.pushes.begin(), step.pushes.end(), record + kPushes);
   if (action_delay_ == 0) return;
   double* to = record + actions_ + static_cast<std::size_t>(steps) % action_delay_ * actuators_;

@@ -18,7 +18,8 @@ class Randomization {
   Randomization() = default;
   // Copies the list, without items of arrays that have no elements in this model. Throws if MuJoCo cannot compute with
   // the smallest or the greatest value that an item can draw, with one of the values of CHOICE, or with the mean of
-  // NORMAL. Where that does not prove that all values are valid, `draw` checks the values (Item::is_checked).
+  // NORMAL; quaternions and directions cannot be checked so. Where it is not proved that all values are valid, `draw`
+  // checks them (Item::is_checked).
   Randomization(const mjenv_randomization* items, std::size_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }

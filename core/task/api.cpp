@@ -130,7 +130,8 @@ double random_real(mjenv_random* random) {
 
 double uniform(mjenv_random* random, double low, double high) {
   if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: high - low is not finite", low);
-  if (std::signbit(high - low)) return refuse_draw(random, "uniform: high is below low", low);  // or 0 and -0
+  // NumPy also refuses a difference of -0, which low = 0 and high = -0 give.
+  if (std::signbit(high - low)) return refuse_draw(random, "uniform: high is below low", low);
   return attempt(random, [&](Rng& rng) { return rng.uniform(low, high); });
 }
 

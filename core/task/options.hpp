@@ -18,8 +18,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // restores it.
 enum class Scope {
   episodes,  // yes: it changes the results of steps and resets
-  // No: it changes only how results are computed and returned. Or what it decides, for instance the model or the
-  // rounding of norms, is part of an image's identity itself.
+  // No, for one of two reasons. The option changes only how results are computed and returned. Or an image's identity
+  // contains what the option decides (the model, the rounding of norms), so its own value need not be compared.
   service
 };
 

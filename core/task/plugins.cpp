@@ -72,7 +72,7 @@ mjenv_plugin call_entry(void* handle) {
 // meanwhile, the child sees that the process id is not its own, and reads again.
 constexpr std::uint64_t unread = 0, done = 1;
 std::atomic<std::uint64_t> state{unread};
-std::atomic<const std::string*> failure{nullptr};  // never freed, like the ids
+std::atomic<const std::string*> failure{nullptr};  // never freed, like the lists of ids in registry.cpp
 
 std::uint64_t this_reader() { return static_cast<std::uint64_t>(platform::process_id()) << 32 | platform::thread_id(); }
 

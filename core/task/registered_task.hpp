@@ -38,8 +38,8 @@ class RegisteredTask {
   int version() const { return version_; }
   const void* plugin() const { return plugin_; }
 
-  // Declares the task's options, and those that concern its model, its episodes and the rounding of norms.
-  // declare_env_options adds the rest.
+  // Declares the task's options, and those that concern its model, frame_skip, max_episode_steps and the rounding of
+  // norms. declare_env_options adds the rest.
   void declare(Options& options) const { declare(options, options_); }
   Outline outline() const;
   Task build(const Options& options) const;

@@ -406,6 +406,31 @@ static void test_failing_observe(void** state) {
   free(stepped);
 }
 
+// A row whose observation failed has no last observation that mjenv_observe could repeat.
+static void test_failing_noisy_observation(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_options(probe("observe_fails"), ROWS);
+  struct played* p = played();
+  const double noise = 0.5;
+  const mjenv_perturbation noisy = {
+      .struct_size = sizeof noisy, .observation_noise = &noise, .observation_noise_count = 1};
+  double qpos[16], qvel[16];
+  size_t nq = 0, nv = 0;
+  assert_ok(mjenv_perturb(env, &noisy));
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_read(env, BAD, "qpos", qpos, 16, &nq));
+  assert_ok(mjenv_read(env, BAD, "qvel", qvel, 16, &nv));
+  qpos[0] = 49.7;  // m; the task fails from 50 on, which the second step reaches
+  qvel[0] = 10;
+  assert_ok(mjenv_set_state(env, BAD, qpos, nq, qvel, nv));
+  assert_ok(step_all(env, p));
+  assert_ok(mjenv_observe(env, &p->batch));
+  assert_refused(MJENV_E_TASK, step_all(env, p), "row 3", "cannot look");
+  assert_refused(MJENV_E_TASK, mjenv_observe(env, &p->batch), "row 3", "cannot look");
+  mjenv_destroy(env);
+  free(p);
+}
+
 // A row that has no memory for its observation has failed, too.
 static void test_observe_without_memory(void** state) {
   (void)state;
@@ -600,6 +625,7 @@ int main(void) {
       cmocka_unit_test(test_long_message),
       cmocka_unit_test(test_failing_rows),
       cmocka_unit_test(test_failing_observe),
+      cmocka_unit_test(test_failing_noisy_observation),
       cmocka_unit_test(test_observe_without_memory),
       cmocka_unit_test(test_carried_forces),
       cmocka_unit_test(test_failing_carry),

@@ -238,8 +238,8 @@ typedef struct mjenv_task {
 
   /* Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that
    * sim->carried points to. Called in each reset and step, after mjenv_set_state and mjenv_simulate, and
-   * before a step of a row that mjenv_write or mjenv_set_constants has changed. Numbers that it does not write keep
-   * their values. NULL: nothing to write. */
+   * before a step of a row that mjenv_write, mjenv_set_constants or the draws of mjenv_randomize have changed. Numbers
+   * that it does not write keep their values. NULL: nothing to write. */
   int32_t (*carry)(const void *self, const mjenv_sim *sim, double *carried);
 
   /* Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim.

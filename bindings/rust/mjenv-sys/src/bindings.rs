@@ -5014,8 +5014,8 @@ pub struct mjenv_task {
     >,
     #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that"]
     #[doc = " sim->carried points to. Called in each reset and step, after mjenv_set_state and mjenv_simulate, and"]
-    #[doc = " before a step of a row that mjenv_write or mjenv_set_constants has changed. Numbers that it does not write keep"]
-    #[doc = " their values. NULL: nothing to write."]
+    #[doc = " before a step of a row that mjenv_write, mjenv_set_constants or the draws of mjenv_randomize have changed. Numbers"]
+    #[doc = " that it does not write keep their values. NULL: nothing to write."]
     pub carry: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
