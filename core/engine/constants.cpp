@@ -20,9 +20,11 @@ std::vector<std::string> constant_arrays(const Model& model) {
       "stat.extent",        "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
       "tendon_lengthspring"};
   std::vector<std::string> found;
+  const auto is_in = [](const auto& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
   for (const Array& array : model.arrays())
-    if (std::find(names.begin(), names.end(), array.name) != names.end() && is_writable(array))
-      found.push_back(array.name);
+    if ((is_in(names, array.name) || is_in(kSameframes, array.name)) && is_writable(array)) found.push_back(array.name);
   return found;
 }
 
@@ -83,7 +85,7 @@ void Constants::check_shared() const {
     const void* original = originals[i++];
     const auto size = static_cast<std::size_t>(rows * columns) * sizeof *data;
     const bool is_real = std::is_floating_point_v<std::decay_t<decltype(*data)>>;
-    if (is_real || size == 0 || std::memcmp(data, original, size) == 0) return;
+    if (is_real || size == 0 || std::memcmp(data, original, size) == 0 || writable_.find(name)) return;
     fail(MJENV_E_MODEL, "mj_setConst changes " + std::string(name) + ", which all rows share: change the model file");
   });
 }

@@ -135,6 +135,8 @@ inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; 
 
 // Arrays of real numbers that this version also uses as indices.
 inline const std::vector<const char*> kIndices{};
+// Flags that say which frames coincide, which mj_setConst of this version computes.
+inline const std::vector<const char*> kSameframes{};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{};
 // Calls visit(name, pointer, count, what mj_resetData copies to it) for each input of mjData that only this version

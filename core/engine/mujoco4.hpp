@@ -230,6 +230,8 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
 
 // Arrays of real numbers that this version also uses as indices: eq_data, of equality constraints between flexes.
 inline const std::vector<const char*> kIndices{"eq_data"};
+// Flags that say which frames coincide, which mj_setConst of this version computes.
+inline const std::vector<const char*> kSameframes{"body_sameframe", "geom_sameframe", "site_sameframe"};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
 // Calls visit(name, pointer, count, what mj_resetData copies to it) for each input of mjData that only this version

@@ -103,6 +103,8 @@ std::size_t size_of(mjenv_type type) {
 bool is_integer(mjenv_type type) { return type != MJENV_TYPE_FLOAT64 && type != MJENV_TYPE_FLOAT32; }
 
 const IntegerRule* rule_of(const std::string& name) {
+  static constexpr IntegerRule sameframe{"", 0, 4};  // mjtSameFrame
+  if (is_in(kSameframes, name)) return &sameframe;
   const auto found =
       std::find_if(kIntegers.begin(), kIntegers.end(), [&](const IntegerRule& rule) { return name == rule.array; });
   return found == kIntegers.end() ? nullptr : &*found;
