@@ -21,6 +21,7 @@ namespace {
 }  // namespace
 
 const bool kLoadLimitsHulls = true;
+const bool kLengthRangesEnd = true;  // see guards.c
 
 mjModel* load(const std::string& path, const mjVFS& files, std::int64_t hull_limit, std::string& reason) {
   mjenv_limit_hulls(static_cast<double>(hull_limit));

@@ -61,6 +61,7 @@ void check_global_locale() {
 }  // namespace
 
 const bool kLoadLimitsHulls = false;
+const bool kLengthRangesEnd = false;
 
 mjModel* load(const std::string& path, const mjVFS& files, std::int64_t, std::string& reason) {
   const std::lock_guard lock(one_at_a_time);

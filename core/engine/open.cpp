@@ -82,6 +82,7 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
       const Mjcf given = built_in ? Mjcf{source.text, false} : checked(source.path, source.text, limits.trusted());
       refers_to_files = given.refers_to_files;
       compiled.reset(compile(folder_of(source.path), given.text, limits.of(kHullWork)));
+      if (given.must_state_ranges) check_length_ranges(*compiled);
     });
   });
   std::shared_ptr<const Model> model(new Model(source.label, std::move(compiled), source.origin), [](auto* unused) {

@@ -483,6 +483,8 @@ def counts() -> Iterator[Case]:
         yield Case(f"muscles-stack-{stack}", model(sections=sections))
     unstable = muscles + '<compiler><lengthrange mode="all" accel="1e30" maxforce="0" timeconst="1e-9"/></compiler>'
     yield Case("muscles-unstable", model(sections=unstable))
+    stated = '<actuator><muscle joint="x" lengthrange="-1 1"/></actuator>'
+    yield Case("muscles-stated", model(sections=stated), expect="works")
 
 
 def texts() -> Iterator[Case]:
@@ -1087,6 +1089,13 @@ def today() -> Iterator[Case]:
     yield parent("text", "c.xml", {"c.xml": child}, words=("memory",), arguments=("text",))
     yield parent("urdf", "c.xml", {"c.xml": "<robot name='r'><link name='l'/></robot>"}, words=("MJCF",))
     yield parent("archive", "c.xml", {"c.xml": b"PK\3\4" + bytes(99)})
+    # MuJoCo 4.0 would simulate for ever to find the range of this muscle's length.
+    unstable = '<compiler><lengthrange accel="1e30" maxforce="0"/></compiler>'
+    muscle = '<actuator><muscle joint="x"/></actuator>'
+    yield Case("today-muscles", model(sections=muscle + unstable), expect="refused", words=("lengthrange",))
+    joint = '<worldbody><body name="b"><joint name="x" type="slide"/><geom size="0.1"/></body></worldbody>'
+    muscled = f'<mujoco model="c">{unstable}{joint}{muscle}</mujoco>'
+    yield parent("muscles", "c.xml", {"c.xml": muscled}, words=("lengthrange",))
     yield parent("self", "model.xml", {})
     reads = '<mujoco model="c"><asset><mesh name="m" file="{}"/></asset><worldbody><body name="b">'
     reads += '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'

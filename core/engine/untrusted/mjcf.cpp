@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/load.hpp"
+#include "engine/mujoco.hpp"
 #include "engine/untrusted/element.hpp"
 #include "engine/untrusted/files.hpp"
 #include "engine/untrusted/folder.hpp"
@@ -21,6 +22,10 @@
 
 namespace mjenv::core {
 namespace {
+
+constexpr const char* kStateRanges =
+    "MuJoCo's shared library may simulate for ever to find the ranges of the muscles' lengths: state each muscle's "
+    "lengthrange, or set the option \"trust_xml\"";
 
 using tinyxml2::XMLDocument;
 using tinyxml2::XMLElement;
@@ -156,6 +161,7 @@ class Check {
   void freejoint(const Element&) { dofs_ += 6; }
   void joint(const Element& element);
   void muscle(const Element&) { has_muscles_ = true; }
+  bool must_state_ranges() const { return !kLengthRangesEnd && !limits_.trusted(); }
   void user(const Element& element) { add_numbers(element, "dim"); }
   void numeric(const Element& element) { add_numbers(element, "size"); }
 
@@ -312,11 +318,14 @@ Mjcf Check::run(const std::string& text) {
   read(*root, 1);
   check_sums();
   if (!has_muscles_ && !has_meshes_) return {text, folder_.used()};
+  XMLElement* compiler = root->InsertNewChildElement("compiler");
   // An error in one of MuJoCo's own threads would end the process.
-  root->InsertNewChildElement("compiler")->SetAttribute("usethread", "false");
+  compiler->SetAttribute("usethread", "false");
+  const bool states_ranges = has_muscles_ && must_state_ranges();
+  if (states_ranges) compiler->InsertNewChildElement("lengthrange")->SetAttribute("mode", "none");
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
-  return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.used()};
+  return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.used(), states_ranges};
 }
 
 void Check::parse(XMLDocument& document, const std::string& text) {
@@ -508,6 +517,11 @@ void Check::lengthrange(const Element& element) {
   Settings& settings = source_.settings;
   settings.range_timestep = real(element, "timestep", settings.range_timestep);
   settings.range_total = real(element, "inttotal", settings.range_total);
+  // Stated ranges would not give the same model.
+  const auto mode = element.text("mode");
+  const bool computes_stated = mode == "all" || mode == "muscleuser" || element.text("useexisting") == "false" ||
+                               element.text("uselimit") == "true";
+  if (must_state_ranges() && computes_stated) refuse(kStateRanges, &element.xml);
 }
 
 void Check::option(const Element& element) {
@@ -780,6 +794,14 @@ void Check::refuse(const std::string& why, const XMLElement* element) const {
 }
 
 }  // namespace
+
+void check_length_ranges(const mjModel_& m) {
+  for (int i = 0; i < m.nu; ++i) {
+    const bool is_muscle = m.actuator_gaintype[i] == mjGAIN_MUSCLE || m.actuator_biastype[i] == mjBIAS_MUSCLE;
+    if (is_muscle && !(m.actuator_lengthrange[2 * i] < m.actuator_lengthrange[2 * i + 1]))
+      fail(MJENV_E_MODEL, kStateRanges);
+  }
+}
 
 std::int64_t max_text(bool trusted) { return Limits(trusted).of(kTextBytes); }
 

@@ -4,15 +4,22 @@
 #include <cstdint>
 #include <string>
 
+// NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
+struct mjModel_;
+
 namespace mjenv::core {
 
 struct Mjcf {
   std::string text;
   bool refers_to_files;
+  bool must_state_ranges = false;  // the compiled model must pass check_length_ranges
 };
 
 // Returns how many bytes of XML a model may have, including its included files.
 std::int64_t max_text(bool trusted);
+
+// Fails with MJENV_E_MODEL if a muscle has no length range.
+void check_length_ranges(const mjModel_& model);
 
 // Checks a model's text and its files, and returns the text for MuJoCo. The path of the model tells the folder of its
 // files; it is "" for a model from memory. Fails with MJENV_E_MODEL.
