@@ -265,12 +265,14 @@ void Work::forward() {
   frames_lag_ = contacts_lag_ = true;
 }
 
-void Work::step(const Action& action, std::int64_t frames, double* before) {
-  mjData* d = data_.get();
+void Work::begin_step(const Action& action) {
   clear_warnings();
   sim_.action_dtype = action.dtype;
-  for (std::int64_t i = 0; i < action.count; ++i) d->ctrl[i] = action[i];
-  for (std::int64_t i = 1; i < frames; ++i) mj_step(&stepped(), d);
+  for (std::int64_t i = 0; i < action.count; ++i) data_->ctrl[i] = action[i];
+}
+
+void Work::step(std::int64_t frames, double* before) {
+  for (std::int64_t i = 1; i < frames; ++i) mj_step(&stepped(), data_.get());
   diverged_early_ = diverged();
   save(before);
   repeat_step();
@@ -278,7 +280,7 @@ void Work::step(const Action& action, std::int64_t frames, double* before) {
 
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
-  forces_lag_ = frames_lag_ = contacts_lag_ = true;
+  end_step();
 }
 
 bool Work::on_demand(const std::string& array) { return is_force(array) || is_frame(array); }

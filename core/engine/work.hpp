@@ -100,8 +100,11 @@ class Work {
 
   // Calls mj_forward, as Gymnasium's set_state does.
   void forward();
-  // Calls mj_step `frames` times with an action. Writes the state before the last call to `before`.
-  void step(const Action& action, std::int64_t frames, double* before);
+  // A step is `frames` calls of mj_step with an action: begin_step, then step, which writes the state before the last
+  // call to `before`. Where lanes::Stepper advances mjData instead, it calls end_step.
+  void begin_step(const Action& action);
+  void step(std::int64_t frames, double* before);
+  void end_step() { forces_lag_ = frames_lag_ = contacts_lag_ = true; }
   // Repeats the last call of mj_step, after that state was loaded.
   void repeat_step();
   // Computes what is only computed on demand: the forces cacc, cfrc_int and cfrc_ext, with MuJoCo's own function, and

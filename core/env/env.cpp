@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "engine/constants.hpp"
+#include "engine/lanes/stepper.hpp"
 #include "error.hpp"
 #include "structs.hpp"
 #include "system/cpus.hpp"
@@ -17,6 +19,7 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMaxThreads = 1024;
+constexpr const char* kLanesVariable = "MJENV_LANES";
 
 int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   const std::int64_t chosen = options.get("num_threads").integer;
@@ -27,6 +30,26 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
     return 1;
   }
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
+}
+
+// How many rows a thread steps at once, 0 if one by one.
+int lanes_for(const Options& options, const Task& task, std::int64_t rows) {
+  const std::int64_t option = options.get("lanes").integer;
+  std::string source = "option \"lanes\"", chosen = std::to_string(option);
+  if (option == -1) {
+    const char* variable = std::getenv(kLanesVariable);
+    if (!variable || !*variable) return 0;
+    source = kLanesVariable;
+    chosen = variable;
+  }
+  std::vector<int> widths = lanes::widths();
+  widths.insert(widths.begin(), 0);
+  std::vector<std::string> names;
+  for (const int width : widths) {
+    names.push_back(std::to_string(width));
+    if (names.back() == chosen) return rows < width || !lanes::obstacle(*task.model).empty() ? 0 : width;
+  }
+  fail(MJENV_E_VALUE, source + " is " + chosen + ", but this CPU and library can do " + listed(names));
 }
 
 void check_stream(std::size_t count) {
@@ -58,6 +81,10 @@ void declare_env_options(Options& options) {
                   "how many threads step rows, at most one per row; 1: only the caller's; 0: one for each CPU that the "
                   "process may use",
                   Scope::service);
+  options.integer("lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
+                  "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
+                  "one by one; -1: the environment variable MJENV_LANES says how many, 0 without it",
+                  Scope::service);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
@@ -67,13 +94,14 @@ void declare_env_options(Options& options) {
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(task_of(id_of(options_.id()))->build(options_)),
-      workers_(task_, threads_for(options_, task_, rows), options_.get("cpu_affinity").integer != 0),
-      schema_(task_, options_.get("arrays").text, workers_[0].work()),
+      workers_(task_, threads_for(options_, task_, rows), lanes_for(options_, task_, rows),
+               options_.get("cpu_affinity").integer != 0),
+      schema_(task_, options_.get("arrays").text, workers_.first().work()),
       rows_(*task_.model, task_.carry_count, rows),
       episodes_(options_, task_, schema_, randomization_, perturbation_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
   workers_.prepare(schema_);
-  workers_[0].clear(rows_);
+  workers_.first().clear(rows_);
 }
 
 Env::~Env() {
@@ -179,8 +207,16 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
     episodes_.check_steppable(row, episodes_.autoresets());
     episodes_.check_finite(row, actions.part(row * nu, nu));
   }
+  const auto turn = [&](std::int64_t row) { return Turn{row, actions.part(row * nu, nu), {out, rows(), row}}; };
+  if (steps_together())
+    return workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
+      team.turns().clear();
+      for (std::int64_t row = first; row < last; ++row)
+        if (is_selected(mask, row)) team.turns().push_back(turn(row));
+      episodes_.step(team);
+    });
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (is_selected(mask, row)) episodes_.step(worker, row, actions.part(row * nu, nu), {out, rows(), row});
+    if (is_selected(mask, row)) episodes_.step(worker, turn(row));
   });
 }
 
@@ -195,9 +231,12 @@ void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& 
     episodes_.check_steppable(row, false);
     episodes_.check_finite(row, actions.part(row * steps * nu, steps * nu));
   }
-  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    episodes_.rollout(worker, row, actions.part(row * steps * nu, steps * nu), steps, out);
-  });
+  if (steps_together())
+    return workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
+      episodes_.rollout(team, first, last, actions, steps, out);
+    });
+  workers_.for_rows(rows(),
+                    [&](Worker& worker, std::int64_t row) { episodes_.rollout(worker, row, actions, steps, out); });
 }
 
 void Env::observe(const mjenv_batch& out) {
@@ -212,7 +251,8 @@ void Env::observe(const mjenv_batch& out) {
   };
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_held(row)) continue;
-    Workers::attempt(workers_.of(rows_.head(row)), row, observe_row);
+    Worker& holder = workers_.of(rows_.head(row));
+    holder.attempt(row, [&] { observe_row(holder, row); });
     observed[static_cast<std::size_t>(row)] = 1;
   }
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
@@ -363,7 +403,10 @@ void Env::set_constants(std::int64_t row) {
   };
   // One row after the other, because make_own moves the values of all rows.
   for (std::int64_t i = 0; i < rows(); ++i)
-    if (row == MJENV_ALL_ROWS || i == row) Workers::attempt(workers_.of(rows_.head(i)), i, set);
+    if (row == MJENV_ALL_ROWS || i == row) {
+      Worker& worker = workers_.of(rows_.head(i));
+      worker.attempt(i, [&] { set(worker, i); });
+    }
   workers_.raise();
 }
 
@@ -372,7 +415,7 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
   rows_.check(row);
   check_count("count", ctrl.count, task_.model->nu());
   if (frames < 1) fail(MJENV_E_VALUE, "frames is " + std::to_string(frames) + ", less than 1");
-  Worker& worker = workers_[0];
+  Worker& worker = workers_.first();
   worker.step(rows_, row, ctrl, frames);
   worker.commit(rows_, row);
   forget_observation(row);
@@ -390,8 +433,8 @@ void Env::randomize(const mjenv_randomization* items, std::size_t count) {
   std::vector<std::string> arrays = next.arrays();
   if (next.computes_constants()) {
     for (const std::string& name : constant_arrays(model())) arrays.push_back(name);
-    check_memory(static_cast<std::int64_t>(workers_.count()), " thread(s)", model().work_bytes());
-    for (std::size_t i = 0; i < workers_.count(); ++i) workers_[i].prepare_constants();
+    check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)", model().work_bytes());
+    for (std::size_t i = 0; i < workers_.threads(); ++i) workers_.team(i).first().prepare_constants();
   }
   if (!arrays.empty()) make_own(arrays);
   next.place(rows_.own().arrays());
@@ -405,10 +448,10 @@ void Env::perturb(const mjenv_perturbation* given) {
   // First what allocates memory: a call that fails must change nothing.
   std::vector<double> records = rows_.make_perturbed(next.record_count());
   std::vector<Perturbation::Step> steps;
-  for (std::size_t i = 0; i < workers_.count(); ++i) steps.push_back(next.make_step());
+  for (std::size_t i = 0; i < workers_.threads(); ++i) steps.push_back(next.make_step());
   if (next.pushes()) make_own({"xfrc_applied"});
   end_pushes();
-  for (std::size_t i = 0; i < workers_.count(); ++i) workers_[i].perturbed = std::move(steps[i]);
+  for (std::size_t i = 0; i < workers_.threads(); ++i) workers_.team(i).first().perturbed = std::move(steps[i]);
   next.place(rows_.own().arrays());
   rows_.set_perturbed(std::move(records), next.record_count());
   perturbation_ = std::move(next);

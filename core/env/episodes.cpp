@@ -1,6 +1,8 @@
 #include "env/episodes.hpp"
 
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "error.hpp"
 
@@ -102,40 +104,66 @@ void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, con
   worker.write_observation(perturbation_.observe(rows_.perturbed(row), head.steps, observation, head.rng), to, place);
 }
 
-void Episodes::step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
-  if (awaits_reset(row)) return reset(worker, row, place);
-  report_failure(place, [&] { step_and_reset(worker, row, action, place); });
+void Episodes::step(Worker& worker, const Turn& turn) const {
+  if (awaits_reset(turn.row)) return reset(worker, turn.row, turn.place);
+  report_failure(turn.place, [&] { step_and_reset(worker, turn, false); });
 }
 
-void Episodes::step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
+void Episodes::step(Team& team) const {
+  const std::vector<Turn>& turns = team.turns();
+  std::uint32_t begun = 0;
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const Turn& turn = turns[i];
+    const bool resets = awaits_reset(turn.row);
+    const bool is_well = team[i].attempt(turn.row, [&] {
+      if (resets) return reset(team[i], turn.row, turn.place);
+      report_failure(turn.place, [&] { team[i].begin_step(rows_, turn.row, turn.action); });
+    });
+    if (is_well && !resets) begun |= 1u << i;
+  }
+  const std::uint32_t advanced = team.step(begun, task_.frame_skip);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    if (!(begun >> i & 1)) continue;
+    const Turn& turn = turns[i];
+    team[i].attempt(turn.row, [&] {
+      report_failure(turn.place, [&] { step_and_reset(team[i], turn, (advanced >> i & 1) != 0); });
+    });
+  }
+  team.gather_failures();
+}
+
+void Episodes::step_and_reset(Worker& worker, const Turn& turn, bool advanced) const {
+  const Place& place = turn.place;
   const mjenv_batch& out = place.out;
-  const Ends ends = play(worker, row, action, place);
-  const bool resets = autoresets_in_same_step() && (ends.terminated || ends.truncated);
-  write_observation(worker, row, resets ? out.final_obs : out.obs, place);
+  const Ends ends = play(worker, turn, advanced);
+  const bool resets = autoresets_in_same_step() && ends.any();
+  write_observation(worker, turn.row, resets ? out.final_obs : out.obs, place);
   if (!resets) {
     place.put<std::uint8_t>(out.was_reset, 0);
     return worker.write_arrays(schema_, place);
   }
   place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
   place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-  begin(worker, row);
-  write_reset(worker, row, place);
+  begin(worker, turn.row);
+  write_reset(worker, turn.row, place);
 }
 
 // Plays the step, and writes its reward, flags, status and info.
-Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const {
+Episodes::Ends Episodes::play(Worker& worker, const Turn& turn, bool advanced) const {
+  const std::int64_t row = turn.row;
+  const Place& place = turn.place;
   Rows::Head& head = rows_.head(row);
   Random random = Worker::random(rows_, row);
   const bool perturbed = is_perturbed(row);
-  Action seen = action;
+  Action seen = turn.action;
   if (perturbed)
-    seen = perturbation_.begin_step(rows_.perturbed(row), head.steps, action, random.rng(), worker.perturbed);
-  worker.step(rows_, row, seen, task_.frame_skip, perturbed ? &worker.perturbed.forces : nullptr);
+    seen = perturbation_.begin_step(rows_.perturbed(row), head.steps, turn.action, random.rng(), worker.perturbed);
+  if (!advanced) worker.step(rows_, row, seen, task_.frame_skip, perturbed ? &worker.perturbed.forces : nullptr);
   const mjenv_outcome outcome = task_.calls->step(worker.work(), seen, random);
   place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row, random);
-  if (perturbed) perturbation_.end_step(rows_.perturbed(row), head.steps, action, worker.perturbed);
+  if (perturbed) perturbation_.end_step(rows_.perturbed(row), head.steps, turn.action, worker.perturbed);
 
   ++head.steps;
   const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
@@ -146,25 +174,71 @@ Episodes::Ends Episodes::play(Worker& worker, std::int64_t row, const Action& ac
   return {terminated, truncated};
 }
 
+Turn Episodes::rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
+                            const mjenv_batch& out) const {
+  const std::int64_t element = row * steps + t, nu = task_.model->nu();
+  return {row, actions.part(element * nu, nu), {out, rows_.count() * steps, element}};
+}
+
+// After its episode has ended, the row keeps the state in which it ended.
+Episodes::Ends Episodes::play_in_rollout(Worker& worker, const Turn& turn, Ends before, bool advanced) const {
+  const Place& place = turn.place;
+  if (before.any()) {
+    place.put_result(0, before.terminated, before.truncated);
+    place.put_status(MJENV_OK);
+    place.clear(schema_.fields(MJENV_ROLE_INFO), place.out.info);
+    observe(worker, turn.row, place);
+    return before;
+  }
+  const Ends ends = play(worker, turn, advanced);
+  write_observation(worker, turn.row, place.out.obs, place);
+  worker.write_arrays(schema_, place);
+  return ends;
+}
+
 void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
                        const mjenv_batch& out) const {
-  const std::int64_t nu = actions.count / steps;
   Ends ends{};
   for (std::int64_t t = 0; t < steps; ++t) {
-    const Place place{out, rows_.count() * steps, row * steps + t};
-    report_failure(place, [&] {
-      place.put<std::uint8_t>(out.was_reset, 0);
-      if (ends.terminated || ends.truncated) {  // the row keeps the state in which its episode ended
-        place.put_result(0, ends.terminated, ends.truncated);
-        place.put_status(MJENV_OK);
-        place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-        return observe(worker, row, place);
-      }
-      ends = play(worker, row, actions.part(t * nu, nu), place);
-      write_observation(worker, row, out.obs, place);
-      worker.write_arrays(schema_, place);
+    const Turn turn = rollout_turn(row, actions, steps, t, out);
+    report_failure(turn.place, [&] {
+      turn.place.put<std::uint8_t>(out.was_reset, 0);
+      ends = play_in_rollout(worker, turn, ends, false);
     });
   }
+}
+
+void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
+                       const mjenv_batch& out) const {
+  const auto count = static_cast<std::size_t>(last - first);
+  std::array<Ends, Team::kMaxSize> ends{};
+  std::uint32_t playing = (1u << count) - 1;  // the rows, as bits, that have not failed
+  for (std::int64_t t = 0; t < steps; ++t) {
+    std::vector<Turn>& turns = team.turns();
+    turns.clear();
+    for (std::int64_t row = first; row < last; ++row) turns.push_back(rollout_turn(row, actions, steps, t, out));
+    const auto attempt = [&](std::size_t i, const auto& body) {
+      const bool is_well =
+          team[i].attempt(turns[i].row, [&] { report_failure(turns[i].place, [&] { body(team[i], turns[i]); }); });
+      if (!is_well) playing &= ~(1u << i);
+      return is_well;
+    };
+    std::uint32_t begun = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(playing >> i & 1)) continue;
+      turns[i].place.put<std::uint8_t>(out.was_reset, 0);
+      if (!ends[i].any() &&
+          attempt(i, [&](Worker& worker, const Turn& turn) { worker.begin_step(rows_, turn.row, turn.action); }))
+        begun |= 1u << i;
+    }
+    const std::uint32_t advanced = team.step(begun, task_.frame_skip);
+    for (std::size_t i = 0; i < count; ++i)
+      if (playing >> i & 1)
+        attempt(i, [&](Worker& worker, const Turn& turn) {
+          ends[i] = play_in_rollout(worker, turn, ends[i], (advanced >> i & 1) != 0);
+        });
+  }
+  team.gather_failures();
 }
 
 void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) const {

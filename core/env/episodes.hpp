@@ -8,13 +8,15 @@
 #include "env/randomization.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
+#include "env/team.hpp"
 #include "env/worker.hpp"
 #include "task/options.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
 
-// Each function concerns one row. Several threads call them at the same time for different rows, each with its Worker.
+// Each function concerns one row, or the rows of a team. Several threads call them at the same time for different rows,
+// each with its Worker or Team.
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
@@ -24,10 +26,15 @@ class Episodes {
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
   // Plays one step and writes its outputs. An automatic reset takes the step's place (next_step) or follows it
   // (same_step).
-  void step(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
+  void step(Worker& worker, const Turn& turn) const;
+  // The same for the team's turns. Failures go to the team's first worker.
+  void step(Team& team) const;
   // Plays up to `steps` steps without resets. After the end of the episode the row keeps its state. Writes the outputs
-  // of step t to element row * steps + t.
+  // of step t to element row * steps + t. The actions are those of all rows of the environment.
   void rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
+               const mjenv_batch& out) const;
+  // The same for rows first to last - 1.
+  void rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
   // Writes the observation and the exported arrays of the row's present state.
   void observe(Worker& worker, std::int64_t row, const Place& place) const;
@@ -46,6 +53,7 @@ class Episodes {
   enum class Autoreset { disabled, next_step, same_step };
   struct Ends {
     bool terminated, truncated;
+    bool any() const { return terminated || truncated; }
   };
 
   const Task& task_;
@@ -65,8 +73,13 @@ class Episodes {
     return rows_.has_perturbed() && Perturbation::has_begun(rows_.perturbed(row));
   }
   void begin(Worker& worker, std::int64_t row) const;
-  void step_and_reset(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
-  Ends play(Worker& worker, std::int64_t row, const Action& action, const Place& place) const;
+  // advanced: whether a team has advanced the row's simulation already (then the row is not perturbed).
+  void step_and_reset(Worker& worker, const Turn& turn, bool advanced) const;
+  Ends play(Worker& worker, const Turn& turn, bool advanced) const;
+  // before: how the episode stood before this step of the rollout.
+  Ends play_in_rollout(Worker& worker, const Turn& turn, Ends before, bool advanced) const;
+  Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
+                    const mjenv_batch& out) const;
   void write_reset(Worker& worker, std::int64_t row, const Place& place) const;
   // Writes what the caller sees after a reset or step.
   void write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const;

@@ -30,7 +30,7 @@ Pipeline::~Pipeline() {
     serving = std::exchange(open_, false);
   }
   sent_.notify_all();
-  if (serving && workers_.count() > 1) workers_.pool().finish();
+  if (serving && workers_.threads() > 1) workers_.pool().finish();
 }
 
 // Allocates memory for all rows in the first call, so that the cost of a later call depends only on its own rows.
@@ -83,42 +83,53 @@ void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Actio
   const bool starts = !open_;
   open_ = true;
   lock.unlock();
-  if (starts && workers_.count() > 1)
+  if (starts && workers_.threads() > 1)
     workers_.pool().start([this](int index) {
       const ErrorTrap trap;
-      serve(workers_[static_cast<std::size_t>(index)], {}, [] { return false; });
+      serve(workers_.team(static_cast<std::size_t>(index)), {}, [] { return false; });
     });
   else
     sent_.notify_all();
 }
 
-void Pipeline::step_next(Worker& worker, std::unique_lock<std::mutex>& lock) {
-  const std::int64_t row = waiting_[first_];
-  first_ = (first_ + 1) % waiting_.size();
-  --waiting_count_;
+// A team steps several rows together, but leaves the other threads their share.
+void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
+  const std::size_t share = (waiting_count_ + workers_.threads() - 1) / workers_.threads();
+  const std::size_t count = rows_.are_alike() ? std::min(team.size(), share) : 1;
+  std::vector<Turn>& turns = team.turns();
+  turns.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int64_t row = waiting_[first_];
+    first_ = (first_ + 1) % waiting_.size();
+    --waiting_count_;
+    turns.push_back({row, {actions_.data() + row * nu_, dtypes_[row], nu_}, outputs_->at(row)});
+  }
   lock.unlock();
-  const Place place = outputs_->at(row);
   // If the step fails, the reward and flags of an earlier one must not be delivered. A failed row's other outputs are
   // undefined.
-  place.put_result(0, false, false);
-  place.put<std::uint8_t>(place.out.was_reset, 0);
-  Workers::attempt(worker, row, [&](Worker& w, std::int64_t r) {
-    episodes_.step(w, r, {actions_.data() + r * nu_, dtypes_[r], nu_}, place);
-  });
+  for (const Turn& turn : turns) {
+    turn.place.put_result(0, false, false);
+    turn.place.put<std::uint8_t>(turn.place.out.was_reset, 0);
+  }
+  Worker& worker = team.first();
+  if (count > 1)
+    episodes_.step(team);
+  else
+    worker.attempt(turns[0].row, [&] { episodes_.step(worker, turns[0]); });
   lock.lock();
   failures_.take(worker.failures);
-  ready_.push_back(row);
+  for (const Turn& turn : turns) ready_.push_back(turn.row);
   done_.notify_one();
 }
 
-void Pipeline::serve(Worker& worker, Deadline deadline, const std::function<bool()>& enough) {
-  const bool caller = worker.index == 0;
+void Pipeline::serve(Team& team, Deadline deadline, const std::function<bool()>& enough) {
+  const bool caller = team.first().index == 0;
   // A single thread first steps one row, because with a timeout of 0 it would otherwise never step any.
-  bool checks_deadline = workers_.count() > 1;
+  bool checks_deadline = workers_.threads() > 1;
   std::unique_lock lock(mutex_);
   while (!enough() && !(checks_deadline && deadline.passed())) {
     if (waiting_count_ > 0) {
-      step_next(worker, lock);
+      step_next(team, lock);
       checks_deadline = true;
     } else if (open_) {
       (caller ? done_ : sent_).wait(lock, deadline);
@@ -142,8 +153,8 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
   // Without other threads, this call steps at least one row even if least is 0: nobody else would step it.
-  const std::size_t wanted = workers_.count() == 1 ? std::max<std::size_t>(least, 1) : least;
-  serve(workers_[0], Deadline(timeout), [&] { return ready_.size() >= wanted; });
+  const std::size_t wanted = workers_.threads() == 1 ? std::max<std::size_t>(least, 1) : least;
+  serve(workers_.team(0), Deadline(timeout), [&] { return ready_.size() >= wanted; });
 
   std::unique_lock lock(mutex_);
   const std::size_t reported = std::min(capacity, ready_.size());
@@ -161,7 +172,7 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
     open_ = false;
     lock.unlock();
     sent_.notify_all();
-    if (workers_.count() > 1) workers_.pool().finish();
+    if (workers_.threads() > 1) workers_.pool().finish();
   }
   failures.raise();
 }

@@ -62,8 +62,8 @@ class Pipeline {
   void check(const std::int64_t* rows, std::size_t row_count, const Action& actions);
   // Steps waiting rows until enough() returns true, the deadline has passed or the pipeline is closed. Holds the lock
   // while it calls enough.
-  void serve(Worker& worker, Deadline deadline, const std::function<bool()>& enough);
-  void step_next(Worker& worker, std::unique_lock<std::mutex>& lock);
+  void serve(Team& team, Deadline deadline, const std::function<bool()>& enough);
+  void step_next(Team& team, std::unique_lock<std::mutex>& lock);
 };
 
 }  // namespace mjenv::core

@@ -217,7 +217,7 @@ void Worker::prepare_constants() {
   constants_->make_data();
 }
 
-void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces) {
+void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
   if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
     task_.calls->carry(work_);
@@ -229,8 +229,13 @@ void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64
   if (forces)
     for (const Work::Force& force : *forces) work_.apply(force);
   work_.load(rows.state(row));
-  work_.step(action, frames, before_.data());
+  work_.begin_step(action);
   forces_ = forces;
+}
+
+void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces) {
+  begin_step(rows, row, action, forces);
+  work_.step(frames, before());
 }
 
 void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }
@@ -285,6 +290,15 @@ void Worker::write_observation(const double* observation, void* to, const Place&
                    [](double x) { return static_cast<float>(x); });
   else
     std::copy_n(observation, count, static_cast<double*>(to) + start);
+}
+
+void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept {
+  release();
+  try {
+    failures.add(status, in_row(row, what));
+  } catch (const std::exception&) {  // no memory for the text
+    failures.add(MJENV_E_MEMORY, "");
+  }
 }
 
 void Worker::write_observation(void* to, const Place& place) {

@@ -1,10 +1,10 @@
 // Computes rows in a work space (an mjData), one row at a time.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -16,6 +16,7 @@
 #include "env/randomization.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
+#include "error.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
@@ -30,7 +31,6 @@ class Worker {
 
   const std::int32_t index;
   Failures failures;
-  std::atomic<std::int64_t> next{0};  // the first row of this worker's block that no worker has taken
 
   Work& work() { return work_; }
   // Allocates room for an observation, and finds the arrays to export.
@@ -53,10 +53,14 @@ class Worker {
   // mj_forward computes the derived arrays, still with the row's old values. adopt replaces these by those drawn.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
-  // Loads the row's state and calls mj_step `frames` times. The new state reaches the row in commit. If the row's state
-  // or own values were written since its derived arrays were computed, the numbers that the task carries are first
-  // computed again and stored in the row. forces: replace those in the row's xfrc_applied; they must outlive commit.
+  // Loads the row's state and the action. If the row's state or own values were written since its derived arrays were
+  // computed, the numbers that the task carries are first computed again and stored in the row. forces: replace those
+  // in the row's xfrc_applied; they must outlive commit.
+  void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
+  // Does so and calls mj_step `frames` times. The new state reaches the row in commit.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces = nullptr);
+  // Where a step that has begun writes the state before its last mj_step.
+  double* before() { return before_.data(); }
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);
   // Saves the state after `step` to the row.
@@ -73,6 +77,10 @@ class Worker {
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
+
+  // Calls body(). If it throws, adds the error to the failures and returns false.
+  template <typename Body>
+  bool attempt(std::int64_t row, const Body& body) noexcept;
 
   // These write the outputs of the row that the work space holds.
   void write_observation(void* to, const Place& place);
@@ -118,6 +126,22 @@ class Worker {
   void compute_constants(const Rows& rows, const std::byte* values);
   // Makes the work space use the row's values: the present ones, those of the last computation, or of the last mj_step.
   void use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t) = &OwnValues::present);
+  void fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept;
 };
+
+template <typename Body>
+bool Worker::attempt(std::int64_t row, const Body& body) noexcept {
+  try {
+    body();
+    return true;
+  } catch (const std::bad_alloc&) {
+    fail_row(row, MJENV_E_MEMORY, "out of memory");
+  } catch (const Error& error) {
+    fail_row(row, error.status(), error.what());
+  } catch (const std::exception& error) {
+    fail_row(row, MJENV_E_INTERNAL, error.what());
+  }
+  return false;
+}
 
 }  // namespace mjenv::core

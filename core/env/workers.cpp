@@ -8,9 +8,10 @@
 
 namespace mjenv::core {
 
-Workers::Workers(const Task& task, int threads, bool pinned) {
-  check_memory(threads, " thread(s)", task.model->work_bytes());
-  for (int i = 0; i < threads; ++i) workers_.push_back(std::make_unique<Worker>(i, task));
+Workers::Workers(const Task& task, int threads, int lanes, bool pinned) {
+  const int size = std::max(lanes, 1);
+  check_memory(threads, " thread(s)", task.model->work_bytes() * static_cast<std::size_t>(size));
+  for (int i = 0; i < threads; ++i) teams_.push_back(std::make_unique<Team>(i * size, task, lanes));
   pool_ = std::make_unique<Pool>(threads, pinned);
   std::atomic<bool> prepared{true};
   pool_->run([&](int) {
@@ -19,22 +20,28 @@ Workers::Workers(const Task& task, int threads, bool pinned) {
   if (!prepared) throw std::bad_alloc();
 }
 
+template <typename Body>
+void Workers::for_each_worker(const Body& body) {
+  for (auto& team : teams_)
+    for (std::size_t i = 0; i < team->size(); ++i) body((*team)[i]);
+}
+
 void Workers::prepare(const Schema& schema) {
-  for (auto& worker : workers_) worker->prepare(schema);
+  for_each_worker([&](Worker& worker) { worker.prepare(schema); });
 }
 
 void Workers::forget(std::int64_t row) {
-  for (auto& worker : workers_) worker->forget(row);
+  for_each_worker([&](Worker& worker) { worker.forget(row); });
 }
 
 void Workers::raise() {
   Failures failures;
-  for (auto& worker : workers_) failures.take(worker->failures);
+  for_each_worker([&](Worker& worker) { failures.take(worker.failures); });
   failures.raise();
 }
 
 void Workers::release() {
-  for (auto& worker : workers_) worker->release();
+  for_each_worker([](Worker& worker) { worker.release(); });
 }
 
 }  // namespace mjenv::core

@@ -1,11 +1,12 @@
-// The workers of an environment and their threads. Worker 0 runs on the thread that calls the library.
+// The workers of an environment and their threads. The first team runs on the thread that calls the library.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "env/worker.hpp"
+#include "env/team.hpp"
 #include "error.hpp"
 #include "system/pool.hpp"
 
@@ -13,12 +14,19 @@ namespace mjenv::core {
 
 class Workers {
  public:
-  Workers(const Task& task, int threads, bool pinned);
+  // lanes: how many rows each thread steps at once; 0: one by one.
+  Workers(const Task& task, int threads, int lanes, bool pinned);
 
-  Worker& operator[](std::size_t index) { return *workers_[index]; }
+  Team& team(std::size_t thread) { return *teams_[thread]; }
+  // The worker that runs on the thread that calls the library.
+  Worker& first() { return team(0).first(); }
   // The worker that last computed the row.
-  Worker& of(const Rows::Head& head) { return *workers_[static_cast<std::size_t>(head.worker)]; }
-  std::size_t count() const { return workers_.size(); }
+  Worker& of(const Rows::Head& head) {
+    const auto index = static_cast<std::size_t>(head.worker);
+    return team(index / team_size())[index % team_size()];
+  }
+  std::size_t threads() const { return teams_.size(); }
+  std::size_t team_size() const { return teams_[0]->size(); }
   Pool& pool() { return *pool_; }
   const Pool& pool() const { return *pool_; }
   // Leaks the pool. A forked child calls this, because it has none of the threads that the destructor would join.
@@ -33,33 +41,40 @@ class Workers {
   // then this throws one error for all that failed.
   template <typename Body>
   void for_rows(std::int64_t count, const Body& body);
+  // Calls body(team, first, last) for groups of up to team_size() rows, from first to last - 1. The body must not throw
+  // but add to the workers' failures, which this throws in the end.
+  template <typename Body>
+  void for_groups(std::int64_t count, const Body& body);
   // Throws one error for all that failed in the workers.
   void raise();
-  // Calls body(worker, row). If it throws, adds the error to the worker's failures.
-  template <typename Body>
-  static void attempt(Worker& worker, std::int64_t row, const Body& body) noexcept;
 
  private:
-  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<std::unique_ptr<Team>> teams_;
   std::unique_ptr<Pool> pool_;  // last: its threads use the workers
+
+  template <typename Body>
+  void for_each_worker(const Body& body);
+  template <typename Body>
+  void share(std::int64_t count, std::int64_t unit, const Body& body);
 };
 
-// Each worker computes its own block of rows, then helps with the blocks that the others have not finished.
+// Calls body(team, first, last) for parts of the rows whose sizes are multiples of unit, except for the last part. Each
+// team computes its own block of rows, then helps with the blocks that the others have not finished.
 template <typename Body>
-void Workers::for_rows(std::int64_t count, const Body& body) {
-  const auto threads = static_cast<std::int64_t>(workers_.size());
-  const auto first = [&](std::int64_t index) { return count * index / threads; };
-  // How many rows a worker takes at once. If chunks were larger, workers would wait for each other at the end.
-  const std::int64_t chunk = threads == 1 ? count : std::clamp<std::int64_t>(count / (128 * threads), 1, 64);
-  for (std::int64_t i = 0; i < threads; ++i) workers_[i]->next.store(first(i), std::memory_order_relaxed);
+void Workers::share(std::int64_t count, std::int64_t unit, const Body& body) {
+  const auto threads = static_cast<std::int64_t>(teams_.size()), units = (count + unit - 1) / unit;
+  const auto first = [&](std::int64_t index) { return std::min(units * index / threads * unit, count); };
+  // How many rows a team takes at once. If chunks were larger, threads would wait for each other at the end.
+  const std::int64_t chunk =
+      threads == 1 ? count : std::clamp<std::int64_t>(units / (128 * threads), 1, 64 / unit) * unit;
+  for (std::int64_t i = 0; i < threads; ++i) teams_[i]->next.store(first(i), std::memory_order_relaxed);
   const auto job = [&](int index) {
     const ErrorTrap trap;
     for (std::int64_t i = 0; i < threads; ++i) {
       const std::int64_t block = (index + i) % threads, end = first(block + 1);
-      auto& next = workers_[block]->next;
+      auto& next = teams_[block]->next;
       for (std::int64_t row; (row = next.fetch_add(chunk, std::memory_order_relaxed)) < end;)
-        for (const std::int64_t last = std::min(row + chunk, end); row < last; ++row)
-          attempt(*workers_[index], row, body);
+        body(*teams_[index], row, std::min(row + chunk, end));
     }
   };
   pool_->run(std::cref(job));
@@ -67,24 +82,19 @@ void Workers::for_rows(std::int64_t count, const Body& body) {
 }
 
 template <typename Body>
-void Workers::attempt(Worker& worker, std::int64_t row, const Body& body) noexcept {
-  const auto failed = [&](mjenv_status status, const char* what) {
-    worker.release();
-    try {
-      worker.failures.add(status, in_row(row, what));
-    } catch (const std::exception&) {  // no memory for the text
-      worker.failures.add(MJENV_E_MEMORY, "");
-    }
-  };
-  try {
-    body(worker, row);
-  } catch (const std::bad_alloc&) {
-    failed(MJENV_E_MEMORY, "out of memory");
-  } catch (const Error& error) {
-    failed(error.status(), error.what());
-  } catch (const std::exception& error) {
-    failed(MJENV_E_INTERNAL, error.what());
-  }
+void Workers::for_rows(std::int64_t count, const Body& body) {
+  share(count, 1, [&](Team& team, std::int64_t row, std::int64_t last) {
+    Worker& worker = team.first();
+    for (; row < last; ++row) worker.attempt(row, [&] { body(worker, row); });
+  });
+}
+
+template <typename Body>
+void Workers::for_groups(std::int64_t count, const Body& body) {
+  const auto size = static_cast<std::int64_t>(team_size());
+  share(count, size, [&](Team& team, std::int64_t row, std::int64_t last) {
+    for (; row < last; row += size) body(team, row, std::min(row + size, last));
+  });
 }
 
 }  // namespace mjenv::core

@@ -156,7 +156,8 @@ std::string play(const std::shared_ptr<const Model>& model) {
       for (double& a : action) a = noise();
       work.save(state.data());
       work.load(state.data());
-      work.step({action.data(), MJENV_DTYPE_FLOAT64, m->nu}, kFrames, before.data());
+      work.begin_step({action.data(), MJENV_DTYPE_FLOAT64, m->nu});
+      work.step(kFrames, before.data());
       std::copy(action.begin(), action.end(), d->ctrl);
       for (int k = 0; k < kFrames; ++k) mj_step(m, d);
       mj_rnePostConstraint(m, d);

@@ -8,9 +8,12 @@ int main(int argc, char** argv) {
   const std::string_view topic = argc == 2 ? argv[1] : "";
   if (topic == "cpus") return run_cpus();
   if (topic == "info") return run_info();
+#ifdef LANES
+  if (topic == "lanes") return run_lanes();
+#endif
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core cpus|info|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core cpus|info|lanes|levers|numpy|worker\n", stderr);
   return 2;
 }

@@ -3,6 +3,7 @@
 
 int run_cpus();
 int run_info();
+int run_lanes();
 int run_levers();
 int run_numpy();
 int run_worker();

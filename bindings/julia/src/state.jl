@@ -244,8 +244,8 @@ end
 
 Sets a row (or all rows with `row = :`) to the state that a [`snapshot`](@ref) saved. The row continues with the same
 bits, also in another process and with another number of threads. The environment must have the same id, model and
-options as the one that was saved, except for `num_threads`, `cpu_affinity` and `arrays`; an image of all rows needs as
-many rows. Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`.
+options as the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`; an image of all rows
+needs as many rows. Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`.
 Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)

@@ -702,8 +702,8 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 /* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
  * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
  * number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of
- * MuJoCo and, for a registered task, revision as the one that made the image. "num_threads", "cpu_affinity", "arrays"
- * and "trust_xml" may differ, and "norm" if it gives the same rounding here.
+ * MuJoCo and, for a registered task, revision as the one that made the image. "num_threads", "lanes", "cpu_affinity",
+ * "arrays" and "trust_xml" may differ, and "norm" if it gives the same rounding here.
  * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 

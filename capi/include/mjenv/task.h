@@ -51,7 +51,7 @@ typedef struct mjenv_random mjenv_random;     /* a row's random stream: NumPy's 
 
 /* A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:
  * xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,
- * norm, strict, autoreset_mode, on_divergence, num_threads, cpu_affinity and arrays. */
+ * norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity and arrays. */
 typedef struct mjenv_task_option {
   uint32_t struct_size;
   mjenv_kind kind;

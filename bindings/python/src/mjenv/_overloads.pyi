@@ -17,6 +17,7 @@ class Common(Rendering, Randomizing, total=False):
     norm: Literal["auto", "fused", "plain"]
     strict: bool
     on_divergence: Literal["continue", "terminate"]
+    lanes: int
     cpu_affinity: bool
     arrays: str
     engine: str | None

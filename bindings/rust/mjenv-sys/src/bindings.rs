@@ -2682,8 +2682,8 @@ extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
     #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
     #[doc = " number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of"]
-    #[doc = " MuJoCo and, for a registered task, revision as the one that made the image. \"num_threads\", \"cpu_affinity\", \"arrays\""]
-    #[doc = " and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
+    #[doc = " MuJoCo and, for a registered task, revision as the one that made the image. \"num_threads\", \"lanes\", \"cpu_affinity\","]
+    #[doc = " \"arrays\" and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
     #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
@@ -2800,7 +2800,7 @@ extern "C" {
 }
 #[doc = " A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:"]
 #[doc = " xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,"]
-#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, cpu_affinity and arrays."]
+#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity and arrays."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,

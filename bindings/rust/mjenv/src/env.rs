@@ -517,8 +517,8 @@ impl Env {
 
     /// Sets a row to the state that [`Env::snapshot`] saved. The row continues with the same bits, also in another
     /// process and with another number of threads. The environment must have the same id, model and options as the one
-    /// that was saved, except for `num_threads`, `cpu_affinity` and `arrays`. Errors: [`ErrorKind::Value`] (there is no
-    /// such row), [`ErrorKind::Snapshot`].
+    /// that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`. Errors: [`ErrorKind::Value`] (there
+    /// is no such row), [`ErrorKind::Snapshot`].
     pub fn restore(&mut self, row: usize, image: &[u8]) -> Result<()> {
         self.set_image(int64(row), image)
     }

@@ -1,0 +1,24 @@
+# Chooses the sources of core/engine/lanes. The lane code follows MuJoCo 2.2.2 and uses the instructions of x86-64. Sets
+# MJENV_LANES if there is any.
+file(GLOB lane_sources CONFIGURE_DEPENDS core/engine/lanes/*.cpp)
+list(REMOVE_ITEM core_sources ${lane_sources})
+set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes)
+if(MJENV_ENGINE_MAJOR EQUAL 2 AND CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
+  set(MJENV_LANES ON)
+  list(REMOVE_ITEM lane_sources ${folder}/none.cpp)
+  list(APPEND core_sources ${lane_sources})
+else()
+  set(MJENV_LANES OFF)
+  list(APPEND core_sources ${folder}/none.cpp)
+endif()
+
+# Each of these files is compiled for one instruction set, so link-time optimisation must leave them alone. A profile knows
+# nothing of them, because the steps that it counts are without lanes, so clang would make them small instead of fast.
+set(apart -fno-lto)
+if(MJENV_PGO)
+  list(APPEND apart -fno-profile-generate -fno-profile-instr-use)
+endif()
+set_property(SOURCE ${folder}/sse2.cpp APPEND PROPERTY COMPILE_OPTIONS ${apart})
+set_property(SOURCE ${folder}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS ${apart} -mavx2)
+set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS ${apart} -mavx512f -mavx512dq
+                                                                         -mprefer-vector-width=512)

@@ -1,0 +1,9 @@
+// AVX2: four lanes.
+#define MJENV_LANES_WIDTH 4
+#include "engine/lanes/functions.hpp"
+
+namespace mjenv::core::lanes {
+
+const Code avx2 = code_where([] { return __builtin_cpu_supports("avx2") > 0; });
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,10 @@
+// AVX-512: eight lanes.
+#define MJENV_LANES_WIDTH 8
+#include "engine/lanes/functions.hpp"
+
+namespace mjenv::core::lanes {
+
+const Code avx512 =
+    code_where([] { return __builtin_cpu_supports("avx512f") > 0 && __builtin_cpu_supports("avx512dq") > 0; });
+
+}  // namespace mjenv::core::lanes

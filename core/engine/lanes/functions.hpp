@@ -1,0 +1,868 @@
+// MuJoCo 2.2.2's smooth dynamics for several rows at once: lane l of each vector belongs to row l. In every lane the same
+// operations happen on the same numbers and in the same order as in the named function of MuJoCo, so the bits are equal.
+// Each instruction set includes this file once, in a source file that is compiled with flags of its own, so everything
+// here has internal linkage, and nothing is used whose code the linker could share with other files.
+//
+// Where MuJoCo branches on a number, a lane does what gives the same bits:
+// - Sums that skip zeros begin at +0 and so never become -0. Adding a product that is zero changes nothing.
+// - mju_dot adds each product to 0 first, which turns -0 into +0. Adding 0 to the sum has the same effect.
+// - Other branches are computed in both ways, and the lane takes its own.
+// These hold for finite numbers. Lanes that meet others are left to MuJoCo's own code.
+#pragma once
+
+#include <immintrin.h>
+
+#include <cmath>
+
+#include "engine/lanes/lanes.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+constexpr int kWidth = MJENV_LANES_WIDTH;
+constexpr double kHuge = 1e300;
+
+typedef double V __attribute__((vector_size(8 * kWidth)));
+using Mask = decltype(V{} < V{});
+
+#if MJENV_LANES_WIDTH == 2
+inline V sqrt(V x) { return _mm_sqrt_pd(x); }
+inline unsigned bits(Mask mask) { return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask))); }
+#elif MJENV_LANES_WIDTH == 4
+inline V sqrt(V x) { return _mm256_sqrt_pd(x); }
+inline unsigned bits(Mask mask) { return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask))); }
+#else
+inline V sqrt(V x) { return _mm512_maskz_sqrt_pd(0xff, x); }  // gcc 12 warns of _mm512_sqrt_pd
+inline unsigned bits(Mask mask) {
+  return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(mask), reinterpret_cast<__m512i>(mask));
+}
+#endif
+
+inline bool any(Mask mask) { return bits(mask) != 0; }
+// The same number in each lane. Subtracting +0 keeps -0, which adding to +0 would not.
+inline V splat(double x) { return x - V{}; }
+inline V* vectors(double* numbers) { return reinterpret_cast<V*>(numbers); }
+inline const V* vectors(const double* numbers) { return reinterpret_cast<const V*>(numbers); }
+
+// mju_abs; adding +0 turns -0 into +0
+inline V abs(V x) { return x < V{} ? -x : x + V{}; }
+
+inline void zero(V* res, int n) {
+  for (int i = 0; i < n; ++i) res[i] = V{};
+}
+
+inline void copy(V* res, const V* vec, int n) {
+  for (int i = 0; i < n; ++i) res[i] = vec[i];
+}
+
+inline void add_to(V* res, const V* vec, int n) {
+  for (int i = 0; i < n; ++i) res[i] += vec[i];
+}
+
+// ---- engine_util_blas.c and engine_util_spatial.c ----
+// Vectors of type T are a row's (V) or the model's (double).
+
+inline V dot3(const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// mju_dot of six numbers
+inline V dot6(const V* a, const V* b) {
+  const V sum = (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3]);
+  return sum + (a[4] * b[4] + a[5] * b[5]) + V{};
+}
+
+// mju_dot
+inline V dot(const double* a, const V* b, int n) {
+  V res0{}, res1{}, res2{}, res3{};
+  int i = 0;
+  for (; i <= n - 4; i += 4) {
+    res0 += a[i] * b[i];
+    res1 += a[i + 1] * b[i + 1];
+    res2 += a[i + 2] * b[i + 2];
+    res3 += a[i + 3] * b[i + 3];
+  }
+  V res = (res0 + res2) + (res1 + res3);
+  if (n - i == 3)
+    res += a[i] * b[i] + a[i + 1] * b[i + 1] + a[i + 2] * b[i + 2];
+  else if (n - i == 2)
+    res += a[i] * b[i] + a[i + 1] * b[i + 1];
+  else if (n - i == 1)
+    res += a[i] * b[i];
+  return res;
+}
+
+// mju_normalize3
+inline V normalize3(V* vec) {
+  const V norm = sqrt(vec[0] * vec[0] + vec[1] * vec[1] + vec[2] * vec[2]);
+  const Mask is_small = norm < splat(mjMINVAL);
+  const V inverse = 1.0 / norm;
+  for (int i = 0; i < 3; ++i) vec[i] *= inverse;
+  if (__builtin_expect(any(is_small), 0))
+    for (int i = 0; i < 3; ++i) vec[i] = is_small ? splat(i == 0) : vec[i];
+  return norm;
+}
+
+// mju_normalize4
+inline void normalize4(V* vec) {
+  const V norm = sqrt(vec[0] * vec[0] + vec[1] * vec[1] + vec[2] * vec[2] + vec[3] * vec[3]);
+  const Mask is_small = norm < splat(mjMINVAL);
+  const V inverse = 1.0 / norm;
+  for (int i = 0; i < 4; ++i) vec[i] *= inverse;
+  if (__builtin_expect(any(is_small), 0))
+    for (int i = 0; i < 4; ++i) vec[i] = is_small ? splat(i == 0) : vec[i];
+}
+
+// mju_rotVecMat
+template <typename T>
+inline void rotVecMat(V* res, const T* vec, const V* mat) {
+  const V x = mat[0] * vec[0] + mat[1] * vec[1] + mat[2] * vec[2];
+  const V y = mat[3] * vec[0] + mat[4] * vec[1] + mat[5] * vec[2];
+  const V z = mat[6] * vec[0] + mat[7] * vec[1] + mat[8] * vec[2];
+  res[0] = x;
+  res[1] = y;
+  res[2] = z;
+}
+
+// mju_rotVecMatT
+inline void rotVecMatT(V* res, const V* vec, const V* mat) {
+  const V x = mat[0] * vec[0] + mat[3] * vec[1] + mat[6] * vec[2];
+  const V y = mat[1] * vec[0] + mat[4] * vec[1] + mat[7] * vec[2];
+  const V z = mat[2] * vec[0] + mat[5] * vec[1] + mat[8] * vec[2];
+  res[0] = x;
+  res[1] = y;
+  res[2] = z;
+}
+
+inline Mask is_null(const V* quat) {
+  return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
+}
+
+// mju_rotVecQuat of one of the model's vectors. A null quaternion copies the vector. The general formula does the same
+// except to -0.
+inline void rotVecQuat(V* res, const double* vec, const V* quat, bool has_negative_zeros) {
+  const V tmp0 = quat[0] * vec[0] + quat[2] * vec[2] - quat[3] * vec[1];
+  const V tmp1 = quat[0] * vec[1] + quat[3] * vec[0] - quat[1] * vec[2];
+  const V tmp2 = quat[0] * vec[2] + quat[1] * vec[1] - quat[2] * vec[0];
+  const V x = vec[0] + 2.0 * (quat[2] * tmp2 - quat[3] * tmp1);
+  const V y = vec[1] + 2.0 * (quat[3] * tmp0 - quat[1] * tmp2);
+  const V z = vec[2] + 2.0 * (quat[1] * tmp1 - quat[2] * tmp0);
+  res[0] = x;
+  res[1] = y;
+  res[2] = z;
+  if (__builtin_expect(has_negative_zeros, 0)) {
+    const Mask null = is_null(quat);
+    for (int i = 0; i < 3; ++i) res[i] = null ? splat(vec[i]) : res[i];
+  }
+}
+
+// mju_mulQuat
+template <typename T>
+inline void mulQuat(V* res, const V* qa, const T* qb) {
+  const V w = qa[0] * qb[0] - qa[1] * qb[1] - qa[2] * qb[2] - qa[3] * qb[3];
+  const V x = qa[0] * qb[1] + qa[1] * qb[0] + qa[2] * qb[3] - qa[3] * qb[2];
+  const V y = qa[0] * qb[2] - qa[1] * qb[3] + qa[2] * qb[0] + qa[3] * qb[1];
+  const V z = qa[0] * qb[3] + qa[1] * qb[2] - qa[2] * qb[1] + qa[3] * qb[0];
+  res[0] = w;
+  res[1] = x;
+  res[2] = y;
+  res[3] = z;
+}
+
+// mju_quat2Mat. Of a null quaternion it gives the identity. The general formula differs only in signs of zeros.
+inline void quat2Mat(V* res, const V* quat) {
+  const V q00 = quat[0] * quat[0], q01 = quat[0] * quat[1], q02 = quat[0] * quat[2], q03 = quat[0] * quat[3];
+  const V q11 = quat[1] * quat[1], q12 = quat[1] * quat[2], q13 = quat[1] * quat[3];
+  const V q22 = quat[2] * quat[2], q23 = quat[2] * quat[3], q33 = quat[3] * quat[3];
+  const Mask null = is_null(quat);
+  res[0] = q00 + q11 - q22 - q33;
+  res[4] = q00 - q11 + q22 - q33;
+  res[8] = q00 - q11 - q22 + q33;
+  res[1] = 2.0 * (q12 - q03);
+  res[2] = 2.0 * (q13 + q02);
+  res[3] = 2.0 * (q12 + q03);
+  res[5] = 2.0 * (q23 - q01);
+  res[6] = 2.0 * (q13 - q02);
+  res[7] = 2.0 * (q23 + q01);
+  if (__builtin_expect(any(null), 0))
+    for (int i = 0; i < 9; ++i) res[i] = null ? splat(i % 4 == 0) : res[i];
+}
+
+// mju_axisAngle2Quat, with the sine and cosine of half the angle
+template <typename T>
+inline void axisAngle2Quat(V* res, const T* axis, V angle, V sine, V cosine) {
+  const Mask is_zero = angle == V{};
+  res[0] = is_zero ? splat(1) : cosine;
+  for (int i = 0; i < 3; ++i) res[i + 1] = is_zero ? V{} : axis[i] * sine;
+}
+
+// The sines and cosines of half the angles, by the C library as in MuJoCo.
+inline void half_sines(double* sine, double* cosine, const double* angle, int count) {
+  for (int i = 0; i < count * kWidth; ++i) {
+    const double half = angle[i] * 0.5;
+    sine[i] = std::sin(half);
+    cosine[i] = std::cos(half);
+  }
+}
+
+// mju_quatIntegrate
+inline void quatIntegrate(V* quat, const V* vel, double scale) {
+  V tmp[4], rotation[4];
+  copy(tmp, vel, 3);
+  const V angle = scale * normalize3(tmp);
+  V sine, cosine;
+  half_sines(reinterpret_cast<double*>(&sine), reinterpret_cast<double*>(&cosine),
+             reinterpret_cast<const double*>(&angle), 1);
+  axisAngle2Quat(rotation, tmp, angle, sine, cosine);
+  mulQuat(tmp, quat, rotation);
+  normalize4(tmp);
+  copy(quat, tmp, 4);
+}
+
+// mju_cross
+inline void cross(V* res, const V* a, const V* b) {
+  const V x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
+  res[0] = x;
+  res[1] = y;
+  res[2] = z;
+}
+
+// mju_crossMotion; b - a has the bits of -a + b
+inline void crossMotion(V* res, const V* vel, const V* v) {
+  cross(res, vel, v);
+  V turn[3], shift[3];
+  cross(turn, vel, v + 3);
+  cross(shift, vel + 3, v);
+  for (int i = 0; i < 3; ++i) res[i + 3] = turn[i] + shift[i];
+}
+
+// mju_crossForce
+inline void crossForce(V* res, const V* vel, const V* f) {
+  V turn[3], shift[3];
+  cross(turn, vel, f);
+  cross(shift, vel + 3, f + 3);
+  cross(res + 3, vel, f + 3);
+  for (int i = 0; i < 3; ++i) res[i] = turn[i] + shift[i];
+}
+
+// mju_inertCom
+inline void inertCom(V* res, const double* inert, const V* mat, const V* dif, double mass) {
+  const V tmp[9] = {mat[0] * inert[0], mat[3] * inert[0], mat[6] * inert[0], mat[1] * inert[1], mat[4] * inert[1],
+                    mat[7] * inert[1], mat[2] * inert[2], mat[5] * inert[2], mat[8] * inert[2]};
+  res[0] = mat[0] * tmp[0] + mat[1] * tmp[3] + mat[2] * tmp[6] + mass * (dif[1] * dif[1] + dif[2] * dif[2]);
+  res[1] = mat[3] * tmp[1] + mat[4] * tmp[4] + mat[5] * tmp[7] + mass * (dif[0] * dif[0] + dif[2] * dif[2]);
+  res[2] = mat[6] * tmp[2] + mat[7] * tmp[5] + mat[8] * tmp[8] + mass * (dif[0] * dif[0] + dif[1] * dif[1]);
+  res[3] = mat[0] * tmp[1] + mat[1] * tmp[4] + mat[2] * tmp[7] - mass * dif[0] * dif[1];
+  res[4] = mat[0] * tmp[2] + mat[1] * tmp[5] + mat[2] * tmp[8] - mass * dif[0] * dif[2];
+  res[5] = mat[3] * tmp[2] + mat[4] * tmp[5] + mat[5] * tmp[8] - mass * dif[1] * dif[2];
+  for (int i = 0; i < 3; ++i) res[i + 6] = mass * dif[i];
+  res[9] = splat(mass);
+}
+
+// mju_mulInertVec
+inline void mulInertVec(V* res, const V* i, const V* v) {
+  res[0] = i[0] * v[0] + i[3] * v[1] + i[4] * v[2] - i[8] * v[4] + i[7] * v[5];
+  res[1] = i[3] * v[0] + i[1] * v[1] + i[5] * v[2] + i[8] * v[3] - i[6] * v[5];
+  res[2] = i[4] * v[0] + i[5] * v[1] + i[2] * v[2] - i[7] * v[3] + i[6] * v[4];
+  res[3] = i[8] * v[1] - i[7] * v[2] + i[9] * v[3];
+  res[4] = i[6] * v[2] - i[8] * v[0] + i[9] * v[4];
+  res[5] = i[7] * v[0] - i[6] * v[1] + i[9] * v[5];
+}
+
+// mju_mulDofVec; from two columns on it is mju_mulMatTVec, whose sums begin at 0
+inline void mulDofVec(V* res, const V* dof, const V* vec, int n) {
+  if (n == 1) {
+    for (int k = 0; k < 6; ++k) res[k] = dof[k] * vec[0];
+    return;
+  }
+  zero(res, 6);
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < 6; ++k) res[k] += dof[6 * i + k] * vec[i];
+}
+
+// mju_transformSpatial of a motion
+inline void transformMotion(V* res, const V* vec, const V* newpos, const V* oldpos, const V* rotation) {
+  V shift[3], turned[3], moved[3];
+  for (int i = 0; i < 3; ++i) shift[i] = newpos[i] - oldpos[i];
+  cross(turned, shift, vec);
+  for (int i = 0; i < 3; ++i) moved[i] = vec[i + 3] - turned[i];
+  rotVecMatT(res, vec, rotation);
+  rotVecMatT(res + 3, moved, rotation);
+}
+
+// mju_clip
+inline V clip(V x, const double* range) {
+  const V low = splat(range[0]), high = splat(range[1]);
+  return x < low ? low : (x > high ? high : x);
+}
+
+// ---- engine_support.c ----
+
+// mj_local2Global
+inline void local2Global(const Lanes& d, V* xpos, V* xmat, const double* pos, const double* quat, int body,
+                         int sameframe) {
+  if (sameframe == 0) {
+    rotVecMat(xpos, pos, vectors(d.xmat) + 9 * body);
+    add_to(xpos, vectors(d.xpos) + 3 * body, 3);
+    V tmp[4];
+    mulQuat(tmp, vectors(d.xquat) + 4 * body, quat);
+    quat2Mat(xmat, tmp);
+  } else {
+    copy(xpos, vectors(sameframe == 1 ? d.xpos : d.xipos) + 3 * body, 3);
+    copy(xmat, vectors(sameframe == 1 ? d.xmat : d.ximat) + 9 * body, 9);
+  }
+}
+
+// mj_integratePos
+void integratePos(const mjModel& m, V* qpos, const V* qvel, double dt) {
+  for (int j = 0; j < m.njnt; ++j) {
+    V* q = qpos + m.jnt_qposadr[j];
+    const V* v = qvel + m.jnt_dofadr[j];
+    switch (m.jnt_type[j]) {
+      case mjJNT_FREE:
+        for (int i = 0; i < 3; ++i) q[i] += dt * v[i];
+        quatIntegrate(q + 3, v + 3, dt);
+        break;
+      case mjJNT_BALL: quatIntegrate(q, v, dt); break;
+      default: q[0] += dt * v[0];
+    }
+  }
+}
+
+// mj_applyFT: the force and the torque on a point of a body, as forces on the dofs
+void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body, V* qfrc) {
+  const mjModel& m = *d.model;
+  const V* const cdof = vectors(d.cdof);
+  V offset[3];
+  for (int i = 0; i < 3; ++i) offset[i] = point[i] - vectors(d.subtree_com)[3 * m.body_rootid[body] + i];
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  if (!body) return;
+  // mj_jac, and mju_mulMatTVec for each of its columns
+  const int last = m.body_dofadr[body] + m.body_dofnum[body] - 1;
+  for (int i = last; i >= 0; i = m.dof_parentid[i]) {
+    V shift[3], jac[3];
+    cross(shift, cdof + 6 * i, offset);
+    for (int k = 0; k < 3; ++k) jac[k] = cdof[6 * i + 3 + k] + shift[k];
+    qfrc[i] += V{} + jac[0] * force[0] + jac[1] * force[1] + jac[2] * force[2];
+  }
+  for (int i = last; i >= 0; i = m.dof_parentid[i])
+    qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
+}
+
+// ---- engine_core_smooth.c: positions ----
+
+// mj_kinematics
+void kinematics(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const qpos = vectors(d.qpos), *const xpos = vectors(d.xpos), *const xquat = vectors(d.xquat),
+           *const xmat = vectors(d.xmat), *const xanchor = vectors(d.xanchor), *const xaxis = vectors(d.xaxis),
+           *const angle = vectors(d.angle);
+  const V *const sine = vectors(d.sine), *const cosine = vectors(d.cosine);
+  const int *const jnt_type = m.jnt_type, *const jnt_qposadr = m.jnt_qposadr;
+  const bool negative_zeros = d.has_negative_zeros;
+
+  int hinges = 0;
+  for (int i = 0; i < m.njnt; ++i) {
+    V* q = qpos + jnt_qposadr[i];
+    if (jnt_type[i] == mjJNT_FREE) normalize4(q + 3);
+    if (jnt_type[i] == mjJNT_BALL) normalize4(q);
+    if (jnt_type[i] == mjJNT_HINGE) angle[hinges++] = q[0] - m.qpos0[jnt_qposadr[i]];
+  }
+  half_sines(d.sine, d.cosine, d.angle, hinges);
+
+  int hinge = 0;
+  for (int i = 1; i < m.nbody; ++i) {
+    V pos[3], quat[4];
+    const int first = m.body_jntadr[i], count = m.body_jntnum[i];
+    if (count == 1 && jnt_type[first] == mjJNT_FREE) {
+      copy(pos, qpos + jnt_qposadr[first], 3);
+      copy(quat, qpos + jnt_qposadr[first] + 3, 4);
+      copy(xanchor + 3 * first, pos, 3);
+      for (int k = 0; k < 3; ++k) xaxis[3 * first + k] = splat(k == 2);
+    } else {
+      const int parent = m.body_parentid[i];
+      V vec[3];
+      rotVecMat(vec, m.body_pos + 3 * i, xmat + 9 * parent);
+      for (int k = 0; k < 3; ++k) pos[k] = xpos[3 * parent + k] + vec[k];
+      mulQuat(quat, xquat + 4 * parent, m.body_quat + 4 * i);
+      for (int j = first; j < first + count; ++j) {
+        const double* axis = m.jnt_axis + 3 * j;
+        V anchor[3];
+        rotVecQuat(xaxis + 3 * j, axis, quat, negative_zeros);
+        rotVecQuat(anchor, m.jnt_pos + 3 * j, quat, negative_zeros);
+        add_to(anchor, pos, 3);
+        if (jnt_type[j] == mjJNT_SLIDE) {
+          const V length = qpos[jnt_qposadr[j]] - m.qpos0[jnt_qposadr[j]];
+          for (int k = 0; k < 3; ++k) pos[k] += xaxis[3 * j + k] * length;
+        } else {
+          V local[4], turned[3];
+          if (jnt_type[j] == mjJNT_BALL) {
+            copy(local, qpos + jnt_qposadr[j], 4);
+          } else {
+            axisAngle2Quat(local, axis, angle[hinge], sine[hinge], cosine[hinge]);
+            ++hinge;
+          }
+          mulQuat(quat, quat, local);
+          rotVecQuat(turned, m.jnt_pos + 3 * j, quat, negative_zeros);
+          for (int k = 0; k < 3; ++k) pos[k] += (anchor[k] - pos[k]) - turned[k];
+        }
+        copy(xanchor + 3 * j, anchor, 3);
+      }
+    }
+    normalize4(quat);
+    copy(xquat + 4 * i, quat, 4);
+    copy(xpos + 3 * i, pos, 3);
+    quat2Mat(xmat + 9 * i, quat);
+  }
+
+  for (int i = 1; i < m.nbody; ++i)
+    local2Global(d, vectors(d.xipos) + 3 * i, vectors(d.ximat) + 9 * i, m.body_ipos + 3 * i, m.body_iquat + 4 * i, i,
+                 m.body_sameframe[i]);
+  for (int i = 0; i < m.ngeom; ++i)
+    local2Global(d, vectors(d.geom_xpos) + 3 * i, vectors(d.geom_xmat) + 9 * i, m.geom_pos + 3 * i, m.geom_quat + 4 * i,
+                 m.geom_bodyid[i], m.geom_sameframe[i]);
+  for (int i = 0; i < m.nsite; ++i)
+    local2Global(d, vectors(d.site_xpos) + 3 * i, vectors(d.site_xmat) + 9 * i, m.site_pos + 3 * i, m.site_quat + 4 * i,
+                 m.site_bodyid[i], m.site_sameframe[i]);
+}
+
+// mj_comPos
+void comPos(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const com = vectors(d.subtree_com), *const cdof = vectors(d.cdof);
+  const V *const xipos = vectors(d.xipos), *const xmat = vectors(d.xmat), *const xaxis = vectors(d.xaxis);
+
+  zero(com, 3 * m.nbody);
+  for (int i = m.nbody - 1; i >= 0; --i) {
+    const double mass = m.body_mass[i], scale = d.com_scale[i];
+    V sum[3];
+    for (int k = 0; k < 3; ++k) sum[k] = com[3 * i + k] + xipos[3 * i + k] * mass;
+    if (i > 0) add_to(com + 3 * m.body_parentid[i], sum, 3);
+    for (int k = 0; k < 3; ++k) com[3 * i + k] = scale == 0 ? xipos[3 * i + k] : sum[k] * scale;
+  }
+
+  for (int i = 1; i < m.nbody; ++i) {
+    V offset[3];
+    for (int k = 0; k < 3; ++k) offset[k] = xipos[3 * i + k] - com[3 * m.body_rootid[i] + k];
+    inertCom(vectors(d.cinert) + 10 * i, m.body_inertia + 3 * i, vectors(d.ximat) + 9 * i, offset, m.body_mass[i]);
+  }
+
+  for (int j = 0; j < m.njnt; ++j) {
+    V* res = cdof + 6 * m.jnt_dofadr[j];
+    const int body = m.jnt_bodyid[j];
+    V offset[3];
+    for (int k = 0; k < 3; ++k) offset[k] = com[3 * m.body_rootid[body] + k] - vectors(d.xanchor)[3 * j + k];
+    switch (m.jnt_type[j]) {
+      case mjJNT_FREE:
+        zero(res, 18);
+        for (int k = 0; k < 3; ++k) res[3 + 7 * k] = splat(1);
+        res += 18;
+        [[fallthrough]];
+      case mjJNT_BALL:
+        for (int i = 0; i < 3; ++i, res += 6) {
+          for (int k = 0; k < 3; ++k) res[k] = xmat[9 * body + i + 3 * k];
+          cross(res + 3, res, offset);
+        }
+        break;
+      case mjJNT_SLIDE:
+        zero(res, 3);
+        copy(res + 3, xaxis + 3 * j, 3);
+        break;
+      default: copy(res, xaxis + 3 * j, 3); cross(res + 3, res, offset);
+    }
+  }
+}
+
+// mj_tendon, of tendons along joints. Their Jacobian is the model's.
+void tendon(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.ntendon; ++i) {
+    V length{};
+    for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j)
+      length += m.wrap_prm[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
+    vectors(d.ten_length)[i] = length;
+  }
+}
+
+// mj_transmission, of actuators on slides and hinges. Their moments are the model's.
+void transmission(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.nu; ++i)
+    vectors(d.actuator_length)[i] = vectors(d.qpos)[m.jnt_qposadr[m.actuator_trnid[2 * i]]] * m.actuator_gear[6 * i];
+}
+
+// mj_crb
+void crb(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const inertia = vectors(d.crb), *const qM = vectors(d.qM);
+  const V* const cdof = vectors(d.cdof);
+  const int *const body_parentid = m.body_parentid, *const dof_parentid = m.dof_parentid;
+
+  copy(inertia, vectors(d.cinert), 10 * m.nbody);
+  for (int i = m.nbody - 1; i > 0; --i)
+    if (body_parentid[i] > 0) add_to(inertia + 10 * body_parentid[i], inertia + 10 * i, 10);
+
+  for (int i = m.nv - 1; i >= 0; --i) {
+    int adr = m.dof_Madr[i];
+    if (m.dof_simplenum[i]) {
+      qM[adr] = splat(m.dof_M0[i]);
+      for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = V{};
+      continue;
+    }
+    V tmp[6];
+    mulInertVec(tmp, inertia + 10 * m.dof_bodyid[i], cdof + 6 * i);
+    qM[adr] = m.dof_armature[i] + dot6(cdof + 6 * i, tmp);
+    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = dot6(cdof + 6 * j, tmp);
+  }
+}
+
+// mj_factorI. x - y * z has the bits of x + y * (-z).
+void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
+  const mjModel& m = *d.model;
+  const int *const dof_Madr = m.dof_Madr, *const dof_parentid = m.dof_parentid, nv = m.nv;
+
+  copy(qLD, M, m.nM);
+  for (int k = nv - 1; k >= 0; --k) {
+    const int Madr_kk = dof_Madr[k];
+    const V diagonal = qLD[Madr_kk];
+    // MuJoCo warns of numbers below mjMINVAL. The other comparison finds those that are not finite.
+    d.left |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
+    if (m.dof_simplenum[k]) continue;
+    int Madr_ki = Madr_kk + 1;
+    for (int i = dof_parentid[k]; i >= 0; i = dof_parentid[i], ++Madr_ki) {
+      const V tmp = qLD[Madr_ki] / diagonal;
+      V* const row = qLD + dof_Madr[i];
+      const int count = dof_Madr[i + 1] - dof_Madr[i];
+      for (int j = 0; j < count; ++j) row[j] -= qLD[Madr_ki + j] * tmp;
+      qLD[Madr_ki] = tmp;
+    }
+  }
+  for (int i = 0; i < nv; ++i) {
+    const V diagonal = qLD[dof_Madr[i]];
+    qLDiagInv[i] = 1.0 / diagonal;
+    if (qLDiagSqrtInv) qLDiagSqrtInv[i] = 1.0 / sqrt(diagonal);
+  }
+}
+
+// mj_factorM
+void factorM(Lanes& d) { factorI(d, vectors(d.qM), vectors(d.qLD), vectors(d.qLDiagInv), vectors(d.qLDiagSqrtInv)); }
+
+// mj_solveLD of one vector, in place. Where x is 0, MuJoCo skips a subtraction, which could turn -0 into +0.
+void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
+  const int *const dof_Madr = m.dof_Madr, *const dof_parentid = m.dof_parentid, nv = m.nv;
+  for (int i = nv - 1; i >= 0; --i) {
+    if (m.dof_simplenum[i]) continue;
+    const V tmp = x[i];
+    const Mask is_zero = tmp == V{};
+    const V* row = qLD + dof_Madr[i];
+    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) {
+      const V product = *++row * tmp;
+      x[j] -= is_zero ? V{} : product;
+    }
+  }
+  for (int i = 0; i < nv; ++i) x[i] *= qLDiagInv[i];
+  for (int i = 0; i < nv; ++i) {
+    if (m.dof_simplenum[i]) continue;
+    V tmp = x[i];
+    const V* row = qLD + dof_Madr[i];
+    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) tmp -= *++row * x[j];
+    x[i] = tmp;
+  }
+}
+
+// ---- engine_collision_driver.c ----
+
+// The tests of bounding spheres with which mj_collideGeoms begins. Instead of a root it compares squares.
+void reject(Lanes& d) {
+  const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
+  const GeomPair* pair = d.pairs;
+  for (int i = 0; i < d.pair_count; ++i, ++pair) {
+    const V *const a = geom_xpos + 3 * pair->geom1, *const b = geom_xpos + 3 * pair->geom2;
+    V dif[3], apart;
+    if (pair->has_plane) {
+      const V* const mat = geom_xmat + 9 * pair->geom1;
+      for (int k = 0; k < 3; ++k) dif[k] = b[k] - a[k];
+      apart = dif[0] * mat[2] + dif[1] * mat[5] + dif[2] * mat[8];
+    } else {
+      for (int k = 0; k < 3; ++k) dif[k] = a[k] - b[k];
+      apart = dot3(dif, dif);
+    }
+    d.hits[i] = static_cast<unsigned char>(bits(~(apart > splat(pair->limit))));
+  }
+}
+
+// ---- engine_core_smooth.c and engine_forward.c: velocities ----
+
+// The velocities of tendons and actuators, as mj_fwdVelocity computes them. Only one product of an actuator's mju_dot is
+// not zero.
+void fwdVelocity(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(d.ten_J + i * m.nv, vectors(d.qvel), m.nv);
+  for (int i = 0; i < m.nu; ++i)
+    vectors(d.actuator_velocity)[i] =
+        m.actuator_gear[6 * i] * vectors(d.qvel)[m.jnt_dofadr[m.actuator_trnid[2 * i]]] + V{};
+}
+
+// mj_comVel
+void comVel(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const cvel = vectors(d.cvel), *const cdof_dot = vectors(d.cdof_dot);
+  const V *const cdof = vectors(d.cdof), *const qvel = vectors(d.qvel);
+
+  zero(cvel, 6);
+  for (int i = 1; i < m.nbody; ++i) {
+    V vel[6], tmp[6];
+    copy(vel, cvel + 6 * m.body_parentid[i], 6);
+    const int end = m.body_dofadr[i] + m.body_dofnum[i];
+    for (int j = m.body_dofadr[i]; j < end;) {
+      switch (m.jnt_type[m.dof_jntid[j]]) {
+        case mjJNT_FREE:
+          zero(cdof_dot + 6 * j, 18);
+          mulDofVec(tmp, cdof + 6 * j, qvel + j, 3);
+          add_to(vel, tmp, 6);
+          j += 3;
+          [[fallthrough]];
+        case mjJNT_BALL:
+          for (int k = j; k < j + 3; ++k) crossMotion(cdof_dot + 6 * k, vel, cdof + 6 * k);
+          mulDofVec(tmp, cdof + 6 * j, qvel + j, 3);
+          add_to(vel, tmp, 6);
+          j += 3;
+          break;
+        default:
+          crossMotion(cdof_dot + 6 * j, vel, cdof + 6 * j);
+          mulDofVec(tmp, cdof + 6 * j, qvel + j, 1);
+          add_to(vel, tmp, 6);
+          ++j;
+      }
+    }
+    copy(cvel + 6 * i, vel, 6);
+  }
+}
+
+// mj_inertiaBoxFluidModel
+void inertiaBoxFluidModel(Lanes& d, const FluidBody& fluid) {
+  const mjModel& m = *d.model;
+  const int body = fluid.body;
+  const V *const xipos = vectors(d.xipos) + 3 * body, *const ximat = vectors(d.ximat) + 9 * body,
+                 *const com = vectors(d.subtree_com) + 3 * m.body_rootid[body];
+  V vel[6], wind[6], local_wind[6], force[6], global[6];
+  transformMotion(vel, vectors(d.cvel) + 6 * body, xipos, com, ximat);  // mj_objectVelocity
+  zero(wind, 3);
+  for (int k = 0; k < 3; ++k) wind[k + 3] = splat(m.opt.wind[k]);
+  transformMotion(local_wind, wind, xipos, com, ximat);
+  for (int k = 3; k < 6; ++k) vel[k] -= local_wind[k];
+
+  zero(force, 6);
+  if (m.opt.viscosity > 0)
+    for (int k = 0; k < 3; ++k) {
+      force[k] = vel[k] * fluid.viscous_torque;
+      force[k + 3] = vel[k + 3] * fluid.viscous_force;
+    }
+  if (m.opt.density > 0)
+    for (int k = 0; k < 3; ++k) {
+      force[k + 3] -= fluid.force_drag[k] * abs(vel[k + 3]) * vel[k + 3];
+      force[k] -= fluid.torque_drag[k] * abs(vel[k]) * vel[k] / 64.0;
+    }
+  rotVecMat(global, force, ximat);
+  rotVecMat(global + 3, force + 3, ximat);
+  applyFT(d, global + 3, global, xipos, body, vectors(d.qfrc_passive));
+}
+
+// mj_passive
+void passive(Lanes& d) {
+  const mjModel& m = *d.model;
+  V* const qfrc = vectors(d.qfrc_passive);
+  const V *const qpos = vectors(d.qpos), *const qvel = vectors(d.qvel);
+
+  zero(qfrc, m.nv);
+  // Free joints and balls have no stiffness in models for lanes, so MuJoCo subtracts zeros.
+  for (int i = 0; i < m.njnt; ++i)
+    if (m.jnt_type[i] == mjJNT_SLIDE || m.jnt_type[i] == mjJNT_HINGE) {
+      const int adr = m.jnt_qposadr[i];
+      qfrc[m.jnt_dofadr[i]] -= m.jnt_stiffness[i] * (qpos[adr] - m.qpos_spring[adr]);
+    }
+  for (int i = 0; i < m.nv; ++i) qfrc[i] -= m.dof_damping[i] * qvel[i];
+  for (int i = 0; i < m.ntendon; ++i) {
+    const V force = -m.tendon_stiffness[i] * (vectors(d.ten_length)[i] - m.tendon_lengthspring[i]) -
+                    m.tendon_damping[i] * vectors(d.ten_velocity)[i];
+    for (int j = 0; j < m.nv; ++j)
+      if (d.ten_J[i * m.nv + j] != 0) qfrc[j] += d.ten_J[i * m.nv + j] * force;
+  }
+  for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, d.fluid_bodies[i]);
+}
+
+// mj_rne without accelerations
+void rne(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);
+  const V *const cinert = vectors(d.cinert), *const cvel = vectors(d.cvel);
+
+  zero(cacc, 6);
+  if (!(m.opt.disableflags & mjDSBL_GRAVITY))
+    for (int k = 0; k < 3; ++k) cacc[k + 3] = splat(m.opt.gravity[k] * -1);
+  for (int i = 1; i < m.nbody; ++i) {
+    const int first = m.body_dofadr[i], count = m.body_dofnum[i];
+    V tmp[6], momentum[6], turned[6], acc[6];
+    zero(tmp, 6);
+    if (count > 0) mulDofVec(tmp, vectors(d.cdof_dot) + 6 * first, vectors(d.qvel) + first, count);
+    for (int k = 0; k < 6; ++k) acc[k] = cacc[6 * m.body_parentid[i] + k] + tmp[k];
+    copy(cacc + 6 * i, acc, 6);
+    mulInertVec(tmp, cinert + 10 * i, acc);
+    mulInertVec(momentum, cinert + 10 * i, cvel + 6 * i);
+    crossForce(turned, cvel + 6 * i, momentum);
+    for (int k = 0; k < 6; ++k) cfrc[6 * i + k] = tmp[k] + turned[k];
+  }
+  for (int i = m.nbody - 1; i > 0; --i)
+    if (m.body_parentid[i] > 0) add_to(cfrc + 6 * m.body_parentid[i], cfrc + 6 * i, 6);
+  for (int i = 0; i < m.nv; ++i) vectors(d.qfrc_bias)[i] = dot6(vectors(d.cdof) + 6 * i, cfrc + 6 * m.dof_bodyid[i]);
+}
+
+// ---- engine_forward.c: accelerations and integrators ----
+
+// mj_fwdActuation, of actuators on slides and hinges with a fixed gain, and without a state
+void fwdActuation(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const force = vectors(d.actuator_force), *const qfrc = vectors(d.qfrc_actuator);
+
+  zero(qfrc, m.nv);
+  for (int i = 0; i < m.nu; ++i) {
+    V ctrl = vectors(d.ctrl)[i];
+    if (m.actuator_ctrllimited[i] && !(m.opt.disableflags & mjDSBL_CLAMPCTRL))
+      ctrl = clip(ctrl, m.actuator_ctrlrange + 2 * i);
+    V bias{};
+    if (m.actuator_biastype[i] == mjBIAS_AFFINE) {
+      const double* prm = m.actuator_biasprm + mjNBIAS * i;
+      bias = prm[0] + prm[1] * vectors(d.actuator_length)[i] + prm[2] * vectors(d.actuator_velocity)[i];
+    }
+    force[i] = m.actuator_gainprm[mjNGAIN * i] * ctrl + bias;
+    if (m.actuator_forcelimited[i]) force[i] = clip(force[i], m.actuator_forcerange + 2 * i);
+    qfrc[m.jnt_dofadr[m.actuator_trnid[2 * i]]] += m.actuator_gear[6 * i] * force[i];
+  }
+}
+
+// mj_fwdAcceleration. Rows in lanes have no qfrc_applied, which is added as 0, and no xfrc_applied.
+void fwdAcceleration(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const smooth = vectors(d.qfrc_smooth), *const acc = vectors(d.qacc_smooth);
+  for (int i = 0; i < m.nv; ++i)
+    smooth[i] = vectors(d.qfrc_passive)[i] - vectors(d.qfrc_bias)[i] + V{} + vectors(d.qfrc_actuator)[i];
+  copy(acc, smooth, m.nv);
+  solveLD(m, acc, vectors(d.qLD), vectors(d.qLDiagInv));
+}
+
+// mj_Euler
+void Euler(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const qvel = vectors(d.qvel), *const acc = vectors(d.qacc_euler);
+  const double timestep = m.opt.timestep;
+  if (d.has_damping) {
+    V* const MhB = vectors(d.MhB);
+    copy(MhB, vectors(d.qM), m.nM);
+    for (int i = 0; i < m.nv; ++i) MhB[m.dof_Madr[i]] += timestep * m.dof_damping[i];
+    factorI(d, MhB, vectors(d.qH), vectors(d.qHDiagInv), nullptr);
+    for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
+    solveLD(m, acc, vectors(d.qH), vectors(d.qHDiagInv));
+  } else {
+    copy(acc, vectors(d.qacc), m.nv);
+  }
+  for (int i = 0; i < m.nv; ++i) qvel[i] += acc[i] * timestep;
+  integratePos(m, vectors(d.qpos), qvel, timestep);
+}
+
+// mj_RungeKutta with four stages. In each row of its matrix A one number is not 0, so the others add zeros to 0.
+void RungeKutta(Lanes& d, int stage) {
+  const mjModel& m = *d.model;
+  const int nv = m.nv;
+  const double h = m.opt.timestep;
+  V *const qpos = vectors(d.qpos), *const qvel = vectors(d.qvel), *const X_qvel = vectors(d.X_qvel),
+           *const F = vectors(d.F), *const dX = vectors(d.dX);
+  if (stage == 1) {
+    copy(vectors(d.X_qpos), qpos, m.nq);
+    copy(X_qvel, qvel, nv);
+  }
+  copy(F + (stage - 1) * nv, vectors(d.qacc), nv);
+  copy(qpos, vectors(d.X_qpos), m.nq);
+  if (stage < 4) {
+    const double a = stage < 3 ? 0.5 : 1;
+    for (int i = 0; i < nv; ++i) {
+      dX[i] = V{} + X_qvel[(stage - 1) * nv + i] * a;
+      dX[nv + i] = V{} + F[(stage - 1) * nv + i] * a;
+    }
+    integratePos(m, qpos, dX, h);
+    for (int i = 0; i < nv; ++i) qvel[i] = X_qvel[i] + dX[nv + i] * h;
+    copy(X_qvel + stage * nv, qvel, nv);
+    return;
+  }
+  const double b[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
+  zero(dX, 2 * nv);
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < nv; ++i) {
+      dX[i] += X_qvel[j * nv + i] * b[j];
+      dX[nv + i] += F[j * nv + i] * b[j];
+    }
+  for (int i = 0; i < nv; ++i) qvel[i] = X_qvel[i] + dX[nv + i] * h;
+  integratePos(m, qpos, dX, h);
+}
+
+// ---- Lanes and rows ----
+
+// mju_isBad
+unsigned bad(const double* numbers, int count) {
+  const V* x = vectors(numbers);
+  Mask good = V{} == V{};
+  for (int i = 0; i < count; ++i) good &= (x[i] <= splat(mjMAXVAL)) & (x[i] >= splat(-mjMAXVAL));
+  return bits(~good);
+}
+
+#if MJENV_LANES_WIDTH >= 4
+// Four vectors of four numbers, transposed.
+struct Square {
+  __m256d rows[4];
+
+  void transpose() {
+    const __m256d low01 = _mm256_unpacklo_pd(rows[0], rows[1]), high01 = _mm256_unpackhi_pd(rows[0], rows[1]);
+    const __m256d low23 = _mm256_unpacklo_pd(rows[2], rows[3]), high23 = _mm256_unpackhi_pd(rows[2], rows[3]);
+    rows[0] = _mm256_permute2f128_pd(low01, low23, 0x20);
+    rows[1] = _mm256_permute2f128_pd(high01, high23, 0x20);
+    rows[2] = _mm256_permute2f128_pd(low01, low23, 0x31);
+    rows[3] = _mm256_permute2f128_pd(high01, high23, 0x31);
+  }
+};
+#endif
+
+void gather(double* to, const double* const* from, int count) {
+  int i = 0;
+#if MJENV_LANES_WIDTH >= 4
+  for (; i + 4 <= count; i += 4)
+    for (int lane = 0; lane < kWidth; lane += 4) {
+      Square square;
+      for (int k = 0; k < 4; ++k) square.rows[k] = _mm256_loadu_pd(from[lane + k] + i);
+      square.transpose();
+      for (int k = 0; k < 4; ++k) _mm256_storeu_pd(to + (i + k) * kWidth + lane, square.rows[k]);
+    }
+#endif
+  for (; i < count; ++i)
+    for (int lane = 0; lane < kWidth; ++lane) to[i * kWidth + lane] = from[lane][i];
+}
+
+void scatter(double* const* to, const double* from, int count) {
+  int i = 0;
+#if MJENV_LANES_WIDTH >= 4
+  for (; i + 4 <= count; i += 4)
+    for (int lane = 0; lane < kWidth; lane += 4) {
+      Square square;
+      for (int k = 0; k < 4; ++k) square.rows[k] = _mm256_loadu_pd(from + (i + k) * kWidth + lane);
+      square.transpose();
+      for (int k = 0; k < 4; ++k) _mm256_storeu_pd(to[lane + k] + i, square.rows[k]);
+    }
+#endif
+  for (; i < count; ++i)
+    for (int lane = 0; lane < kWidth; ++lane) to[lane][i] = from[i * kWidth + lane];
+}
+
+constexpr Code code_where(bool (*runs_here)()) {
+  return {kWidth,          runs_here, kinematics,  comPos, tendon,  crb,    factorM,
+          transmission,    reject,    fwdVelocity, comVel, passive, rne,    fwdActuation,
+          fwdAcceleration, Euler,     RungeKutta,  bad,    gather,  scatter};
+}
+
+}  // namespace
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,85 @@
+// What the lane code computes with: the arrays of several rows side by side, and the functions of one instruction set.
+#pragma once
+
+#include <mujoco/mjmodel.h>
+
+namespace mjenv::core::lanes {
+
+constexpr int kMaxWidth = 8;
+
+// Two geoms of which MuJoCo first compares the distance of their bounding spheres, or of a plane and a bounding sphere.
+// They are apart if the square of the distance, or the distance from the plane, is greater than the limit.
+struct GeomPair {
+  int geom1, geom2;
+  bool has_plane;
+  double limit;
+};
+
+// A body on which a fluid acts, and the products of the model's numbers in the order of mj_inertiaBoxFluidModel.
+struct FluidBody {
+  int body;
+  double viscous_torque, viscous_force;
+  double torque_drag[3], force_drag[3];
+};
+
+// The arrays have MuJoCo's names (mjData). Number i of lane l is at [i * width + l]. One block of memory holds them all.
+struct Lanes {
+  const mjModel* model;
+
+  double *qpos, *qvel, *ctrl, *qacc, *qfrc_constraint;
+  double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
+  double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
+  double *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
+  double *actuator_force, *qfrc_actuator, *qfrc_smooth, *qacc_smooth, *qH, *qHDiagInv;
+
+  // What MuJoCo keeps on its stack: angles of hinges and their sines and cosines, cacc and cfrc_body of mj_rne, MhB and
+  // qacc of mj_Euler, X, F and dX of mj_RungeKutta.
+  double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX;
+
+  // Of the model alone. Number i of these is at [i].
+  const double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+  const double* ten_J;
+  bool has_negative_zeros;  // in the vectors that quaternions rotate
+  bool has_damping;
+  const FluidBody* fluid_bodies;
+  int fluid_body_count;
+  const GeomPair* pairs;
+  int pair_count;
+
+  unsigned char* hits;  // for each pair the lanes in which the geoms may touch, as bits
+  unsigned left;        // lanes, as bits, that met a number or a case which is left to MuJoCo's own code
+};
+
+// The functions of one instruction set, named after those of MuJoCo 2.2.2 that they follow. No function needs more than
+// what `Lanes` holds.
+struct Code {
+  int width;
+  bool (*runs_here)();
+
+  void (*kinematics)(Lanes&);
+  void (*comPos)(Lanes&);
+  void (*tendon)(Lanes&);
+  void (*crb)(Lanes&);
+  void (*factorM)(Lanes&);
+  void (*transmission)(Lanes&);
+  void (*reject)(Lanes&);
+  void (*fwdVelocity)(Lanes&);
+  void (*comVel)(Lanes&);
+  void (*passive)(Lanes&);
+  void (*rne)(Lanes&);
+  void (*fwdActuation)(Lanes&);
+  void (*fwdAcceleration)(Lanes&);
+  void (*Euler)(Lanes&);
+  // Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step.
+  void (*RungeKutta)(Lanes&, int stage);
+
+  // The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad).
+  unsigned (*bad)(const double* numbers, int count);
+  // Copy `count` numbers of each lane.
+  void (*gather)(double* to, const double* const* from, int count);
+  void (*scatter)(double* const* to, const double* from, int count);
+};
+
+extern const Code sse2, avx2, avx512;
+
+}  // namespace mjenv::core::lanes

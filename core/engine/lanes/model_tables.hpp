@@ -1,0 +1,26 @@
+// What lanes need of the model alone, computed once.
+#pragma once
+
+#include <vector>
+
+#include "engine/lanes/lanes.hpp"
+#include "engine/model.hpp"
+
+namespace mjenv::core::lanes {
+
+struct ModelTables {
+  explicit ModelTables(const Model& model);
+
+  std::vector<double> com_scale;        // see Lanes
+  std::vector<double> ten_J;            // mjData's
+  std::vector<double> actuator_moment;  // mjData's
+  std::vector<FluidBody> fluid_bodies;
+  std::vector<GeomPair> pairs;  // of the pairs that Model lists
+  bool has_negative_zeros, has_damping;
+  bool constrains_tendons;  // tendons have limits or friction
+};
+
+// The greatest number whose root is not greater than the radius; below 0 if the radius is.
+double largest_square(double radius);
+
+}  // namespace mjenv::core::lanes

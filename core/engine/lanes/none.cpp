@@ -1,0 +1,12 @@
+// Compiled where there is no lane code: it follows MuJoCo 2.2.2, for x86-64.
+#include "engine/lanes/stepper.hpp"
+
+namespace mjenv::core::lanes {
+
+std::vector<int> widths() { return {}; }
+
+std::string obstacle(const Model& /*model*/) { return "this library"; }
+
+std::unique_ptr<Stepper> make_stepper(const Model& /*model*/, int /*width*/) { return nullptr; }
+
+}  // namespace mjenv::core::lanes

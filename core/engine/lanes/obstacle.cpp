@@ -1,0 +1,119 @@
+// Which models the lane code computes.
+#include <cmath>
+#include <string>
+
+#include "engine/lanes/stepper.hpp"
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+bool has_callbacks() {
+  return mjcb_passive || mjcb_control || mjcb_contactfilter || mjcb_sensor || mjcb_time || mjcb_act_dyn ||
+         mjcb_act_gain || mjcb_act_bias;
+}
+
+// Numbers that are not greater than those that MuJoCo allows in states cannot make finite states overflow. Where one
+// did, the lanes' results would still be checked.
+bool is_moderate(const mjtNum* numbers, int count) {
+  for (int i = 0; i < count; ++i)
+    if (!(std::fabs(numbers[i]) <= mjMAXVAL)) return false;
+  return true;
+}
+
+// The name of an array with a number that is not moderate, "" if there is none. Only arrays that lanes compute with.
+std::string excessive_array(const mjModel& m) {
+  const struct {
+    const char* name;
+    const mjtNum* numbers;
+    int count;
+  } arrays[] = {{"qpos0", m.qpos0, m.nq},
+                {"qpos_spring", m.qpos_spring, m.nq},
+                {"body_pos", m.body_pos, 3 * m.nbody},
+                {"body_quat", m.body_quat, 4 * m.nbody},
+                {"body_ipos", m.body_ipos, 3 * m.nbody},
+                {"body_iquat", m.body_iquat, 4 * m.nbody},
+                {"body_mass", m.body_mass, m.nbody},
+                {"body_inertia", m.body_inertia, 3 * m.nbody},
+                {"jnt_pos", m.jnt_pos, 3 * m.njnt},
+                {"jnt_axis", m.jnt_axis, 3 * m.njnt},
+                {"jnt_stiffness", m.jnt_stiffness, m.njnt},
+                {"dof_armature", m.dof_armature, m.nv},
+                {"dof_damping", m.dof_damping, m.nv},
+                {"dof_M0", m.dof_M0, m.nv},
+                {"geom_pos", m.geom_pos, 3 * m.ngeom},
+                {"geom_quat", m.geom_quat, 4 * m.ngeom},
+                {"site_pos", m.site_pos, 3 * m.nsite},
+                {"site_quat", m.site_quat, 4 * m.nsite},
+                {"tendon_stiffness", m.tendon_stiffness, m.ntendon},
+                {"tendon_damping", m.tendon_damping, m.ntendon},
+                {"tendon_lengthspring", m.tendon_lengthspring, m.ntendon},
+                {"wrap_prm", m.wrap_prm, m.nwrap},
+                {"actuator_gear", m.actuator_gear, 6 * m.nu},
+                {"actuator_gainprm", m.actuator_gainprm, mjNGAIN * m.nu},
+                {"actuator_biasprm", m.actuator_biasprm, mjNBIAS * m.nu},
+                {"opt.timestep", &m.opt.timestep, 1},
+                {"opt.gravity", m.opt.gravity, 3},
+                {"opt.wind", m.opt.wind, 3},
+                {"opt.density", &m.opt.density, 1},
+                {"opt.viscosity", &m.opt.viscosity, 1}};
+  for (const auto& array : arrays)
+    if (!is_moderate(array.numbers, array.count)) return array.name;
+  return "";
+}
+
+bool has_ellipsoids(const mjModel& m) {
+  for (int g = 0; g < m.ngeom; ++g)
+    if (m.geom_fluid[mjNFLUID * g] > 0) return true;
+  return false;
+}
+
+bool has_springs_of_rotations(const mjModel& m) {
+  for (int j = 0; j < m.njnt; ++j)
+    if ((m.jnt_type[j] == mjJNT_FREE || m.jnt_type[j] == mjJNT_BALL) && m.jnt_stiffness[j] != 0) return true;
+  return false;
+}
+
+bool has_spatial_tendons(const mjModel& m) {
+  for (int i = 0; i < m.nwrap; ++i)
+    if (m.wrap_type[i] != mjWRAP_JOINT) return true;
+  return false;
+}
+
+bool is_plain(const mjModel& m, int actuator) {
+  const int joint = m.actuator_trnid[2 * actuator], transmission = m.actuator_trntype[actuator];
+  if (transmission != mjTRN_JOINT && transmission != mjTRN_JOINTINPARENT) return false;
+  if (m.jnt_type[joint] != mjJNT_SLIDE && m.jnt_type[joint] != mjJNT_HINGE) return false;
+  return m.actuator_dyntype[actuator] == mjDYN_NONE && m.actuator_gaintype[actuator] == mjGAIN_FIXED &&
+         (m.actuator_biastype[actuator] == mjBIAS_NONE || m.actuator_biastype[actuator] == mjBIAS_AFFINE);
+}
+
+bool has_other_actuators(const mjModel& m) {
+  for (int i = 0; i < m.nu; ++i)
+    if (!is_plain(m, i)) return true;
+  return false;
+}
+
+}  // namespace
+
+std::string obstacle(const Model& model) {
+  const mjModel& m = *model.get();
+  if (m.nv == 0) return "no joints";
+  if (m.opt.integrator != mjINT_EULER && m.opt.integrator != mjINT_RK4) return "the integrator";
+  if (m.opt.enableflags != 0) return "an enabled feature (opt.enableflags)";
+  if (m.opt.disableflags & (mjDSBL_PASSIVE | mjDSBL_ACTUATION)) return "disabled forces (opt.disableflags)";
+  if (m.neq > 0) return "equality constraints";
+  if (m.nmocap > 0) return "mocap bodies";
+  if (m.nsensor > 0) return "sensors";
+  if (m.na > 0 || has_other_actuators(m))
+    return "actuators that are not plain motors, positions or velocities of joints";
+  if (has_springs_of_rotations(m)) return "springs of ball or free joints";
+  if (has_spatial_tendons(m)) return "tendons in space";
+  if (m.ntendon > 0 && mj_isSparse(&m)) return "sparse Jacobians of tendons";
+  if (has_ellipsoids(m)) return "the fluid model of ellipsoids";
+  if (has_callbacks()) return "the process's MuJoCo callbacks";
+  const std::string array = excessive_array(m);
+  return array.empty() ? "" : "a number in " + array + " that is not finite or greater than 1e10";
+}
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,9 @@
+// SSE2, which every x86-64 has: two lanes.
+#define MJENV_LANES_WIDTH 2
+#include "engine/lanes/functions.hpp"
+
+namespace mjenv::core::lanes {
+
+const Code sse2 = code_where([] { return __builtin_cpu_supports("sse2") > 0; });
+
+}  // namespace mjenv::core::lanes

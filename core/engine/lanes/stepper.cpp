@@ -1,0 +1,360 @@
+#include "engine/lanes/stepper.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <exception>
+
+#include "engine/lanes/lanes.hpp"
+#include "engine/lanes/model_tables.hpp"
+#include "engine/mujoco.hpp"
+#include "engine/pairs.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+const std::array<const Code*, 3> codes{&sse2, &avx2, &avx512};
+
+// An array of the lanes, and mjData's array of the same name.
+struct Array {
+  double* Lanes::*numbers;
+  mjtNum* mjData::*data;
+  int count;
+};
+
+// A view of the model that lists only the geom pairs that one row's bounding spheres do not exclude. It gives the same
+// contacts, because MuJoCo begins with the same tests.
+class NearPairs {
+ public:
+  NearPairs(const mjModel& model, const Pairs& all) : all_(all), near_(all), view_(model) { set_pairs(view_, near_); }
+
+  // hits: for each pair the rows, as bits
+  const mjModel& of_row(int row, const unsigned char* hits) {
+    view_.npair = 0;
+    for (std::size_t i = 0; i < all_.geom1.size(); ++i)
+      if (hits[i] >> row & 1) append(i);
+    return view_;
+  }
+
+ private:
+  const Pairs& all_;
+  Pairs near_;
+  mjModel view_;
+
+  void append(std::size_t from) {
+    const auto to = static_cast<std::size_t>(view_.npair++);
+    near_.dim[to] = all_.dim[from];
+    near_.geom1[to] = all_.geom1[from];
+    near_.geom2[to] = all_.geom2[from];
+    near_.margin[to] = all_.margin[from];
+    near_.gap[to] = all_.gap[from];
+    std::copy_n(&all_.solref[mjNREF * from], mjNREF, &near_.solref[mjNREF * to]);
+    std::copy_n(&all_.solimp[mjNIMP * from], mjNIMP, &near_.solimp[mjNIMP * to]);
+    std::copy_n(&all_.friction[5 * from], 5, &near_.friction[5 * to]);
+  }
+};
+
+// The memory of the arrays of Lanes.
+class Memory {
+ public:
+  Memory(Lanes& lanes, int width, const std::vector<std::pair<double * Lanes::*, int>>& sizes) {
+    std::size_t total = kAlignment;
+    for (const auto& [array, count] : sizes) total += static_cast<std::size_t>(count * width);
+    block_.resize(total);
+    void* start = block_.data();
+    std::size_t room = total * sizeof(double);
+    auto* at = static_cast<double*>(std::align(kAlignment * sizeof(double), sizeof(double), start, room));
+    for (const auto& [array, count] : sizes) {
+      lanes.*array = at;
+      at += count * width;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kAlignment = kMaxWidth;  // in numbers
+  std::vector<double> block_;
+};
+
+class LaneStepper final : public Stepper {
+ public:
+  LaneStepper(const Model& model, const Code& code);
+  std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) override;
+
+ private:
+  const Code& code_;
+  const mjModel& m_;
+  ModelTables tables_;
+  std::vector<Array> state_, input_, derived_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
+      of_euler_;
+  Lanes lanes_{};
+  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<NearPairs> near_;  // null if MuJoCo searches for pairs
+  std::vector<unsigned char> hits_;
+  std::vector<double> spare_;  // lanes without a row write here
+  std::array<mjData*, kMaxWidth> data_{};
+  int count_ = 0;
+  std::uint32_t all_ = 0;  // the rows, as bits
+
+  void set_up_arrays();
+  void set_world();
+  void gather(const std::vector<Array>& arrays);
+  void scatter(const std::vector<Array>& arrays);
+  std::uint32_t live() const { return all_ & ~lanes_.left; }
+  template <typename Body>
+  void for_live_rows(const Body& body);
+  void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
+
+  void forward();
+  void collide();
+  void constrain();
+  void integrate(bool is_last);
+};
+
+// The order of the lists is that of mj_forward.
+void LaneStepper::set_up_arrays() {
+  using L = Lanes;
+  using D = mjData;
+  const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
+  state_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}};
+  input_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::ctrl, &D::ctrl, nu}};
+  derived_ = {{&L::xpos, &D::xpos, 3 * nbody},
+              {&L::xquat, &D::xquat, 4 * nbody},
+              {&L::xmat, &D::xmat, 9 * nbody},
+              {&L::xipos, &D::xipos, 3 * nbody},
+              {&L::ximat, &D::ximat, 9 * nbody},
+              {&L::xanchor, &D::xanchor, 3 * njnt},
+              {&L::xaxis, &D::xaxis, 3 * njnt},
+              {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
+              {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
+              {&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
+              {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
+              {&L::subtree_com, &D::subtree_com, 3 * nbody},
+              {&L::cdof, &D::cdof, 6 * nv},
+              {&L::cinert, &D::cinert, 10 * nbody},
+              {&L::ten_length, &D::ten_length, m_.ntendon},
+              {&L::actuator_length, &D::actuator_length, nu},
+              {&L::crb, &D::crb, 10 * nbody},
+              {&L::qM, &D::qM, nM},
+              {&L::qLD, &D::qLD, nM},
+              {&L::qLDiagInv, &D::qLDiagInv, nv},
+              {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
+              {&L::ten_velocity, &D::ten_velocity, m_.ntendon},
+              {&L::actuator_velocity, &D::actuator_velocity, nu},
+              {&L::cvel, &D::cvel, 6 * nbody},
+              {&L::cdof_dot, &D::cdof_dot, 6 * nv},
+              {&L::qfrc_bias, &D::qfrc_bias, nv},
+              {&L::qfrc_passive, &D::qfrc_passive, nv},
+              {&L::actuator_force, &D::actuator_force, nu},
+              {&L::qfrc_actuator, &D::qfrc_actuator, nv},
+              {&L::qfrc_smooth, &D::qfrc_smooth, nv},
+              {&L::qacc_smooth, &D::qacc_smooth, nv}};
+  for_limits_ = {{&L::qpos, &D::qpos, nq}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
+  if (tables_.constrains_tendons) for_limits_.push_back({&L::ten_length, &D::ten_length, m_.ntendon});
+  for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
+  for_contacts_ = {{&L::subtree_com, &D::subtree_com, 3 * nbody}, {&L::cdof, &D::cdof, 6 * nv}};
+  for_solver_ = {{&L::qvel, &D::qvel, nv},
+                 {&L::qM, &D::qM, nM},
+                 {&L::qLD, &D::qLD, nM},
+                 {&L::qLDiagInv, &D::qLDiagInv, nv},
+                 {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
+                 {&L::qfrc_smooth, &D::qfrc_smooth, nv}};
+  from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
+  of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
+
+  std::vector<std::pair<double * Lanes::*, int>> sizes{
+      {&L::angle, njnt},          {&L::sine, njnt}, {&L::cosine, njnt},   {&L::cacc, 6 * nbody},
+      {&L::cfrc_body, 6 * nbody}, {&L::MhB, nM},    {&L::qacc_euler, nv}, {&L::X_qpos, nq},
+      {&L::X_qvel, 4 * nv},       {&L::F, 4 * nv},  {&L::dX, 2 * nv}};
+  int longest = 1;
+  for (const auto* list : {&input_, &derived_, &from_solver_, &of_euler_})
+    for (const Array& array : *list) {
+      sizes.emplace_back(array.numbers, array.count);
+      longest = std::max(longest, array.count);
+    }
+  memory_ = std::make_unique<Memory>(lanes_, code_.width, sizes);
+  spare_.resize(static_cast<std::size_t>(longest));
+}
+
+// The world's frame, which mj_kinematics sets and nothing changes.
+void LaneStepper::set_world() {
+  std::fill_n(lanes_.xquat, code_.width, 1.0);
+  for (double* matrix : {lanes_.xmat, lanes_.ximat})
+    for (const int i : {0, 4, 8}) std::fill_n(matrix + i * code_.width, code_.width, 1.0);
+}
+
+LaneStepper::LaneStepper(const Model& model, const Code& code)
+    : code_(code), m_(*model.stepped()), tables_(model), hits_(tables_.pairs.size()) {
+  set_up_arrays();
+  set_world();
+  if (model.pairs()) near_ = std::make_unique<NearPairs>(m_, *model.pairs());
+  lanes_.model = &m_;
+  lanes_.com_scale = tables_.com_scale.data();
+  lanes_.ten_J = tables_.ten_J.data();
+  lanes_.has_negative_zeros = tables_.has_negative_zeros;
+  lanes_.has_damping = tables_.has_damping;
+  lanes_.fluid_bodies = tables_.fluid_bodies.data();
+  lanes_.fluid_body_count = static_cast<int>(tables_.fluid_bodies.size());
+  lanes_.pairs = tables_.pairs.data();
+  lanes_.pair_count = static_cast<int>(tables_.pairs.size());
+  lanes_.hits = hits_.data();
+}
+
+// Lanes without a row compute the first row, too.
+void LaneStepper::gather(const std::vector<Array>& arrays) {
+  std::array<const double*, kMaxWidth> from{};
+  for (const Array& array : arrays) {
+    for (int lane = 0; lane < code_.width; ++lane) from[lane] = data_[lane < count_ ? lane : 0]->*array.data;
+    code_.gather(lanes_.*array.numbers, from.data(), array.count);
+  }
+}
+
+void LaneStepper::scatter(const std::vector<Array>& arrays) {
+  std::array<double*, kMaxWidth> to{};
+  for (const Array& array : arrays) {
+    for (int lane = 0; lane < code_.width; ++lane) to[lane] = lane < count_ ? data_[lane]->*array.data : spare_.data();
+    code_.scatter(to.data(), lanes_.*array.numbers, array.count);
+  }
+}
+
+// Calls body(row, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
+template <typename Body>
+void LaneStepper::for_live_rows(const Body& body) {
+  const std::uint32_t rows = live();
+  for (int row = 0; row < count_; ++row) {
+    if (!(rows >> row & 1)) continue;
+    try {
+      body(row, *data_[row]);
+    } catch (const std::exception&) {
+      lanes_.left |= 1u << row;
+    }
+  }
+}
+
+std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before) {
+  count_ = count;
+  all_ = (1u << count) - 1;
+  lanes_.left = 0;
+  for (int row = 0; row < count; ++row) data_[row] = works[row]->data();
+  gather(input_);
+  leave_bad(lanes_.ctrl, m_.nu);
+  for (std::int64_t frame = 1; frame <= frames; ++frame) {
+    leave_bad(lanes_.qpos, m_.nq);
+    leave_bad(lanes_.qvel, m_.nv);
+    if (frame == frames) {
+      scatter(state_);
+      for (int row = 0; row < count; ++row) works[row]->save(before[row]);
+    }
+    forward();
+    integrate(frame == frames);
+    if (live() == 0) return 0;
+    for (int row = 0; row < count; ++row) data_[row]->time += m_.opt.timestep;
+  }
+  scatter(state_);
+  for (int row = 0; row < count; ++row) {
+    std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
+    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+    works[row]->end_step();
+  }
+  return live();
+}
+
+// mj_forward, in another order where that makes no difference: what concerns constraints comes last.
+void LaneStepper::forward() {
+  code_.kinematics(lanes_);
+  code_.comPos(lanes_);
+  code_.tendon(lanes_);
+  code_.crb(lanes_);
+  code_.factorM(lanes_);
+  code_.transmission(lanes_);
+  code_.fwdVelocity(lanes_);
+  code_.comVel(lanes_);
+  code_.passive(lanes_);
+  code_.rne(lanes_);
+  code_.fwdActuation(lanes_);
+  code_.fwdAcceleration(lanes_);
+  leave_bad(lanes_.qacc_smooth, m_.nv);
+  if (live() == 0) return;
+  scatter(for_limits_);
+  collide();
+  constrain();
+  leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
+}
+
+// mj_collision, row by row, for the geoms that are near each other.
+void LaneStepper::collide() {
+  if (!near_) {
+    scatter(for_geoms_);
+    for_live_rows([&](int /*row*/, mjData& d) { mj_collision(&m_, &d); });
+    return;
+  }
+  code_.reject(lanes_);
+  std::uint32_t near = 0;
+  for (const unsigned char rows : hits_) near |= rows;
+  if ((near & live()) != 0) scatter(for_geoms_);
+  for_live_rows([&](int row, mjData& d) {
+    if (near >> row & 1)
+      mj_collision(&near_->of_row(row, hits_.data()), &d);
+    else
+      d.ncon = 0;
+  });
+}
+
+// The constraints, row by row.
+void LaneStepper::constrain() {
+  int contacts = 0, constraints = 0;
+  for_live_rows([&](int /*row*/, mjData& d) { contacts += d.ncon; });
+  if (contacts > 0) scatter(for_contacts_);
+  for_live_rows([&](int /*row*/, mjData& d) {
+    if (tables_.constrains_tendons) std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
+    mj_makeConstraint(&m_, &d);
+    constraints += d.nefc;
+  });
+  if (constraints > 0) scatter(for_solver_);
+  for_live_rows([&](int /*row*/, mjData& d) {
+    if (d.nefc > 0) {
+      mj_projectConstraint(&m_, &d);
+      mj_referenceConstraint(&m_, &d);
+    }
+    mj_fwdConstraint(&m_, &d);
+  });
+  if (constraints > 0) return gather(from_solver_);
+  const auto count = static_cast<std::size_t>(m_.nv) * static_cast<std::size_t>(code_.width);
+  std::copy_n(lanes_.qacc_smooth, count, lanes_.qacc);
+  std::fill_n(lanes_.qfrc_constraint, count, 0.0);
+}
+
+// In the last frame, the arrays that mj_forward computes are written to each row's mjData before the state moves on.
+void LaneStepper::integrate(bool is_last) {
+  if (m_.opt.integrator == mjINT_EULER) {
+    if (is_last) scatter(derived_);
+    code_.Euler(lanes_);
+    if (is_last && tables_.has_damping) scatter(of_euler_);
+    return;
+  }
+  for (int stage = 1; stage < 4; ++stage) {
+    code_.RungeKutta(lanes_, stage);
+    leave_bad(lanes_.qpos, m_.nq);
+    leave_bad(lanes_.qvel, m_.nv);
+    if (live() == 0) return;
+    forward();
+  }
+  if (is_last) scatter(derived_);
+  code_.RungeKutta(lanes_, 4);
+}
+
+}  // namespace
+
+std::vector<int> widths() {
+  std::vector<int> found;
+  for (const Code* code : codes)
+    if (code->runs_here()) found.push_back(code->width);
+  return found;
+}
+
+std::unique_ptr<Stepper> make_stepper(const Model& model, int width) {
+  for (const Code* code : codes)
+    if (code->width == width) return std::make_unique<LaneStepper>(model, *code);
+  return nullptr;
+}
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,35 @@
+// Steps several rows of one model at once, in the lanes of the CPU's vector unit. The results are those of MuJoCo, bit for
+// bit. docs/lanes.md explains how.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/model.hpp"
+#include "engine/work.hpp"
+
+namespace mjenv::core::lanes {
+
+// How many lanes a stepper can have on this CPU, in ascending order.
+std::vector<int> widths();
+
+// What in the model has no lane code, "" if nothing.
+std::string obstacle(const Model& model);
+
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+
+  // Advances up to `width` work spaces by `frames` calls of mj_step. Each has begun a step (Work::begin_step) and has no
+  // arrays of its own. Writes the states before the last call to `before`. Returns the work spaces, as bits, that are
+  // now as Work::end_step leaves them. The others met numbers or cases that are left to MuJoCo's own code: load them
+  // again and step them one by one.
+  virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) = 0;
+};
+
+// The width must be one of widths(), and the model must have no obstacle.
+std::unique_ptr<Stepper> make_stepper(const Model& model, int width);
+
+}  // namespace mjenv::core::lanes

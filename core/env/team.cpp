@@ -1,0 +1,37 @@
+#include "env/team.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace mjenv::core {
+
+Team::Team(std::int32_t index, const Task& task, int lanes) {
+  for (std::int32_t i = 0; i < std::max(lanes, 1); ++i) workers_.push_back(std::make_unique<Worker>(index + i, task));
+  if (lanes > 0) stepper_ = lanes::make_stepper(*task.model, lanes);
+  turns_.reserve(size());
+}
+
+std::uint32_t Team::step(std::uint32_t begun, std::int64_t frames) {
+  std::array<Work*, kMaxSize> works{};
+  std::array<double*, kMaxSize> before{};
+  std::array<std::size_t, kMaxSize> workers{};
+  int count = 0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (!(begun >> i & 1)) continue;
+    works[count] = &workers_[i]->work();
+    before[count] = workers_[i]->before();
+    workers[count++] = i;
+  }
+  if (count < 2) return 0;  // one row is faster without lanes
+  const std::uint32_t done = stepper_->step(works.data(), count, frames, before.data());
+  std::uint32_t advanced = 0;
+  for (int i = 0; i < count; ++i)
+    if (done >> i & 1) advanced |= 1u << workers[i];
+  return advanced;
+}
+
+void Team::gather_failures() {
+  for (std::size_t i = 1; i < size(); ++i) first().failures.take(workers_[i]->failures);
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,228 @@
+// Lanes change no bit: environments with lanes do what one without lanes does, at any number of threads and rows, while
+// rows end, are reset, diverge, are perturbed, written, copied and restored at different steps.
+#include "support.h"
+
+enum { STEPS = 48, ROLLOUT = 5 };
+
+struct way {
+  int64_t lanes, threads;
+};
+
+struct player {
+  mjenv_env* env;
+  struct outputs* out;
+  double *obs, *reward;  // of a rollout
+};
+
+static bool runs(int64_t lanes) {
+#ifdef LANES
+  if (lanes == 8) return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+  return lanes == 4 ? __builtin_cpu_supports("avx2") : lanes == 2;
+#else
+  return lanes == 0;
+#endif
+}
+
+static mjenv_options* options_for(const char* id, struct way way, const char* autoreset) {
+  mjenv_options* options = options_of_id(id);
+  assert_ok(mjenv_options_set_integer(options, "lanes", way.lanes));
+  assert_ok(mjenv_options_set_integer(options, "num_threads", way.threads));
+  assert_ok(mjenv_options_set_integer(options, "max_episode_steps", 9));
+  assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
+  return options;
+}
+
+static struct player player_of(const char* id, struct way way, const char* autoreset, int64_t rows) {
+  struct player p = {.env = env_of_options(options_for(id, way, autoreset), rows)};
+  p.out = outputs_of(p.env);
+  p.obs = allocate((size_t)(rows * ROLLOUT * p.out->obs_count) * sizeof(double));
+  p.reward = allocate((size_t)(rows * ROLLOUT) * sizeof(double));
+  seed_rows(p.env, 11);
+  assert_ok(mjenv_reset(p.env, NULL, &p.out->batch));
+  return p;
+}
+
+static void player_free(struct player* p) {
+  free(p->obs);
+  free(p->reward);
+  outputs_free(p->out);
+  mjenv_destroy(p->env);
+}
+
+// Random numbers that are the same for all players.
+static uint64_t noise_state;
+static double noise(void) {
+  noise_state = noise_state * 6364136223846793005u + 1442695040888963407u;
+  return (double)(noise_state >> 11) * 0x1p-52 - 1;
+}
+
+static void send_and_receive(struct player* p, const double* action, size_t count) {
+  int64_t rows[64];
+  assert_ok(mjenv_send(p->env, NULL, 0, action, count, MJENV_DTYPE_FLOAT64));
+  for (size_t done = 0, some; done < (size_t)p->out->rows; done += some)
+    assert_ok(mjenv_recv(p->env, 1, -1, rows, COUNT(rows), &some, &p->out->batch));
+}
+
+static void roll_out(struct player* p, const double* action, size_t count) {
+  const mjenv_batch batch = {.struct_size = sizeof batch,
+                             .obs_dtype = MJENV_DTYPE_FLOAT64,
+                             .rows = p->out->rows * ROLLOUT,
+                             .obs_count = p->out->obs_count,
+                             .obs = p->obs,
+                             .reward = p->reward};
+  assert_ok(mjenv_reset(p->env, NULL, NULL));
+  assert_ok(mjenv_rollout(p->env, action, count * ROLLOUT, MJENV_DTYPE_FLOAT64, ROLLOUT, &batch));
+}
+
+// From the next reset on.
+static void perturb(mjenv_env* env) {
+  static const double noises[] = {0.1};
+  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
+                                           .action_noise = noises,
+                                           .action_noise_count = 1,
+                                           .observation_noise = noises,
+                                           .observation_noise_count = 1,
+                                           .action_delay = 1};
+  assert_ok(mjenv_perturb(env, &perturbation));
+}
+
+// What happens to rows between two steps, at some of the steps.
+static void disturb(struct player* p, int step) {
+  const int64_t rows = p->out->rows;
+  size_t size, nq, nv;
+  double *qpos = read_array(p->env, 0, "qpos", &nq), *qvel = read_array(p->env, 0, "qvel", &nv);
+  if (step == 10) {  // rows that diverge, at once or in a later frame
+    qvel[0] = 1e11;
+    assert_ok(mjenv_write(p->env, rows / 2, "qvel", qvel, nv));
+    qvel[0] = 3e9;
+    assert_ok(mjenv_write(p->env, rows - 1, "qvel", qvel, nv));
+  }
+  if (step == 16) {
+    assert_ok(mjenv_snapshot(p->env, rows - 1, NULL, 0, &size));
+    unsigned char* image = allocate(size);
+    assert_ok(mjenv_snapshot(p->env, rows - 1, image, size, &size));
+    assert_ok(mjenv_restore(p->env, rows / 3, image, size));
+    free(image);
+  }
+  if (step == 20) assert_ok(mjenv_set_state(p->env, rows / 2, qpos, nq, qvel, nv));
+  if (step == 26) {
+    uint8_t* mask = allocate((size_t)rows);
+    for (int64_t row = 0; row < rows; ++row) mask[row] = row % 3 == 1;
+    assert_ok(mjenv_copy_row(p->env, 0, mask));
+    free(mask);
+  }
+  if (step == 32) {  // noise and a delay
+    perturb(p->env);
+    assert_ok(mjenv_reset(p->env, NULL, NULL));
+  }
+  if (step == 37) assert_ok(mjenv_perturb(p->env, NULL));
+  if (step == 40) {  // from now on rows have a model of their own
+    size_t bodies;
+    double* mass = read_array(p->env, 0, "body_mass", &bodies);
+    mass[1] *= 1.5;
+    assert_ok(mjenv_write(p->env, 0, "body_mass", mass, bodies));
+    free(mass);
+  }
+  free(qpos);
+  free(qvel);
+}
+
+static void compare_outputs(const struct player* want, const struct player* got, double* records) {
+  const size_t count = outputs_row_count(want->out);
+  for (int64_t row = 0; row < want->out->rows; ++row) {
+    outputs_row(want->env, want->out, MJENV_ROLE_INFO, row, records);
+    outputs_row(got->env, got->out, MJENV_ROLE_INFO, row, records + count);
+    assert_same_bits("outputs", records + count, records, count);
+  }
+}
+
+static void compare_arrays(struct player* want, struct player* got) {
+  static const char* const arrays[] = {"time", "qpos",     "qvel", "qacc_warmstart", "xpos",     "geom_xmat",      "qM",
+                                       "qLD",  "cdof_dot", "ncon", "contact.pos",    "cfrc_ext", "qfrc_constraint"};
+  for (int64_t row = 0; row < want->out->rows; ++row)
+    for (size_t i = 0; i < COUNT(arrays); ++i) {
+      size_t count, other;
+      double *expected = read_array(want->env, row, arrays[i], &count),
+             *found = read_array(got->env, row, arrays[i], &other);
+      assert_int_equal(count, other);
+      assert_same_bits(arrays[i], found, expected, count);
+      free(expected);
+      free(found);
+    }
+}
+
+static void play(const char* id, struct way way, const char* autoreset, int64_t rows) {
+  struct player players[] = {player_of(id, (struct way){0, 1}, autoreset, rows), player_of(id, way, autoreset, rows)};
+  const size_t nu = (size_t)action_count(players[0].env), count = (size_t)rows * nu;
+  double *action = allocate(count * ROLLOUT * sizeof *action),
+         *records = allocate(2 * outputs_row_count(players[0].out) * sizeof *records);
+  uint8_t* mask = allocate((size_t)rows);
+  noise_state = 5;
+  for (int step = 0; step < STEPS; ++step) {
+    for (size_t i = 0; i < count * ROLLOUT; ++i) action[i] = noise();
+    for (int64_t row = 0; row < rows; ++row) mask[row] = noise() < 0.6;
+    for (size_t i = 0; i < COUNT(players); ++i) {
+      struct player* p = &players[i];
+      disturb(p, step);
+      if (step == 30)
+        roll_out(p, action, count);
+      else if (step % 4 == 3)
+        send_and_receive(p, action, count);
+      else
+        assert_ok(mjenv_step(p->env, step % 4 == 1 ? mask : NULL, action, count, MJENV_DTYPE_FLOAT64, &p->out->batch));
+    }
+    compare_outputs(&players[0], &players[1], records);
+    if (step == 30) {
+      assert_same_bits("rollout", players[1].obs, players[0].obs, (size_t)(rows * ROLLOUT * players[0].out->obs_count));
+      assert_same_bits("rollout", players[1].reward, players[0].reward, (size_t)(rows * ROLLOUT));
+    }
+    if (step % 6 == 5) compare_arrays(&players[0], &players[1]);
+  }
+  free(mask);
+  free(records);
+  free(action);
+  for (size_t i = 0; i < COUNT(players); ++i) player_free(&players[i]);
+}
+
+static void test_id(void** state) {
+  static const struct {
+    struct way way;
+    const char* autoreset;
+    int64_t rows;
+  } cases[] = {{{2, 1}, "same_step", 3},  {{2, 3}, "next_step", 7}, {{4, 1}, "same_step", 13},
+               {{4, 2}, "next_step", 13}, {{4, 3}, "same_step", 6}, {{4, 5}, "same_step", 21},
+               {{8, 1}, "next_step", 11}, {{8, 2}, "same_step", 17}};
+  for (size_t i = 0; i < COUNT(cases); ++i)
+    if (runs(cases[i].way.lanes)) play(*state, cases[i].way, cases[i].autoreset, cases[i].rows);
+}
+
+// A number of lanes that the CPU or the library has not is refused, also if the environment variable says it.
+static void test_refused(void** state) {
+  (void)state;
+  mjenv_env* env = NULL;
+  mjenv_options* options = options_for("Hopper-v5", (struct way){3, 1}, "disabled");
+  assert_refused(MJENV_E_VALUE, mjenv_create(options, 64, &env), "\"lanes\" is 3", "0");
+  assert_ok(mjenv_options_set_integer(options, "lanes", -1));
+  static const char* const wrong[] = {"3", "many", "4x"};
+  for (size_t i = 0; i < COUNT(wrong); ++i) {
+    assert_int_equal(setenv("MJENV_LANES", wrong[i], 1), 0);
+    assert_refused(MJENV_E_VALUE, mjenv_create(options, 64, &env), "MJENV_LANES", wrong[i]);
+  }
+  assert_int_equal(setenv("MJENV_LANES", runs(2) ? "2" : "0", 1), 0);
+  assert_ok(mjenv_create(options, 64, &env));
+  mjenv_destroy(env);
+  assert_int_equal(unsetenv("MJENV_LANES"), 0);
+  mjenv_options_destroy(options);
+  options = options_of_id("Hopper-v5");
+  assert_refused(MJENV_E_VALUE, mjenv_options_set_integer(options, "lanes", 9), "lanes");
+  mjenv_options_destroy(options);
+}
+
+int main(void) {
+  const int64_t ids = mjenv_id_count();
+  struct CMUnitTest tests[ids + 1];
+  for (int64_t i = 0; i < ids; ++i)
+    tests[i] = (struct CMUnitTest){mjenv_id_at(i), test_id, NULL, NULL, (void*)(uintptr_t)mjenv_id_at(i)};
+  tests[ids] = (struct CMUnitTest)cmocka_unit_test(test_refused);
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

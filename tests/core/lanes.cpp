@@ -1,0 +1,298 @@
+// Lanes compute every array of mjData as MuJoCo's own functions do, bit for bit: steps of random states, in all
+// instruction sets of this CPU, against mj_step.
+#include "engine/mujoco.hpp"  // before cmocka's macro fail
+
+#include <algorithm>
+#include <cmath>
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "engine/assets.hpp"
+#include "engine/lanes/model_tables.hpp"
+#include "engine/lanes/stepper.hpp"
+#include "engine/model.hpp"
+#include "engine/work.hpp"
+#include "run.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr int kRows = 240;  // of each kind of state
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class Noise {
+ public:
+  // In [-1, 1), the same on every machine.
+  double operator()() {
+    next();
+    return static_cast<double>(state_ >> 11) * 0x1p-52 - 1;
+  }
+  std::uint64_t below(std::uint64_t count) { return (next() >> 33) % count; }
+  // One of the values on which code branches.
+  double odd() {
+    const double values[] = {0.0, -0.0, 1, -1, 1e-16, -1e-16, 5e-324, -5e-324, 1e-310, 0.5};
+    return values[below(std::size(values))];
+  }
+
+ private:
+  std::uint64_t state_ = 42;
+  std::uint64_t next() { return state_ = state_ * 6364136223846793005u + 1442695040888963407u; }
+};
+
+// How wild the random states are. Lanes compute the tame ones themselves, except where MuJoCo warns.
+enum class Kind { at_rest, tame, odd, fast, bad };
+
+std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Kind kind, Noise& noise) {
+  std::vector<double> state(layout.size);
+  double *qpos = layout.qpos(state.data()), *qvel = layout.qvel(state.data()), *warm = layout.warmstart(state.data());
+  double* ctrl = warm + layout.nv;
+  const double spread = kind == Kind::at_rest ? 0 : kind == Kind::fast ? 4 : 0.4;
+  for (int i = 0; i < m.nq; ++i) qpos[i] = m.qpos0[i] + spread * noise();
+  for (int i = 0; i < m.nv; ++i) {
+    qvel[i] = kind == Kind::at_rest ? 0 : (kind == Kind::fast ? 30 : 3) * noise();
+    warm[i] = kind == Kind::at_rest ? 0 : 10 * noise();
+  }
+  for (int i = 0; i < m.nu; ++i) ctrl[i] = 1.5 * noise();
+  for (int j = 0; j < m.njnt; ++j) {
+    if (m.jnt_type[j] != mjJNT_FREE && m.jnt_type[j] != mjJNT_BALL) continue;
+    double* quat = qpos + m.jnt_qposadr[j] + (m.jnt_type[j] == mjJNT_FREE ? 3 : 0);
+    if (kind != Kind::at_rest)
+      for (int k = 0; k < 4; ++k) quat[k] = noise();
+    if (kind == Kind::odd)
+      for (int k = 0; k < 4; ++k) quat[k] = noise.below(3) ? noise.odd() : k == 0;
+  }
+  if (kind == Kind::odd) {
+    for (int i = 0; i < m.nq; ++i)
+      if (noise.below(3) == 0) qpos[i] = noise.below(2) ? m.qpos0[i] : noise.odd();
+    for (int i = 0; i < m.nv; ++i)
+      if (noise.below(3) == 0) qvel[i] = noise.odd();
+    for (int i = 0; i < m.nu; ++i)
+      if (noise.below(3) == 0) ctrl[i] = noise.odd();
+  }
+  if (kind == Kind::bad) {
+    const double values[] = {kNaN, -kNaN, INFINITY, -INFINITY, 1e11, -1e300, 9.9e9};
+    const auto any = [&](double* array, int count) {
+      if (count > 0) array[noise.below(static_cast<std::uint64_t>(count))] = values[noise.below(std::size(values))];
+    };
+    switch (noise.below(4)) {
+      case 0: any(qpos, m.nq); break;
+      case 1: any(qvel, m.nv); break;
+      case 2: any(ctrl, m.nu); break;
+      default: any(warm, m.nv);
+    }
+  }
+  return state;
+}
+
+// How much of an array has a meaning. Of those of constraints, as many rows as there are constraints.
+std::size_t length(const Array& array, const mjModel& m, const mjData& d) {
+  if (array.name.rfind("efc_", 0) != 0) return array.count();
+  const auto rows = static_cast<std::size_t>(d.nefc);
+  if (array.name == "efc_J") return mj_isSparse(&m) ? 0 : rows * static_cast<std::size_t>(m.nv);
+  static const char* const ones[] = {"efc_type",       "efc_id",    "efc_pos",  "efc_margin", "efc_frictionloss",
+                                     "efc_diagApprox", "efc_D",     "efc_R",    "efc_vel",    "efc_aref",
+                                     "efc_b",          "efc_force", "efc_state"};
+  return std::count(std::begin(ones), std::end(ones), array.name) ? rows : 0;
+}
+
+// The name of an array in which two work spaces differ, "" if there is none.
+std::string difference(Work& got, Work& want) {
+  got.complete();
+  want.complete();
+  const std::vector<Array> found = got.arrays(), expected = want.arrays();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::size_t count = length(expected[i], want.model(), *want.data());
+    if (found[i].stride) {
+      std::vector<double> a(found[i].count()), b(a.size());
+      found[i].read(a.data());
+      expected[i].read(b.data());
+      if (std::memcmp(a.data(), b.data(), a.size() * sizeof(double))) return found[i].name;
+      continue;
+    }
+    const std::size_t size = found[i].type == MJENV_TYPE_UINT8   ? 1
+                             : found[i].type == MJENV_TYPE_INT32 ? sizeof(int)
+                                                                 : sizeof(double);
+    if (count && std::memcmp(found[i].data, expected[i].data, count * size)) return found[i].name;
+  }
+  return "";
+}
+
+struct Counts {
+  int rows = 0, left = 0, contacts = 0, constraints = 0;
+};
+
+// Steps `width` random states of a kind in lanes and one by one. Says where they part, "" if nowhere.
+std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std::unique_ptr<Work>>& works, Work& plain,
+                    Kind kind, int frames, Noise& noise, Counts& counts) {
+  const mjModel& m = *model.get();
+  const StateLayout layout(model);
+  const int count = works.size() > 2 && noise.below(4) == 0 ? 2 : static_cast<int>(works.size());
+  std::vector<Work*> some;
+  std::vector<std::vector<double>> states, befores;
+  std::vector<double*> before;
+  const auto begin = [&](Work& work, const std::vector<double>& state) {
+    work.load(state.data());
+    work.begin_step({state.data() + layout.size - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
+  };
+  for (int i = 0; i < count; ++i) {
+    states.push_back(random_state(m, layout, kind, noise));
+    befores.emplace_back(layout.size);
+    some.push_back(works[static_cast<std::size_t>(i)].get());
+    begin(*some.back(), states.back());
+  }
+  for (auto& state : befores) before.push_back(state.data());
+  const std::uint32_t done = stepper.step(some.data(), count, frames, before.data());
+  for (int i = 0; i < count; ++i) {
+    ++counts.rows;
+    if (!(done >> i & 1)) {
+      ++counts.left;
+      continue;
+    }
+    std::vector<double> last(layout.size);
+    begin(plain, states[static_cast<std::size_t>(i)]);
+    plain.step(frames, last.data());
+    counts.contacts += plain.data()->ncon;
+    counts.constraints += plain.data()->nefc;
+    if (plain.diverged()) return "a row that diverges was not left to MuJoCo";
+    if (std::memcmp(last.data(), before[static_cast<std::size_t>(i)], last.size() * sizeof(double))) return "before";
+    const std::string found = difference(*some[static_cast<std::size_t>(i)], plain);
+    if (!found.empty()) return found;
+  }
+  return "";
+}
+
+std::string compare(const std::shared_ptr<const Model>& model) {
+  const ErrorTrap trap;
+  for (const int width : lanes::widths()) {
+    const auto stepper = lanes::make_stepper(*model, width);
+    std::vector<std::unique_ptr<Work>> works;
+    for (int i = 0; i < width; ++i) works.push_back(std::make_unique<Work>(model, 1));
+    Work plain(model, 1);
+    Noise noise;
+    for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},
+                                     {Kind::tame, "tame"},
+                                     {Kind::odd, "odd"},
+                                     {Kind::fast, "fast"},
+                                     {Kind::bad, "bad"}}) {
+      Counts counts;
+      for (int round = 0; round < kRows / width; ++round) {
+        const std::string found = compare(*model, *stepper, works, plain, kind, round % 3 == 2 ? 3 : 1, noise, counts);
+        if (!found.empty())
+          return found + " with " + std::to_string(width) + " lanes, round " + std::to_string(round) + " of states " +
+                 name;
+      }
+      std::printf("%s, %d lanes, %s: %d rows, %d left to MuJoCo, %d contacts, %d constraints\n", model->label().c_str(),
+                  width, name, counts.rows, counts.left, counts.contacts, counts.constraints);
+      if (kind < Kind::odd && counts.left > counts.rows / 20) return "lanes leave too many rows to MuJoCo";
+    }
+  }
+  return "";
+}
+
+std::string read(const std::string& name) {
+  std::ifstream file(PROJECT_FOLDER "/tests/core/odd/" + name);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::string failures;
+
+void test_built_in(void** /*state*/) {
+  assert_true(!lanes::widths().empty());
+  failures.clear();
+  for (std::size_t i = 0; i < asset_count; ++i) {
+    const auto model = Model::open(assets[i].name);
+    assert_string_equal(lanes::obstacle(*model).c_str(), "");
+    const std::string found = compare(model);
+    if (!found.empty()) failures += std::string(assets[i].name) + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// With a list of geom pairs and with MuJoCo's search for them; with both integrators and two solvers.
+void test_odd(void** /*state*/) {
+  failures.clear();
+  const std::string text = read("lanes.xml");
+  const auto with = [&](const std::string& from, const std::string& to, const std::string& in) {
+    std::string changed = in;
+    return changed.replace(changed.find(from), from.size(), to);
+  };
+  // With these affinities, geoms touch the floor alone, so their pairs can be listed.
+  const std::string listed = with("<worldbody>", "<default><geom conaffinity=\"0\"/></default><worldbody>", text);
+  for (const std::string* base : {&text, &listed})
+    for (const char* options : {"<option", "<option integrator=\"RK4\"", "<option solver=\"PGS\""}) {
+      const auto model = Model::parse("lanes.xml", with("<option", options, *base));
+      assert_string_equal(lanes::obstacle(*model).c_str(), "");
+      assert_int_equal(model->pairs() != nullptr, base == &listed);
+      const std::string found = compare(model);
+      if (!found.empty()) failures += std::string(options) + ": " + found + "\n";
+    }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+void test_obstacles(void** /*state*/) {
+  const auto obstacle = [](const std::string& option, const std::string& rest) {
+    return lanes::obstacle(*Model::parse(
+        "obstacle", "<mujoco>" + option +
+                        "<worldbody><site name='s'/><body name='b'><joint name='j'/><geom name='g' size='0.1'/>"
+                        "</body></worldbody>" +
+                        rest + "</mujoco>"));
+  };
+  const auto assert_names = [](const std::string& found, const char* word) {
+    if (found.find(word) == std::string::npos) fail_msg("\"%s\" does not name %s", found.c_str(), word);
+  };
+  assert_string_equal(obstacle("", "").c_str(), "");
+  assert_names(obstacle("<option integrator='implicit'/>", ""), "integrator");
+  assert_names(obstacle("<option><flag energy='enable'/></option>", ""), "enableflags");
+  assert_names(obstacle("<option><flag passive='disable'/></option>", ""), "disableflags");
+  assert_names(obstacle("", "<sensor><jointpos joint='j'/></sensor>"), "sensors");
+  assert_names(obstacle("", "<equality><joint joint1='j'/></equality>"), "equality");
+  assert_names(obstacle("", "<actuator><muscle joint='j' lengthrange='0 1'/></actuator>"), "actuators");
+  assert_names(obstacle("", "<actuator><motor site='s'/></actuator>"), "actuators");
+  assert_names(obstacle("<option gravity='0 0 -1e11'/>", ""), "opt.gravity");
+  for (const auto& [name, word] :
+       {std::pair{"tendons.xml", "equality"}, {"mocap.xml", "mocap"}, {"sensors.xml", "sensors"}})
+    assert_names(lanes::obstacle(*Model::parse(name, read(name))), word);
+}
+
+// The comparison of squares rejects what the comparison of roots rejects.
+void test_largest_square(void** /*state*/) {
+  Noise noise;
+  std::vector<double> radii{0, 5e-324, 1e-170, 1e-155, 0.1, 1, 2, 1e10, 1e154, 1.4e154, 1e308};
+  for (int i = 0; i < 10000; ++i) radii.push_back(std::exp(20 * noise()));
+  for (const double radius : radii) {
+    const double square = lanes::largest_square(radius);
+    assert_true(std::sqrt(square) <= radius);
+    assert_true(std::sqrt(std::nextafter(square, INFINITY)) > radius);
+  }
+  assert_true(lanes::largest_square(-1e-300) < 0);
+  assert_true(std::isinf(lanes::largest_square(INFINITY)));
+}
+
+int run() {
+  const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd),
+                              cmocka_unit_test(test_obstacles), cmocka_unit_test(test_largest_square)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
+
+}  // namespace
+}  // namespace mjenv::core
+
+int run_lanes() { return mjenv::core::run(); }
