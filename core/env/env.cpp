@@ -33,12 +33,12 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
 }
 
 // How many rows a thread steps at once, 0 if one by one.
-int lanes_for(const Options& options, const Task& task, std::int64_t rows) {
+int lanes_for(const Options& options, const Task& task, std::int64_t rows, int threads) {
   const std::int64_t option = options.get("lanes").integer;
   std::string source = "option \"lanes\"", chosen = std::to_string(option);
   if (option == -1) {
     const char* variable = std::getenv(kLanesVariable);
-    if (!variable || !*variable) return 0;
+    if (!variable || !*variable) return lanes::best_width(*task.model, rows / threads);
     source = kLanesVariable;
     chosen = variable;
   }
@@ -50,6 +50,11 @@ int lanes_for(const Options& options, const Task& task, std::int64_t rows) {
     if (names.back() == chosen) return rows < width || !lanes::obstacle(*task.model).empty() ? 0 : width;
   }
   fail(MJENV_E_VALUE, source + " is " + chosen + ", but this CPU and library can do " + listed(names));
+}
+
+Workers workers_for(const Options& options, const Task& task, std::int64_t rows) {
+  const int threads = threads_for(options, task, rows);
+  return Workers(task, threads, lanes_for(options, task, rows, threads), options.get("cpu_affinity").integer != 0);
 }
 
 void check_stream(std::size_t count) {
@@ -83,7 +88,7 @@ void declare_env_options(Options& options) {
                   Scope::service);
   options.integer("lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
                   "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
-                  "one by one; -1: the environment variable MJENV_LANES says how many, 0 without it",
+                  "one by one; -1: as many as the environment variable MJENV_LANES says, or without it as many as are fast here",
                   Scope::service);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
   options.text("arrays", "",
@@ -94,8 +99,7 @@ void declare_env_options(Options& options) {
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(task_of(id_of(options_.id()))->build(options_)),
-      workers_(task_, threads_for(options_, task_, rows), lanes_for(options_, task_, rows),
-               options_.get("cpu_affinity").integer != 0),
+      workers_(workers_for(options_, task_, rows)),
       schema_(task_, options_.get("arrays").text, workers_.first().work()),
       rows_(*task_.model, task_.carry_count, rows),
       episodes_(options_, task_, schema_, randomization_, perturbation_, rows_),

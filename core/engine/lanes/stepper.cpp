@@ -15,6 +15,9 @@ namespace {
 
 const std::array<const Code*, 3> codes{&sse2, &avx2, &avx512};
 
+// Eight lanes are hardly faster, and each lane takes an mjData.
+constexpr int kBestWidth = 4;
+
 // An array of the lanes, and mjData's array of the same name.
 struct Array {
   double* Lanes::*numbers;
@@ -249,6 +252,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     if (live() == 0) return 0;
     for (int row = 0; row < count; ++row) data_[row]->time += m_.opt.timestep;
   }
+  leave_bad(lanes_.qpos, m_.nq);
+  leave_bad(lanes_.qvel, m_.nv);
   scatter(state_);
   for (int row = 0; row < count; ++row) {
     std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
@@ -349,6 +354,13 @@ std::vector<int> widths() {
   for (const Code* code : codes)
     if (code->runs_here()) found.push_back(code->width);
   return found;
+}
+
+int best_width(const Model& model, std::int64_t rows) {
+  int best = 0;
+  for (const int width : widths())
+    if (width <= kBestWidth && width <= rows) best = width;
+  return obstacle(model).empty() ? best : 0;
 }
 
 std::unique_ptr<Stepper> make_stepper(const Model& model, int width) {

@@ -18,6 +18,9 @@ std::vector<int> widths();
 // What in the model has no lane code, "" if nothing.
 std::string obstacle(const Model& model);
 
+// With how many lanes a thread should step its rows; 0: one by one.
+int best_width(const Model& model, std::int64_t rows);
+
 class Stepper {
  public:
   virtual ~Stepper() = default;
