@@ -306,3 +306,51 @@ void golden_assert_file_plays(const char* path) {
 bool golden_replay_narrow(const struct golden* golden, mjenv_env* env, char* why, size_t size) {
   return replay(golden, env, 0, golden_steps(golden), true, why, size);
 }
+
+static bool same_in_rows(const struct replay* r, const char* array, size_t at, const double* got, size_t count) {
+  for (size_t row = 0; row < (size_t)r->out->rows; ++row)
+    if (!same(r, array, at, got + row * count, count)) return false;
+  return true;
+}
+
+static bool reset_rows(const struct replay* r, size_t reset) {
+  uint64_t seeds[64];
+  assert_true((size_t)r->out->rows <= COUNT(seeds));
+  for (int64_t row = 0; row < r->out->rows; ++row) seeds[row] = r->golden->seed;
+  if (reset == 0 && refused(r, mjenv_seed(r->env, seeds, NULL))) return false;
+  if (refused(r, mjenv_reset(r->env, NULL, &r->out->batch))) return false;
+  return same_in_rows(r, "reset_obs", reset, r->out->obs, (size_t)r->out->obs_count);
+}
+
+static bool step_rows(const struct replay* r, size_t step) {
+  const size_t rows = (size_t)r->out->rows;
+  double action[64], repeated[64 * 16];
+  mjenv_dtype dtype;
+  size_t count;
+  golden_action(r->golden, step, action, &dtype, &count);
+  const size_t size = count * (dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double));
+  assert_true(rows * size <= sizeof repeated);
+  for (size_t row = 0; row < rows; ++row) memcpy((char*)repeated + row * size, action, size);
+  if (refused(r, mjenv_step(r->env, NULL, repeated, rows * count, dtype, &r->out->batch))) return false;
+  for (size_t row = 0; row < rows; ++row)
+    if (r->out->terminated[row] != flag_of(r->golden, "terminated", step) ||
+        r->out->truncated[row] != flag_of(r->golden, "truncated", step)) {
+      snprintf(r->why, r->size, "terminated or truncated of row %zu", row);
+      return false;
+    }
+  return same_in_rows(r, "obs", step, r->out->obs, (size_t)r->out->obs_count) &&
+         same_in_rows(r, "reward", step, r->out->reward, 1);
+}
+
+bool golden_replay_in_rows(const struct golden* golden, mjenv_env* env, char* why, size_t size) {
+  double want[1000];
+  const struct replay r = {golden, env, outputs_of(env), NULL, want, why, size};
+  bool fine = true;
+  for (size_t step = 0; fine && step < golden_steps(golden); ++step) {
+    const int64_t reset = reset_before(golden, step);
+    fine = (reset < 0 || reset_rows(&r, (size_t)reset)) && step_rows(&r, step);
+    if (!fine) snprintf(why + strlen(why), size - strlen(why), ", at step %zu of %s", step, golden->id);
+  }
+  outputs_free(r.out);
+  return fine;
+}

@@ -61,6 +61,8 @@ void golden_assert_plays(const struct golden* golden, mjenv_env* env);
 void golden_assert_file_plays(const char* path);
 // The same as golden_replay with float32 observations, which are the recorded ones rounded to nearest.
 bool golden_replay_narrow(const struct golden* golden, mjenv_env* env, char* why, size_t size);
+// Steps all rows of env through the recording, and compares their observations, rewards and flags.
+bool golden_replay_in_rows(const struct golden* golden, mjenv_env* env, char* why, size_t size);
 size_t golden_steps(const struct golden* golden);
 
 // Row `row` of a float64 array, copied into buffer: the arrays of a file are not aligned.

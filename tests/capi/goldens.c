@@ -24,6 +24,9 @@ static void replay(void** state) {
   golden_assert_plays(golden, env);
   if (!golden_replay_narrow(golden, env, why, sizeof why)) fail_msg("float32: %s", why);
   mjenv_destroy(env);
+  env = golden_create(golden, 5);  // rows that are stepped together, and one that is left over
+  if (!golden_replay_in_rows(golden, env, why, sizeof why)) fail_msg("rows: %s", why);
+  mjenv_destroy(env);
   golden_free(golden);
 }
 
