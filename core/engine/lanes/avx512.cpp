@@ -4,7 +4,7 @@
 
 namespace mjenv::core::lanes {
 
-const Code avx512 =
+constexpr Code avx512 =
     code_where([] { return __builtin_cpu_supports("avx512f") > 0 && __builtin_cpu_supports("avx512dq") > 0; });
 
 }  // namespace mjenv::core::lanes

@@ -4,6 +4,6 @@
 
 namespace mjenv::core::lanes {
 
-const Code sse2 = code_where([] { return __builtin_cpu_supports("sse2") > 0; });
+constexpr Code sse2 = code_where([] { return __builtin_cpu_supports("sse2") > 0; });
 
 }  // namespace mjenv::core::lanes
