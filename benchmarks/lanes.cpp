@@ -17,8 +17,8 @@ using measure::median;
 using measure::seconds;
 
 constexpr std::int64_t kRows = 64;
-constexpr int kSteps = 50;
-constexpr int kRounds = 11;
+constexpr int kSteps = 10;
+constexpr int kRounds = 9;
 
 // An environment that plays random actions. All play the same.
 class Player {

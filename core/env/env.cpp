@@ -86,10 +86,11 @@ void declare_env_options(Options& options) {
                   "how many threads step rows, at most one per row; 1: only the caller's; 0: one for each CPU that the "
                   "process may use",
                   Scope::service);
-  options.integer("lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
-                  "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
-                  "one by one; -1: as many as the environment variable MJENV_LANES says, or without it as many as are fast here",
-                  Scope::service);
+  options.integer(
+      "lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
+      "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
+      "one by one; -1: as many as the environment variable MJENV_LANES says, or without it as many as are fast here",
+      Scope::service);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
