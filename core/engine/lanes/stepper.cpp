@@ -15,7 +15,7 @@ namespace {
 
 const std::array<const Code*, 3> codes{&sse2, &avx2, &avx512};
 
-// Eight lanes are hardly faster, and each lane takes an mjData.
+// Eight lanes are about a tenth faster than four, but each lane takes an mjData.
 constexpr int kBestWidth = 4;
 
 // An array of the lanes, and mjData's array of the same name.
