@@ -49,6 +49,8 @@ class OwnArrays {
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;
 
+  // Whether lanes can compute with them.
+  bool fit_lanes() const { return fit_lanes_; }
   bool has_inputs() const { return has_inputs_; }
   // Whether they may change which geom pairs can touch, or how precisely MuJoCo searches for them.
   bool change_search() const { return change_search_; }
@@ -59,7 +61,7 @@ class OwnArrays {
   const Model* model_;
   std::vector<OwnArray> list_;
   std::size_t block_bytes_ = 0;
-  bool has_inputs_ = false, change_search_ = false, change_contacts_ = false;
+  bool has_inputs_ = false, change_search_ = false, change_contacts_ = false, fit_lanes_ = true;
 };
 
 // Whether rows can have their own values of this array of mjModel.

@@ -86,6 +86,8 @@ class Work {
 
   // What MuJoCo computes with: the model, in which arrays are a row's own after `use`.
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
+  // The view of it that mj_step computes with.
+  const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
   // Computes with a row's own arrays, and copies its inputs into mjData. The block must outlive its use.
   void use(const OwnArrays& arrays, std::byte* block);
 
@@ -148,7 +150,6 @@ class Work {
   // Points into mjModel and mjData. `use` points it to a row's own arrays, which move when an array is added.
   mjenv_sim sim_{};
 
-  const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
   void clear_warnings();
   void expose();
   void list_contacts();

@@ -438,8 +438,9 @@ void Env::randomize(const mjenv_randomization* items, std::size_t count) {
   std::vector<std::string> arrays = next.arrays();
   if (next.computes_constants()) {
     for (const std::string& name : constant_arrays(model())) arrays.push_back(name);
-    check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)", model().work_bytes());
-    for (std::size_t i = 0; i < workers_.threads(); ++i) workers_.team(i).first().prepare_constants();
+    check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)",
+                 model().work_bytes() * workers_.team_size());
+    workers_.for_each([](Worker& worker) { worker.prepare_constants(); });
   }
   if (!arrays.empty()) make_own(arrays);
   next.place(rows_.own().arrays());
@@ -453,10 +454,11 @@ void Env::perturb(const mjenv_perturbation* given) {
   // First what allocates memory: a call that fails must change nothing.
   std::vector<double> records = rows_.make_perturbed(next.record_count());
   std::vector<Perturbation::Step> steps;
-  for (std::size_t i = 0; i < workers_.threads(); ++i) steps.push_back(next.make_step());
+  workers_.for_each([&](Worker& /*worker*/) { steps.push_back(next.make_step()); });
   if (next.pushes()) make_own({"xfrc_applied"});
   end_pushes();
-  for (std::size_t i = 0; i < workers_.threads(); ++i) workers_.team(i).first().perturbed = std::move(steps[i]);
+  workers_.for_each(
+      [&](Worker& worker) { worker.perturbed = std::move(steps[static_cast<std::size_t>(worker.index)]); });
   next.place(rows_.own().arrays());
   rows_.set_perturbed(std::move(records), next.record_count());
   perturbation_ = std::move(next);

@@ -98,9 +98,8 @@ class Env {
   const Identity& identity() const;
   void forget_observation(std::int64_t row);
   void end_pushes();
-  // Whether the workers of each team step rows together. Otherwise its first worker alone resets and steps rows, so
-  // only that one is made ready for draws, noise, delays and pushes.
-  bool steps_together() const { return workers_.team_size() > 1 && rows_.are_alike(); }
+  // Whether the workers of each team step rows together.
+  bool steps_together() const { return workers_.team_size() > 1 && rows_.own().arrays().fit_lanes(); }
   // Throws while rows are under way between send and receive.
   void check_settled() const;
   // Writes to each row the values that values_of(row) points to; null: none. count: how many each row gets.

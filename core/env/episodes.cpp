@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "error.hpp"
@@ -25,6 +26,15 @@ void report_failure(const Place& place, const Body& body) {
     place.put_status(MJENV_E_PHYSICS);
     throw;
   }
+}
+
+// Those that have a value, as bits.
+template <typename T, std::size_t count>
+std::uint32_t bits_of(const std::array<std::optional<T>, count>& values) {
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    if (values[i]) bits |= 1u << i;
+  return bits;
 }
 
 }  // namespace
@@ -106,36 +116,80 @@ void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, con
 
 void Episodes::step(Worker& worker, const Turn& turn) const {
   if (awaits_reset(turn.row)) return reset(worker, turn.row, turn.place);
-  report_failure(turn.place, [&] { step_and_reset(worker, turn, false); });
+  report_failure(turn.place, [&] {
+    Begun begun = begin_step(worker, turn);
+    advance(worker, turn, begun);
+    end_step_and_reset(worker, turn, begun);
+  });
 }
 
 void Episodes::step(Team& team) const {
   const std::vector<Turn>& turns = team.turns();
-  std::uint32_t begun = 0;
+  std::array<std::optional<Begun>, Team::kMaxSize> begun;
   for (std::size_t i = 0; i < turns.size(); ++i) {
-    const Turn& turn = turns[i];
-    const bool resets = awaits_reset(turn.row);
-    const bool is_well = team[i].attempt(turn.row, [&] {
-      if (resets) return reset(team[i], turn.row, turn.place);
-      report_failure(turn.place, [&] { team[i].begin_step(rows_, turn.row, turn.action); });
-    });
-    if (is_well && !resets) begun |= 1u << i;
-  }
-  const std::uint32_t advanced = team.step(begun, task_.frame_skip);
-  for (std::size_t i = 0; i < turns.size(); ++i) {
-    if (!(begun >> i & 1)) continue;
     const Turn& turn = turns[i];
     team[i].attempt(turn.row, [&] {
-      report_failure(turn.place, [&] { step_and_reset(team[i], turn, (advanced >> i & 1) != 0); });
+      if (awaits_reset(turn.row)) return reset(team[i], turn.row, turn.place);
+      report_failure(turn.place, [&] { begun[i] = begin_step_in_team(team[i], turn); });
+    });
+  }
+  const std::uint32_t advanced = team.step(bits_of(begun), task_.frame_skip);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    if (!begun[i]) continue;
+    const Turn& turn = turns[i];
+    team[i].attempt(turn.row, [&] {
+      report_failure(turn.place, [&] {
+        if (!(advanced >> i & 1)) advance(team[i], turn, *begun[i]);
+        end_step_and_reset(team[i], turn, *begun[i]);
+      });
     });
   }
   team.gather_failures();
 }
 
-void Episodes::step_and_reset(Worker& worker, const Turn& turn, bool advanced) const {
+Episodes::Begun Episodes::begin_step(Worker& worker, const Turn& turn) const {
+  Begun begun{Worker::random(rows_, turn.row), turn.action, nullptr, is_perturbed(turn.row)};
+  if (!begun.perturbed) return begun;
+  begun.seen = perturbation_.begin_step(rows_.perturbed(turn.row), rows_.head(turn.row).steps, turn.action,
+                                        begun.random.rng(), worker.perturbed);
+  begun.forces = &worker.perturbed.forces;
+  return begun;
+}
+
+Episodes::Begun Episodes::begin_step_in_team(Worker& worker, const Turn& turn) const {
+  Begun begun = begin_step(worker, turn);
+  worker.begin_step(rows_, turn.row, begun.seen, begun.forces);
+  return begun;
+}
+
+void Episodes::advance(Worker& worker, const Turn& turn, const Begun& begun) const {
+  worker.step(rows_, turn.row, begun.seen, task_.frame_skip, begun.forces);
+}
+
+// Writes the step's reward, flags, status and info.
+Episodes::Ends Episodes::end_step(Worker& worker, const Turn& turn, Begun& begun) const {
+  const std::int64_t row = turn.row;
+  const Place& place = turn.place;
+  Rows::Head& head = rows_.head(row);
+  const mjenv_outcome outcome = task_.calls->step(worker.work(), begun.seen, begun.random);
+  place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
+  const bool diverged = worker.work().diverged();
+  worker.commit(rows_, row, begun.random);
+  if (begun.perturbed) perturbation_.end_step(rows_.perturbed(row), head.steps, turn.action, worker.perturbed);
+
+  ++head.steps;
+  const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
+  const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
+  head.ended = terminated || truncated;
+  place.put_result(outcome.reward, terminated, truncated);
+  place.put_status(diverged ? MJENV_E_PHYSICS : MJENV_OK);
+  return {terminated, truncated};
+}
+
+void Episodes::end_step_and_reset(Worker& worker, const Turn& turn, Begun& begun) const {
   const Place& place = turn.place;
   const mjenv_batch& out = place.out;
-  const Ends ends = play(worker, turn, advanced);
+  const Ends ends = end_step(worker, turn, begun);
   const bool resets = autoresets_in_same_step() && ends.any();
   write_observation(worker, turn.row, resets ? out.final_obs : out.obs, place);
   if (!resets) {
@@ -148,52 +202,25 @@ void Episodes::step_and_reset(Worker& worker, const Turn& turn, bool advanced) c
   write_reset(worker, turn.row, place);
 }
 
-// Plays the step, and writes its reward, flags, status and info.
-Episodes::Ends Episodes::play(Worker& worker, const Turn& turn, bool advanced) const {
-  const std::int64_t row = turn.row;
-  const Place& place = turn.place;
-  Rows::Head& head = rows_.head(row);
-  Random random = Worker::random(rows_, row);
-  const bool perturbed = is_perturbed(row);
-  Action seen = turn.action;
-  if (perturbed)
-    seen = perturbation_.begin_step(rows_.perturbed(row), head.steps, turn.action, random.rng(), worker.perturbed);
-  if (!advanced) worker.step(rows_, row, seen, task_.frame_skip, perturbed ? &worker.perturbed.forces : nullptr);
-  const mjenv_outcome outcome = task_.calls->step(worker.work(), seen, random);
-  place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
-  const bool diverged = worker.work().diverged();
-  worker.commit(rows_, row, random);
-  if (perturbed) perturbation_.end_step(rows_.perturbed(row), head.steps, turn.action, worker.perturbed);
-
-  ++head.steps;
-  const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
-  const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
-  head.ended = terminated || truncated;
-  place.put_result(outcome.reward, terminated, truncated);
-  place.put_status(diverged ? MJENV_E_PHYSICS : MJENV_OK);
-  return {terminated, truncated};
-}
-
 Turn Episodes::rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                             const mjenv_batch& out) const {
   const std::int64_t element = row * steps + t, nu = task_.model->nu();
   return {row, actions.part(element * nu, nu), {out, rows_.count() * steps, element}};
 }
 
-// After its episode has ended, the row keeps the state in which it ended.
-Episodes::Ends Episodes::play_in_rollout(Worker& worker, const Turn& turn, Ends before, bool advanced) const {
-  const Place& place = turn.place;
-  if (before.any()) {
-    place.put_result(0, before.terminated, before.truncated);
-    place.put_status(MJENV_OK);
-    place.clear(schema_.fields(MJENV_ROLE_INFO), place.out.info);
-    observe(worker, turn.row, place);
-    return before;
-  }
-  const Ends ends = play(worker, turn, advanced);
-  write_observation(worker, turn.row, place.out.obs, place);
-  worker.write_arrays(schema_, place);
+Episodes::Ends Episodes::end_step_in_rollout(Worker& worker, const Turn& turn, Begun& begun) const {
+  const Ends ends = end_step(worker, turn, begun);
+  write_observation(worker, turn.row, turn.place.out.obs, turn.place);
+  worker.write_arrays(schema_, turn.place);
   return ends;
+}
+
+void Episodes::stay(Worker& worker, const Turn& turn, Ends ends) const {
+  const Place& place = turn.place;
+  place.put_result(0, ends.terminated, ends.truncated);
+  place.put_status(MJENV_OK);
+  place.clear(schema_.fields(MJENV_ROLE_INFO), place.out.info);
+  observe(worker, turn.row, place);
 }
 
 void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
@@ -203,7 +230,10 @@ void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, 
     const Turn turn = rollout_turn(row, actions, steps, t, out);
     report_failure(turn.place, [&] {
       turn.place.put<std::uint8_t>(out.was_reset, 0);
-      ends = play_in_rollout(worker, turn, ends, false);
+      if (ends.any()) return stay(worker, turn, ends);
+      Begun begun = begin_step(worker, turn);
+      advance(worker, turn, begun);
+      ends = end_step_in_rollout(worker, turn, begun);
     });
   }
 }
@@ -217,26 +247,25 @@ void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const 
     std::vector<Turn>& turns = team.turns();
     turns.clear();
     for (std::int64_t row = first; row < last; ++row) turns.push_back(rollout_turn(row, actions, steps, t, out));
-    const auto attempt = [&](std::size_t i, const auto& body) {
-      const bool is_well =
-          team[i].attempt(turns[i].row, [&] { report_failure(turns[i].place, [&] { body(team[i], turns[i]); }); });
-      if (!is_well) playing &= ~(1u << i);
-      return is_well;
+    const auto for_playing = [&](const auto& body) {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!(playing >> i & 1)) continue;
+        const bool is_well =
+            team[i].attempt(turns[i].row, [&] { report_failure(turns[i].place, [&] { body(i, team[i], turns[i]); }); });
+        if (!is_well) playing &= ~(1u << i);
+      }
     };
-    std::uint32_t begun = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!(playing >> i & 1)) continue;
-      turns[i].place.put<std::uint8_t>(out.was_reset, 0);
-      if (!ends[i].any() &&
-          attempt(i, [&](Worker& worker, const Turn& turn) { worker.begin_step(rows_, turn.row, turn.action); }))
-        begun |= 1u << i;
-    }
-    const std::uint32_t advanced = team.step(begun, task_.frame_skip);
-    for (std::size_t i = 0; i < count; ++i)
-      if (playing >> i & 1)
-        attempt(i, [&](Worker& worker, const Turn& turn) {
-          ends[i] = play_in_rollout(worker, turn, ends[i], (advanced >> i & 1) != 0);
-        });
+    std::array<std::optional<Begun>, Team::kMaxSize> begun;
+    for_playing([&](std::size_t i, Worker& worker, const Turn& turn) {
+      turn.place.put<std::uint8_t>(out.was_reset, 0);
+      if (!ends[i].any()) begun[i] = begin_step_in_team(worker, turn);
+    });
+    const std::uint32_t advanced = team.step(bits_of(begun), task_.frame_skip);
+    for_playing([&](std::size_t i, Worker& worker, const Turn& turn) {
+      if (!begun[i]) return stay(worker, turn, ends[i]);
+      if (!(advanced >> i & 1)) advance(worker, turn, *begun[i]);
+      ends[i] = end_step_in_rollout(worker, turn, *begun[i]);
+    });
   }
   team.gather_failures();
 }

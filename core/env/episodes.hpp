@@ -56,6 +56,13 @@ class Episodes {
     bool any() const { return terminated || truncated; }
   };
 
+  struct Begun {
+    Random random;
+    Action seen;  // the action that the task sees
+    const Worker::Forces* forces;
+    bool perturbed;
+  };
+
   const Task& task_;
   const Schema& schema_;
   const Randomization& randomization_;
@@ -73,11 +80,16 @@ class Episodes {
     return rows_.has_perturbed() && Perturbation::has_begun(rows_.perturbed(row));
   }
   void begin(Worker& worker, std::int64_t row) const;
-  // advanced: whether a team has advanced the row's simulation already (then the row is not perturbed).
-  void step_and_reset(Worker& worker, const Turn& turn, bool advanced) const;
-  Ends play(Worker& worker, const Turn& turn, bool advanced) const;
-  // before: how the episode stood before this step of the rollout.
-  Ends play_in_rollout(Worker& worker, const Turn& turn, Ends before, bool advanced) const;
+  // A step has three parts: begin_step draws the noise, Worker::step or Team::step advances the simulation, and the rest
+  // follows in end_step.
+  Begun begin_step(Worker& worker, const Turn& turn) const;
+  Begun begin_step_in_team(Worker& worker, const Turn& turn) const;
+  void advance(Worker& worker, const Turn& turn, const Begun& begun) const;
+  Ends end_step(Worker& worker, const Turn& turn, Begun& begun) const;
+  void end_step_and_reset(Worker& worker, const Turn& turn, Begun& begun) const;
+  Ends end_step_in_rollout(Worker& worker, const Turn& turn, Begun& begun) const;
+  // A step of a rollout after the episode has ended: the row keeps the state in which it ended.
+  void stay(Worker& worker, const Turn& turn, Ends ends) const;
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                     const mjenv_batch& out) const;
   void write_reset(Worker& worker, std::int64_t row, const Place& place) const;

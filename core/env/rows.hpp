@@ -69,10 +69,6 @@ class Rows {
   std::vector<double> make_perturbed(std::size_t size) const;
   void set_perturbed(std::vector<double> records, std::size_t size) noexcept;
 
-  // Whether rows differ in their states alone: none has own values, noise, delays or pushes. Only such rows are stepped
-  // together (Team).
-  bool are_alike() const { return own_.empty() && !has_perturbed(); }
-
   // kept: what OwnValues::copied_past returned for `from`, or empty.
   void copy(std::int64_t from, std::int64_t to, OwnValues::Past kept);
 

@@ -20,28 +20,22 @@ Workers::Workers(const Task& task, int threads, int lanes, bool pinned) {
   if (!prepared) throw std::bad_alloc();
 }
 
-template <typename Body>
-void Workers::for_each_worker(const Body& body) {
-  for (auto& team : teams_)
-    for (std::size_t i = 0; i < team->size(); ++i) body((*team)[i]);
-}
-
 void Workers::prepare(const Schema& schema) {
-  for_each_worker([&](Worker& worker) { worker.prepare(schema); });
+  for_each([&](Worker& worker) { worker.prepare(schema); });
 }
 
 void Workers::forget(std::int64_t row) {
-  for_each_worker([&](Worker& worker) { worker.forget(row); });
+  for_each([&](Worker& worker) { worker.forget(row); });
 }
 
 void Workers::raise() {
   Failures failures;
-  for_each_worker([&](Worker& worker) { failures.take(worker.failures); });
+  for_each([&](Worker& worker) { failures.take(worker.failures); });
   failures.raise();
 }
 
 void Workers::release() {
-  for_each_worker([](Worker& worker) { worker.release(); });
+  for_each([](Worker& worker) { worker.release(); });
 }
 
 }  // namespace mjenv::core

@@ -45,6 +45,9 @@ class Workers {
   // but add to the workers' failures, which this throws in the end.
   template <typename Body>
   void for_groups(std::int64_t count, const Body& body);
+  // Calls body(worker) for all workers, in the order of their indices.
+  template <typename Body>
+  void for_each(const Body& body);
   // Throws one error for all that failed in the workers.
   void raise();
 
@@ -52,8 +55,6 @@ class Workers {
   std::vector<std::unique_ptr<Team>> teams_;
   std::unique_ptr<Pool> pool_;  // last: its threads use the workers
 
-  template <typename Body>
-  void for_each_worker(const Body& body);
   template <typename Body>
   void share(std::int64_t count, std::int64_t unit, const Body& body);
 };
@@ -79,6 +80,12 @@ void Workers::share(std::int64_t count, std::int64_t unit, const Body& body) {
   };
   pool_->run(std::cref(job));
   raise();
+}
+
+template <typename Body>
+void Workers::for_each(const Body& body) {
+  for (auto& team : teams_)
+    for (std::size_t i = 0; i < team->size(); ++i) body((*team)[i]);
 }
 
 template <typename Body>

@@ -2,7 +2,7 @@
 // rows end, are reset, diverge, are perturbed, written, copied and restored at different steps.
 #include "support.h"
 
-enum { STEPS = 48, ROLLOUT = 5 };
+enum { STEPS = 50, ROLLOUT = 5 };
 
 struct way {
   int64_t lanes, threads;
@@ -86,6 +86,30 @@ static void perturb(mjenv_env* env) {
   assert_ok(mjenv_perturb(env, &perturbation));
 }
 
+// Rows draw values that lanes can have of their own.
+static void randomise(mjenv_env* env) {
+  static const double scales[] = {0.5, 1.5};
+  static const char* const arrays[] = {"body_mass", "dof_damping", "geom_friction", "opt.gravity"};
+  mjenv_randomization items[COUNT(arrays)];
+  for (size_t i = 0; i < COUNT(items); ++i)
+    items[i] = (mjenv_randomization){.struct_size = sizeof *items,
+                                     .distribution = MJENV_DISTRIBUTION_UNIFORM,
+                                     .array = arrays[i],
+                                     .parameters = scales,
+                                     .parameter_count = COUNT(scales),
+                                     .effect = MJENV_EFFECT_SCALE,
+                                     .constants = i == 0};
+  assert_ok(mjenv_randomize(env, items, COUNT(items)));
+}
+
+static void scale_array(mjenv_env* env, int64_t row, const char* array, double factor) {
+  size_t count;
+  double* values = read_array(env, row, array, &count);
+  for (size_t i = 0; i < count; ++i) values[i] *= factor;
+  assert_ok(mjenv_write(env, row, array, values, count));
+  free(values);
+}
+
 // What happens to rows between two steps, at some of the steps.
 static void disturb(struct player* p, int step) {
   const int64_t rows = p->out->rows;
@@ -116,13 +140,13 @@ static void disturb(struct player* p, int step) {
     assert_ok(mjenv_reset(p->env, NULL, NULL));
   }
   if (step == 37) assert_ok(mjenv_perturb(p->env, NULL));
-  if (step == 40) {  // from now on rows have a model of their own
-    size_t bodies;
-    double* mass = read_array(p->env, 0, "body_mass", &bodies);
-    mass[1] *= 1.5;
-    assert_ok(mjenv_write(p->env, 0, "body_mass", mass, bodies));
-    free(mass);
+  if (step == 38) scale_array(p->env, 0, "body_mass", 1.5);  // from now on rows have models of their own
+  if (step == 40) {
+    randomise(p->env);
+    perturb(p->env);
+    assert_ok(mjenv_reset(p->env, NULL, NULL));
   }
+  if (step == 46) scale_array(p->env, 1, "geom_size", 1.1);  // from now on one by one
   free(qpos);
   free(qvel);
 }

@@ -27,13 +27,14 @@ extern "C" {
 #include "engine/lanes/model_tables.hpp"
 #include "engine/lanes/stepper.hpp"
 #include "engine/model.hpp"
+#include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
 #include "run.hpp"
 
 namespace mjenv::core {
 namespace {
 
-constexpr int kRows = 240;  // of each kind of state
+constexpr int kRows = 120;  // of each kind of state
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class Noise {
@@ -133,28 +134,47 @@ std::string difference(Work& got, Work& want) {
   return "";
 }
 
+// Values of their own for a row: those of the model, changed at random.
+std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
+  std::vector<double> block(own.block_bytes() / sizeof(double));
+  auto* bytes = reinterpret_cast<std::byte*>(block.data());
+  for (const OwnArray& array : own.list()) {
+    std::vector<double> values(array.original.count());
+    array.original.read(values.data());
+    const bool is_cleared = array.original.name == "dof_damping" && noise.below(8) == 0;
+    const bool is_shifted = array.original.name == "jnt_stiffness" && noise.below(8) == 0;
+    for (double& value : values) value = is_cleared ? 0 : value * (1 + 0.3 * noise()) + (is_shifted ? 1 : 0);
+    OwnArrays::write(array, values.data(), bytes);
+  }
+  return block;
+}
+
 struct Counts {
   int rows = 0, left = 0, contacts = 0, constraints = 0;
 };
 
-// Steps `width` random states of a kind in lanes and one by one. Says where they part, "" if nowhere.
+// Steps `width` random states of a kind in lanes and one by one. Says where they part, "" if nowhere. own: the arrays of
+// which the rows have their own values.
 std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std::unique_ptr<Work>>& works, Work& plain,
-                    Kind kind, int frames, Noise& noise, Counts& counts) {
+                    const OwnArrays& own, Kind kind, int frames, Noise& noise, Counts& counts) {
   const mjModel& m = *model.get();
   const StateLayout layout(model);
   const int count = works.size() > 2 && noise.below(4) == 0 ? 2 : static_cast<int>(works.size());
   std::vector<Work*> some;
-  std::vector<std::vector<double>> states, befores;
+  std::vector<std::vector<double>> states, befores, blocks;
   std::vector<double*> before;
-  const auto begin = [&](Work& work, const std::vector<double>& state) {
+  const auto begin = [&](Work& work, std::size_t i) {
+    const std::vector<double>& state = states[i];
+    if (!own.list().empty()) work.use(own, reinterpret_cast<std::byte*>(blocks[i].data()));
     work.load(state.data());
     work.begin_step({state.data() + layout.size - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
   };
   for (int i = 0; i < count; ++i) {
     states.push_back(random_state(m, layout, kind, noise));
     befores.emplace_back(layout.size);
+    blocks.push_back(random_block(own, noise));
     some.push_back(works[static_cast<std::size_t>(i)].get());
-    begin(*some.back(), states.back());
+    begin(*some.back(), static_cast<std::size_t>(i));
   }
   for (auto& state : befores) before.push_back(state.data());
   const std::uint32_t done = stepper.step(some.data(), count, frames, before.data());
@@ -165,7 +185,7 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
       continue;
     }
     std::vector<double> last(layout.size);
-    begin(plain, states[static_cast<std::size_t>(i)]);
+    begin(plain, static_cast<std::size_t>(i));
     plain.step(frames, last.data());
     counts.contacts += plain.data()->ncon;
     counts.constraints += plain.data()->nefc;
@@ -177,29 +197,53 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
   return "";
 }
 
+// The arrays of which rows in lanes can have their own values.
+OwnArrays own_arrays(const Model& model) {
+  OwnArrays own(model);
+  for (const Array& array : model.arrays())
+    if (is_writable(array) && lanes::computes_own(model, array.name)) own.add(array.name);
+  assert_true(own.fit_lanes());
+  return own;
+}
+
+std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper,
+                    const OwnArrays& own) {
+  std::vector<std::unique_ptr<Work>> works;
+  for (int i = 0; i < width; ++i) works.push_back(std::make_unique<Work>(model, 1));
+  Work plain(model, 1);
+  Noise noise;
+  const bool are_shared = own.list().empty();
+  for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},
+                                   {Kind::tame, "tame"},
+                                   {Kind::odd, "odd"},
+                                   {Kind::fast, "fast"},
+                                   {Kind::bad, "bad"}}) {
+    Counts counts;
+    for (int round = 0; round < kRows / width; ++round) {
+      const std::string found =
+          compare(*model, stepper, works, plain, own, kind, round % 3 == 2 ? 3 : 1, noise, counts);
+      if (!found.empty())
+        return found + " with " + std::to_string(width) + " lanes, round " + std::to_string(round) + " of states " +
+               name + (are_shared ? "" : " of rows with values of their own");
+    }
+    std::printf("%s, %d lanes, %s%s: %d rows, %d left to MuJoCo, %d contacts, %d constraints\n", model->label().c_str(),
+                width, name, are_shared ? "" : ", own values", counts.rows, counts.left, counts.contacts,
+                counts.constraints);
+    if (kind < Kind::odd && counts.left > counts.rows / (are_shared ? 20 : 2))
+      return "lanes leave too many rows to MuJoCo";
+  }
+  return "";
+}
+
+// Rows that share the model, rows with values of their own, and again rows that share it, on one stepper.
 std::string compare(const std::shared_ptr<const Model>& model) {
   const ErrorTrap trap;
+  const OwnArrays shared(*model), own = own_arrays(*model);
   for (const int width : lanes::widths()) {
     const auto stepper = lanes::make_stepper(*model, width);
-    std::vector<std::unique_ptr<Work>> works;
-    for (int i = 0; i < width; ++i) works.push_back(std::make_unique<Work>(model, 1));
-    Work plain(model, 1);
-    Noise noise;
-    for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},
-                                     {Kind::tame, "tame"},
-                                     {Kind::odd, "odd"},
-                                     {Kind::fast, "fast"},
-                                     {Kind::bad, "bad"}}) {
-      Counts counts;
-      for (int round = 0; round < kRows / width; ++round) {
-        const std::string found = compare(*model, *stepper, works, plain, kind, round % 3 == 2 ? 3 : 1, noise, counts);
-        if (!found.empty())
-          return found + " with " + std::to_string(width) + " lanes, round " + std::to_string(round) + " of states " +
-                 name;
-      }
-      std::printf("%s, %d lanes, %s: %d rows, %d left to MuJoCo, %d contacts, %d constraints\n", model->label().c_str(),
-                  width, name, counts.rows, counts.left, counts.contacts, counts.constraints);
-      if (kind < Kind::odd && counts.left > counts.rows / 20) return "lanes leave too many rows to MuJoCo";
+    for (const OwnArrays* arrays : {&shared, &own, &shared}) {
+      const std::string found = compare(model, width, *stepper, *arrays);
+      if (!found.empty()) return found;
     }
   }
   return "";
@@ -272,6 +316,19 @@ void test_obstacles(void** /*state*/) {
     assert_names(lanes::obstacle(*Model::parse(name, read(name))), word);
 }
 
+// As many lanes as a thread has rows, at most four; none for a model with obstacles.
+void test_best_width(void** /*state*/) {
+  const auto model = Model::open("hopper.xml");
+  const std::vector<int> widths = lanes::widths();
+  const bool has_four = std::count(widths.begin(), widths.end(), 4) > 0;
+  assert_int_equal(lanes::best_width(*model, 1), 0);
+  assert_int_equal(lanes::best_width(*model, 2), 2);
+  assert_int_equal(lanes::best_width(*model, 3), 2);
+  assert_int_equal(lanes::best_width(*model, 4), has_four ? 4 : 2);
+  assert_int_equal(lanes::best_width(*model, 64), has_four ? 4 : 2);
+  assert_int_equal(lanes::best_width(*Model::parse("sensors.xml", read("sensors.xml")), 64), 0);
+}
+
 // The comparison of squares rejects what the comparison of roots rejects.
 void test_largest_square(void** /*state*/) {
   Noise noise;
@@ -288,7 +345,8 @@ void test_largest_square(void** /*state*/) {
 
 int run() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd),
-                              cmocka_unit_test(test_obstacles), cmocka_unit_test(test_largest_square)};
+                              cmocka_unit_test(test_obstacles), cmocka_unit_test(test_best_width),
+                              cmocka_unit_test(test_largest_square)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
 

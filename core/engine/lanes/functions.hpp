@@ -244,7 +244,7 @@ inline void crossForce(V* res, const V* vel, const V* f) {
 }
 
 // mju_inertCom
-inline void inertCom(V* res, const double* inert, const V* mat, const V* dif, double mass) {
+inline void inertCom(V* res, const V* inert, const V* mat, const V* dif, V mass) {
   const V tmp[9] = {mat[0] * inert[0], mat[3] * inert[0], mat[6] * inert[0], mat[1] * inert[1], mat[4] * inert[1],
                     mat[7] * inert[1], mat[2] * inert[2], mat[5] * inert[2], mat[8] * inert[2]};
   res[0] = mat[0] * tmp[0] + mat[1] * tmp[3] + mat[2] * tmp[6] + mass * (dif[1] * dif[1] + dif[2] * dif[2]);
@@ -254,7 +254,7 @@ inline void inertCom(V* res, const double* inert, const V* mat, const V* dif, do
   res[4] = mat[0] * tmp[2] + mat[1] * tmp[5] + mat[2] * tmp[8] - mass * dif[0] * dif[2];
   res[5] = mat[3] * tmp[2] + mat[4] * tmp[5] + mat[5] * tmp[8] - mass * dif[1] * dif[2];
   for (int i = 0; i < 3; ++i) res[i + 6] = mass * dif[i];
-  res[9] = splat(mass);
+  res[9] = mass;
 }
 
 // mju_mulInertVec
@@ -297,8 +297,8 @@ inline V clip(V x, const double* range) {
 // ---- engine_support.c ----
 
 // mj_local2Global
-inline void local2Global(const Lanes& d, V* xpos, V* xmat, const double* pos, const double* quat, int body,
-                         int sameframe) {
+template <typename T>
+inline void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const double* quat, int body, int sameframe) {
   if (sameframe == 0) {
     rotVecMat(xpos, pos, vectors(d.xmat) + 9 * body);
     add_to(xpos, vectors(d.xpos) + 3 * body, 3);
@@ -345,6 +345,29 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   }
   for (int i = last; i >= 0; i = m.dof_parentid[i])
     qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
+}
+
+// ---- The model's numbers ----
+
+// What mj_comPos computes of the masses. The lanes in which MuJoCo would compute other forces than in the model's own
+// case are left: springs of free joints and balls, and damping in some rows alone.
+void adopt(Lanes& d) {
+  const mjModel& m = *d.model;
+  V* const scale = vectors(d.com_scale);
+  zero(scale, m.nbody);
+  for (int i = m.nbody - 1; i >= 0; --i) {
+    const V mass = scale[i] + vectors(d.body_mass)[i];
+    if (i > 0) scale[m.body_parentid[i]] += mass;
+    scale[i] = mass < splat(mjMINVAL) ? V{} : 1.0 / mass;
+  }
+
+  d.unlike = 0;
+  for (int i = 0; i < m.njnt; ++i)
+    if (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL)
+      d.unlike |= bits(vectors(d.jnt_stiffness)[i] != V{});
+  unsigned damped = 0;
+  for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
+  d.unlike |= d.has_damping ? ~damped : damped;
 }
 
 // ---- engine_core_smooth.c: positions ----
@@ -414,8 +437,8 @@ void kinematics(Lanes& d) {
   }
 
   for (int i = 1; i < m.nbody; ++i)
-    local2Global(d, vectors(d.xipos) + 3 * i, vectors(d.ximat) + 9 * i, m.body_ipos + 3 * i, m.body_iquat + 4 * i, i,
-                 m.body_sameframe[i]);
+    local2Global(d, vectors(d.xipos) + 3 * i, vectors(d.ximat) + 9 * i, vectors(d.body_ipos) + 3 * i,
+                 m.body_iquat + 4 * i, i, m.body_sameframe[i]);
   for (int i = 0; i < m.ngeom; ++i)
     local2Global(d, vectors(d.geom_xpos) + 3 * i, vectors(d.geom_xmat) + 9 * i, m.geom_pos + 3 * i, m.geom_quat + 4 * i,
                  m.geom_bodyid[i], m.geom_sameframe[i]);
@@ -432,17 +455,18 @@ void comPos(Lanes& d) {
 
   zero(com, 3 * m.nbody);
   for (int i = m.nbody - 1; i >= 0; --i) {
-    const double mass = m.body_mass[i], scale = d.com_scale[i];
+    const V mass = vectors(d.body_mass)[i], scale = vectors(d.com_scale)[i];
     V sum[3];
     for (int k = 0; k < 3; ++k) sum[k] = com[3 * i + k] + xipos[3 * i + k] * mass;
     if (i > 0) add_to(com + 3 * m.body_parentid[i], sum, 3);
-    for (int k = 0; k < 3; ++k) com[3 * i + k] = scale == 0 ? xipos[3 * i + k] : sum[k] * scale;
+    for (int k = 0; k < 3; ++k) com[3 * i + k] = scale == V{} ? xipos[3 * i + k] : sum[k] * scale;
   }
 
   for (int i = 1; i < m.nbody; ++i) {
     V offset[3];
     for (int k = 0; k < 3; ++k) offset[k] = xipos[3 * i + k] - com[3 * m.body_rootid[i] + k];
-    inertCom(vectors(d.cinert) + 10 * i, m.body_inertia + 3 * i, vectors(d.ximat) + 9 * i, offset, m.body_mass[i]);
+    inertCom(vectors(d.cinert) + 10 * i, vectors(d.body_inertia) + 3 * i, vectors(d.ximat) + 9 * i, offset,
+             vectors(d.body_mass)[i]);
   }
 
   for (int j = 0; j < m.njnt; ++j) {
@@ -503,13 +527,13 @@ void crb(Lanes& d) {
   for (int i = m.nv - 1; i >= 0; --i) {
     int adr = m.dof_Madr[i];
     if (m.dof_simplenum[i]) {
-      qM[adr] = splat(m.dof_M0[i]);
+      qM[adr] = vectors(d.dof_M0)[i];
       for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = V{};
       continue;
     }
     V tmp[6];
     mulInertVec(tmp, inertia + 10 * m.dof_bodyid[i], cdof + 6 * i);
-    qM[adr] = m.dof_armature[i] + dot6(cdof + 6 * i, tmp);
+    qM[adr] = vectors(d.dof_armature)[i] + dot6(cdof + 6 * i, tmp);
     for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = dot6(cdof + 6 * j, tmp);
   }
 }
@@ -677,11 +701,11 @@ void passive(Lanes& d) {
   for (int i = 0; i < m.njnt; ++i)
     if (m.jnt_type[i] == mjJNT_SLIDE || m.jnt_type[i] == mjJNT_HINGE) {
       const int adr = m.jnt_qposadr[i];
-      qfrc[m.jnt_dofadr[i]] -= m.jnt_stiffness[i] * (qpos[adr] - m.qpos_spring[adr]);
+      qfrc[m.jnt_dofadr[i]] -= vectors(d.jnt_stiffness)[i] * (qpos[adr] - m.qpos_spring[adr]);
     }
-  for (int i = 0; i < m.nv; ++i) qfrc[i] -= m.dof_damping[i] * qvel[i];
+  for (int i = 0; i < m.nv; ++i) qfrc[i] -= vectors(d.dof_damping)[i] * qvel[i];
   for (int i = 0; i < m.ntendon; ++i) {
-    const V force = -m.tendon_stiffness[i] * (vectors(d.ten_length)[i] - m.tendon_lengthspring[i]) -
+    const V force = -m.tendon_stiffness[i] * (vectors(d.ten_length)[i] - vectors(d.tendon_lengthspring)[i]) -
                     m.tendon_damping[i] * vectors(d.ten_velocity)[i];
     for (int j = 0; j < m.nv; ++j)
       if (d.ten_J[i * m.nv + j] != 0) qfrc[j] += d.ten_J[i * m.nv + j] * force;
@@ -697,7 +721,7 @@ void rne(Lanes& d) {
 
   zero(cacc, 6);
   if (!(m.opt.disableflags & mjDSBL_GRAVITY))
-    for (int k = 0; k < 3; ++k) cacc[k + 3] = splat(m.opt.gravity[k] * -1);
+    for (int k = 0; k < 3; ++k) cacc[k + 3] = vectors(d.gravity)[k] * -1.0;
   for (int i = 1; i < m.nbody; ++i) {
     const int first = m.body_dofadr[i], count = m.body_dofnum[i];
     V tmp[6], momentum[6], turned[6], acc[6];
@@ -729,10 +753,10 @@ void fwdActuation(Lanes& d) {
       ctrl = clip(ctrl, m.actuator_ctrlrange + 2 * i);
     V bias{};
     if (m.actuator_biastype[i] == mjBIAS_AFFINE) {
-      const double* prm = m.actuator_biasprm + mjNBIAS * i;
+      const V* prm = vectors(d.actuator_biasprm) + mjNBIAS * i;
       bias = prm[0] + prm[1] * vectors(d.actuator_length)[i] + prm[2] * vectors(d.actuator_velocity)[i];
     }
-    force[i] = m.actuator_gainprm[mjNGAIN * i] * ctrl + bias;
+    force[i] = vectors(d.actuator_gainprm)[mjNGAIN * i] * ctrl + bias;
     if (m.actuator_forcelimited[i]) force[i] = clip(force[i], m.actuator_forcerange + 2 * i);
     qfrc[m.jnt_dofadr[m.actuator_trnid[2 * i]]] += m.actuator_gear[6 * i] * force[i];
   }
@@ -756,7 +780,7 @@ void Euler(Lanes& d) {
   if (d.has_damping) {
     V* const MhB = vectors(d.MhB);
     copy(MhB, vectors(d.qM), m.nM);
-    for (int i = 0; i < m.nv; ++i) MhB[m.dof_Madr[i]] += timestep * m.dof_damping[i];
+    for (int i = 0; i < m.nv; ++i) MhB[m.dof_Madr[i]] += timestep * vectors(d.dof_damping)[i];
     factorI(d, MhB, vectors(d.qH), vectors(d.qHDiagInv), nullptr);
     for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
     solveLD(m, acc, vectors(d.qH), vectors(d.qHDiagInv));
@@ -800,6 +824,60 @@ void RungeKutta(Lanes& d, int stage) {
     }
   for (int i = 0; i < nv; ++i) qvel[i] = X_qvel[i] + dX[nv + i] * h;
   integratePos(m, qpos, dX, h);
+}
+
+// ---- engine_solver.c ----
+
+// The sweeps of mj_solPGS over constraints that are no elliptic cones. Lanes that have ended keep their forces.
+void solPGS(Dual& d) {
+  const int blocks = d.blocks, size = d.size;
+  V* const force = vectors(d.force);
+  const V scale = *vectors(d.scale), tolerance = *vectors(d.tolerance);
+  Mask active = V{} < V{};
+  int count = 0;  // of active lanes
+  for (int lane = 0; lane < kWidth; ++lane) {
+    d.iterations[lane] = 0;
+    if (d.most[lane] == 0) continue;
+    active[lane] = -1;
+    ++count;
+  }
+  for (int iteration = 1; count > 0; ++iteration) {
+    V improvement{};
+    for (int i = 0; i < size; ++i) {
+      // residual, with mju_dot
+      const V* const AR = vectors(d.AR) + i * size;
+      V res0{}, res1{}, res2{}, res3{};
+      int j = 0;
+      for (; j < blocks; j += 4) {
+        res0 += AR[j] * force[j];
+        res1 += AR[j + 1] * force[j + 1];
+        res2 += AR[j + 2] * force[j + 2];
+        res3 += AR[j + 3] * force[j + 3];
+      }
+      V res = (res0 + res2) + (res1 + res3);
+      res += AR[j] * force[j] + AR[j + 1] * force[j + 1] + AR[j + 2] * force[j + 2];
+      res = vectors(d.b)[i] + res;
+
+      const V low = vectors(d.low)[i], high = vectors(d.high)[i], old = force[i];
+      V next = old - res * vectors(d.ARinv)[i];
+      next = next < low ? low : (next > high ? high : next);
+
+      // costChange
+      const V delta = next - old;
+      const V change = 0.5 * delta * delta * vectors(d.A)[i] + delta * res;
+      const Mask is_worse = change > splat(1e-10);
+      force[i] = (is_worse | ~active) ? old : next;
+      improvement -= is_worse ? V{} : change;
+    }
+    const Mask has_converged = improvement / scale < tolerance;
+    for (int lane = 0; lane < kWidth; ++lane) {
+      if (active[lane] == 0) continue;
+      d.iterations[lane] = iteration;
+      if (has_converged[lane] == 0 && iteration < d.most[lane]) continue;
+      active[lane] = 0;
+      --count;
+    }
+  }
 }
 
 // ---- Lanes and rows ----
@@ -859,9 +937,9 @@ void scatter(double* const* to, const double* from, int count) {
 }
 
 constexpr Code code_where(bool (*runs_here)()) {
-  return {kWidth,          runs_here, kinematics,  comPos, tendon,  crb,    factorM,
-          transmission,    reject,    fwdVelocity, comVel, passive, rne,    fwdActuation,
-          fwdAcceleration, Euler,     RungeKutta,  bad,    gather,  scatter};
+  return {kWidth,       runs_here,  adopt,       kinematics, comPos,  tendon, crb,          factorM,
+          transmission, reject,     fwdVelocity, comVel,     passive, rne,    fwdActuation, fwdAcceleration,
+          Euler,        RungeKutta, solPGS,      bad,        gather,  scatter};
 }
 
 }  // namespace

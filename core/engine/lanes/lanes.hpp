@@ -36,8 +36,12 @@ struct Lanes {
   // qacc of mj_Euler, X, F and dX of mj_RungeKutta.
   double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX;
 
+  // Numbers of mjModel of which rows may have their own.
+  double *body_mass, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature, *dof_damping, *dof_M0,
+      *tendon_lengthspring, *actuator_gainprm, *actuator_biasprm, *gravity;
+  double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+
   // Of the model alone. Number i of these is at [i].
-  const double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   const double* ten_J;
   bool has_negative_zeros;  // in the vectors that quaternions rotate
   bool has_damping;
@@ -48,6 +52,21 @@ struct Lanes {
 
   unsigned char* hits;  // for each pair the lanes in which the geoms may touch, as bits
   unsigned left;        // lanes, as bits, that met a number or a case which is left to MuJoCo's own code
+  unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
+};
+
+// The constraints of several rows, for mj_solPGS. Row i of a lane's constraints is at place i as long as it is in a whole
+// block of four, as mju_dot divides them; the up to three others are at the last three places. So the sums of all lanes
+// have the same order. At places without a constraint all numbers are 0.
+struct Dual {
+  static constexpr int kRest = 3;
+  int blocks, size;  // how many places are in blocks, and how many there are: blocks + kRest
+  // As in Lanes. AR is [size][size], ARinv is 1 / its diagonal, and A is 1 / ARinv. low and high are the bounds of the force.
+  double *AR, *b, *ARinv, *A, *low, *high, *force;
+  // A number for each lane: what mj_solPGS divides the improvement by, and opt.tolerance.
+  double *scale, *tolerance;
+  int most[kMaxWidth];        // opt.iterations of each lane; 0 for a lane that takes no part
+  int iterations[kMaxWidth];  // how many there were
 };
 
 // The functions of one instruction set, named after those of MuJoCo 2.2.2 that they follow. No function needs more than
@@ -56,6 +75,8 @@ struct Code {
   int width;
   bool (*runs_here)();
 
+  // Call this when numbers of mjModel have changed. Computes what depends on them alone.
+  void (*adopt)(Lanes&);
   void (*kinematics)(Lanes&);
   void (*comPos)(Lanes&);
   void (*tendon)(Lanes&);
@@ -72,6 +93,8 @@ struct Code {
   void (*Euler)(Lanes&);
   // Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step.
   void (*RungeKutta)(Lanes&, int stage);
+
+  void (*solPGS)(Dual&);
 
   // The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad).
   unsigned (*bad)(const double* numbers, int count);

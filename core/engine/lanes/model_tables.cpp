@@ -16,17 +16,6 @@ bool has_negative_zero(const mjtNum* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
 }
 
-// As in mj_comPos.
-std::vector<double> com_scales(const mjModel& m) {
-  std::vector<double> mass(static_cast<std::size_t>(m.nbody)), scale(mass.size());
-  for (int i = m.nbody - 1; i >= 0; --i) {
-    mass[i] += m.body_mass[i];
-    if (i > 0) mass[m.body_parentid[i]] += mass[i];
-    scale[i] = mass[i] < mjMINVAL ? 0 : 1.0 / std::max(mjMINVAL, mass[i]);
-  }
-  return scale;
-}
-
 // As in mj_tendon.
 std::vector<double> tendon_jacobian(const mjModel& m) {
   std::vector<double> jacobian(static_cast<std::size_t>(m.ntendon) * static_cast<std::size_t>(m.nv));
@@ -103,7 +92,6 @@ double largest_square(double radius) {
 
 ModelTables::ModelTables(const Model& model) {
   const mjModel& m = *model.get();
-  com_scale = com_scales(m);
   ten_J = tendon_jacobian(m);
   actuator_moment = moments(m);
   fluid_bodies = bodies_in_fluid(m);

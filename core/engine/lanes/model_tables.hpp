@@ -11,7 +11,6 @@ namespace mjenv::core::lanes {
 struct ModelTables {
   explicit ModelTables(const Model& model);
 
-  std::vector<double> com_scale;        // see Lanes
   std::vector<double> ten_J;            // mjData's
   std::vector<double> actuator_moment;  // mjData's
   std::vector<FluidBody> fluid_bodies;

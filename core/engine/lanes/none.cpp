@@ -7,6 +7,8 @@ std::vector<int> widths() { return {}; }
 
 std::string obstacle(const Model& /*model*/) { return "this library"; }
 
+bool computes_own(const Model& /*model*/, const std::string& /*array*/) { return false; }
+
 int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }
 
 std::unique_ptr<Stepper> make_stepper(const Model& /*model*/, int /*width*/) { return nullptr; }

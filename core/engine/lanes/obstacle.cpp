@@ -1,6 +1,8 @@
 // Which models the lane code computes.
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "engine/lanes/stepper.hpp"
 #include "engine/mujoco.hpp"
@@ -94,7 +96,33 @@ bool has_other_actuators(const mjModel& m) {
   return false;
 }
 
+using Names = std::vector<const char*>;
+
+// Of these, Lanes holds each row's numbers.
+const Names kInLanes{"body_mass",        "body_inertia",     "body_ipos",  "jnt_stiffness",
+                     "dof_armature",     "dof_damping",      "dof_M0",     "tendon_lengthspring",
+                     "actuator_gainprm", "actuator_biasprm", "opt.gravity"};
+// These are used by MuJoCo's own functions alone, which compute constraints row by row, or by no step.
+const Names kRowByRow{
+    "geom_friction",  "geom_solref",     "geom_solimp",      "geom_solmix",    "geom_rgba",         "jnt_range",
+    "jnt_margin",     "jnt_solref",      "jnt_solimp",       "dof_solref",     "dof_solimp",        "dof_frictionloss",
+    "dof_invweight0", "body_invweight0", "body_subtreemass", "tendon_length0", "tendon_invweight0", "actuator_acc0",
+    "opt.impratio",   "opt.tolerance",   "actuator_length0", "opt.iterations", "stat.meaninertia",  "stat.meanmass",
+    "stat.meansize",  "stat.extent",     "stat.center",      "cam_pos0",       "cam_poscom0",       "cam_mat0",
+    "light_pos0",     "light_poscom0",   "light_dir0"};
+
+bool is_in(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 }  // namespace
+
+bool computes_own(const Model& model, const std::string& array) {
+  const mjModel& m = *model.get();
+  const bool is_of_fluids = array == "body_mass" || array == "body_inertia";
+  if (is_of_fluids && (m.opt.viscosity > 0 || m.opt.density > 0)) return false;
+  return is_in(kInLanes, array) || is_in(kRowByRow, array);
+}
 
 std::string obstacle(const Model& model) {
   const mjModel& m = *model.get();

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <exception>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "engine/lanes/lanes.hpp"
 #include "engine/lanes/model_tables.hpp"
@@ -25,50 +28,76 @@ struct Array {
   int count;
 };
 
-// A view of the model that lists only the geom pairs that one row's bounding spheres do not exclude. It gives the same
-// contacts, because MuJoCo begins with the same tests.
-class NearPairs {
- public:
-  NearPairs(const mjModel& model, const Pairs& all) : all_(all), near_(all), view_(model) { set_pairs(view_, near_); }
+// Numbers of mjModel of which rows may have their own.
+struct OwnNumbers {
+  double* Lanes::*numbers;
+  int count;
+  const mjtNum* (*of)(const mjModel& model);
+  bool are_shared = false;  // the lanes hold the numbers that all rows share
+};
 
-  // hits: for each pair the rows, as bits
-  const mjModel& of_row(int row, const unsigned char* hits) {
+// A row's model with what MuJoCo need not do left out.
+class RowModel {
+ public:
+  // pairs: those that the model lists; null if MuJoCo searches for pairs.
+  explicit RowModel(const Pairs* pairs) {
+    if (pairs) near_ = *pairs;
+  }
+  RowModel(const RowModel&) = delete;
+  RowModel& operator=(const RowModel&) = delete;
+
+  // can_change: the model may be that of the last call, with other numbers.
+  void follow(const mjModel& model, bool can_change) {
+    if (!can_change && all_ == &model) return;
+    all_ = &model;
+    view_ = model;
+    view_.opt.iterations = 0;
+    if (near_) set_pairs(view_, *near_);
+  }
+
+  // Only with the pairs that the row's bounding spheres do not exclude. It gives the same contacts, because MuJoCo begins
+  // with the same tests. hits: for each pair the rows, as bits.
+  const mjModel& with_near_pairs(int row, const unsigned char* hits) {
     view_.npair = 0;
-    for (std::size_t i = 0; i < all_.geom1.size(); ++i)
+    for (int i = 0; i < all_->npair; ++i)
       if (hits[i] >> row & 1) append(i);
     return view_;
   }
+  // With no iterations of the constraints' solver.
+  const mjModel& without_iterations() const { return view_; }
 
  private:
-  const Pairs& all_;
-  Pairs near_;
-  mjModel view_;
+  const mjModel* all_ = nullptr;
+  std::optional<Pairs> near_;
+  mjModel view_{};
 
-  void append(std::size_t from) {
+  void append(int from) {
     const auto to = static_cast<std::size_t>(view_.npair++);
-    near_.dim[to] = all_.dim[from];
-    near_.geom1[to] = all_.geom1[from];
-    near_.geom2[to] = all_.geom2[from];
-    near_.margin[to] = all_.margin[from];
-    near_.gap[to] = all_.gap[from];
-    std::copy_n(&all_.solref[mjNREF * from], mjNREF, &near_.solref[mjNREF * to]);
-    std::copy_n(&all_.solimp[mjNIMP * from], mjNIMP, &near_.solimp[mjNIMP * to]);
-    std::copy_n(&all_.friction[5 * from], 5, &near_.friction[5 * to]);
+    near_->dim[to] = all_->pair_dim[from];
+    near_->geom1[to] = all_->pair_geom1[from];
+    near_->geom2[to] = all_->pair_geom2[from];
+    near_->margin[to] = all_->pair_margin[from];
+    near_->gap[to] = all_->pair_gap[from];
+    std::copy_n(all_->pair_solref + mjNREF * from, mjNREF, &near_->solref[mjNREF * to]);
+    std::copy_n(all_->pair_solimp + mjNIMP * from, mjNIMP, &near_->solimp[mjNIMP * to]);
+    std::copy_n(all_->pair_friction + 5 * from, 5, &near_->friction[5 * to]);
   }
 };
 
-// The memory of the arrays of Lanes.
+// The memory of the arrays of Lanes or Dual.
+template <typename Struct>
 class Memory {
  public:
-  Memory(Lanes& lanes, int width, const std::vector<std::pair<double * Lanes::*, int>>& sizes) {
+  // counts: how many numbers each array has in a lane
+  Memory(Struct& arrays, int width, const std::vector<std::pair<double * Struct::*, int>>& counts) {
     std::size_t total = kAlignment;
-    for (const auto& [array, count] : sizes) total += static_cast<std::size_t>(count * width);
+    for (const auto& [array, count] : counts) total += static_cast<std::size_t>(count * width);
     block_.resize(total);
     void* start = block_.data();
     std::size_t room = total * sizeof(double);
     auto* at = static_cast<double*>(std::align(kAlignment * sizeof(double), sizeof(double), start, room));
-    for (const auto& [array, count] : sizes) {
-      lanes.*array = at;
+    for (const auto& [array, count] : counts) {
+      arrays.*array = at;
       at += count * width;
     }
   }
@@ -76,6 +105,106 @@ class Memory {
  private:
   static constexpr std::size_t kAlignment = kMaxWidth;  // in numbers
   std::vector<double> block_;
+};
+
+// Solves the constraints of several rows with MuJoCo's PGS.
+class DualSolver {
+ public:
+  explicit DualSolver(const Code& code)
+      : code_(code),
+        memory_(dual_, code.width,
+                {{&Dual::AR, kPlaces * kPlaces},
+                 {&Dual::b, kPlaces},
+                 {&Dual::ARinv, kPlaces},
+                 {&Dual::A, kPlaces},
+                 {&Dual::low, kPlaces},
+                 {&Dual::high, kPlaces},
+                 {&Dual::force, kPlaces},
+                 {&Dual::scale, 1},
+                 {&Dual::tolerance, 1}}) {}
+
+  // Whether lanes can solve the constraints of rows of this model, and of this row.
+  static bool solves(const mjModel& m) {
+    return m.opt.solver == mjSOL_PGS && m.opt.cone == mjCONE_PYRAMIDAL && m.opt.noslip_iterations == 0 &&
+           !mj_isSparse(&m);
+  }
+  static bool solves(const mjData& d) { return d.nefc > 0 && d.nefc <= kMost; }
+
+  // The rows, as bits, in which mj_fwdConstraint has run without iterations. Does the iterations and what follows them.
+  void solve(std::uint32_t rows, const std::array<const mjModel*, kMaxWidth>& models,
+             const std::array<mjData*, kMaxWidth>& data) {
+    dual_.blocks = 0;
+    for (int lane = 0; lane < code_.width; ++lane)
+      if (rows >> lane & 1) dual_.blocks = std::max(dual_.blocks, data[lane]->nefc / 4 * 4);
+    dual_.size = dual_.blocks + Dual::kRest;
+    clear();
+    for (int lane = 0; lane < code_.width; ++lane)
+      if (rows >> lane & 1) load(lane, *models[lane], *data[lane]);
+    code_.solPGS(dual_);
+    for (int lane = 0; lane < code_.width; ++lane)
+      if (rows >> lane & 1) finish(lane, *models[lane], *data[lane]);
+  }
+
+ private:
+  static constexpr int kMost = 48, kPlaces = kMost + Dual::kRest;
+  const Code& code_;
+  Dual dual_{};
+  Memory<Dual> memory_;
+
+  int place(int constraint, int count) const {
+    const int in_blocks = count / 4 * 4;
+    return constraint < in_blocks ? constraint : dual_.blocks + constraint - in_blocks;
+  }
+
+  void clear() {
+    const int numbers = dual_.size * code_.width;
+    std::fill_n(dual_.AR, dual_.size * numbers, 0.0);
+    for (double* array : {dual_.b, dual_.ARinv, dual_.A, dual_.low, dual_.high, dual_.force})
+      std::fill_n(array, numbers, 0.0);
+    for (double* number : {dual_.scale, dual_.tolerance}) std::fill_n(number, code_.width, 1.0);
+    std::fill_n(dual_.most, code_.width, 0);
+  }
+
+  void load(int lane, const mjModel& m, const mjData& d) {
+    const int count = d.nefc, width = code_.width;
+    for (int i = 0; i < count; ++i) {
+      const int at = place(i, count);
+      double* AR = dual_.AR + at * dual_.size * width + lane;
+      for (int j = 0; j < count; ++j) AR[place(j, count) * width] = d.efc_AR[i * count + j];
+      const bool is_friction = i < d.nf;  // there are no equality constraints
+      dual_.b[at * width + lane] = d.efc_b[i];
+      const double inverse = 1 / d.efc_AR[i * (count + 1)];
+      dual_.ARinv[at * width + lane] = inverse;
+      dual_.A[at * width + lane] = 1 / inverse;
+      dual_.low[at * width + lane] = is_friction ? -d.efc_frictionloss[i] : 0;
+      dual_.high[at * width + lane] = is_friction ? d.efc_frictionloss[i] : std::numeric_limits<double>::infinity();
+      dual_.force[at * width + lane] = d.efc_force[i];
+    }
+    dual_.scale[lane] = m.stat.meaninertia * std::max(1, m.nv);
+    dual_.tolerance[lane] = m.opt.tolerance;
+    dual_.most[lane] = m.opt.iterations;
+  }
+
+  // As the end of mj_solPGS and mj_fwdConstraint, but for the statistics of each iteration (mjData.solver).
+  void finish(int lane, const mjModel& m, mjData& d) {
+    for (int i = 0; i < d.nefc; ++i) {
+      d.efc_force[i] = dual_.force[place(i, d.nefc) * code_.width + lane];
+      d.efc_state[i] = state(d, i);
+    }
+    d.solver_iter = dual_.iterations[lane];
+    mj_mulJacTVec(&m, &d, d.qfrc_constraint, d.efc_force);
+    mj_solveM(&m, &d, d.qacc, d.qfrc_constraint, 1);
+    mju_addTo(d.qacc, d.qacc_smooth, m.nv);
+    std::copy_n(d.qacc, m.nv, d.qacc_warmstart);
+  }
+
+  // As dualState, without equality constraints.
+  static int state(const mjData& d, int i) {
+    const double force = d.efc_force[i], friction = d.efc_frictionloss[i];
+    if (i >= d.nf) return force <= 0 ? mjCNSTRSTATE_SATISFIED : mjCNSTRSTATE_QUADRATIC;
+    if (force <= -friction) return mjCNSTRSTATE_LINEARPOS;
+    return force >= friction ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_QUADRATIC;
+  }
 };
 
 class LaneStepper final : public Stepper {
@@ -89,17 +218,22 @@ class LaneStepper final : public Stepper {
   ModelTables tables_;
   std::vector<Array> state_, input_, derived_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
       of_euler_;
+  std::vector<OwnNumbers> own_;
   Lanes lanes_{};
-  std::unique_ptr<Memory> memory_;
-  std::unique_ptr<NearPairs> near_;  // null if MuJoCo searches for pairs
+  std::unique_ptr<Memory<Lanes>> memory_;
+  std::vector<std::unique_ptr<RowModel>> models_;
+  const bool searches_;                 // MuJoCo searches for pairs of geoms
+  std::unique_ptr<DualSolver> solver_;  // null if MuJoCo solves the constraints row by row
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // lanes without a row write here
+  std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<mjData*, kMaxWidth> data_{};
   int count_ = 0;
   std::uint32_t all_ = 0;  // the rows, as bits
 
   void set_up_arrays();
   void set_world();
+  void gather_own();
   void gather(const std::vector<Array>& arrays);
   void scatter(const std::vector<Array>& arrays);
   std::uint32_t live() const { return all_ & ~lanes_.left; }
@@ -168,13 +302,27 @@ void LaneStepper::set_up_arrays() {
       {&L::angle, njnt},          {&L::sine, njnt}, {&L::cosine, njnt},   {&L::cacc, 6 * nbody},
       {&L::cfrc_body, 6 * nbody}, {&L::MhB, nM},    {&L::qacc_euler, nv}, {&L::X_qpos, nq},
       {&L::X_qvel, 4 * nv},       {&L::F, 4 * nv},  {&L::dX, 2 * nv}};
+  own_ = {
+      {&L::body_mass, nbody, [](const mjModel& m) -> const mjtNum* { return m.body_mass; }},
+      {&L::body_inertia, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_inertia; }},
+      {&L::body_ipos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_ipos; }},
+      {&L::jnt_stiffness, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_stiffness; }},
+      {&L::dof_armature, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_armature; }},
+      {&L::dof_damping, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_damping; }},
+      {&L::dof_M0, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_M0; }},
+      {&L::tendon_lengthspring, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_lengthspring; }},
+      {&L::actuator_gainprm, mjNGAIN * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_gainprm; }},
+      {&L::actuator_biasprm, mjNBIAS * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_biasprm; }},
+      {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
+  sizes.emplace_back(&L::com_scale, nbody);
+  for (const OwnNumbers& own : own_) sizes.emplace_back(own.numbers, own.count);
   int longest = 1;
   for (const auto* list : {&input_, &derived_, &from_solver_, &of_euler_})
     for (const Array& array : *list) {
       sizes.emplace_back(array.numbers, array.count);
       longest = std::max(longest, array.count);
     }
-  memory_ = std::make_unique<Memory>(lanes_, code_.width, sizes);
+  memory_ = std::make_unique<Memory<Lanes>>(lanes_, code_.width, sizes);
   spare_.resize(static_cast<std::size_t>(longest));
 }
 
@@ -186,12 +334,12 @@ void LaneStepper::set_world() {
 }
 
 LaneStepper::LaneStepper(const Model& model, const Code& code)
-    : code_(code), m_(*model.stepped()), tables_(model), hits_(tables_.pairs.size()) {
+    : code_(code), m_(*model.stepped()), tables_(model), searches_(!model.pairs()), hits_(tables_.pairs.size()) {
   set_up_arrays();
   set_world();
-  if (model.pairs()) near_ = std::make_unique<NearPairs>(m_, *model.pairs());
+  for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
+  if (DualSolver::solves(m_)) solver_ = std::make_unique<DualSolver>(code);
   lanes_.model = &m_;
-  lanes_.com_scale = tables_.com_scale.data();
   lanes_.ten_J = tables_.ten_J.data();
   lanes_.has_negative_zeros = tables_.has_negative_zeros;
   lanes_.has_damping = tables_.has_damping;
@@ -200,6 +348,25 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.pairs = tables_.pairs.data();
   lanes_.pair_count = static_cast<int>(tables_.pairs.size());
   lanes_.hits = hits_.data();
+}
+
+// Numbers that all rows share stay in the lanes from step to step.
+void LaneStepper::gather_own() {
+  bool has_changed = false;
+  std::array<const double*, kMaxWidth> from{};
+  for (OwnNumbers& own : own_) {
+    bool are_shared = true;
+    for (int lane = 0; lane < code_.width; ++lane) {
+      from[lane] = own.of(*row_models_[lane < count_ ? lane : 0]);
+      are_shared &= from[lane] == own.of(m_);
+    }
+    if (own.are_shared && are_shared) continue;
+    code_.gather(lanes_.*own.numbers, from.data(), own.count);
+    own.are_shared = are_shared;
+    has_changed = true;
+  }
+  if (has_changed) code_.adopt(lanes_);
+  for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
 }
 
 // Lanes without a row compute the first row, too.
@@ -219,14 +386,14 @@ void LaneStepper::scatter(const std::vector<Array>& arrays) {
   }
 }
 
-// Calls body(row, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
+// Calls body(row, its model, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
   const std::uint32_t rows = live();
   for (int row = 0; row < count_; ++row) {
     if (!(rows >> row & 1)) continue;
     try {
-      body(row, *data_[row]);
+      body(row, *row_models_[row], *data_[row]);
     } catch (const std::exception&) {
       lanes_.left |= 1u << row;
     }
@@ -236,8 +403,12 @@ void LaneStepper::for_live_rows(const Body& body) {
 std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before) {
   count_ = count;
   all_ = (1u << count) - 1;
-  lanes_.left = 0;
-  for (int row = 0; row < count; ++row) data_[row] = works[row]->data();
+  for (int row = 0; row < count; ++row) {
+    row_models_[row] = &works[row]->stepped();
+    data_[row] = works[row]->data();
+  }
+  gather_own();
+  lanes_.left = lanes_.unlike;
   gather(input_);
   leave_bad(lanes_.ctrl, m_.nu);
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
@@ -287,41 +458,46 @@ void LaneStepper::forward() {
 
 // mj_collision, row by row, for the geoms that are near each other.
 void LaneStepper::collide() {
-  if (!near_) {
+  if (searches_) {
     scatter(for_geoms_);
-    for_live_rows([&](int /*row*/, mjData& d) { mj_collision(&m_, &d); });
+    for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { mj_collision(&m, &d); });
     return;
   }
   code_.reject(lanes_);
   std::uint32_t near = 0;
   for (const unsigned char rows : hits_) near |= rows;
   if ((near & live()) != 0) scatter(for_geoms_);
-  for_live_rows([&](int row, mjData& d) {
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     if (near >> row & 1)
-      mj_collision(&near_->of_row(row, hits_.data()), &d);
+      mj_collision(&models_[row]->with_near_pairs(row, hits_.data()), &d);
     else
       d.ncon = 0;
   });
 }
 
-// The constraints, row by row.
+// The constraints, row by row, but for the iterations of PGS.
 void LaneStepper::constrain() {
   int contacts = 0, constraints = 0;
-  for_live_rows([&](int /*row*/, mjData& d) { contacts += d.ncon; });
+  std::uint32_t solvable = 0;
+  for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
   if (contacts > 0) scatter(for_contacts_);
-  for_live_rows([&](int /*row*/, mjData& d) {
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (tables_.constrains_tendons) std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
-    mj_makeConstraint(&m_, &d);
+    mj_makeConstraint(&m, &d);
     constraints += d.nefc;
+    if (solver_ && DualSolver::solves(d)) solvable |= 1u << row;
   });
   if (constraints > 0) scatter(for_solver_);
-  for_live_rows([&](int /*row*/, mjData& d) {
+  if ((solvable & (solvable - 1)) == 0) solvable = 0;  // one row is faster without lanes
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (d.nefc > 0) {
-      mj_projectConstraint(&m_, &d);
-      mj_referenceConstraint(&m_, &d);
+      mj_projectConstraint(&m, &d);
+      mj_referenceConstraint(&m, &d);
     }
-    mj_fwdConstraint(&m_, &d);
+    mj_fwdConstraint(solvable >> row & 1 ? &models_[row]->without_iterations() : &m, &d);
   });
+  solvable &= live();
+  if (solvable != 0) solver_->solve(solvable, row_models_, data_);
   if (constraints > 0) return gather(from_solver_);
   const auto count = static_cast<std::size_t>(m_.nv) * static_cast<std::size_t>(code_.width);
   std::copy_n(lanes_.qacc_smooth, count, lanes_.qacc);

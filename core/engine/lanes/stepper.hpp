@@ -18,6 +18,9 @@ std::vector<int> widths();
 // What in the model has no lane code, "" if nothing.
 std::string obstacle(const Model& model);
 
+// Whether rows of a model without obstacles can have their own values of this array of mjModel, or input of mjData.
+bool computes_own(const Model& model, const std::string& array);
+
 // With how many lanes a thread should step its rows; 0: one by one.
 int best_width(const Model& model, std::int64_t rows);
 
@@ -25,8 +28,8 @@ class Stepper {
  public:
   virtual ~Stepper() = default;
 
-  // Advances up to `width` work spaces by `frames` calls of mj_step. Each has begun a step (Work::begin_step) and has no
-  // arrays of its own. Writes the states before the last call to `before`. Returns the work spaces, as bits, that are
+  // Advances up to `width` work spaces by `frames` calls of mj_step. Each has begun a step (Work::begin_step). Its own
+  // arrays are such as computes_own says. Writes the states before the last call to `before`. Returns the work spaces, as bits, that are
   // now as Work::end_step leaves them. The others met numbers or cases that are left to MuJoCo's own code: load them
   // again and step them one by one.
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) = 0;
