@@ -23,11 +23,12 @@ set(archive ${CMAKE_CURRENT_BINARY_DIR}/libmjenv.a)
 add_custom_command(OUTPUT ${archive}
   COMMAND ${CMAKE_CXX_COMPILER} ${relocatable} -o mjenv-all.o
           $<TARGET_OBJECTS:mjenv> $<TARGET_OBJECTS:mjenv_core> $<TARGET_OBJECTS:mjenv_engine>
+          $<$<TARGET_EXISTS:mjenv_math>:$<TARGET_OBJECTS:mjenv_math>>
   COMMAND ld -r --force-group-allocation -o mjenv.o mjenv-all.o
   COMMAND ${CMAKE_OBJCOPY} --strip-debug --wildcard --keep-global-symbol=mjenv_* mjenv.o
   COMMAND ${CMAKE_COMMAND} -E rm -f ${archive} mjenv-all.o
   COMMAND ${CMAKE_AR} rcs ${archive} mjenv.o
-  DEPENDS mjenv mjenv_core mjenv_engine
+  DEPENDS mjenv mjenv_core mjenv_engine $<TARGET_NAME_IF_EXISTS:mjenv_math>
   COMMAND_EXPAND_LISTS VERBATIM)
 add_custom_target(mjenv_static ALL DEPENDS ${archive})
 install(FILES ${archive} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <new>
+#include <string_view>
 #include <type_traits>
 
 #include "engine/mujoco.hpp"
@@ -200,11 +201,14 @@ std::uint64_t Model::fingerprint() const {
 
 const char* mujoco_version() { return open_mujoco(); }
 
+bool math_is_portable() { return std::string_view(MJENV_MATH_TEXT) == "portable"; }
+
 const char* library_version() {
   if (!mujoco_is_open()) return MJENV_VERSION_TEXT " (MuJoCo " MJENV_MUJOCO_TEXT ")";
   static const auto text = [] {
     std::array<char, 64> made{};
-    std::snprintf(made.data(), made.size(), "%s (MuJoCo %s)", MJENV_VERSION_TEXT, open_mujoco());
+    std::snprintf(made.data(), made.size(), "%s (MuJoCo %s%s)", MJENV_VERSION_TEXT, open_mujoco(),
+                  math_is_portable() ? ", portable math" : "");
     return made;
   }();
   return text.data();

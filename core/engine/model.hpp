@@ -106,6 +106,8 @@ class Model {
 
 // "2.2.2"
 const char* mujoco_version();
+// Whether sin, cos and so on are this library's own (MJENV_MATH=portable), not the C library's.
+bool math_is_portable();
 // "0.1.0 (MuJoCo 2.2.2)": of the MuJoCo that is open, or else of the one that the library was compiled for.
 const char* library_version();
 

@@ -24,6 +24,7 @@ struct ImageHeader {
   std::uint16_t version = 4;
   std::uint16_t engine = 0;  // the version of MuJoCo: 10000 * major + 100 * minor + patch
   Identity::Rounding rounding = Identity::Rounding::any;
+  std::uint16_t has_portable_math = 0;
   std::uint64_t identity = 0;
   std::uint64_t rows = 0;
   std::uint32_t names_bytes = 0, has_past = 0;
@@ -155,6 +156,14 @@ void check_settings(const char* what, const char* function, std::uint64_t of_ima
   fail(MJENV_E_SNAPSHOT, "the image was made " + difference + ": set the same with " + function);
 }
 
+void check_math(bool is_portable) {
+  if (is_portable == math_is_portable()) return;
+  const auto name = [](bool portable) { return portable ? "the portable math" : "the math of the C library"; };
+  fail(MJENV_E_SNAPSHOT,
+       std::string("the image was made with ") + name(is_portable) + ", but this library uses " + name(!is_portable) +
+           ": restore it with a library built with MJENV_MATH=" + (is_portable ? "portable" : "system"));
+}
+
 void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
   if (of_image == here) return;
   const auto name = [](Identity::Rounding rounding) {
@@ -226,6 +235,7 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
   header.engine = engine_number();
   header.identity = identity.hash;
   header.rounding = identity.rounding;
+  header.has_portable_math = math_is_portable();
   header.rows = range.count();
   header.names_bytes = static_cast<std::uint32_t>(layout.names);
   header.has_past = layout.has_past;
@@ -249,6 +259,7 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
     fail(MJENV_E_SNAPSHOT, "the image has version " + std::to_string(header.version) +
                                ", but this library reads version " + std::to_string(expected.version));
   check_engine(header.engine);
+  check_math(header.has_portable_math != 0);
   if (header.identity != identity.hash)
     fail(MJENV_E_SNAPSHOT,
          "the image was made with another id, model, task revision or other options than this environment, " + id);
@@ -260,7 +271,7 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
          "the image holds " + std::to_string(header.rows) + " row(s), not " + std::to_string(range.count()));
   const auto damaged = [] { fail(MJENV_E_SNAPSHOT, "the image is damaged, or size_bytes is not its size"); };
   OwnArrays arrays(model);
-  if (header.has_past > 1 || header.names_bytes > size - sizeof header ||
+  if (header.has_portable_math > 1 || header.has_past > 1 || header.names_bytes > size - sizeof header ||
       !read_names(reinterpret_cast<const char*>(from) + sizeof header, header.names_bytes, arrays))
     damaged();
   const Layout layout{header.names_bytes,     rows.record_bytes(),

@@ -12,10 +12,10 @@
 
 namespace mjenv::core {
 
-// An image can be restored only if the identities of the environments and their versions of MuJoCo are equal, and the
-// image's version and number of rows fit.
+// An image can be restored only if the identities of the environments, their versions of MuJoCo and their math are
+// equal, and the image's version and number of rows fit.
 struct Identity {
-  enum class Rounding : std::uint32_t { any, plain, fused };
+  enum class Rounding : std::uint16_t { any, plain, fused };
 
   // of the id, the model, the task's revision and the options of Scope::episodes
   std::uint64_t hash;

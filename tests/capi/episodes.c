@@ -57,20 +57,25 @@ static void test_episodes(void** state) {
   mjenv_destroy(env);
 }
 
-int main(void) {
+// episodes [ID...]: these ids, or all.
+int main(int argc, char** argv) {
   char path[512];
   char* text = read_file(golden_path("episodes.txt", path), NULL);
   struct expected expected[64];
   struct CMUnitTest tests[64];
-  size_t count = 0;
+  size_t count = 0, listed = 0;
   for (char* line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
     struct expected* e = &expected[count];
     char total[40];
     if (line[0] == '#') continue;
     if (sscanf(line, "%63s %7s %" SCNd64 " %39s %16s", e->id, e->norm, &e->length, total, e->checksum) != 5) return 1;
     e->total = strtod(total, NULL);
-    tests[count++] = (struct CMUnitTest){e->id, test_episodes, NULL, NULL, e};
+    ++listed;
+    bool is_wanted = argc == 1;
+    for (int i = 1; i < argc; ++i) is_wanted = is_wanted || strcmp(argv[i], e->id) == 0;
+    if (is_wanted) tests[count++] = (struct CMUnitTest){e->id, test_episodes, NULL, NULL, e};
   }
   free(text);
-  return (int)count != (int)mjenv_id_count() || _cmocka_run_group_tests("episodes", tests, count, NULL, NULL);
+  if ((int)listed != (int)mjenv_id_count() || (argc > 1 && (int)count != argc - 1)) return 1;
+  return _cmocka_run_group_tests("episodes", tests, count, NULL, NULL);
 }

@@ -333,6 +333,23 @@ static void test_rounding(void** state) {
   mjenv_destroy(one), mjenv_destroy(other);
 }
 
+// The math that an image was made with is in its bytes 14 and 15: 0, or 1 for the portable one.
+static void test_math(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Hopper-v5", 1);
+  struct image image = image_of(env, 0);
+  const bool is_portable = strstr(mjenv_version(), "portable math") != NULL;
+  unsigned char* bytes = image.bytes;
+  assert_int_equal(bytes[14], is_portable);
+  bytes[14] = !is_portable;
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, bytes, image.size),
+                 is_portable ? "MJENV_MATH=system" : "MJENV_MATH=portable");
+  bytes[14] = is_portable;
+  assert_ok(mjenv_restore(env, 0, bytes, image.size));
+  free(image.bytes);
+  mjenv_destroy(env);
+}
+
 static void test_size_of_image(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Ant-v5", 1);
@@ -378,11 +395,17 @@ static void test_streams(void** state) {
 
 int main(void) {
   const struct CMUnitTest others[] = {
-      cmocka_unit_test(test_continue),          cmocka_unit_test(test_derived_arrays),
-      cmocka_unit_test(test_condition_is_kept), cmocka_unit_test(test_step_count_is_kept),
-      cmocka_unit_test(test_damaged),           cmocka_unit_test(test_forged),
-      cmocka_unit_test(test_of_another),        cmocka_unit_test(test_rounding),
-      cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
+      cmocka_unit_test(test_continue),
+      cmocka_unit_test(test_derived_arrays),
+      cmocka_unit_test(test_condition_is_kept),
+      cmocka_unit_test(test_step_count_is_kept),
+      cmocka_unit_test(test_damaged),
+      cmocka_unit_test(test_forged),
+      cmocka_unit_test(test_of_another),
+      cmocka_unit_test(test_rounding),
+      cmocka_unit_test(test_math),
+      cmocka_unit_test(test_size_of_image),
+      cmocka_unit_test(test_streams),
   };
   char** paths = golden_list("state");
   size_t count = 0;

@@ -39,7 +39,7 @@ def compiled(ninja: str, build: str) -> set[Path]:
     wanted = False
     for line in lines.splitlines():
         if line and not line.startswith(" "):
-            wanted = re.match(r"CMakeFiles/mjenv(_core|_engine)?\.dir/", line) is not None
+            wanted = re.match(r"CMakeFiles/mjenv(_core|_engine|_math)?\.dir/", line) is not None
         elif wanted and line.strip():
             found.add((Path(build) / line.strip()).resolve())
     return found

@@ -75,6 +75,10 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert found["model"]["nq"] == len(env.data.qpos)
         assert found["model"]["bodies"][1:] == [env.model.body(i).name for i in range(1, found["model"]["nbody"])]
         assert found["model"]["dt"] == env.dt
+    assert found["library"]["version"] == mjenv.version()
+    assert found["library"]["math"] == "system"
+    assert Path(found["library"]["file"]).name == "libmjenv.so"
+    assert found["library"]["platform"].startswith("linux-")
     names = [words[0] for words in SCHEMA[id].get("option", [])]
     assert [option["name"] for option in found["options"]][: len(names)] == names
     other = {option["name"] for option in found["options"] if option["default"] != option["vector_default"]}
@@ -99,6 +103,7 @@ def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert "2 mj_steps of 0.002 s make a step of 0.004 s" in text
     assert "[given: 0.5, inf]" in text or "[given: [0.5, inf]]" in text
     assert "'disabled'; make_vec: 'next_step'" in text
+    assert f"mjenv {mjenv.version()} with system math, on linux-" in text
 
 
 @pytest.mark.parametrize(

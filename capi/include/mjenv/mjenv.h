@@ -131,7 +131,7 @@ enum mjenv_status_value {
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
   MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, number of rows,
-                                 revision of the task, version of MuJoCo or version of the image's format */
+                                 revision of the task, version of MuJoCo, math or version of the image's format */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
@@ -402,7 +402,7 @@ typedef struct mjenv_render_settings {
  * it equals the MJENV_ABI_VERSION that the program was compiled with. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
-/* Returns "major.minor.patch (MuJoCo x.y.z)"; static. */
+/* Returns "major.minor.patch (MuJoCo x.y.z)", or "(MuJoCo x.y.z, portable math)" of a build with MJENV_MATH=portable. */
 MJENV_API const char *mjenv_version(void);
 
 /* Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch. */
@@ -702,8 +702,8 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 /* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
  * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
  * number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of
- * MuJoCo and, for a registered task, revision as the one that made the image. "num_threads", "lanes", "cpu_affinity",
- * "arrays" and "trust_xml" may differ, and "norm" if it gives the same rounding here.
+ * MuJoCo, math and, for a registered task, revision as the one that made the image. "num_threads", "lanes",
+ * "cpu_affinity", "arrays" and "trust_xml" may differ, and "norm" if it gives the same rounding here.
  * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
 

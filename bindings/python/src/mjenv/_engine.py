@@ -45,7 +45,9 @@ class Engine(_abi.Library):
         if number != _abi.ABI_VERSION:
             raise EngineError(f"{path} has ABI version {number}; this package needs {_abi.ABI_VERSION}")
         self.path: str = path
-        self.name: str = name_of(self.version().partition("MuJoCo ")[2].rstrip(")"))
+        mujoco, _, math = self.version().partition("MuJoCo ")[2].rstrip(")").partition(", ")
+        self.name: str = name_of(mujoco)
+        self.math: str = "portable" if math else "system"  # as in CMake's MJENV_MATH
         self.registrations = 0  # how many of Engines.register were made
 
     def version(self) -> str:

@@ -58,7 +58,7 @@ pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
 #[doc = " the image is damaged, or was made with another id, model, options, number of rows,"]
-#[doc = "revision of the task, version of MuJoCo or version of the image's format"]
+#[doc = "revision of the task, version of MuJoCo, math or version of the image's format"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -2203,7 +2203,7 @@ extern "C" {
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\"; static."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\", or \"(MuJoCo x.y.z, portable math)\" of a build with MJENV_MATH=portable."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -2682,8 +2682,8 @@ extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
     #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
     #[doc = " number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of"]
-    #[doc = " MuJoCo and, for a registered task, revision as the one that made the image. \"num_threads\", \"lanes\", \"cpu_affinity\","]
-    #[doc = " \"arrays\" and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
+    #[doc = " MuJoCo, math and, for a registered task, revision as the one that made the image. \"num_threads\", \"lanes\","]
+    #[doc = " \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
     #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import sysconfig
 from typing import Any
 
 import gymnasium
@@ -135,7 +136,7 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
     """Everything that mjenv info prints."""
     spec = mjenv.spec(id, engine)
     env = mjenv.make(id, **options, engine=engine)
-    rows, model = env._rows, env.model
+    rows, model, library = env._rows, env.model, ENGINES.get(engine)
     described: dict[str, Any] = {
         "id": id,
         "engine": env.engine,
@@ -155,6 +156,12 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
             "mass": float(model.body_mass.sum()),
             "bodies": [model.body(index).name for index in range(model.nbody)],
             "snapshot_bytes": len(rows.snapshot(0)),
+        },
+        "library": {
+            "file": library.path,
+            "version": library.version(),
+            "math": library.math,
+            "platform": sysconfig.get_platform(),
         },
     }
     env.close()
@@ -247,6 +254,10 @@ def _show(described: dict[str, Any]) -> None:
     )
     print(f"bodies: {', '.join(name or '(unnamed)' for name in model['bodies'])}")
     print(f"a snapshot of a row takes {model['snapshot_bytes']} bytes")
+
+    terminal.heading("Library")
+    library = described["library"]
+    print(f"mjenv {library['version']} with {library['math']} math, on {library['platform']}: {library['file']}")
 
 
 def _bounds(low: list[float], high: list[float]) -> str:

@@ -21,9 +21,9 @@ from mjenv.errors import SnapshotError
 
 # A snapshot begins with the stamp, and the names of the arrays that rows have of their own. Then each row has a head, a
 # record of doubles, and its own values; at its end, a record of noise, delays and pushes.
-# magic, version, engine, rounding of norms, identity, rows, bytes of names, whether older values are kept,
+# magic, version, engine, rounding of norms, math, identity, rows, bytes of names, whether older values are kept,
 # randomisation, perturbation, bytes of its records, checksum
-STAMP = struct.Struct("<8sHHIQQIIQQQQ")
+STAMP = struct.Struct("<8sHHHHQQIIQQQQ")
 # PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
 HEAD = struct.Struct("<4Q2Iq8B")
 VERSION = 4
@@ -74,7 +74,7 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
     data = path.read_bytes()
     if len(data) < STAMP.size:
         raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, engine, _, _, count, names, has_past, _, _, perturbed, _ = STAMP.unpack_from(data)
+    magic, version, engine, _, _, _, count, names, has_past, _, _, perturbed, _ = STAMP.unpack_from(data)
     if magic != b"mjenvrow":
         raise SnapshotError(f"{path} is no snapshot of rows")
     if version != VERSION:
