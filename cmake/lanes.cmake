@@ -1,9 +1,11 @@
 # Chooses the sources of core/engine/lanes. The lane code follows MuJoCo 2.2.2 and uses the instructions of x86-64. Sets
-# MJENV_LANES if there is any.
+# MJENV_LANES if there is any. MuJoCo's code for AVX, which official releases contain and MJENV_ARCH can choose, gives
+# some zeros another sign, so rows are then stepped one by one.
 file(GLOB lane_sources CONFIGURE_DEPENDS core/engine/lanes/*.cpp)
 list(REMOVE_ITEM core_sources ${lane_sources})
 set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes)
-if(MJENV_ENGINE_MAJOR EQUAL 2 AND CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
+if(MJENV_ENGINE_MAJOR EQUAL 2 AND CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$"
+   AND NOT MJENV_ARCH MATCHES "x86-64-v[34]" AND NOT IS_DIRECTORY "${MJENV_ENGINE}")
   set(MJENV_LANES ON)
   list(REMOVE_ITEM lane_sources ${folder}/none.cpp)
   list(APPEND core_sources ${lane_sources})

@@ -15,8 +15,8 @@ namespace mjenv::core {
 // Whether load() limits the work on convex hulls. If not, the vertices of meshes are limited before the model is
 // loaded.
 extern const bool kLoadLimitsHulls;
-// Whether the simulation with which MuJoCo finds the length ranges of muscles ends even if it diverges. If not, untrusted
-// models must state these ranges.
+// Whether the simulation with which MuJoCo finds the length ranges of muscles ends even if it diverges. If not,
+// untrusted models must state these ranges.
 extern const bool kLengthRangesEnd;
 
 // Parses and compiles the model of this path, which may be one of the files in memory. Returns null with MuJoCo's

@@ -124,7 +124,7 @@ void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
 
 void Pipeline::serve(Team& team, Deadline deadline, const std::function<bool()>& enough) {
   const bool caller = team.first().index == 0;
-  // A single thread first steps one row, because with a timeout of 0 it would otherwise never step any.
+  // A single thread first steps some rows, because with a timeout of 0 it would otherwise never step any.
   bool checks_deadline = workers_.threads() > 1;
   std::unique_lock lock(mutex_);
   while (!enough() && !(checks_deadline && deadline.passed())) {
@@ -152,7 +152,7 @@ void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, st
                            std::to_string(least));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
-  // Without other threads, this call steps at least one row even if least is 0: nobody else would step it.
+  // Without other threads, this call waits for at least one row even if least is 0: no other thread would step it.
   const std::size_t wanted = workers_.threads() == 1 ? std::max<std::size_t>(least, 1) : least;
   serve(workers_.team(0), Deadline(timeout), [&] { return ready_.size() >= wanted; });
 

@@ -1,4 +1,4 @@
-// The workers of one thread. Where lanes can step the model there are as many as lanes, and they step their rows
+// The workers of one thread. If rows are stepped in lanes, there are as many as lanes, and they step their rows
 // together. Else there is one.
 #pragma once
 
@@ -38,8 +38,8 @@ class Team {
 
   // The steps to play next: that at index i by worker i. There is room for size() of them.
   std::vector<Turn>& turns() { return turns_; }
-  // Advances the simulations of the workers, as bits, in which a step has begun. Returns those that have advanced. The
-  // others are as if they had done nothing, and must begin again.
+  // begun: the workers, as bits, in which a step has begun. Advances their simulations, and returns, as bits, those
+  // that have advanced. The others must begin the step again.
   std::uint32_t step(std::uint32_t begun, std::int64_t frames);
   // Moves the workers' failures to the first.
   void gather_failures();

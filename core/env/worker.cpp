@@ -220,11 +220,12 @@ void Worker::prepare_constants() {
 void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
   if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
+    // The row gets these numbers in commit alone, so that a step which begins again does not carry them twice.
     task_.calls->carry(work_);
-    std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
+  } else {
+    load_carried(rows, row);
   }
   release();
-  load_carried(rows, row);
   use(rows, row);
   if (forces)
     for (const Work::Force& force : *forces) work_.apply(force);

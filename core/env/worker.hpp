@@ -54,8 +54,8 @@ class Worker {
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
   // Loads the row's state and the action. If the row's state or own values were written since its derived arrays were
-  // computed, the numbers that the task carries are first computed again and stored in the row. forces: replace those
-  // in the row's xfrc_applied; they must outlive commit.
+  // computed, the numbers that the task carries are first computed again. forces: replace those in the row's
+  // xfrc_applied; they must outlive commit.
   void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
   // Does so and calls mj_step `frames` times. The new state reaches the row in commit.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces = nullptr);

@@ -18,7 +18,7 @@ class Workers {
   Workers(const Task& task, int threads, int lanes, bool pinned);
 
   Team& team(std::size_t thread) { return *teams_[thread]; }
-  // The worker that runs on the thread that calls the library.
+  // The first worker of the thread that calls the library.
   Worker& first() { return team(0).first(); }
   // The worker that last computed the row.
   Worker& of(const Rows::Head& head) {

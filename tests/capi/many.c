@@ -218,7 +218,7 @@ static void test_polling(void** state) {
     assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
     for (int polls = 0; done < ROWS && polls < 100000; ++polls) {
       assert_ok(mjenv_recv(env, 0, -1, rows, ROWS, &count, NULL));
-      if (threads == 1) assert_int_equal(count, 1);
+      if (threads == 1) assert_true(count >= 1);
       done += count;
     }
     assert_int_equal(done, ROWS);

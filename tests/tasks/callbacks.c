@@ -77,8 +77,9 @@ static const mjenv_task_option options[] = {
      .high = 5},
 };
 
-// The carried numbers: how many steps, a number drawn in reset, one drawn in the last step, x.
-enum { STEPS, DRAWN, DRAWN_LAST, X, CARRIED };
+// The carried numbers: how many steps, a number drawn in reset, one drawn in the last step, x, and how often carry was
+// called.
+enum { STEPS, DRAWN, DRAWN_LAST, X, CARRIES, CARRIED };
 
 static const mjenv_task_field fields[] = {
     {.struct_size = sizeof(mjenv_task_field),
@@ -182,6 +183,7 @@ static int32_t reset_info(const void* self, const mjenv_sim* sim, double* to) {
 static int32_t carry(const void* self, const mjenv_sim* sim, double* carried) {
   const struct self* s = self;
   if (s->mode == CARRY_FAILS && sim->qpos[0] > 50) return mjenv_task_fail(sim->api, "cannot carry that");
+  carried[CARRIES] += 1;
   carried[X] = s->mode == CARRY_FORCE ? sim->cfrc_ext[2 * 6 + 5] : sim->qpos[0];  // the weight of the ball
   return 0;
 }
@@ -386,7 +388,7 @@ static void test_failing_rows(void** state) {
   failing_row("step_draw", "the sum of p is not 1", "step");
   failing_row("step_busy", "another thread is inside", "step");
   failing_row("observe_fails", "cannot look", "observe");
-  failing_row("observe_nan", "observation[4] is NaN", "observe");
+  failing_row("observe_nan", "observation[5] is NaN", "observe");
 }
 
 // mjenv_observe names the row that fails and writes the others, also if a work space holds the arrays of that row.
@@ -443,6 +445,26 @@ static void test_observe_without_memory(void** state) {
   for (int row = 0; row < ROWS; ++row) assert_int_equal(p->status[row], row == BAD ? MJENV_E_PHYSICS : MJENV_OK);
   assert_ok(mjenv_reset(env, bad, NULL));
   assert_ok(step_all(env, p));
+  mjenv_destroy(env);
+  free(p);
+}
+
+// carry is called once before a step of a row that was written, also if an earlier attempt at this step failed.
+static void test_carried_once(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_options(probe("step_fails"), ROWS);
+  struct played* p = played();
+  double x[2] = {60, 0}, qpos[16];
+  size_t nq = 0;
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_read(env, BAD, "qpos", qpos, 16, &nq));
+  for (int i = 0; i < 2; ++i) {
+    qpos[0] = x[i];
+    assert_ok(mjenv_write(env, BAD, "qpos", qpos, nq));
+    if (i == 0) assert_refused(MJENV_E_TASK, step_all(env, p), "row 3", "too far");
+  }
+  assert_ok(step_all(env, p));
+  assert_true(p->obs[BAD][CARRIES] == 3);  // after the reset, before and after the step
   mjenv_destroy(env);
   free(p);
 }
@@ -628,6 +650,7 @@ int main(void) {
       cmocka_unit_test(test_failing_noisy_observation),
       cmocka_unit_test(test_observe_without_memory),
       cmocka_unit_test(test_carried_forces),
+      cmocka_unit_test(test_carried_once),
       cmocka_unit_test(test_failing_carry),
       cmocka_unit_test(test_failing_resets),
       cmocka_unit_test(test_lenient),

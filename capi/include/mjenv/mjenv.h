@@ -402,7 +402,7 @@ typedef struct mjenv_render_settings {
  * it equals the MJENV_ABI_VERSION that the program was compiled with. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
-/* Returns "major.minor.patch (MuJoCo x.y.z)", or "(MuJoCo x.y.z, portable math)" of a build with MJENV_MATH=portable. */
+/* Returns "major.minor.patch (MuJoCo x.y.z)". A build with MJENV_MATH=portable says "(MuJoCo x.y.z, portable math)". */
 MJENV_API const char *mjenv_version(void);
 
 /* Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch. */
@@ -586,7 +586,7 @@ MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t ro
  *             reported by the next call
  *   count     receives how many rows are reported
  *   out       as for mjenv_step: the outputs of row r are element r. The other elements stay as they are. May be NULL
- * If the environment has one thread only, each call steps at least one row, even with least 0 or timeout 0, so that
+ * If the environment has one thread only, each call reports at least one row, even with least 0 or timeout 0, so that
  * polling makes progress.
  * Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,
  * FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same. */

@@ -52,6 +52,7 @@ std::string excessive_array(const mjModel& m) {
                 {"tendon_lengthspring", m.tendon_lengthspring, m.ntendon},
                 {"wrap_prm", m.wrap_prm, m.nwrap},
                 {"actuator_gear", m.actuator_gear, 6 * m.nu},
+                {"actuator_ctrlrange", m.actuator_ctrlrange, 2 * m.nu},
                 {"actuator_gainprm", m.actuator_gainprm, mjNGAIN * m.nu},
                 {"actuator_biasprm", m.actuator_biasprm, mjNBIAS * m.nu},
                 {"opt.timestep", &m.opt.timestep, 1},

@@ -365,7 +365,12 @@ void LaneStepper::gather_own() {
     own.are_shared = are_shared;
     has_changed = true;
   }
-  if (has_changed) code_.adopt(lanes_);
+  if (has_changed) {
+    code_.adopt(lanes_);
+    // As in obstacle(): numbers that are not moderate are left to MuJoCo.
+    for (const OwnNumbers& own : own_)
+      if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
+  }
   for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
 }
 
@@ -517,7 +522,14 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
+    // mj_RungeKutta keeps four X and F and one dX on the stack of mjData, which may leave too little for the constraints.
+    const int taken = 4 * (m_.nq + 2 * m_.nv) + 2 * m_.nv;
+    for (int row = 0; row < count_; ++row) {
+      if (data_[row]->pstack + taken > data_[row]->nstack) lanes_.left |= 1U << row;
+      data_[row]->pstack += taken;
+    }
     forward();
+    for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }
   if (is_last) scatter(derived_);
   code_.RungeKutta(lanes_, 4);

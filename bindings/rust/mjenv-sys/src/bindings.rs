@@ -2203,7 +2203,7 @@ extern "C" {
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\", or \"(MuJoCo x.y.z, portable math)\" of a build with MJENV_MATH=portable."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". A build with MJENV_MATH=portable says \"(MuJoCo x.y.z, portable math)\"."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -2501,7 +2501,7 @@ extern "C" {
     #[doc = "             reported by the next call"]
     #[doc = "   count     receives how many rows are reported"]
     #[doc = "   out       as for mjenv_step: the outputs of row r are element r. The other elements stay as they are. May be NULL"]
-    #[doc = " If the environment has one thread only, each call steps at least one row, even with least 0 or timeout 0, so that"]
+    #[doc = " If the environment has one thread only, each call reports at least one row, even with least 0 or timeout 0, so that"]
     #[doc = " polling makes progress."]
     #[doc = " Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,"]
     #[doc = " FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same."]

@@ -55,7 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command line, sys.argv's by default, and returns the exit status."""
     given = parser().parse_args(arguments)
     try:
-        return int(given.run(given))
+        status = int(given.run(given))
+        sys.stdout.flush()  # here, because an error in Python's own flush at exit could not be caught
+        return status
     except (mjenv.Error, OSError) as error:
         if isinstance(error, BrokenPipeError):
             # The program at the other end of the pipe has ended, as `head` does. Python flushes stdout once more at

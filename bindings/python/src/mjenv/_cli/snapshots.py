@@ -125,13 +125,21 @@ def _owner(engine: Engine, path: Path, data: bytes, count: int, arguments: argpa
     )
 
 
+# The parts of a state that not all models have: histories and plasticity on MuJoCo 4.0, mocap_quat on 2.2.2.
+REST = ("history", "plastic", "mocap_quat")
+
+
 def _parts(rows: Rows) -> list[tuple[str, int]]:
     """The names and lengths of the parts of a record of doubles."""
     nq, nv, na, nu = (int(rows.value(Role.MODEL, name)) for name in ("nq", "nv", "na", "nu"))
     lengths = {"time": 1, "qpos": nq, "qvel": nv, "act": na, "qacc_warmstart": nv, "ctrl": nu}
-    for name in ("history", "plastic"):  # of MuJoCo 4.0
-        if rows.array(Role.MODEL, f"n{name}"):
-            lengths[name] = int(rows.value(Role.MODEL, f"n{name}"))
+    for name in REST:
+        if name == "mocap_quat":
+            count = 0 if rows.array(Role.MODEL, "nhistory") else 4 * int(rows.value(Role.MODEL, "nmocap"))
+        else:
+            count = int(rows.value(Role.MODEL, f"n{name}")) if rows.array(Role.MODEL, f"n{name}") else 0
+        if count:
+            lengths[name] = count
     return [*lengths.items(), *((f"before.{name}", length) for name, length in lengths.items())]
 
 
@@ -156,11 +164,16 @@ def _row(data: bytes, parts: list[tuple[str, int]]) -> Row:
     for name, length in parts:
         row[name] = record[at : at + length]
         at += length
-    # What the task keeps from the state before the step, and what set_state changed.
     lengths = dict(parts)
-    end = len(record) - lengths["qacc_warmstart"]
-    row["carried"] = record[at : end - lengths["qpos"]]
-    row["set.qpos"], row["set.qacc_warmstart"] = record[end - lengths["qpos"] : end], record[end:]
+    rest = [(name, lengths[name]) for name in REST if name in lengths]
+    # What set_state changed, and what else mj_setConst was called with. Before them, what the task carries.
+    last = [(f"set.{name}", lengths[name]) for name in ("qpos", "qacc_warmstart")]
+    last += [(f"{prefix}.{name}", length) for prefix in ("set", "constants") for name, length in rest]
+    start = len(record) - sum(length for _, length in last)
+    row["carried"] = record[at:start]
+    for name, length in last:
+        row[name] = record[start : start + length]
+        start += length
     return row
 
 
