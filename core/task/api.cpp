@@ -38,12 +38,11 @@ std::int64_t integer(mjenv_builder* builder, const char* option) {
 }
 
 void reals(mjenv_builder* builder, const char* option, double* values, std::int64_t count) {
-  const bool found = cast(builder).attempt(false, [&] {
+  cast(builder).attempt(0, [&] {
     if (!values) fail(MJENV_E_ARGUMENT, "values is NULL");
     cast(builder).reals(required_text(option, "an option's name"), values, count);
-    return true;
+    return 0;
   });
-  if (!found && values) std::fill_n(values, std::max(count, std::int64_t{0}), 0.0);
 }
 
 std::int32_t is_integer(mjenv_builder* builder, const char* option) {
@@ -160,19 +159,18 @@ std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
 }
 
 void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::int64_t* chosen) {
-  const auto draw = [&] {
-    if (size < 0 || size > count) return refuse_draw(random, "sample: size is negative or larger than count", false);
-    return attempt(random, [&](Rng& rng) {
-      rng.sample(count, size, chosen);
-      return true;
-    });
-  };
-  if (!draw()) std::fill_n(chosen, std::max(size, std::int64_t{0}), 0);
+  if (size < 0 || size > count) {
+    refuse_draw(random, "sample: size is negative or larger than count", 0);
+    return;
+  }
+  attempt(random, [&](Rng& rng) {
+    rng.sample(count, size, chosen);
+    return 0;
+  });
 }
 
 void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
   if (count < 1) return;
-  std::fill_n(order, count, 0);  // in case the draw fails
   attempt(random, [&](Rng& rng) {
     rng.permutation(count, order);
     return 0;

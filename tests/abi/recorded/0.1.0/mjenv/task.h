@@ -438,7 +438,7 @@ static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, c
 
 /* ---- Functions for reset and step: the row's random stream ----
  * Each returns what numpy.random.Generator's method returns and leaves the stream in the same state. Arguments that
- * NumPy refuses make the callback fail. */
+ * NumPy refuses make the callback fail; sample and permutation then write nothing. */
 
 /* random(): a number in [0, 1). */
 static inline double mjenv_random_real(mjenv_random *random) { return random->api->random(random); }
