@@ -10,10 +10,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -249,13 +247,6 @@ std::string compare(const std::shared_ptr<const Model>& model) {
   return "";
 }
 
-std::string read(const std::string& name) {
-  std::ifstream file(PROJECT_FOLDER "/tests/core/odd/" + name);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 std::string failures;
 
 void test_built_in(void** /*state*/) {
@@ -273,7 +264,7 @@ void test_built_in(void** /*state*/) {
 // With a list of geom pairs and with MuJoCo's search for them; with both integrators and two solvers.
 void test_odd(void** /*state*/) {
   failures.clear();
-  const std::string text = read("lanes.xml");
+  const std::string text = odd_model("lanes.xml");
   const auto with = [&](const std::string& from, const std::string& to, const std::string& in) {
     std::string changed = in;
     return changed.replace(changed.find(from), from.size(), to);
@@ -313,7 +304,7 @@ void test_obstacles(void** /*state*/) {
   assert_names(obstacle("<option gravity='0 0 -1e11'/>", ""), "opt.gravity");
   for (const auto& [name, word] :
        {std::pair{"tendons.xml", "equality"}, {"mocap.xml", "mocap"}, {"sensors.xml", "sensors"}})
-    assert_names(lanes::obstacle(*Model::parse(name, read(name))), word);
+    assert_names(lanes::obstacle(*Model::parse(name, odd_model(name))), word);
 }
 
 // As many lanes as a thread has rows, at most four; none for a model with obstacles.
@@ -326,7 +317,7 @@ void test_best_width(void** /*state*/) {
   assert_int_equal(lanes::best_width(*model, 3), 2);
   assert_int_equal(lanes::best_width(*model, 4), has_four ? 4 : 2);
   assert_int_equal(lanes::best_width(*model, 64), has_four ? 4 : 2);
-  assert_int_equal(lanes::best_width(*Model::parse("sensors.xml", read("sensors.xml")), 64), 0);
+  assert_int_equal(lanes::best_width(*Model::parse("sensors.xml", odd_model("sensors.xml")), 64), 0);
 }
 
 // The comparison of squares rejects what the comparison of roots rejects.

@@ -9,9 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -168,13 +166,6 @@ std::string play(const std::shared_ptr<const Model>& model) {
   return "";
 }
 
-std::string read(const std::string& name) {
-  std::ifstream file(PROJECT_FOLDER "/tests/core/odd/" + name);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 std::string failures;
 
 void test_built_in(void** /*state*/) {
@@ -190,7 +181,7 @@ void test_odd(void** /*state*/) {
   failures.clear();
   for (const char* name : {"tethered_pair.xml", "tendons.xml", "mocap.xml", "explicit_pairs.xml", "sensors.xml",
                            "swimmers.xml", "world_only.xml", "terrain.xml"}) {
-    const std::string found = play(Model::parse(name, read(name)));
+    const std::string found = play(Model::parse(name, odd_model(name)));
     if (!found.empty()) failures += std::string(name) + ": " + found + "\n";
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());

@@ -2,7 +2,16 @@
 #include "run.hpp"
 
 #include <cstdio>
+#include <fstream>
+#include <sstream>
 #include <string_view>
+
+std::string odd_model(const std::string& name) {
+  std::ifstream file(PROJECT_FOLDER "/tests/core/odd/" + name);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
 
 int main(int argc, char** argv) {
   const std::string_view topic = argc == 2 ? argv[1] : "";

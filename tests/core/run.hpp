@@ -1,6 +1,11 @@
 // What each file tests; 0 if all is well.
 #pragma once
 
+#include <string>
+
+// The text of a model in tests/core/odd.
+std::string odd_model(const std::string& name);
+
 int run_cpus();
 int run_info();
 int run_lanes();

@@ -1,5 +1,5 @@
-// A program with a task of its own, whose model lies in the program's folder. The test starts it by its name alone, which
-// the shell looks up in PATH, and from another folder: the folder can then not be told from argv[0].
+// A program with a task of its own, whose model lies in the program's folder. The test starts it from another folder and
+// by its name alone, which the shell looks up in PATH, so that argv[0] does not tell the folder.
 #include <stdio.h>
 #include <stdlib.h>
 
