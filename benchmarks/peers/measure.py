@@ -15,7 +15,7 @@ from statistics import median
 
 import report
 from common import ROBOTS, Worker, cpu_model, rates_in_turns
-from results import ON_MUJOCO4, PEERS, Row, read, write
+from results import LANES, ON_MUJOCO4, PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
 
@@ -25,7 +25,7 @@ def applies(peer: str, envs: int, threads: int) -> bool:
     peer = peer.removeprefix(ON_MUJOCO4)
     if peer in ("mjenv-single", "gymnasium-single"):
         return (envs, threads) == (1, 1)
-    if peer in ("mjenv-async", "envpool-async"):
+    if peer in ("mjenv-async", "envpool-async") or LANES in peer:
         return envs > 1
     if peer == "gymnasium-sync":  # has only one thread
         return threads == 1
@@ -38,7 +38,9 @@ def start(peer: str, arguments: argparse.Namespace) -> Worker:
     environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONUNBUFFERED": "1"}
     kind = peer.removeprefix(ON_MUJOCO4)
     library, python = arguments.library, arguments.reference_python
-    if kind != peer:
+    if LANES in kind:
+        kind, environment["MJENV_LANES"] = kind.split(LANES)
+    if peer.startswith(ON_MUJOCO4):
         library, python = arguments.mujoco4_library, arguments.mujoco4_python
         environment["MJENV_MUJOCO"] = arguments.mujoco4
     if kind == "mjenv-c":

@@ -15,6 +15,8 @@ NAMES = {
     "mjenv-c": "mjenv, C",
     "mjenv-single": "mjenv, `make`",
     "mjenv": "mjenv, `make_vec`",
+    "mjenv-lanes0": "mjenv, `make_vec` without lanes",
+    "mjenv-lanes2": "mjenv, `make_vec` with 2 lanes (SSE2)",
     "mjenv-async": "mjenv, `send`/`recv`",
     "gymnasium-single": "Gymnasium, `make`",
     "gymnasium-sync": "Gymnasium, `SyncVectorEnv`",
@@ -37,6 +39,8 @@ SERIES = (
     ("EnvPool, async", "#f2b98f", None, "envpool-async"),
     ("mujoco.batch (physics only)", "#3a9d5d", "mujoco-batch", "mujoco-batch"),
 )
+# What a vector of mjenv is compared with.
+OTHERS = ("mjenv-c", "mjenv-lanes0", "gymnasium-sync", "gymnasium-async", "envpool-sync", "mujoco-batch")
 Case = tuple[int, int]  # environments, threads
 
 
@@ -112,8 +116,9 @@ def summary(results: Results) -> str:
             ((envs, threads), "mjenv", other)
             for envs in (8, 64, 1024)
             for threads in (1, 2)
-            for other in ("mjenv-c", "gymnasium-sync", "gymnasium-async", "envpool-sync", "mujoco-batch")
+            for other in OTHERS
         ),
+        *(((envs, threads), "mjenv-lanes2", "mjenv-lanes0") for envs in (8, 64, 1024) for threads in (1, 2)),
         *(((envs, 2), "mjenv-async", "envpool-async") for envs in (8, 64, 1024)),
         ((1, 1), "mujoco4-mjenv-c", "mujoco4-gymnasium-single"),
         ((1, 1), "mujoco4-mjenv-single", "mujoco4-gymnasium-single"),

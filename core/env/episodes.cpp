@@ -28,7 +28,7 @@ void report_failure(const Place& place, const Body& body) {
   }
 }
 
-// Those that have a value, as bits.
+// Which of the elements have a value: bit i for element i.
 template <typename T, std::size_t count>
 std::uint32_t bits_of(const std::array<std::optional<T>, count>& values) {
   std::uint32_t bits = 0;

@@ -80,8 +80,8 @@ class Episodes {
     return rows_.has_perturbed() && Perturbation::has_begun(rows_.perturbed(row));
   }
   void begin(Worker& worker, std::int64_t row) const;
-  // A step has three parts: begin_step draws the noise, Worker::step or Team::step advances the simulation, and end_step
-  // does the rest.
+  // A step has three parts: begin_step delays the action and draws its noise and the pushes, Worker::step or Team::step
+  // advances the simulation, and end_step_and_reset or end_step_in_rollout does the rest.
   Begun begin_step(Worker& worker, const Turn& turn) const;
   Begun begin_step_in_team(Worker& worker, const Turn& turn) const;
   void advance(Worker& worker, const Turn& turn, const Begun& begun) const;

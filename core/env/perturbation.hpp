@@ -50,7 +50,7 @@ class Perturbation {
   struct Step {
     std::vector<double> action;        // that the task sees, if it is float64
     std::vector<float> narrow_action;  // that the task sees, if it is float32
-    std::vector<double> pushes;        // the part of the record
+    std::vector<double> pushes;        // the part of the record with the pushes, as it will be after the step
     std::vector<Work::Force> forces;
   };
   // Allocates the memory that begin_step uses.

@@ -18,7 +18,7 @@ constexpr std::int64_t kMaxItems = 10'000;
 constexpr std::int64_t kMaxParameters = 100'000;
 constexpr double kLeastMass = 1e-3;  // of a truncated normal distribution: a draw then takes 1000 attempts on average
 
-// How many of the draws of a normal distribution lie in [low, high].
+// The fraction of the draws of a normal distribution that lie in [low, high].
 double mass_within(double mean, double std, double low, double high) {
   if (std == 0) return low <= mean && mean <= high ? 1 : 0;
   const auto below = [&](double x) { return std::erfc((mean - x) / std * std::sqrt(0.5)) / 2; };
@@ -165,7 +165,8 @@ void Randomization::take_parameters(Item& item, const mjenv_randomization& given
   if (item.distribution == MJENV_DISTRIBUTION_TRUNCATED_NORMAL && mass_within(p[0], p[1], p[2], p[3]) < kLeastMass)
     refuse("less than a thousandth of the draws of normal(" + number(p[0]) + ", " + number(p[1]) + ") lie in " +
            number(p[2]) + " to " + number(p[3]));
-  if (!is_real(item.array) && !is_choice) refuse("it holds integers, which only a choice draws");
+  if (!is_real(item.array) && !is_choice)
+    refuse("it holds integers, which can only be drawn with MJENV_DISTRIBUTION_CHOICE");
 }
 
 // Throws if MuJoCo cannot compute with the smallest or the greatest value, or with one of the values of a choice. A

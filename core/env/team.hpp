@@ -33,10 +33,11 @@ class Team {
 
   std::size_t size() const { return workers_.size(); }
   Worker& operator[](std::size_t index) { return *workers_[index]; }
-  // This one computes what is computed row by row.
+  // Does what concerns a single row: a reset, an observation, a step that the pipeline plays alone. Failures of all
+  // workers are gathered here.
   Worker& first() { return *workers_[0]; }
 
-  // The steps to play next: that at index i by worker i. There is room for size() of them.
+  // The steps to play next. Worker i plays the one at index i. There is room for size() of them.
   std::vector<Turn>& turns() { return turns_; }
   // begun: the workers, as bits, in which a step has begun. Advances their simulations, and returns, as bits, those
   // that have advanced. The others must begin the step again.

@@ -57,7 +57,7 @@ class Worker {
   // computed, the numbers that the task carries are first computed again. forces: replace those in the row's
   // xfrc_applied; they must outlive commit.
   void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
-  // Does so and calls mj_step `frames` times. The new state reaches the row in commit.
+  // Calls begin_step, then mj_step `frames` times. The new state reaches the row in commit.
   void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces = nullptr);
   // Where a step that has begun writes the state before its last mj_step.
   double* before() { return before_.data(); }

@@ -20,8 +20,9 @@
  *   reset_info fails, the row has been stepped or reset. A callback that lacks memory returns MJENV_E_MEMORY. If the
  *   task cannot use the model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns
  *   these two statuses instead of MJENV_E_TASK. A callback need not check this header's functions for errors: if it
- *   passes them an unknown name, an option of another kind or an impossible range, the library makes it fail: for a
- *   draw with MJENV_E_TASK (in build it does not fail), for a function of build with a status such as MJENV_E_NAME.
+ *   passes them an unknown name, an option of another kind or an impossible range, the library makes the callback fail.
+ *   After a refused draw the status is MJENV_E_TASK (in build, a refused draw is no failure). After a refused function
+ *   for build it is a status such as MJENV_E_NAME.
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It must not call
  *   functions with the environment that it runs for: most return MJENV_E_BUSY or MJENV_E_PENDING, the others have
@@ -105,10 +106,10 @@ typedef struct mjenv_contact {
   double force[6];      /* the force (N), then the torque (N m), in the contact frame: mj_contactForce */
 } mjenv_contact;
 
-/* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one
- * such struct. Read its members anew in each call, because rows can have a timestep, dt, body_mass and arrays of
- * their own (mjenv_write). Arrays marked "on demand" cost time in each step, so they may be NULL unless build asked for
- * them with mjenv_build_need. */
+/* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Rows share a few such
+ * structs, so read the members anew in each call. Their values differ by row, the timestep, dt and body_mass included,
+ * because rows can have arrays of their own (mjenv_write, mjenv_randomize). Arrays marked "on demand" cost time in each
+ * step, so they may be NULL unless build asked for them with mjenv_build_need. */
 typedef struct mjenv_sim {
   uint32_t struct_size;
   mjenv_dtype action_dtype; /* of the caller's action in the callback step; undefined elsewhere */
@@ -159,7 +160,7 @@ typedef struct mjenv_sim {
 
   /* The model. */
   const double *qpos0;     /* [nq] of the model when the environment was built */
-  const double *body_mass; /* [nbody] the row's own, if mjenv_write has set it */
+  const double *body_mass; /* [nbody] the row's own, if it was written or drawn */
 
   const void *const *arrays; /* arrays[i] is the array for which mjenv_build_array returned i */
 } mjenv_sim;
@@ -237,9 +238,10 @@ typedef struct mjenv_task {
   int32_t (*reset_info)(const void *self, const mjenv_sim *sim, double *info);
 
   /* Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that
-   * sim->carried points to. Called in each reset and step, after mjenv_set_state and mjenv_simulate, and
-   * before a step of a row that mjenv_write, mjenv_set_constants or the draws of mjenv_randomize have changed. Numbers
-   * that it does not write keep their values. NULL: nothing to write. */
+   * sim->carried points to. Called in each reset and step, and after mjenv_set_state and mjenv_simulate.
+   * Also called before a step or mjenv_simulate of a row that mjenv_write, mjenv_set_constants, the draws of
+   * mjenv_randomize, or mjenv_perturb (when it ends a push) have changed. Numbers that it does not write keep their
+   * values. NULL: nothing to write. */
   int32_t (*carry)(const void *self, const mjenv_sim *sim, double *carried);
 
   /* Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim.
@@ -272,8 +274,8 @@ typedef struct mjenv_task {
  * Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry
  * without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only
  * excludes, or RESET_INFO fields without reset_info, or neither build nor an OBSERVATION field), VALUE (the id is
- * malformed or already registered, or a name, a default or another number is out of its bounds), TYPE (a task cannot
- * have this kind, type or role). */
+ * malformed or already registered, a name is malformed or stands twice, a default is not among its choices, or a number
+ * is out of its bounds), TYPE (a task cannot have this kind, type or role). */
 MJENV_API mjenv_status mjenv_register_task(const mjenv_task *task);
 
 /* ---- Plug-ins ---- */
@@ -438,7 +440,7 @@ static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, c
 
 /* ---- Functions for reset and step: the row's random stream ----
  * Each returns what numpy.random.Generator's method returns and leaves the stream in the same state. Arguments that
- * NumPy refuses make the callback fail; sample and permutation then write nothing. */
+ * NumPy refuses make the callback fail. */
 
 /* random(): a number in [0, 1). */
 static inline double mjenv_random_real(mjenv_random *random) { return random->api->random(random); }

@@ -57,8 +57,9 @@ pub const MJENV_E_FILE: mjenv_status = -12;
 pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged, or was made with another id, model, options, number of rows,"]
-#[doc = "revision of the task, version of MuJoCo, math or version of the image's format"]
+#[doc = " the image is damaged, or was made with another id, model, options, randomisation,"]
+#[doc = "perturbation, number of rows, revision of the task, version of MuJoCo, math or"]
+#[doc = "version of the image's format"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -2605,15 +2606,16 @@ extern "C" {
     #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)"]
     #[doc = "             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,"]
     #[doc = "             actuator_ctrllimited, actuator_forcelimited, geom_contype, geom_conaffinity, opt.iterations,"]
-    #[doc = "             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations). Of the mjData: time, qpos, qvel,"]
-    #[doc = "             act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0)"]
-    #[doc = "             eq_active"]
+    #[doc = "             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations, body_sameframe, geom_sameframe"]
+    #[doc = "             and site_sameframe, which mj_setConst computes). Of the mjData: time, qpos, qvel, act, qacc_warmstart,"]
+    #[doc = "             ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active"]
     #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
     #[doc = " Nothing is written if any value is refused. The model's own value is never refused. Refused are:"]
     #[doc = "   - a number that is not finite, that the array's type cannot hold, or an integer out of its range"]
     #[doc = "   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0"]
     #[doc = "     for a number by which it divides, if the model's own is positive"]
-    #[doc = "   - a quaternion or joint axis of length 0, and a hfield_size above 1e10"]
+    #[doc = "   - a quaternion of body_quat, body_iquat, geom_quat, site_quat or cam_quat, or an axis of jnt_axis, whose squared"]
+    #[doc = "     length is less than 1e-15 (mjMINVAL), and a hfield_size above 1e10"]
     #[doc = "   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the"]
     #[doc = "     model's own, because the sign tells what the actuator's state consists of"]
     #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
@@ -2700,7 +2702,7 @@ extern "C" {
     #[doc = " rows share. The row then stays as it is, except that its random stream has moved on."]
     #[doc = "   items     [count] replaces the environment's list"]
     #[doc = "   count     0: resets draw nothing any more, and rows keep the values that they have"]
-    #[doc = " Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn; nothing has changed), SIZE."]
+    #[doc = " Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn), SIZE."]
     pub fn mjenv_randomize(
         env: *mut mjenv_env,
         items: *const mjenv_randomization,
@@ -3479,10 +3481,10 @@ impl Default for mjenv_contact {
         }
     }
 }
-#[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Each thread has one"]
-#[doc = " such struct. Read its members anew in each call, because rows can have a timestep, dt, body_mass and arrays of"]
-#[doc = " their own (mjenv_write). Arrays marked \"on demand\" cost time in each step, so they may be NULL unless build asked for"]
-#[doc = " them with mjenv_build_need."]
+#[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Rows share a few such"]
+#[doc = " structs, so read the members anew in each call. Their values differ by row, the timestep, dt and body_mass included,"]
+#[doc = " because rows can have arrays of their own (mjenv_write, mjenv_randomize). Arrays marked \"on demand\" cost time in each"]
+#[doc = " step, so they may be NULL unless build asked for them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
@@ -3577,7 +3579,7 @@ pub struct mjenv_sim {
     pub contacts: *const mjenv_contact,
     #[doc = " [nq] of the model when the environment was built"]
     pub qpos0: *const f64,
-    #[doc = " [nbody] the row's own, if mjenv_write has set it"]
+    #[doc = " [nbody] the row's own, if it was written or drawn"]
     pub body_mass: *const f64,
     #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -5013,9 +5015,10 @@ pub struct mjenv_task {
         ) -> i32,
     >,
     #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that"]
-    #[doc = " sim->carried points to. Called in each reset and step, after mjenv_set_state and mjenv_simulate, and"]
-    #[doc = " before a step of a row that mjenv_write, mjenv_set_constants or the draws of mjenv_randomize have changed. Numbers"]
-    #[doc = " that it does not write keep their values. NULL: nothing to write."]
+    #[doc = " sim->carried points to. Called in each reset and step, and after mjenv_set_state and mjenv_simulate."]
+    #[doc = " Also called before a step or mjenv_simulate of a row that mjenv_write, mjenv_set_constants, the draws of"]
+    #[doc = " mjenv_randomize, or mjenv_perturb (when it ends a push) have changed. Numbers that it does not write keep their"]
+    #[doc = " values. NULL: nothing to write."]
     pub carry: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -5544,8 +5547,8 @@ extern "C" {
     #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry"]
     #[doc = " without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only"]
     #[doc = " excludes, or RESET_INFO fields without reset_info, or neither build nor an OBSERVATION field), VALUE (the id is"]
-    #[doc = " malformed or already registered, or a name, a default or another number is out of its bounds), TYPE (a task cannot"]
-    #[doc = " have this kind, type or role)."]
+    #[doc = " malformed or already registered, a name is malformed or stands twice, a default is not among its choices, or a number"]
+    #[doc = " is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]

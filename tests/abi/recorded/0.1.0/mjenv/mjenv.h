@@ -45,7 +45,7 @@
  *     INTERNAL  the library has a bug
  *   Functions that read or change rows also return PENDING while rows are under way between mjenv_send and mjenv_recv.
  *   Functions with FORKED among their errors return it in a forked child if the environment has more than one thread,
- *   because the child does not have these threads.
+ *   because the child does not have these threads. There, functions that would return PENDING return FORKED, too.
  * Ownership
  *   *_create gives the caller a handle, which the caller passes to *_destroy. *_destroy does nothing for NULL and for
  *   destroyed handles, and cannot fail. It waits for the calls that other threads are making with the handle. Later
@@ -130,8 +130,9 @@ enum mjenv_status_value {
                                  broken or of another version) */
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
-  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, number of rows,
-                                 revision of the task, version of MuJoCo, math or version of the image's format */
+  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, randomisation,
+                                 perturbation, number of rows, revision of the task, version of MuJoCo, math or
+                                 version of the image's format */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
@@ -653,15 +654,16 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  *             "geom_friction", "opt.timestep"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)
  *             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,
  *             actuator_ctrllimited, actuator_forcelimited, geom_contype, geom_conaffinity, opt.iterations,
- *             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations). Of the mjData: time, qpos, qvel,
- *             act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0)
- *             eq_active
+ *             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations, body_sameframe, geom_sameframe
+ *             and site_sameframe, which mj_setConst computes). Of the mjData: time, qpos, qvel, act, qacc_warmstart,
+ *             ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active
  *   values    [count] all elements of the array; count is the number that mjenv_read gives
  * Nothing is written if any value is refused. The model's own value is never refused. Refused are:
  *   - a number that is not finite, that the array's type cannot hold, or an integer out of its range
  *   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0
  *     for a number by which it divides, if the model's own is positive
- *   - a quaternion or joint axis of length 0, and a hfield_size above 1e10
+ *   - a quaternion of body_quat, body_iquat, geom_quat, site_quat or cam_quat, or an axis of jnt_axis, whose squared
+ *     length is less than 1e-15 (mjMINVAL), and a hfield_size above 1e10
  *   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the
  *     model's own, because the sign tells what the actuator's state consists of
  * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
@@ -711,8 +713,9 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * Resets can draw values of the mjModel. Actions and observations can get noise and delays, and bodies can be pushed.
  * All of this draws from each row's own random stream. The results are those of a wrapper around Gymnasium's
  * environment that draws from env.unwrapped.np_random, bit for bit (docs/randomisation.md has this wrapper). Rows draw
- * at their next reset; until then they stay as they are. The values drawn can be read with mjenv_read. Images hold
- * them, and fit only environments with the same randomisation, noise, delays and pushes. */
+ * at their next reset. Until then they keep the values that they have drawn, but mjenv_perturb ends the noise, delays
+ * and pushes of running episodes at once. The values drawn can be read with mjenv_read. Images hold them, and fit only
+ * environments with the same randomisation, noise, delays and pushes. */
 
 /* Draws values of the mjModel at each reset of a row, also by "autoreset_mode": after the task's own draws, in the
  * order of the list. The first observation is still computed with the values from before the draw; the new ones take
@@ -721,7 +724,7 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * rows share. The row then stays as it is, except that its random stream has moved on.
  *   items     [count] replaces the environment's list
  *   count     0: resets draw nothing any more, and rows keep the values that they have
- * Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn; nothing has changed), SIZE. */
+ * Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, size_t count);
 
 /* Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws
