@@ -33,8 +33,8 @@ class Team {
 
   std::size_t size() const { return workers_.size(); }
   Worker& operator[](std::size_t index) { return *workers_[index]; }
-  // Does what concerns a single row: a reset, an observation, a step that the pipeline plays alone. Failures of all
-  // workers are gathered here.
+  // The worker that computes rows one by one, where the team does not step them together. gather_failures moves the
+  // failures of all workers to it.
   Worker& first() { return *workers_[0]; }
 
   // The steps to play next. Worker i plays the one at index i. There is room for size() of them.

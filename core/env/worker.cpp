@@ -110,7 +110,8 @@ void Worker::compute(Rows& rows, std::int64_t row) {
   }
 }
 
-// Calls mj_setConst as set_constants did. The poses of mocap bodies, which it reads, may have been written since.
+// Calls mj_setConst as set_constants did: with the own values and the poses of mocap bodies that the row had then,
+// because both may have been written since.
 void Worker::repeat_constants(Rows& rows, std::int64_t row) {
   const OwnValues& own = rows.own();
   const std::byte* values = own.of_constants(row);

@@ -21,8 +21,8 @@
  *   task cannot use the model, build calls mjenv_task_fail and returns MJENV_E_MODEL. The function of mjenv.h returns
  *   these two statuses instead of MJENV_E_TASK. A callback need not check this header's functions for errors: if it
  *   passes them an unknown name, an option of another kind or an impossible range, the library makes the callback fail.
- *   After a refused draw the status is MJENV_E_TASK (in build, a refused draw is no failure). After a refused function
- *   for build it is a status such as MJENV_E_NAME.
+ *   If a draw is refused, the status is MJENV_E_TASK (in build, a refused draw is no failure). If one of the functions
+ *   for build (mjenv_build_...) fails, it is a status such as MJENV_E_NAME.
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, and must not fork or end its thread. It must not call
  *   functions with the environment that it runs for: most return MJENV_E_BUSY or MJENV_E_PENDING, the others have
@@ -69,8 +69,9 @@ typedef struct mjenv_task_option {
 } mjenv_task_option;
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
- * sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it
- * is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1 and shape[0] the number.
+ * sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name is ignored.
+ * With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1
+ * and shape[0] the number.
  * The fields of a role are stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;

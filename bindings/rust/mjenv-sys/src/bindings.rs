@@ -58,7 +58,7 @@ pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
 #[doc = " the image is damaged, or was made with another id, model, options, randomisation,"]
-#[doc = "perturbation, number of rows, revision of the task, version of MuJoCo, math or"]
+#[doc = "perturbation, number of rows, revision of the task, version of MuJoCo, MJENV_MATH or"]
 #[doc = "version of the image's format"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
@@ -2204,7 +2204,8 @@ extern "C" {
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". A build with MJENV_MATH=portable says \"(MuJoCo x.y.z, portable math)\"."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". If the library was built with the CMake option MJENV_MATH=portable"]
+    #[doc = " (docs/platforms.md), \"(MuJoCo x.y.z, portable math)\"."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -2684,7 +2685,7 @@ extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
     #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
     #[doc = " number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of"]
-    #[doc = " MuJoCo, math and, for a registered task, revision as the one that made the image. \"num_threads\", \"lanes\","]
+    #[doc = " MuJoCo, MJENV_MATH and, for a registered task, revision as the one that made the image. \"num_threads\", \"lanes\","]
     #[doc = " \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
     #[doc = " Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
@@ -2711,7 +2712,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws"]
-    #[doc = " its first step; then the observation's noise is drawn. In a step:"]
+    #[doc = " in how many steps it first comes; then the observation's noise is drawn. In a step:"]
     #[doc = "   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task."]
     #[doc = "   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped."]
     #[doc = "   3. Forces of the last step's pushes become 0. Each push that is due in this step draws its 6 numbers, which are"]
@@ -3039,8 +3040,9 @@ impl Default for mjenv_task_option {
     }
 }
 #[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward: at most one, of 0 dimensions, under any name. With the role STRUCTURE, it"]
-#[doc = " is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1 and shape[0] the number."]
+#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0 and its name is not used."]
+#[doc = " With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1"]
+#[doc = " and shape[0] the number."]
 #[doc = " The fields of a role are stored one after the other, in the order in which they are described."]
 #[repr(C)]
 pub struct mjenv_task_field {

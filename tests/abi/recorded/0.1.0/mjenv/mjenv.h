@@ -131,7 +131,7 @@ enum mjenv_status_value {
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
   MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, randomisation,
-                                 perturbation, number of rows, revision of the task, version of MuJoCo, math or
+                                 perturbation, number of rows, revision of the task, version of MuJoCo, MJENV_MATH or
                                  version of the image's format */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
@@ -403,7 +403,8 @@ typedef struct mjenv_render_settings {
  * it equals the MJENV_ABI_VERSION that the program was compiled with. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
-/* Returns "major.minor.patch (MuJoCo x.y.z)". A build with MJENV_MATH=portable says "(MuJoCo x.y.z, portable math)". */
+/* Returns "major.minor.patch (MuJoCo x.y.z)". If the library was built with the CMake option MJENV_MATH=portable
+ * (docs/platforms.md), "(MuJoCo x.y.z, portable math)". */
 MJENV_API const char *mjenv_version(void);
 
 /* Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch. */
@@ -704,7 +705,7 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 /* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
  * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
  * number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of
- * MuJoCo, math and, for a registered task, revision as the one that made the image. "num_threads", "lanes",
+ * MuJoCo, MJENV_MATH and, for a registered task, revision as the one that made the image. "num_threads", "lanes",
  * "cpu_affinity", "arrays" and "trust_xml" may differ, and "norm" if it gives the same rounding here.
  * Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
@@ -728,7 +729,7 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, size_t count);
 
 /* Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws
- * its first step; then the observation's noise is drawn. In a step:
+ * in how many steps it first comes; then the observation's noise is drawn. In a step:
  *   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task.
  *   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped.
  *   3. Forces of the last step's pushes become 0. Each push that is due in this step draws its 6 numbers, which are
