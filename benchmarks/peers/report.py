@@ -209,6 +209,7 @@ def write(path: Path) -> None:
     results = Results(read(path))
     wanted: list[Case] = [(1, 1), (64, 2)]
     shown = [case for case in wanted if case in results.cases] or results.cases[-1:]
+    charted = {peer for _, _, *peers in SERIES for peer in peers}.intersection(results.peers)
     ratios = summary(results)
     text = [
         f"Environment steps per second, geometric mean over {len(results.robots)} robots:\n\n{means(results)}",
@@ -217,8 +218,10 @@ def write(path: Path) -> None:
         f"{results.cpu}; {results.dates}; " + "; ".join(results.about) + ".\n",
     ]
     path.with_suffix(".md").write_text("\n".join(text))
-    path.with_suffix(".svg").write_text(chart(results, shown))
-    print(f"{ratios}\nwrote {path}, {path.with_suffix('.md')}, {path.with_suffix('.svg')}")
+    print(f"{ratios}\nwrote {path}, {path.with_suffix('.md')}")
+    if charted:
+        path.with_suffix(".svg").write_text(chart(results, shown))
+        print(f"wrote {path.with_suffix('.svg')}")
 
 
 if __name__ == "__main__":
