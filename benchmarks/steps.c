@@ -1,7 +1,7 @@
-/* Steps environments from C on request: steps LIBRARY. Reads commands from stdin and writes answers to stdout.
+/* Steps environments from C on request: steps LIBRARY [HORIZON]. Reads commands from stdin and writes answers to stdout.
  * about -> what runs here | open ID ENVS THREADS SEED -> ok | run SECONDS -> env steps and seconds taken | close -> ok
  * The actions are drawn before measuring. The program resets a single environment; many environments reset
- * themselves. */
+ * themselves. With HORIZON it plans: it rolls out that many steps in all rows, each time from the same state. */
 #include <dlfcn.h>
 #include <stdint.h>
 #include <string.h>
@@ -17,6 +17,10 @@ struct work {
   float* actions;
   size_t count; /* of one step's actions */
   long steps, next;
+  long horizon; /* 0: no rollouts */
+  void* image;  /* the state from which a rollout starts */
+  size_t image_size;
+  mjenv_batch plan; /* what a rollout writes */
 };
 
 static mjenv_status (*set_integer)(mjenv_options*, const char*, int64_t);
@@ -28,7 +32,22 @@ static double now(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+static mjenv_status (*snapshot)(mjenv_env*, int64_t, void*, size_t, size_t*);
+static mjenv_status (*restore)(mjenv_env*, int64_t, const void*, size_t);
+static mjenv_status (*rollout)(mjenv_env*, const void*, size_t, mjenv_dtype, int64_t, const mjenv_batch*);
+
+static void work_roll_out(struct work* w, const struct library* library) {
+  check(library, restore(w->env, MJENV_ALL_ROWS, w->image, w->image_size));
+  w->next = (w->next + 1) % (w->steps - w->horizon + 1);
+  check(library, rollout(w->env, w->actions + (size_t)w->next * w->count, w->count * (size_t)w->horizon,
+                         MJENV_DTYPE_FLOAT32, w->horizon, &w->plan));
+}
+
 static void step(struct work* w, const struct library* library) {
+  if (w->horizon > 0) {
+    work_roll_out(w, library);
+    return;
+  }
   const float* action = w->actions + (size_t)w->next * w->count;
   w->next = (w->next + 1) % w->steps;
   check(library, library->mjenv_step(w->env, NULL, action, w->count, MJENV_DTYPE_FLOAT32, &w->out));
@@ -70,13 +89,20 @@ static void work_open(struct work* w, const struct library* library, const char*
   check(library, library->mjenv_seed(w->env, seeds, NULL));
   free(seeds);
   check(library, library->mjenv_reset(w->env, NULL, &w->out));
+  if (w->horizon > 0) {
+    check(library, snapshot(w->env, MJENV_ALL_ROWS, NULL, 0, &w->image_size));
+    w->image = malloc(w->image_size);
+    check(library, snapshot(w->env, MJENV_ALL_ROWS, w->image, w->image_size, &w->image_size));
+    w->plan = (mjenv_batch){.struct_size = sizeof w->plan, .rows = rows * w->horizon};
+    w->plan.reward = calloc(n * (size_t)w->horizon, sizeof(double));
+  }
   for (int i = 0; i < WARM_UP; ++i) step(w, library);
 }
 
 static void work_close(struct work* w, const struct library* library) {
   library->mjenv_destroy(w->env);
   free(w->actions), free(w->out.obs), free(w->out.reward), free(w->out.terminated), free(w->out.truncated);
-  free(w->out.info), free(w->out.reset_info);
+  free(w->out.info), free(w->out.reset_info), free(w->image), free(w->plan.reward);
 }
 
 static void run(struct work* w, const struct library* library, double seconds) {
@@ -89,19 +115,22 @@ static void run(struct work* w, const struct library* library, double seconds) {
     steps += at_once;
     taken = now() - start;
   } while (taken < seconds);
-  printf("%ld %.9f\n", steps * (long)w->out.rows, taken);
+  printf("%ld %.9f\n", steps * (long)w->out.rows * (w->horizon > 0 ? w->horizon : 1), taken);
 }
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    fprintf(stderr, "usage: steps LIBRARY\n");
+  if (argc != 2 && argc != 3) {
+    fprintf(stderr, "usage: steps LIBRARY [HORIZON]\n");
     return 2;
   }
   const struct library library = library_open(argv[1]);
   void* handle = dlopen(argv[1], RTLD_NOW);
   *(void**)&set_integer = dlsym(handle, "mjenv_options_set_integer");
   *(void**)&set_string = dlsym(handle, "mjenv_options_set_string");
-  struct work work;
+  *(void**)&snapshot = dlsym(handle, "mjenv_snapshot");
+  *(void**)&restore = dlsym(handle, "mjenv_restore");
+  *(void**)&rollout = dlsym(handle, "mjenv_rollout");
+  struct work work = {.horizon = argc > 2 ? atol(argv[2]) : 0};
   char line[256], id[64];
   long rows, threads;
   unsigned long seed;

@@ -18,6 +18,8 @@ from common import ROBOTS, Worker, cpu_model, rates_in_turns
 from results import LANES, ON_MUJOCO4, PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
+# The peers that benchmarks/steps.c plays, with its arguments.
+PROGRAMS = {"mjenv-c": [], "mjenv-rollout": ["10"]}
 
 
 def applies(peer: str, envs: int, threads: int) -> bool:
@@ -25,7 +27,7 @@ def applies(peer: str, envs: int, threads: int) -> bool:
     peer = peer.removeprefix(ON_MUJOCO4)
     if peer in ("mjenv-single", "gymnasium-single"):
         return (envs, threads) == (1, 1)
-    if peer in ("mjenv-async", "envpool-async") or LANES in peer:
+    if peer in ("mjenv-async", "envpool-async", "mjenv-rollout") or LANES in peer:
         return envs > 1
     if peer == "gymnasium-sync":  # has only one thread
         return threads == 1
@@ -43,8 +45,8 @@ def start(peer: str, arguments: argparse.Namespace) -> Worker:
     if peer.startswith(ON_MUJOCO4):
         library, python = arguments.mujoco4_library, arguments.mujoco4_python
         environment["MJENV_MUJOCO"] = arguments.mujoco4
-    if kind == "mjenv-c":
-        return Worker(peer, [arguments.program, library], environment)
+    if kind in PROGRAMS:
+        return Worker(peer, [arguments.program, library, *PROGRAMS[kind]], environment)
     if kind.startswith("mjenv"):
         environment |= {"MJENV_LIBRARY": library, "PYTHONPATH": arguments.package}
     if kind.startswith(("envpool", "mujoco")):

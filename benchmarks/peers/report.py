@@ -13,6 +13,8 @@ from results import PEERS, Row, read
 
 NAMES = {
     "mjenv-c": "mjenv, C",
+    "mjenv-rollout": "mjenv, `mjenv_rollout` of 10 steps, C",
+    "mjenv-rollout-lanes0": "mjenv, `mjenv_rollout` of 10 steps, C, without lanes",
     "mjenv-single": "mjenv, `make`",
     "mjenv": "mjenv, `make_vec`",
     "mjenv-lanes0": "mjenv, `make_vec` without lanes",
@@ -119,6 +121,7 @@ def summary(results: Results) -> str:
             for other in OTHERS
         ),
         *(((envs, threads), "mjenv-lanes2", "mjenv-lanes0") for envs in (8, 64, 1024) for threads in (1, 2)),
+        *(((envs, threads), "mjenv-rollout", "mjenv-rollout-lanes0") for envs in (8, 64, 1024) for threads in (1, 2)),
         *(((envs, 2), "mjenv-async", "envpool-async") for envs in (8, 64, 1024)),
         ((1, 1), "mujoco4-mjenv-c", "mujoco4-gymnasium-single"),
         ((1, 1), "mujoco4-mjenv-single", "mujoco4-gymnasium-single"),

@@ -11,9 +11,9 @@ from common import ROBOTS
 # Those that begin with "mujoco4-" are others of the list, on MuJoCo 4.0. Those that end in "-lanesN" step N rows at
 # once, or one row at a time where N is 0.
 PEERS = (
-    "mjenv-c mjenv-single mjenv mjenv-lanes0 mjenv-lanes2 mjenv-async gymnasium-single gymnasium-sync gymnasium-async"
-    " envpool-sync envpool-async mujoco-batch mujoco4-mjenv-c mujoco4-mjenv-single mujoco4-mjenv"
-    " mujoco4-gymnasium-single mujoco4-gymnasium-sync"
+    "mjenv-c mjenv-rollout mjenv-rollout-lanes0 mjenv-single mjenv mjenv-lanes0 mjenv-lanes2 mjenv-async"
+    " gymnasium-single gymnasium-sync gymnasium-async envpool-sync envpool-async mujoco-batch mujoco4-mjenv-c"
+    " mujoco4-mjenv-single mujoco4-mjenv mujoco4-gymnasium-single mujoco4-gymnasium-sync"
 ).split()
 ON_MUJOCO4 = "mujoco4-"
 LANES = "-lanes"
