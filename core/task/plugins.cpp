@@ -117,8 +117,8 @@ void load_tasks_of_environment() {
   const std::uint64_t me = this_reader();
   for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
     if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
-    // Another thread of this process reads: wait for it. A mark of another process was left by this child's parent
-    // before the fork, and is replaced.
+    // If `seen` names a thread of this process, that thread is reading: wait for it. If it names another process, this
+    // process is a forked child whose parent was reading: replace it.
     if (seen >> 32 == me >> 32) {
       std::this_thread::yield();
       seen = unread;

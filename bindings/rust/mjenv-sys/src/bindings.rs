@@ -3040,7 +3040,7 @@ impl Default for mjenv_task_option {
     }
 }
 #[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name is ignored."]
+#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no effect."]
 #[doc = " With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1"]
 #[doc = " and shape[0] the number."]
 #[doc = " The fields of a role are stored one after the other, in the order in which they are described."]
@@ -5008,7 +5008,8 @@ pub struct mjenv_task {
     pub reset: ::std::option::Option<
         unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
     >,
-    #[doc = " Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none."]
+    #[doc = " Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none, and must"]
+    #[doc = " be NULL if physics_only is 1."]
     pub reset_info: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -5548,9 +5549,9 @@ extern "C" {
     #[doc = "       valid until the process ends"]
     #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry"]
     #[doc = " without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only"]
-    #[doc = " excludes, or RESET_INFO fields without reset_info, or neither build nor an OBSERVATION field), VALUE (the id is"]
-    #[doc = " malformed or already registered, a name is malformed or stands twice, a default is not among its choices, or a number"]
-    #[doc = " is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
+    #[doc = " excludes, or RESET_INFO fields without reset_info and without physics_only, or neither build nor an OBSERVATION"]
+    #[doc = " field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among"]
+    #[doc = " its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]

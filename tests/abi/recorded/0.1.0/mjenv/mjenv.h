@@ -245,7 +245,7 @@ typedef struct mjenv_batch {
   int64_t reset_info_count; /* of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
   int64_t arrays_count;     /* of arrays: the sum of the counts of MJENV_ROLE_ARRAYS's fields */
   /* The step. mjenv_reset, and a step that resets the row by "autoreset_mode" next_step, write 0 to reward, terminated,
-   * truncated and info. A step that resets the row by same_step writes 0 to info only. */
+   * truncated and info. A step that ends the episode and resets the row by same_step writes 0 to info only. */
   void *obs;           /* [rows][obs_count] the observation; if the row was reset, the first one of the new episode */
   double *reward;      /* [rows] */
   uint8_t *terminated; /* [rows] 0 or 1 */

@@ -69,7 +69,7 @@ typedef struct mjenv_task_option {
 } mjenv_task_option;
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
- * sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name is ignored.
+ * sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no effect.
  * With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1
  * and shape[0] the number.
  * The fields of a role are stored one after the other, in the order in which they are described. */
@@ -235,7 +235,8 @@ typedef struct mjenv_task {
    * the option "strict" is 0. Required, unless physics_only is 1. */
   int32_t (*reset)(const void *self, mjenv_start *start);
 
-  /* Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none. */
+  /* Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none, and must
+   * be NULL if physics_only is 1. */
   int32_t (*reset_info)(const void *self, const mjenv_sim *sim, double *info);
 
   /* Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that
@@ -274,9 +275,9 @@ typedef struct mjenv_task {
  *       valid until the process ends
  * Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry
  * without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only
- * excludes, or RESET_INFO fields without reset_info, or neither build nor an OBSERVATION field), VALUE (the id is
- * malformed or already registered, a name is malformed or stands twice, a default is not among its choices, or a number
- * is out of its bounds), TYPE (a task cannot have this kind, type or role). */
+ * excludes, or RESET_INFO fields without reset_info and without physics_only, or neither build nor an OBSERVATION
+ * field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among
+ * its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role). */
 MJENV_API mjenv_status mjenv_register_task(const mjenv_task *task);
 
 /* ---- Plug-ins ---- */
