@@ -3040,9 +3040,9 @@ impl Default for mjenv_task_option {
     }
 }
 #[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no effect."]
-#[doc = " With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1"]
-#[doc = " and shape[0] the number."]
+#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no"]
+#[doc = " effect. With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers:"]
+#[doc = " ndim is 1 and shape[0] the number."]
 #[doc = " The fields of a role are stored one after the other, in the order in which they are described."]
 #[repr(C)]
 pub struct mjenv_task_field {

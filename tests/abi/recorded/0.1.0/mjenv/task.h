@@ -69,9 +69,9 @@ typedef struct mjenv_task_option {
 } mjenv_task_option;
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
- * sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no effect.
- * With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers: ndim is 1
- * and shape[0] the number.
+ * sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no
+ * effect. With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers:
+ * ndim is 1 and shape[0] the number.
  * The fields of a role are stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
