@@ -49,7 +49,7 @@ struct Pointers {
   std::size_t count;
 };
 
-// Sorted by name, in whatever order all.def lists the robots.
+// Sorts the ids by name, so all.def may list the robots in any order.
 constexpr Pointers pointers_to_built_in() {
   Pointers made{};
   for (const Id& id : built_in) {

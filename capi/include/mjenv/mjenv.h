@@ -713,10 +713,11 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
 /* ---- Randomisation ----
  * Resets can draw values of the mjModel. Actions and observations can get noise and delays, and bodies can be pushed.
  * All of this draws from each row's own random stream. The results are those of a wrapper around Gymnasium's
- * environment that draws from env.unwrapped.np_random, bit for bit (docs/randomisation.md has this wrapper). Rows draw
- * at their next reset. Until then they keep the values that they have drawn, but mjenv_perturb ends the noise, delays
- * and pushes of running episodes at once. The values drawn can be read with mjenv_read. Images hold them, and fit only
- * environments with the same randomisation, noise, delays and pushes. */
+ * environment that draws from env.unwrapped.np_random, bit for bit (docs/randomisation.md has this wrapper). A
+ * call of mjenv_randomize or mjenv_perturb takes effect in each row at the row's next reset. Until then a row keeps the
+ * values that it has drawn, but mjenv_perturb ends the noise, delays and pushes of running episodes at once. The values
+ * drawn can be read with mjenv_read. Images hold them, and fit only environments with the same randomisation, noise,
+ * delays and pushes. */
 
 /* Draws values of the mjModel at each reset of a row, also by "autoreset_mode": after the task's own draws, in the
  * order of the list. The first observation is still computed with the values from before the draw; the new ones take
@@ -756,9 +757,9 @@ MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_
  * on different threads. Calls restore the calling thread's current OpenGL context. The renderer may be destroyed before
  * or after the environment.
  *   settings  NULL: the defaults
- * Errors: NAME (camera_name), VALUE, RENDER (no OpenGL; OpenGL was used before this process was forked; the model has
- * more than 2^25 vertices, and the option "trust_xml" is 0), MEMORY (also: the model and the picture need more memory
- * than is free). */
+ * Errors: NAME (camera_name), VALUE (a number out of its bounds, or an unknown gl), RENDER (no OpenGL; OpenGL was used
+ * before this process was forked; the model has more than 2^25 vertices, and the option "trust_xml" is 0), MEMORY
+ * (also: the model and the picture need more memory than is free). */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 

@@ -2742,9 +2742,9 @@ extern "C" {
     #[doc = " on different threads. Calls restore the calling thread's current OpenGL context. The renderer may be destroyed before"]
     #[doc = " or after the environment."]
     #[doc = "   settings  NULL: the defaults"]
-    #[doc = " Errors: NAME (camera_name), VALUE, RENDER (no OpenGL; OpenGL was used before this process was forked; the model has"]
-    #[doc = " more than 2^25 vertices, and the option \"trust_xml\" is 0), MEMORY (also: the model and the picture need more memory"]
-    #[doc = " than is free)."]
+    #[doc = " Errors: NAME (camera_name), VALUE (a number out of its bounds, or an unknown gl), RENDER (no OpenGL; OpenGL was used"]
+    #[doc = " before this process was forked; the model has more than 2^25 vertices, and the option \"trust_xml\" is 0), MEMORY"]
+    #[doc = " (also: the model and the picture need more memory than is free)."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
