@@ -207,8 +207,8 @@ const char* library_version() {
   if (!mujoco_is_open()) return MJENV_VERSION_TEXT " (MuJoCo " MJENV_MUJOCO_TEXT ")";
   static const auto text = [] {
     std::array<char, 64> made{};
-    std::snprintf(made.data(), made.size(), "%s (MuJoCo %s%s)", MJENV_VERSION_TEXT, open_mujoco(),
-                  math_is_portable() ? ", portable math" : "");
+    std::snprintf(made.data(), made.size(), "%s (MuJoCo %s%s%s)", MJENV_VERSION_TEXT, open_mujoco(),
+                  math_is_portable() ? ", portable math" : "", *MJENV_ARCH_TEXT ? ", " MJENV_ARCH_TEXT : "");
     return made;
   }();
   return text.data();

@@ -660,8 +660,9 @@ static void test_versions(void** state) {
   (void)state;
   assert_int_equal(mjenv_abi_version(), MJENV_ABI_VERSION);
   int major, minor, patch;
-  const char* engine =
-      strcmp(MJENV_MATH, "portable") == 0 ? "(MuJoCo " MUJOCO ", portable math)" : "(MuJoCo " MUJOCO ")";
+  char engine[100];
+  snprintf(engine, sizeof engine, "(MuJoCo " MUJOCO "%s%s%s)",
+           strcmp(MJENV_MATH, "portable") == 0 ? ", portable math" : "", *MJENV_ARCH ? ", " : "", MJENV_ARCH);
   assert_int_equal(sscanf(mjenv_version(), "%d.%d.%d (MuJoCo", &major, &minor, &patch), 3);
   assert_string_equal(strchr(mjenv_version(), '('), engine);
   assert_int_equal(mjenv_version_number(), 1000000 * major + 1000 * minor + patch);

@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import pty
 import subprocess
 import sys
@@ -36,6 +37,13 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
         status = int(end.code or 0)
     assert status == 2
     return capsys.readouterr().err
+
+
+def lanes() -> list[int]:
+    """The numbers of lanes that this CPU can do, by the instructions that it has."""
+    flags = Path("/proc/cpuinfo").read_text().split()
+    needs = {2: {"sse2"}, 4: {"avx2"}, 8: {"avx512f", "avx512dq"}}
+    return [width for width, instructions in needs.items() if instructions.issubset(flags)]
 
 
 def test_list(capsys: pytest.CaptureFixture[str]) -> None:
@@ -79,6 +87,8 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["library"]["math"] == "system"
     assert Path(found["library"]["file"]).name == "libmjenv.so"
     assert found["library"]["platform"].startswith("linux-")
+    assert found["library"]["instructions"] == platform.machine()
+    assert found["library"]["lanes"] == lanes()
     names = [words[0] for words in SCHEMA[id].get("option", [])]
     assert [option["name"] for option in found["options"]][: len(names)] == names
     other = {option["name"] for option in found["options"] if option["default"] != option["vector_default"]}
@@ -104,6 +114,7 @@ def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert "[given: 0.5, inf]" in text or "[given: [0.5, inf]]" in text
     assert "'disabled'; make_vec: 'next_step'" in text
     assert f"mjenv {mjenv.version()} with system math, on linux-" in text
+    assert f"instruction set {platform.machine()}, with {', '.join(map(str, lanes()))} lanes" in text
 
 
 @pytest.mark.parametrize(

@@ -404,7 +404,7 @@ typedef struct mjenv_render_settings {
 MJENV_API uint32_t mjenv_abi_version(void);
 
 /* Returns "major.minor.patch (MuJoCo x.y.z)". If the library was built with the CMake option MJENV_MATH=portable
- * (docs/platforms.md), "(MuJoCo x.y.z, portable math)". */
+ * (docs/platforms.md), "(MuJoCo x.y.z, portable math)"; with MJENV_ARCH=x86-64-v3, "(MuJoCo x.y.z, x86-64-v3)". */
 MJENV_API const char *mjenv_version(void);
 
 /* Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch. */

@@ -45,9 +45,11 @@ class Engine(_abi.Library):
         if number != _abi.ABI_VERSION:
             raise EngineError(f"{path} has ABI version {number}; this package needs {_abi.ABI_VERSION}")
         self.path: str = path
-        mujoco, _, math = self.version().partition("MuJoCo ")[2].rstrip(")").partition(", ")
+        mujoco, *details = self.version().partition("MuJoCo ")[2].rstrip(")").split(", ")
         self.name: str = name_of(mujoco)
-        self.math: str = "portable" if math else "system"  # as in CMake's MJENV_MATH
+        # As in CMake's MJENV_MATH and MJENV_ARCH.
+        self.math: str = "portable" if "portable math" in details else "system"
+        self.arch: str = next((detail for detail in details if detail != "portable math"), "")
         self.registrations = 0  # how many of Engines.register were made
 
     def version(self) -> str:

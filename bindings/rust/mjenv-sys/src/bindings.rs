@@ -2205,7 +2205,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". If the library was built with the CMake option MJENV_MATH=portable"]
-    #[doc = " (docs/platforms.md), \"(MuJoCo x.y.z, portable math)\"."]
+    #[doc = " (docs/platforms.md), \"(MuJoCo x.y.z, portable math)\"; with MJENV_ARCH=x86-64-v3, \"(MuJoCo x.y.z, x86-64-v3)\"."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {

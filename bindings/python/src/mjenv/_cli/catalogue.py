@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import platform
 import sys
 import sysconfig
 from typing import Any
@@ -18,6 +19,7 @@ from mjenv._cli.arguments import Commands, add_json, add_options, known_id, opti
 from mjenv._engine import ENGINES
 from mjenv._handle import Field, Rows
 
+LANES = (2, 4, 8)  # SSE2 or NEON, AVX2, AVX-512
 SIZES = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ncam")
 ROLES = {
     "observation": Role.OBSERVATION,
@@ -162,10 +164,24 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
             "version": library.version(),
             "math": library.math,
             "platform": sysconfig.get_platform(),
+            "instructions": library.arch or platform.machine(),
+            "lanes": _lanes(engine),
         },
     }
     env.close()
     return described
+
+
+def _lanes(engine: str | None) -> list[int]:
+    """The numbers of lanes that this CPU and the engine's library can do."""
+    found = []
+    for lanes in LANES:
+        try:
+            mjenv.make_vec("InvertedPendulum-v5", 1, num_threads=1, lanes=lanes, engine=engine).close()
+        except mjenv.InvalidValueError:
+            continue
+        found.append(lanes)
+    return found
 
 
 def _space(rows: Rows, role: Role, space: gymnasium.Space[Any]) -> dict[str, Any]:
@@ -258,6 +274,8 @@ def _show(described: dict[str, Any]) -> None:
     terminal.heading("Library")
     library = described["library"]
     print(f"mjenv {library['version']} with {library['math']} math, on {library['platform']}: {library['file']}")
+    lanes = ", ".join(map(str, library["lanes"])) or "no"
+    print(f"instruction set {library['instructions']}, with {lanes} lanes")
 
 
 def _bounds(low: list[float], high: list[float]) -> str:
