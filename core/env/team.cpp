@@ -7,7 +7,7 @@ namespace mjenv::core {
 
 Team::Team(std::int32_t index, const Task& task, int lanes) {
   for (std::int32_t i = 0; i < std::max(lanes, 1); ++i) workers_.push_back(std::make_unique<Worker>(index + i, task));
-  if (lanes > 0) stepper_ = lanes::make_stepper(*task.model, lanes);
+  if (lanes > 0) stepper_ = lanes::make_stepper(*task.model, *lanes::code_of(lanes));
   turns_.reserve(size());
 }
 

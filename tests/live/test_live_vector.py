@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import platform
+import re
 import zlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
+import mujoco
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -24,7 +28,7 @@ OUTPUTS = ("obs", "rewards", "terminations", "truncations", "infos")
 
 def both(id: str, num_envs: int, mode: AutoresetMode, **options: Any) -> tuple[mjenv.VectorEnv, Any]:
     """The vector environment of that id from mjenv and from Gymnasium."""
-    own = {name: options.pop(name) for name in ("num_threads", "strict", "copy") if name in options}
+    own = {name: options.pop(name) for name in ("num_threads", "strict", "copy", "lanes") if name in options}
     kwargs: dict[str, Any] = {"copy": own["copy"]} if "copy" in own else {}
     if mode != AutoresetMode.NEXT_STEP:
         kwargs["autoreset_mode"] = mode
@@ -112,6 +116,28 @@ def test_episodes(id: str, mode: AutoresetMode, request: pytest.FixtureRequest) 
         finally:
             ours.close(), theirs.close()
         assert counts[:2].sum() >= num_envs
+
+
+def lanes_of_this_cpu() -> list[int]:
+    """How many rows it can step at once; the lanes follow MuJoCo 2.2.2 on x86-64 alone."""
+    if platform.machine() != "x86_64" or mujoco.__version__ != "2.2.2":
+        return []
+    flags = set(re.search("^flags.*", Path("/proc/cpuinfo").read_text(), re.MULTILINE)[0].split())
+    return [2] + [4] * ("avx2" in flags) + [8] * ({"avx512f", "avx512dq"} <= flags)
+
+
+@pytest.mark.parametrize("lanes", [2, 4, 8])
+@pytest.mark.parametrize("id", IDS)
+def test_lanes(id: str, lanes: int, request: pytest.FixtureRequest) -> None:
+    """Episodes with each number of lanes, of rows that fill lanes and of a rest that does not; else it is refused."""
+    long = request.config.getoption("--long")
+    if lanes not in lanes_of_this_cpu():
+        with pytest.raises(mjenv.Error, match="lanes"):
+            mjenv.make_vec(id, 2 * lanes, lanes=lanes)
+        return
+    rows, mode = lanes + 3, AutoresetMode.SAME_STEP
+    ours, theirs = both(id, rows, mode, num_threads=1, lanes=lanes, strict=False, max_episode_steps=20)
+    assert play(ours, theirs, 9 + lanes, 400 if long else 25, "float32")[:2].sum() > 0
 
 
 FALLING = (

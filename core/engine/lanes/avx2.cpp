@@ -1,6 +1,6 @@
 // AVX2: four lanes.
 #define MJENV_LANES_WIDTH 4
-#include "engine/lanes/functions.hpp"
+#include "engine/lanes/code.hpp"
 
 namespace mjenv::core::lanes {
 

@@ -1,6 +1,6 @@
 // AVX-512: eight lanes.
 #define MJENV_LANES_WIDTH 8
-#include "engine/lanes/functions.hpp"
+#include "engine/lanes/code.hpp"
 
 namespace mjenv::core::lanes {
 

@@ -71,7 +71,8 @@ inline V dot6(const V* a, const V* b) {
 }
 
 // mju_dot
-inline V dot(const double* a, const V* b, int n) {
+template <typename T>
+inline V dot(const T* a, const V* b, int n) {
   V res0{}, res1{}, res2{}, res3{};
   int i = 0;
   for (; i <= n - 4; i += 4) {
@@ -826,60 +827,6 @@ void RungeKutta(Lanes& d, int stage) {
   integratePos(m, qpos, dX, h);
 }
 
-// ---- engine_solver.c ----
-
-// The sweeps of mj_solPGS over constraints that are no elliptic cones. Lanes that have ended keep their forces.
-void solPGS(Dual& d) {
-  const int blocks = d.blocks, size = d.size;
-  V* const force = vectors(d.force);
-  const V scale = *vectors(d.scale), tolerance = *vectors(d.tolerance);
-  Mask active = V{} < V{};
-  int count = 0;  // of active lanes
-  for (int lane = 0; lane < kWidth; ++lane) {
-    d.iterations[lane] = 0;
-    if (d.most[lane] == 0) continue;
-    active[lane] = -1;
-    ++count;
-  }
-  for (int iteration = 1; count > 0; ++iteration) {
-    V improvement{};
-    for (int i = 0; i < size; ++i) {
-      // residual, with mju_dot
-      const V* const AR = vectors(d.AR) + i * size;
-      V res0{}, res1{}, res2{}, res3{};
-      int j = 0;
-      for (; j < blocks; j += 4) {
-        res0 += AR[j] * force[j];
-        res1 += AR[j + 1] * force[j + 1];
-        res2 += AR[j + 2] * force[j + 2];
-        res3 += AR[j + 3] * force[j + 3];
-      }
-      V res = (res0 + res2) + (res1 + res3);
-      res += AR[j] * force[j] + AR[j + 1] * force[j + 1] + AR[j + 2] * force[j + 2];
-      res = vectors(d.b)[i] + res;
-
-      const V low = vectors(d.low)[i], high = vectors(d.high)[i], old = force[i];
-      V next = old - res * vectors(d.ARinv)[i];
-      next = next < low ? low : (next > high ? high : next);
-
-      // costChange
-      const V delta = next - old;
-      const V change = 0.5 * delta * delta * vectors(d.A)[i] + delta * res;
-      const Mask is_worse = change > splat(1e-10);
-      force[i] = (is_worse | ~active) ? old : next;
-      improvement -= is_worse ? V{} : change;
-    }
-    const Mask has_converged = improvement / scale < tolerance;
-    for (int lane = 0; lane < kWidth; ++lane) {
-      if (active[lane] == 0) continue;
-      d.iterations[lane] = iteration;
-      if (has_converged[lane] == 0 && iteration < d.most[lane]) continue;
-      active[lane] = 0;
-      --count;
-    }
-  }
-}
-
 // ---- Lanes and rows ----
 
 // mju_isBad
@@ -934,12 +881,6 @@ void scatter(double* const* to, const double* from, int count) {
 #endif
   for (; i < count; ++i)
     for (int lane = 0; lane < kWidth; ++lane) to[lane][i] = from[i * kWidth + lane];
-}
-
-constexpr Code code_where(bool (*runs_here)()) {
-  return {kWidth,       runs_here,  adopt,       kinematics, comPos,  tendon, crb,          factorM,
-          transmission, reject,     fwdVelocity, comVel,     passive, rne,    fwdActuation, fwdAcceleration,
-          Euler,        RungeKutta, solPGS,      bad,        gather,  scatter};
 }
 
 }  // namespace

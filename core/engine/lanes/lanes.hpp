@@ -55,18 +55,31 @@ struct Lanes {
   unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
 };
 
-// The constraints of several rows, for mj_solPGS. Row i of a lane's constraints is at place i as long as it is in a whole
-// block of four, as mju_dot divides them; the up to three others are at the last three places. So the sums of all lanes
-// have the same order. At places without a constraint all numbers are 0.
-struct Dual {
+// The constraints of several rows, for a solver. Each is at a place. At places without a constraint all numbers are 0.
+// Newton's method has a lane's constraints at the first places. For PGS, row i of a lane's constraints is at place i as
+// long as it is in a whole block of four, as mju_dot divides them; the up to three others are at the last three places.
+// So the sums of all lanes have the same order.
+struct Constraints {
   static constexpr int kRest = 3;
-  int blocks, size;  // how many places are in blocks, and how many there are: blocks + kRest
-  // As in Lanes. AR is [size][size], ARinv is 1 / its diagonal, and A is 1 / ARinv. low and high are the bounds of the force.
-  double *AR, *b, *ARinv, *A, *low, *high, *force;
-  // A number for each lane: what mj_solPGS divides the improvement by, and opt.tolerance.
-  double *scale, *tolerance;
-  int most[kMaxWidth];        // opt.iterations of each lane; 0 for a lane that takes no part
-  int iterations[kMaxWidth];  // how many there were
+  int size;       // how many places there are
+  unsigned rows;  // the lanes, as bits, that take part
+
+  // As in Lanes. J is [size][nv]; the others up to force have a number for each place.
+  double *J, *D, *vel, *aref, *b, *jar, *force;
+  double *damping, *spring;         // aref is -damping * vel - spring
+  double* warmstart;                // qacc_warmstart
+  double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
+  int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
+  int most[kMaxWidth];              // opt.iterations of each lane
+  int iterations[kMaxWidth];        // how many there were
+
+  // Of Newton's method. quad is [size][3], H is [nv][nv], and vec is what a rank-one update of H consumes.
+  double *Jv, *quad, *Ma, *Mv, *grad, *search, *vec, *H;
+  unsigned char *quadratic,
+      *old;  // for each place the lanes, as bits, that are quadratic; and that were before the last move
+
+  // Of PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / its diagonal, and A is 1 / ARinv.
+  double *R, *JM2, *AR, *ARinv, *A;
 };
 
 // The functions of one instruction set, named after those of MuJoCo 2.2.2 that they follow. No function needs more than
@@ -94,7 +107,9 @@ struct Code {
   // Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step.
   void (*RungeKutta)(Lanes&, int stage);
 
-  void (*solPGS)(Dual&);
+  // From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint.
+  void (*solNewton)(Lanes&, Constraints&);
+  void (*solPGS)(Lanes&, Constraints&);
 
   // The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad).
   unsigned (*bad)(const double* numbers, int count);

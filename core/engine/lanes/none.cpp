@@ -11,6 +11,8 @@ bool computes_own(const Model& /*model*/, const std::string& /*array*/) { return
 
 int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }
 
-std::unique_ptr<Stepper> make_stepper(const Model& /*model*/, int /*width*/) { return nullptr; }
+const Code* code_of(int /*width*/) { return nullptr; }
+
+std::unique_ptr<Stepper> make_stepper(const Model& /*model*/, const Code& /*code*/) { return nullptr; }
 
 }  // namespace mjenv::core::lanes

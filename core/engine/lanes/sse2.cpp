@@ -1,6 +1,6 @@
 // SSE2, which every x86-64 has: two lanes.
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/functions.hpp"
+#include "engine/lanes/code.hpp"
 
 namespace mjenv::core::lanes {
 

@@ -4,12 +4,13 @@
 #include <array>
 #include <cstddef>
 #include <exception>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "engine/lanes/lanes.hpp"
+#include "engine/lanes/memory.hpp"
 #include "engine/lanes/model_tables.hpp"
+#include "engine/lanes/solver.hpp"
 #include "engine/mujoco.hpp"
 #include "engine/pairs.hpp"
 
@@ -36,7 +37,7 @@ struct OwnNumbers {
   bool are_shared = false;  // the lanes hold the numbers that all rows share
 };
 
-// A row's model with what MuJoCo need not do left out.
+// A row's model without the pairs of geoms that are far from each other.
 class RowModel {
  public:
   // pairs: those that the model lists; null if MuJoCo searches for pairs.
@@ -51,7 +52,6 @@ class RowModel {
     if (!can_change && all_ == &model) return;
     all_ = &model;
     view_ = model;
-    view_.opt.iterations = 0;
     if (near_) set_pairs(view_, *near_);
   }
 
@@ -63,8 +63,6 @@ class RowModel {
       if (hits[i] >> row & 1) append(i);
     return view_;
   }
-  // With no iterations of the constraints' solver.
-  const mjModel& without_iterations() const { return view_; }
 
  private:
   const mjModel* all_ = nullptr;
@@ -84,129 +82,6 @@ class RowModel {
   }
 };
 
-// The memory of the arrays of Lanes or Dual.
-template <typename Struct>
-class Memory {
- public:
-  // counts: how many numbers each array has in a lane
-  Memory(Struct& arrays, int width, const std::vector<std::pair<double * Struct::*, int>>& counts) {
-    std::size_t total = kAlignment;
-    for (const auto& [array, count] : counts) total += static_cast<std::size_t>(count * width);
-    block_.resize(total);
-    void* start = block_.data();
-    std::size_t room = total * sizeof(double);
-    auto* at = static_cast<double*>(std::align(kAlignment * sizeof(double), sizeof(double), start, room));
-    for (const auto& [array, count] : counts) {
-      arrays.*array = at;
-      at += count * width;
-    }
-  }
-
- private:
-  static constexpr std::size_t kAlignment = kMaxWidth;  // in numbers
-  std::vector<double> block_;
-};
-
-// Solves the constraints of several rows with MuJoCo's PGS.
-class DualSolver {
- public:
-  explicit DualSolver(const Code& code)
-      : code_(code),
-        memory_(dual_, code.width,
-                {{&Dual::AR, kPlaces * kPlaces},
-                 {&Dual::b, kPlaces},
-                 {&Dual::ARinv, kPlaces},
-                 {&Dual::A, kPlaces},
-                 {&Dual::low, kPlaces},
-                 {&Dual::high, kPlaces},
-                 {&Dual::force, kPlaces},
-                 {&Dual::scale, 1},
-                 {&Dual::tolerance, 1}}) {}
-
-  // Whether lanes can solve the constraints of rows of this model, and of this row.
-  static bool solves(const mjModel& m) {
-    return m.opt.solver == mjSOL_PGS && m.opt.cone == mjCONE_PYRAMIDAL && m.opt.noslip_iterations == 0 &&
-           !mj_isSparse(&m);
-  }
-  static bool solves(const mjData& d) { return d.nefc > 0 && d.nefc <= kMost; }
-
-  // The rows, as bits, in which mj_fwdConstraint has run without iterations. Does the iterations and what follows them.
-  void solve(std::uint32_t rows, const std::array<const mjModel*, kMaxWidth>& models,
-             const std::array<mjData*, kMaxWidth>& data) {
-    dual_.blocks = 0;
-    for (int lane = 0; lane < code_.width; ++lane)
-      if (rows >> lane & 1) dual_.blocks = std::max(dual_.blocks, data[lane]->nefc / 4 * 4);
-    dual_.size = dual_.blocks + Dual::kRest;
-    clear();
-    for (int lane = 0; lane < code_.width; ++lane)
-      if (rows >> lane & 1) load(lane, *models[lane], *data[lane]);
-    code_.solPGS(dual_);
-    for (int lane = 0; lane < code_.width; ++lane)
-      if (rows >> lane & 1) finish(lane, *models[lane], *data[lane]);
-  }
-
- private:
-  static constexpr int kMost = 48, kPlaces = kMost + Dual::kRest;
-  const Code& code_;
-  Dual dual_{};
-  Memory<Dual> memory_;
-
-  int place(int constraint, int count) const {
-    const int in_blocks = count / 4 * 4;
-    return constraint < in_blocks ? constraint : dual_.blocks + constraint - in_blocks;
-  }
-
-  void clear() {
-    const int numbers = dual_.size * code_.width;
-    std::fill_n(dual_.AR, dual_.size * numbers, 0.0);
-    for (double* array : {dual_.b, dual_.ARinv, dual_.A, dual_.low, dual_.high, dual_.force})
-      std::fill_n(array, numbers, 0.0);
-    for (double* number : {dual_.scale, dual_.tolerance}) std::fill_n(number, code_.width, 1.0);
-    std::fill_n(dual_.most, code_.width, 0);
-  }
-
-  void load(int lane, const mjModel& m, const mjData& d) {
-    const int count = d.nefc, width = code_.width;
-    for (int i = 0; i < count; ++i) {
-      const int at = place(i, count);
-      double* AR = dual_.AR + at * dual_.size * width + lane;
-      for (int j = 0; j < count; ++j) AR[place(j, count) * width] = d.efc_AR[i * count + j];
-      const bool is_friction = i < d.nf;  // there are no equality constraints
-      dual_.b[at * width + lane] = d.efc_b[i];
-      const double inverse = 1 / d.efc_AR[i * (count + 1)];
-      dual_.ARinv[at * width + lane] = inverse;
-      dual_.A[at * width + lane] = 1 / inverse;
-      dual_.low[at * width + lane] = is_friction ? -d.efc_frictionloss[i] : 0;
-      dual_.high[at * width + lane] = is_friction ? d.efc_frictionloss[i] : std::numeric_limits<double>::infinity();
-      dual_.force[at * width + lane] = d.efc_force[i];
-    }
-    dual_.scale[lane] = m.stat.meaninertia * std::max(1, m.nv);
-    dual_.tolerance[lane] = m.opt.tolerance;
-    dual_.most[lane] = m.opt.iterations;
-  }
-
-  // As the end of mj_solPGS and mj_fwdConstraint, but for the statistics of each iteration (mjData.solver).
-  void finish(int lane, const mjModel& m, mjData& d) {
-    for (int i = 0; i < d.nefc; ++i) {
-      d.efc_force[i] = dual_.force[place(i, d.nefc) * code_.width + lane];
-      d.efc_state[i] = state(d, i);
-    }
-    d.solver_iter = dual_.iterations[lane];
-    mj_mulJacTVec(&m, &d, d.qfrc_constraint, d.efc_force);
-    mj_solveM(&m, &d, d.qacc, d.qfrc_constraint, 1);
-    mju_addTo(d.qacc, d.qacc_smooth, m.nv);
-    std::copy_n(d.qacc, m.nv, d.qacc_warmstart);
-  }
-
-  // As dualState, without equality constraints.
-  static int state(const mjData& d, int i) {
-    const double force = d.efc_force[i], friction = d.efc_frictionloss[i];
-    if (i >= d.nf) return force <= 0 ? mjCNSTRSTATE_SATISFIED : mjCNSTRSTATE_QUADRATIC;
-    if (force <= -friction) return mjCNSTRSTATE_LINEARPOS;
-    return force >= friction ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_QUADRATIC;
-  }
-};
-
 class LaneStepper final : public Stepper {
  public:
   LaneStepper(const Model& model, const Code& code);
@@ -222,8 +97,8 @@ class LaneStepper final : public Stepper {
   Lanes lanes_{};
   std::unique_ptr<Memory<Lanes>> memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
-  const bool searches_;                 // MuJoCo searches for pairs of geoms
-  std::unique_ptr<DualSolver> solver_;  // null if MuJoCo solves the constraints row by row
+  const bool searches_;             // MuJoCo searches for pairs of geoms
+  std::unique_ptr<Solver> solver_;  // null if MuJoCo solves the constraints row by row
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // lanes without a row write here
   std::array<const mjModel*, kMaxWidth> row_models_{};
@@ -241,9 +116,9 @@ class LaneStepper final : public Stepper {
   void for_live_rows(const Body& body);
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
-  void forward();
+  void forward(bool is_last);
   void collide();
-  void constrain();
+  void constrain(bool is_last);
   void integrate(bool is_last);
 };
 
@@ -334,11 +209,15 @@ void LaneStepper::set_world() {
 }
 
 LaneStepper::LaneStepper(const Model& model, const Code& code)
-    : code_(code), m_(*model.stepped()), tables_(model), searches_(!model.pairs()), hits_(tables_.pairs.size()) {
+    : code_(code),
+      m_(*model.stepped()),
+      tables_(model),
+      searches_(!model.pairs()),
+      solver_(Solver::make(code, m_)),
+      hits_(tables_.pairs.size()) {
   set_up_arrays();
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
-  if (DualSolver::solves(m_)) solver_ = std::make_unique<DualSolver>(code);
   lanes_.model = &m_;
   lanes_.ten_J = tables_.ten_J.data();
   lanes_.has_negative_zeros = tables_.has_negative_zeros;
@@ -423,8 +302,9 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       scatter(state_);
       for (int row = 0; row < count; ++row) works[row]->save(before[row]);
     }
-    forward();
-    integrate(frame == frames);
+    const bool is_last = frame == frames;
+    forward(is_last && m_.opt.integrator == mjINT_EULER);
+    integrate(is_last);
     if (live() == 0) return 0;
     for (int row = 0; row < count; ++row) data_[row]->time += m_.opt.timestep;
   }
@@ -439,8 +319,9 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   return live();
 }
 
-// mj_forward, in another order where that makes no difference: what concerns constraints comes last.
-void LaneStepper::forward() {
+// mj_forward, in another order where that makes no difference: what concerns constraints comes last. is_last: what it
+// computes is what the step leaves in mjData.
+void LaneStepper::forward(bool is_last) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
   code_.tendon(lanes_);
@@ -457,7 +338,7 @@ void LaneStepper::forward() {
   if (live() == 0) return;
   scatter(for_limits_);
   collide();
-  constrain();
+  constrain(is_last);
   leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
 }
 
@@ -480,30 +361,30 @@ void LaneStepper::collide() {
   });
 }
 
-// The constraints, row by row, but for the iterations of PGS.
-void LaneStepper::constrain() {
-  int contacts = 0, constraints = 0;
-  std::uint32_t solvable = 0;
+// MuJoCo makes the constraints row by row, and lanes solve them.
+void LaneStepper::constrain(bool is_last) {
+  int contacts = 0;
+  std::uint32_t constrained = 0, solvable = 0;
   for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
   if (contacts > 0) scatter(for_contacts_);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (tables_.constrains_tendons) std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
     mj_makeConstraint(&m, &d);
-    constraints += d.nefc;
-    if (solver_ && DualSolver::solves(d)) solvable |= 1u << row;
+    if (d.nefc > 0) constrained |= 1u << row;
+    if (solver_ && solver_->solves(d)) solvable |= 1u << row;
   });
-  if (constraints > 0) scatter(for_solver_);
   if ((solvable & (solvable - 1)) == 0) solvable = 0;  // one row is faster without lanes
+  if ((constrained & ~solvable) != 0) scatter(for_solver_);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    if (solvable >> row & 1) return;
     if (d.nefc > 0) {
       mj_projectConstraint(&m, &d);
       mj_referenceConstraint(&m, &d);
     }
-    mj_fwdConstraint(solvable >> row & 1 ? &models_[row]->without_iterations() : &m, &d);
+    mj_fwdConstraint(&m, &d);
   });
-  solvable &= live();
-  if (solvable != 0) solver_->solve(solvable, row_models_, data_);
-  if (constraints > 0) return gather(from_solver_);
+  if (solvable != 0) solver_->solve(lanes_, solvable, row_models_, data_, is_last);
+  if (constrained != 0) return gather(from_solver_);
   const auto count = static_cast<std::size_t>(m_.nv) * static_cast<std::size_t>(code_.width);
   std::copy_n(lanes_.qacc_smooth, count, lanes_.qacc);
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
@@ -528,7 +409,7 @@ void LaneStepper::integrate(bool is_last) {
       if (data_[row]->pstack + taken > data_[row]->nstack) lanes_.left |= 1U << row;
       data_[row]->pstack += taken;
     }
-    forward();
+    forward(is_last && stage == 3);
     for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }
   if (is_last) scatter(derived_);
@@ -551,10 +432,14 @@ int best_width(const Model& model, std::int64_t rows) {
   return obstacle(model).empty() ? best : 0;
 }
 
-std::unique_ptr<Stepper> make_stepper(const Model& model, int width) {
+const Code* code_of(int width) {
   for (const Code* code : codes)
-    if (code->width == width) return std::make_unique<LaneStepper>(model, *code);
+    if (code->width == width) return code;
   return nullptr;
+}
+
+std::unique_ptr<Stepper> make_stepper(const Model& model, const Code& code) {
+  return std::make_unique<LaneStepper>(model, code);
 }
 
 }  // namespace mjenv::core::lanes

@@ -35,7 +35,11 @@ class Stepper {
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) = 0;
 };
 
-// The width must be one of widths(), and the model must have no obstacle.
-std::unique_ptr<Stepper> make_stepper(const Model& model, int width);
+// The functions of an instruction set, by its number of lanes, which must be one of widths().
+struct Code;
+const Code* code_of(int width);
+
+// The model must have no obstacle. The code must outlive the stepper.
+std::unique_ptr<Stepper> make_stepper(const Model& model, const Code& code);
 
 }  // namespace mjenv::core::lanes

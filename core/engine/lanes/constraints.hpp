@@ -1,0 +1,84 @@
+// What both solvers of constraints need: limits and contacts, no elliptic cones. What functions.hpp says of bits holds
+// here, too: what MuJoCo's sums skip, and places without a constraint, add zeros to them.
+#pragma once
+
+#include "engine/lanes/functions.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+inline Mask mask_of(unsigned rows) {
+  Mask mask{};
+  for (int lane = 0; lane < kWidth; ++lane) mask[lane] = rows >> lane & 1 ? -1 : 0;
+  return mask;
+}
+
+// Functions are named after those of MuJoCo that they follow.
+class Constrained {
+ protected:
+  Constrained(Lanes& d, Constraints& c) : d_(d), c_(c), m_(*d.model), nv_(m_.nv), size_(c.size), active_(c.rows) {}
+
+  Lanes& d_;
+  Constraints& c_;
+  const mjModel& m_;
+  const int nv_, size_;
+  unsigned active_;  // lanes, as bits, that still iterate
+
+  double number_of_dofs() const { return nv_ > 1 ? nv_ : 1; }
+
+  void leave(unsigned rows) {
+    d_.left |= rows;
+    active_ &= ~rows;
+  }
+  // Products with zeros are zeros only for finite numbers.
+  void leave_infinite(const double* numbers, int count) {
+    const V* const x = vectors(numbers);
+    Mask good = V{} == V{};
+    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kHuge)) & (x[i] >= splat(-kHuge));
+    leave(bits(~good) & c_.rows);
+  }
+
+  void find_columns() {
+    for (int i = 0; i < size_; ++i) {
+      int *const columns = c_.columns + i * nv_, count = 0;
+      for (int k = 0; k < nv_; ++k)
+        if (any(vectors(c_.J)[i * nv_ + k] != V{})) columns[count++] = k;
+      c_.column_counts[i] = count;
+    }
+  }
+
+  void mulJacVec(V* res, const V* vec) const {
+    for (int i = 0; i < size_; ++i) res[i] = dot(vectors(c_.J) + i * nv_, vec, nv_);
+  }
+
+  void mulJacTVec(V* res, const V* vec) const {
+    zero(res, nv_);
+    for (int i = 0; i < size_; ++i) {
+      const V factor = vec[i];
+      if (!any(factor != V{})) continue;
+      const V* const row = vectors(c_.J) + i * nv_;
+      const int *const columns = c_.columns + i * nv_, count = c_.column_counts[i];
+      for (int k = 0; k < count; ++k) res[columns[k]] += row[columns[k]] * factor;
+    }
+  }
+
+  void referenceConstraint() {
+    V *const vel = vectors(c_.vel), *const aref = vectors(c_.aref);
+    mulJacVec(vel, vectors(d_.qvel));
+    for (int i = 0; i < size_; ++i) aref[i] = -vectors(c_.damping)[i] * vel[i] - vectors(c_.spring)[i];
+  }
+
+  // J * vec - aref
+  void residual(V* res, const V* vec) const {
+    mulJacVec(res, vec);
+    for (int i = 0; i < size_; ++i) res[i] -= vectors(c_.aref)[i];
+  }
+
+  // The forces that mj_constraintUpdate computes.
+  void force_of(const V* jar) {
+    for (int i = 0; i < size_; ++i) vectors(c_.force)[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
+  }
+};
+
+}  // namespace
+}  // namespace mjenv::core::lanes

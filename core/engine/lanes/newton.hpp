@@ -1,0 +1,431 @@
+// MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has ended keeps its acceleration
+// while the others iterate. What MuJoCo computes after the last iteration and then forgets is left out: the Hessian and
+// its solution.
+#pragma once
+
+#include "engine/lanes/constraints.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+// mj_mulM
+void mulM(const Lanes& d, V* res, const V* vec) {
+  const mjModel& m = *d.model;
+  const V* const qM = vectors(d.qM);
+  const int *const dof_Madr = m.dof_Madr, *const dof_parentid = m.dof_parentid, *const dof_simplenum = m.dof_simplenum;
+  const int nv = m.nv;
+  zero(res, nv);
+  for (int i = 0; i < nv; ++i) {
+    int adr = dof_Madr[i];
+    const V own = vec[i];
+    if (dof_simplenum[i]) {
+      res[i] = qM[adr] * own;
+      continue;
+    }
+    V sum = res[i] + qM[adr] * own;
+    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) {
+      ++adr;
+      sum += qM[adr] * vec[j];
+      res[j] += qM[adr] * own;
+    }
+    res[i] = sum;
+  }
+}
+
+// mju_cholFactor, of the lower triangle
+void cholFactor(V* mat, int n) {
+  for (int j = 0; j < n; ++j) {
+    V* const row = mat + j * n;
+    V diagonal = row[j] - dot(row, row, j);
+    diagonal = diagonal < splat(mjMINVAL) ? splat(mjMINVAL) : diagonal;
+    diagonal = sqrt(diagonal);
+    row[j] = diagonal;
+    const V inverse = 1.0 / diagonal;
+    for (int i = j + 1; i < n; ++i) mat[i * n + j] = (mat[i * n + j] - dot(mat + i * n, row, j)) * inverse;
+  }
+}
+
+// mju_cholSolve
+void cholSolve(V* res, const V* mat, const V* vec, int n) {
+  copy(res, vec, n);
+  for (int i = 0; i < n; ++i) res[i] = (res[i] - dot(mat + i * n, res, i)) / mat[i * (n + 1)];
+  for (int i = n - 1; i >= 0; --i) {
+    V sum = res[i];
+    for (int j = i + 1; j < n; ++j) sum -= mat[j * n + i] * res[j];
+    res[i] = sum / mat[i * (n + 1)];
+  }
+}
+
+// mju_cholUpdate of the lanes in which x is not 0. Returns those, as bits, in which it loses rank. x + (-y) * z has the
+// bits of x - y * z.
+unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
+  unsigned lost = 0;
+  for (int k = 0; k < n; ++k) {
+    const V vec = x[k];
+    const Mask is_used = vec != V{};
+    if (!any(is_used)) continue;
+    const V diagonal = mat[k * (n + 1)];
+    V square = diagonal * diagonal + (plus ? vec * vec : -vec * vec);
+    const Mask is_small = square < splat(mjMINVAL);
+    lost |= bits(is_small & is_used);
+    square = is_small ? splat(mjMINVAL) : square;
+    const V r = sqrt(square), c = r / diagonal, inverse = 1.0 / c, s = vec / diagonal, signed_s = plus ? s : -s;
+    mat[k * (n + 1)] = is_used ? r : diagonal;
+    for (int i = k + 1; i < n; ++i) {
+      const V old = mat[i * n + k], next = (old + signed_s * x[i]) * inverse;
+      mat[i * n + k] = is_used ? next : old;
+      x[i] = is_used ? c * x[i] - s * next : x[i];
+    }
+  }
+  return lost;
+}
+
+// CGsearch of one lane, from one evaluation (CGeval) to the next.
+class LineSearch {
+ public:
+  void begin(double gtol) {
+    gtol_ = gtol;
+    evaluations_ = 0;
+    has_p2_ = false;
+    evaluate_at(0, Stage::start);
+  }
+  void end(double alpha) {
+    alpha_ = alpha;
+    stage_ = Stage::ended;
+  }
+  bool has_ended() const { return stage_ == Stage::ended; }
+  // Where to evaluate; the result, if the search has ended.
+  double alpha() const { return alpha_; }
+
+  // What the evaluation at alpha() gave: the cost and its derivatives.
+  void take(double cost, double slope, double curvature) {
+    ++evaluations_;
+    const Point point{alpha_, cost, slope, curvature};
+    switch (stage_) {
+      case Stage::start: p0_ = point; return evaluate_at(newton(p0_), Stage::first);
+      case Stage::first:
+        p1_ = p0_.cost < point.cost ? p0_ : point;
+        if (is_flat(p1_)) return end(p1_.alpha);
+        direction_ = p1_.slope < 0 ? 1 : -1;
+        return go_on();
+      case Stage::one_sided: p1_ = point; return is_flat(p1_) ? end(p1_.alpha) : go_on();
+      case Stage::bracketed: p1_next_ = point; return bisect();
+      case Stage::middle: middle_ = point; return narrow();
+      case Stage::next1: p1_next_ = point; return narrow_p2();
+      case Stage::next2: p2_next_ = point; return bisect();
+      default: return;
+    }
+  }
+
+ private:
+  static constexpr int kMost = 50;  // LSmaxiter
+  enum class Stage { start, first, one_sided, bracketed, middle, next1, next2, ended };
+  struct Point {
+    double alpha, cost, slope, curvature;
+  };
+  Stage stage_ = Stage::ended;
+  double gtol_ = 0, alpha_ = 0;
+  int evaluations_ = 0, direction_ = 0;
+  bool has_p2_ = false, has_moved_ = false;
+  Point p0_{}, p1_{}, p2_{}, p1_next_{}, p2_next_{}, middle_{}, candidates_[3]{};
+
+  static double newton(const Point& p) { return p.alpha - p.slope / p.curvature; }
+  bool is_flat(const Point& p) const { return (p.slope < 0 ? -p.slope : p.slope) < gtol_; }
+  void evaluate_at(double alpha, Stage stage) {
+    alpha_ = alpha;
+    stage_ = stage;
+  }
+
+  // The one-sided search, until the least cost is between p1 and p2.
+  void go_on() {
+    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMost) {
+      p2_ = p1_;
+      has_p2_ = true;
+      return evaluate_at(newton(p1_), Stage::one_sided);
+    }
+    if (evaluations_ >= kMost || !has_p2_) return end(p1_.alpha);
+    p2_next_ = p1_;
+    evaluate_at(newton(p1_), Stage::bracketed);
+  }
+
+  void bisect() {
+    if (evaluations_ < kMost) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
+    if (p1_.cost <= p2_.cost && p1_.cost < p0_.cost) return end(p1_.alpha);
+    end(p2_.cost <= p1_.cost && p2_.cost < p0_.cost ? p2_.alpha : 0);
+  }
+
+  void narrow() {
+    candidates_[0] = p1_next_;
+    candidates_[1] = p2_next_;
+    candidates_[2] = middle_;
+    const Point* best = nullptr;
+    for (const Point& candidate : candidates_)
+      if (is_flat(candidate) && (!best || candidate.cost < best->cost)) best = &candidate;
+    if (best) return end(best->alpha);
+    has_moved_ = updateBracket(p1_);
+    if (has_moved_) return evaluate_at(newton(p1_), Stage::next1);
+    narrow_p2();
+  }
+
+  void narrow_p2() {
+    if (updateBracket(p2_)) return evaluate_at(newton(p2_), Stage::next2);
+    if (!has_moved_) return end(middle_.alpha);
+    bisect();
+  }
+
+  bool updateBracket(Point& p) const {
+    bool has_moved = false;
+    for (const Point& candidate : candidates_)
+      if ((p.slope < 0 && candidate.slope < 0 && p.slope < candidate.slope) ||
+          (p.slope > 0 && candidate.slope > 0 && p.slope > candidate.slope)) {
+        p = candidate;
+        has_moved = true;
+      }
+    return has_moved;
+  }
+};
+
+// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton
+class Newton : Constrained {
+ public:
+  Newton(Lanes& d, Constraints& c) : Constrained(d, c) {}
+
+  void run() {
+    leave_infinite(c_.J, size_ * nv_);
+    leave_infinite(c_.D, size_);
+    find_columns();
+    referenceConstraint();
+    warmstart();
+    solve();
+  }
+
+ private:
+  V cost_{}, gauss_[3]{};
+  LineSearch searches_[kWidth];
+
+  V* of(double* numbers) const { return vectors(numbers); }
+
+  // The cost that mj_constraintUpdate computes.
+  V cost_of(const V* jar) const {
+    V sum{};
+    for (int i = 0; i < size_; ++i) {
+      const Mask is_satisfied = jar[i] >= V{};
+      sum += is_satisfied ? V{} : 0.5 * vectors(c_.D)[i] * jar[i] * jar[i];
+    }
+    return sum;
+  }
+
+  V gauss_of(const V* Ma, const V* qacc, V sum) const {
+    for (int i = 0; i < nv_; ++i)
+      sum += 0.5 * (Ma[i] - vectors(d_.qfrc_smooth)[i]) * (qacc[i] - vectors(d_.qacc_smooth)[i]);
+    return sum;
+  }
+
+  // warmstart of engine_forward.c. M and J times the acceleration that it chooses are what mj_solNewton begins with.
+  void warmstart() {
+    V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);
+    const V* const smooth = vectors(d_.qacc_smooth);
+    residual(b, smooth);
+    copy(qacc, of(c_.warmstart), nv_);
+    residual(jar, qacc);
+    mulM(d_, Ma, qacc);
+    const Mask is_smooth = gauss_of(Ma, qacc, cost_of(jar)) > cost_of(b);
+    if (!any(is_smooth)) return;
+    V* const M_smooth = of(c_.Mv);
+    mulM(d_, M_smooth, smooth);
+    for (int i = 0; i < nv_; ++i) {
+      qacc[i] = is_smooth ? smooth[i] : qacc[i];
+      Ma[i] = is_smooth ? M_smooth[i] : Ma[i];
+    }
+    for (int i = 0; i < size_; ++i) jar[i] = is_smooth ? b[i] : jar[i];
+  }
+
+  // CGupdateConstraint and mj_constraintUpdate
+  void updateConstraint() {
+    const V* const jar = of(c_.jar);
+    for (int i = 0; i < size_; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
+    force_of(jar);
+    mulJacTVec(vectors(d_.qfrc_constraint), of(c_.force));
+    gauss_[0] = gauss_of(of(c_.Ma), vectors(d_.qacc), V{});
+    cost_ = cost_of(jar) + gauss_[0];
+  }
+
+  void HessianDirect() {
+    V* const H = of(c_.H);
+    zero(H, nv_ * nv_);
+    // mju_sqrMatTD, of the lower triangle
+    for (int j = 0; j < size_; ++j) {
+      if (!(c_.quadratic[j] & active_)) continue;
+      const V D = of(c_.jar)[j] >= V{} ? V{} : of(c_.D)[j];
+      const V* const row = of(c_.J) + j * nv_;
+      const int *const columns = c_.columns + j * nv_, count = c_.column_counts[j];
+      for (int a = 0; a < count; ++a) {
+        V* const res = H + columns[a] * nv_;
+        const V scale = row[columns[a]] * D;
+        for (int b = 0; b <= a; ++b) res[columns[b]] += row[columns[b]] * scale;
+      }
+    }
+    // mj_addM
+    for (int i = 0; i < nv_; ++i) {
+      int adr = m_.dof_Madr[i];
+      for (int j = i; j >= 0; j = m_.dof_simplenum[i] ? -1 : m_.dof_parentid[j])
+        H[i * nv_ + j] += vectors(d_.qM)[adr++];
+    }
+    cholFactor(H, nv_);
+  }
+
+  // Each lane's changes one after the other, as many lanes at once as have one. old: what c_.quadratic was.
+  void HessianIncremental(const unsigned char* old) {
+    int next[kWidth] = {};
+    V* const vec = of(c_.vec);
+    auto* const numbers = reinterpret_cast<double*>(vec);
+    for (;;) {
+      unsigned plus = 0;
+      bool has_change = false;
+      zero(vec, nv_);
+      for (int lane = 0; lane < kWidth; ++lane) {
+        if (!(active_ >> lane & 1)) continue;
+        int& i = next[lane];
+        while (i < size_ && !((old[i] ^ c_.quadratic[i]) >> lane & 1)) ++i;
+        if (i == size_) continue;
+        has_change = true;
+        plus |= (c_.quadratic[i] >> lane & 1u) << lane;
+        const double scale = std::sqrt(c_.D[i * kWidth + lane]);
+        for (int k = 0; k < nv_; ++k) numbers[k * kWidth + lane] = c_.J[(i * nv_ + k) * kWidth + lane] * scale;
+        ++i;
+      }
+      if (!has_change) return;
+      leave(cholUpdate(of(c_.H), vec, nv_, mask_of(plus)));
+    }
+  }
+
+  // CGprepare
+  void prepare() {
+    const V *const search = of(c_.search), *const jar = of(c_.jar), *const Jv = of(c_.Jv);
+    V* const quad = of(c_.quad);
+    gauss_[1] = dot(search, vectors(c_.Ma), nv_) - dot(search, vectors(d_.qfrc_smooth), nv_);
+    gauss_[2] = 0.5 * dot(search, vectors(c_.Mv), nv_);
+    for (int i = 0; i < size_; ++i) {
+      const V D = of(c_.D)[i], DJ0 = D * jar[i];
+      quad[3 * i] = jar[i] * DJ0 * 0.5;
+      quad[3 * i + 1] = Jv[i] * DJ0;
+      quad[3 * i + 2] = Jv[i] * D * Jv[i] * 0.5;
+    }
+  }
+
+  // CGeval at each lane's alpha. MuJoCo warns of a second derivative that is not positive.
+  void evaluate() {
+    V alpha{};
+    for (int lane = 0; lane < kWidth; ++lane) alpha[lane] = searches_[lane].alpha();
+    const V *const jar = of(c_.jar), *const Jv = of(c_.Jv), *const quad = of(c_.quad);
+    V sum0 = gauss_[0], sum1 = gauss_[1], sum2 = gauss_[2];
+    for (int i = 0; i < size_; ++i) {
+      const Mask is_active = jar[i] + alpha * Jv[i] < V{};
+      sum0 = is_active ? sum0 + quad[3 * i] : sum0;
+      sum1 = is_active ? sum1 + quad[3 * i + 1] : sum1;
+      sum2 = is_active ? sum2 + quad[3 * i + 2] : sum2;
+    }
+    const V cost = V{} + (alpha * alpha * sum2 + alpha * sum1 + sum0);
+    const V slope = V{} + (2.0 * alpha * sum2 + sum1);
+    const V curvature = V{} + 2.0 * sum2;
+    const unsigned bad = bits(~(curvature > V{})) | bits(~(abs(cost) <= splat(kHuge)));
+    for (int lane = 0; lane < kWidth; ++lane) {
+      if (searches_[lane].has_ended()) continue;
+      if (bad >> lane & 1) {
+        leave(1u << lane);
+        searches_[lane].end(0);
+      } else {
+        searches_[lane].take(cost[lane], slope[lane], curvature[lane]);
+      }
+    }
+  }
+
+  // CGsearch. Returns each lane's step, 0 for a lane that has ended.
+  V search() {
+    V* const vec = of(c_.search);
+    const V norm = sqrt(dot(vec, vectors(c_.search), nv_));
+    const V gtol = *of(c_.tolerance) * 0.01 * norm * *of(c_.meaninertia) * number_of_dofs();
+    const unsigned is_short = bits(norm < splat(mjMINVAL));
+    for (int lane = 0; lane < kWidth; ++lane) {
+      if ((active_ & ~is_short) >> lane & 1)
+        searches_[lane].begin(gtol[lane]);
+      else
+        searches_[lane].end(0);
+    }
+    mulM(d_, of(c_.Mv), vec);
+    mulJacVec(of(c_.Jv), vec);
+    prepare();
+    const auto is_searching = [&] {
+      for (const LineSearch& lane : searches_)
+        if (!lane.has_ended()) return true;
+      return false;
+    };
+    while (is_searching()) evaluate();
+    V alpha{};
+    for (int lane = 0; lane < kWidth; ++lane) alpha[lane] = searches_[lane].alpha();
+    return alpha;
+  }
+
+  // CGupdateGradient and the new direction, from the gradient
+  void updateSearch() {
+    V* const vec = of(c_.search);
+    cholSolve(vec, of(c_.H), of(c_.grad), nv_);
+    for (int i = 0; i < nv_; ++i) vec[i] *= -1.0;
+  }
+
+  void updateGradient() {
+    for (int i = 0; i < nv_; ++i)
+      of(c_.grad)[i] = of(c_.Ma)[i] - vectors(d_.qfrc_smooth)[i] - vectors(d_.qfrc_constraint)[i];
+  }
+
+  // Moves the lanes that have found a step.
+  void move(V alpha) {
+    const Mask is_moving = mask_of(active_);
+    const auto add = [&](V* res, const V* vec, int n) {
+      for (int i = 0; i < n; ++i) res[i] = is_moving ? res[i] + vec[i] * alpha : res[i];
+    };
+    add(vectors(d_.qacc), of(c_.search), nv_);
+    add(of(c_.Ma), of(c_.Mv), nv_);
+    add(of(c_.jar), of(c_.Jv), size_);
+  }
+
+  // mj_solNewton
+  void solve() {
+    const V scale = *of(c_.meaninertia) * number_of_dofs();
+    unsigned ended = 0;
+    for (int lane = 0; lane < kWidth; ++lane) {
+      c_.iterations[lane] = 0;
+      if (c_.most[lane] == 0) ended |= 1u << lane;
+    }
+    updateConstraint();
+    leave(bits(~(abs(cost_) <= splat(kHuge))) & active_);
+    active_ &= ~ended;
+    if (active_ == 0) return;
+    HessianDirect();
+    updateGradient();
+    updateSearch();
+    while (active_ != 0) {
+      const V alpha = search();
+      active_ &= bits(alpha != V{});
+      if (active_ == 0) return;
+      move(alpha);
+      for (int i = 0; i < size_; ++i) c_.old[i] = c_.quadratic[i];
+      const V old_cost = cost_;
+      updateConstraint();
+      updateGradient();
+      const V tolerance = *of(c_.tolerance), gradient = sqrt(dot(of(c_.grad), vectors(c_.grad), nv_)) / scale;
+      unsigned has_converged = bits((old_cost - cost_) / scale < tolerance) | bits(gradient < tolerance);
+      for (int lane = 0; lane < kWidth; ++lane)
+        if (active_ >> lane & 1 && ++c_.iterations[lane] == c_.most[lane]) has_converged |= 1u << lane;
+      active_ &= ~has_converged;
+      if (active_ == 0) return;
+      HessianIncremental(c_.old);
+      updateSearch();
+    }
+  }
+};
+
+void solNewton(Lanes& d, Constraints& c) { Newton(d, c).run(); }
+
+}  // namespace
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,149 @@
+#include "engine/lanes/solver.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+namespace mjenv::core::lanes {
+namespace {
+
+using Counts = std::vector<std::pair<double * Constraints::*, int>>;
+
+Counts counts(int places, int nv, bool is_dual) {
+  using C = Constraints;
+  Counts result{{&C::J, places * nv}, {&C::D, places},     {&C::vel, places},   {&C::aref, places},
+                {&C::b, places},      {&C::jar, places},   {&C::force, places}, {&C::damping, places},
+                {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},  {&C::meaninertia, 1}};
+  const Counts primal{{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv},  {&C::Mv, nv},
+                      {&C::grad, nv},   {&C::search, nv},       {&C::vec, nv}, {&C::H, nv * nv}};
+  const Counts dual{
+      {&C::R, places}, {&C::JM2, places * nv}, {&C::AR, places * places}, {&C::ARinv, places}, {&C::A, places}};
+  const Counts& own = is_dual ? dual : primal;
+  result.insert(result.end(), own.begin(), own.end());
+  return result;
+}
+
+}  // namespace
+
+std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
+  const bool is_known = m.opt.solver == mjSOL_PGS || m.opt.solver == mjSOL_NEWTON;
+  if (!is_known || m.opt.cone != mjCONE_PYRAMIDAL || m.opt.noslip_iterations > 0 || mj_isSparse(&m) ||
+      (m.opt.disableflags & mjDSBL_WARMSTART))
+    return nullptr;
+  return std::unique_ptr<Solver>(new Solver(code, m));
+}
+
+Solver::Solver(const Code& code, const mjModel& m)
+    : code_(code),
+      nv_(m.nv),
+      is_dual_(m.opt.solver == mjSOL_PGS),
+      memory_(constraints_, code.width, counts(kPlaces, m.nv, is_dual_)),
+      bits_(2 * kPlaces),
+      columns_(static_cast<std::size_t>(kPlaces * (m.nv + 1))),
+      zeros_(static_cast<std::size_t>(m.nv)) {
+  constraints_.quadratic = bits_.data();
+  constraints_.old = bits_.data() + kPlaces;
+  constraints_.column_counts = columns_.data();
+  constraints_.columns = columns_.data() + kPlaces;
+}
+
+// Rows with friction of joints or tendons are left to MuJoCo, and those in which its stack may be too small for the
+// solver, which then fails. The solver takes less than this.
+bool Solver::solves(const mjData& d) const {
+  const int needed = 10 * d.nefc + 12 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * d.nefc;
+  return d.nefc > 0 && d.nefc <= kMost && d.nf == 0 && d.nstack - d.pstack >= needed;
+}
+
+// Where the constraint of a row with so many is in the lanes.
+int Solver::place(int constraint, int count) const {
+  const int in_blocks = is_dual_ ? count / 4 * 4 : count;
+  return constraint < in_blocks ? constraint : constraints_.size - Constraints::kRest + constraint - in_blocks;
+}
+
+// The constraint at a place; -1 if there is none.
+int Solver::constraint_at(int place, int count) const {
+  const int in_blocks = is_dual_ ? count / 4 * 4 : count;
+  if (place < in_blocks) return place;
+  const int in_rest = place - (constraints_.size - Constraints::kRest);
+  return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks ? in_blocks + in_rest : -1;
+}
+
+void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
+  int most = 0, first = code_.width;
+  for (int lane = code_.width - 1; lane >= 0; --lane)
+    if (rows >> lane & 1) {
+      most = std::max(most, data[lane]->nefc);
+      first = lane;
+    }
+  constraints_.rows = rows;
+  constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
+
+  // Lanes that take no part compute the first row's constraints, too.
+  RowData from{};
+  std::array<const double*, kMaxWidth> warmstart{};
+  for (int lane = 0; lane < code_.width; ++lane) {
+    const int row = rows >> lane & 1 ? lane : first;
+    from[lane] = data[row];
+    warmstart[lane] = data[row]->qacc_warmstart;
+    load(lane, *models[row], *data[row]);
+  }
+  gather_J(from);
+  code_.gather(constraints_.warmstart, warmstart.data(), nv_);
+  (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
+  for (int lane = first; lane < code_.width; ++lane)
+    if ((rows & ~lanes.left) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+}
+
+void Solver::gather_J(const RowData& from) {
+  std::array<const double*, kMaxWidth> numbers{};
+  for (int at = 0; at < constraints_.size; ++at) {
+    for (int lane = 0; lane < code_.width; ++lane) {
+      const int constraint = constraint_at(at, from[lane]->nefc);
+      numbers[lane] =
+          constraint < 0 ? zeros_.data() : from[lane]->efc_J + static_cast<std::ptrdiff_t>(constraint) * nv_;
+    }
+    code_.gather(constraints_.J + static_cast<std::ptrdiff_t>(at) * nv_ * code_.width, numbers.data(), nv_);
+  }
+}
+
+void Solver::load(int lane, const mjModel& m, const mjData& d) {
+  Constraints& c = constraints_;
+  const int count = d.nefc, width = code_.width;
+  for (double* array : {c.D, c.damping, c.spring})
+    for (int at = 0; at < c.size; ++at) array[at * width + lane] = 0;
+  if (is_dual_)
+    for (int at = 0; at < c.size; ++at) c.R[at * width + lane] = 0;
+  for (int i = 0; i < count; ++i) {
+    const int at = place(i, count) * width + lane;
+    const double* const KBIP = d.efc_KBIP + static_cast<std::ptrdiff_t>(4) * i;
+    c.D[at] = d.efc_D[i];
+    c.damping[at] = KBIP[1];
+    c.spring[at] = KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
+    if (is_dual_) c.R[at] = d.efc_R[i];
+  }
+  c.tolerance[lane] = m.opt.tolerance;
+  c.meaninertia[lane] = m.stat.meaninertia;
+  c.most[lane] = m.opt.iterations;
+}
+
+void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const {
+  const Constraints& c = constraints_;
+  for (int i = 0; i < nv_; ++i) {
+    d.qacc[i] = d.qacc_warmstart[i] = lanes.qacc[i * code_.width + lane];
+    d.qfrc_constraint[i] = lanes.qfrc_constraint[i * code_.width + lane];
+  }
+  d.solver_iter = c.iterations[lane];
+  d.solver_nnz = is_dual_ ? d.nefc * d.nefc : nv_ * nv_;
+  if (!is_last) return;
+  for (int i = 0; i < d.nefc; ++i) {
+    const int at = place(i, d.nefc), number = at * code_.width + lane;
+    d.efc_vel[i] = c.vel[number];
+    d.efc_aref[i] = c.aref[number];
+    d.efc_b[i] = c.b[number];
+    d.efc_force[i] = c.force[number];
+    const bool is_quadratic = is_dual_ ? d.efc_force[i] > 0 : (c.quadratic[at] >> lane & 1) != 0;
+    d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
+  }
+}
+
+}  // namespace mjenv::core::lanes

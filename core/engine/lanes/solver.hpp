@@ -1,0 +1,49 @@
+// MuJoCo's solvers of constraints in lanes: constraints of several rows are copied to lanes, solved, and copied back.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/lanes/lanes.hpp"
+#include "engine/lanes/memory.hpp"
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+
+using RowModels = std::array<const mjModel*, kMaxWidth>;
+using RowData = std::array<mjData*, kMaxWidth>;
+
+class Solver {
+ public:
+  // Null if lanes cannot solve the constraints of this model.
+  static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
+
+  // Whether lanes can solve the constraints of this row.
+  bool solves(const mjData& d) const;
+
+  // The rows, as bits, in which mj_makeConstraint has run. Does the rest of what mj_forward does with constraints.
+  // is_last: also writes what only readers of mjData need.
+  void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
+
+ private:
+  static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // constraints of a row
+  const Code& code_;
+  const int nv_;
+  const bool is_dual_;  // PGS; else Newton's method
+  Constraints constraints_{};
+  Memory<Constraints> memory_;
+  std::vector<unsigned char> bits_;
+  std::vector<int> columns_;
+  std::vector<double> zeros_;  // a row of J at a place without a constraint
+
+  Solver(const Code& code, const mjModel& m);
+  int place(int constraint, int count) const;
+  int constraint_at(int place, int count) const;
+  void gather_J(const RowData& from);
+  void load(int lane, const mjModel& m, const mjData& d);
+  void finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const;
+};
+
+}  // namespace mjenv::core::lanes
