@@ -103,7 +103,8 @@ using Names = std::vector<const char*>;
 const Names kInLanes{"body_mass",        "body_inertia",     "body_ipos",  "jnt_stiffness",
                      "dof_armature",     "dof_damping",      "dof_M0",     "tendon_lengthspring",
                      "actuator_gainprm", "actuator_biasprm", "opt.gravity"};
-// These are used by MuJoCo's own functions alone, which compute constraints row by row, or by no step.
+// These are used by what is computed row by row: the making of constraints, and the numbers of a solver for each row; or
+// by no step.
 const Names kRowByRow{
     "geom_friction",  "geom_solref",     "geom_solimp",      "geom_solmix",    "geom_rgba",         "jnt_range",
     "jnt_margin",     "jnt_solref",      "jnt_solimp",       "dof_solref",     "dof_solimp",        "dof_frictionloss",
