@@ -14,13 +14,16 @@ else()
   list(APPEND core_sources ${folder}/none.cpp)
 endif()
 
-# Each of these files is compiled for one instruction set, so link-time optimisation must leave them alone. A profile knows
-# nothing of them, because the steps that it counts are without lanes, so clang would make them small instead of fast.
-set(apart -fno-lto)
+# A profile knows nothing of these files, because the steps that it counts are without lanes, so clang would make them
+# small instead of fast.
 if(MJENV_PGO)
-  list(APPEND apart -fno-profile-generate -fno-profile-instr-use)
+  foreach(name sse2 avx2 avx512 stepper solver)
+    set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-profile-generate
+                                                                              -fno-profile-instr-use)
+  endforeach()
 endif()
-set_property(SOURCE ${folder}/sse2.cpp APPEND PROPERTY COMPILE_OPTIONS ${apart})
-set_property(SOURCE ${folder}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS ${apart} -mavx2)
-set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS ${apart} -mavx512f -mavx512dq
+# Each of these files is compiled for one instruction set, so link-time optimisation must leave them alone.
+set_property(SOURCE ${folder}/sse2.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto)
+set_property(SOURCE ${folder}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto -mavx2)
+set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto -mavx512f -mavx512dq
                                                                          -mprefer-vector-width=512)
