@@ -87,7 +87,7 @@ class Calls {
     if (chosen && mjenv_options_get_integer(chosen.get(), "num_threads", &threads) == MJENV_OK && threads > 3)
       check(mjenv_options_set_integer(chosen.get(), "num_threads", 2));
     mjenv_env* env = nullptr;
-    static const std::int64_t rows[] = {1, 2, 3, 0, -1, INT64_MAX, INT64_MIN, std::int64_t{1} << 50};
+    static const std::int64_t rows[] = {1, 2, 4, 0, -1, INT64_MAX, INT64_MIN, std::int64_t{1} << 50};
     const mjenv_status status =
         check(mjenv_create(chosen.get(), bytes_.one_of(rows), bytes_.below(16) ? &env : nullptr));
     if (status != MJENV_OK) return;
