@@ -331,6 +331,8 @@ bool Work::diverged() const {
   return std::any_of(divergence.begin(), divergence.end(), [&](auto kind) { return data_->warning[kind].number > 0; });
 }
 
+int Work::constraint_count() const { return data_->nefc; }
+
 bool Work::was_reset() const { return diverged() && resets_diverged(model()); }
 
 }  // namespace mjenv::core

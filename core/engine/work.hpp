@@ -122,6 +122,7 @@ class Work {
   }
   static bool on_demand(const std::string& array);
 
+  int constraint_count() const;
   // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward.
   bool diverged() const;
   // Whether it then reset the simulation, as it does unless the model disables that.

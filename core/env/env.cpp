@@ -103,6 +103,7 @@ Env::Env(const Options& options, std::int64_t rows)
       workers_(workers_for(options_, task_, rows)),
       schema_(task_, options_.get("arrays").text, workers_.first().work()),
       rows_(*task_.model, task_.carry_count, rows),
+      order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
       episodes_(options_, task_, schema_, randomization_, perturbation_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
   workers_.prepare(schema_);
@@ -213,13 +214,17 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
     episodes_.check_finite(row, actions.part(row * nu, nu));
   }
   const auto turn = [&](std::int64_t row) { return Turn{row, actions.part(row * nu, nu), {out, rows(), row}}; };
-  if (steps_together())
+  if (steps_together()) {
+    order_.arrange();
     return workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
       team.turns().clear();
-      for (std::int64_t row = first; row < last; ++row)
-        if (is_selected(mask, row)) team.turns().push_back(turn(row));
+      for (std::int64_t place = first; place < last; ++place)
+        if (const std::int64_t row = order_.row(place); is_selected(mask, row)) team.turns().push_back(turn(row));
       episodes_.step(team);
+      for (std::size_t i = 0; i < team.turns().size(); ++i)
+        order_.note(team.turns()[i].row, team[i].work().constraint_count());
     });
+  }
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
     if (is_selected(mask, row)) episodes_.step(worker, turn(row));
   });

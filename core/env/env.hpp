@@ -10,6 +10,7 @@
 
 #include "env/episodes.hpp"
 #include "env/image.hpp"
+#include "env/order.hpp"
 #include "env/pipeline.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
@@ -86,6 +87,7 @@ class Env {
   Workers workers_;
   Schema schema_;
   Rows rows_;
+  Order order_;
   Randomization randomization_;
   Perturbation perturbation_;
   Episodes episodes_;

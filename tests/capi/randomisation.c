@@ -510,7 +510,7 @@ static void test_refused_randomizations(void** state) {
   REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_TRUNCATED_NORMAL, DRAWN(0, 1, 20, 30)), "thousandth");
   REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_TRUNCATED_NORMAL, DRAWN(0, 0, 1, 2)), "thousandth");
   REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_TRUNCATED_NORMAL, DRAWN(1, 1, 2, 1)), "above high");
-  REFUSED(MJENV_E_VALUE, item.array = "geom_contype", "only a choice");
+  REFUSED(MJENV_E_VALUE, item.array = "geom_contype", "MJENV_DISTRIBUTION_CHOICE");
   REFUSED(MJENV_E_VALUE,
           (item.array = "geom_contype", item.distribution = MJENV_DISTRIBUTION_CHOICE, DRAWN(1, 0.5),
            item.effect = MJENV_EFFECT_VALUE),
