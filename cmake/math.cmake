@@ -1,13 +1,18 @@
 # MJENV_MATH: whose sin, cos, exp and so on the engine and the core call. With `portable`, defines mjenv_math, which is
 # glibc's functions under names of their own, and makes the calls go there.
-set(MJENV_MATH system CACHE STRING "system: the C library's functions, as Gymnasium beside this library has them. portable: \
+# Gymnasium's bits are those of glibc, which Windows lacks.
+set(math_default system)
+if(WIN32)
+  set(math_default portable)
+endif()
+set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, as Gymnasium beside this library has them. portable: \
 glibc's, compiled in (LGPL-2.1-or-later), for the same bits on every CPU and system")
 set_property(CACHE MJENV_MATH PROPERTY STRINGS system portable)
 set(MJENV_MATH_SOURCES "" CACHE PATH "Folder with the folder glibc; empty: tools/engine-sources fetches it")
-if(MJENV_MATH STREQUAL system)
+if(MJENV_MATH STREQUAL system AND NOT WIN32)
   return()
 elseif(NOT MJENV_MATH STREQUAL portable)
-  message(FATAL_ERROR "MJENV_MATH is ${MJENV_MATH}, neither system nor portable")
+  message(FATAL_ERROR "MJENV_MATH is ${MJENV_MATH}, neither system (not on Windows) nor portable")
 endif()
 get_target_property(math_engine mjenv_engine TYPE)
 if(NOT math_engine STREQUAL STATIC_LIBRARY)
@@ -134,7 +139,7 @@ foreach(name branred sincostab e_exp_data e_log_data e_pow_log_data)
 endforeach()
 set_property(SOURCE ${math_files} APPEND PROPERTY INCLUDE_DIRECTORIES ${math_generated} ${math_glibc})
 add_library(mjenv_math STATIC ${math_files} ${CMAKE_CURRENT_LIST_DIR}/math/choose.cpp ${CMAKE_CURRENT_LIST_DIR}/math/errors.cpp
-                              ${CMAKE_CURRENT_LIST_DIR}/math/sort.c)
+                              ${CMAKE_CURRENT_LIST_DIR}/math/fma.cpp ${CMAKE_CURRENT_LIST_DIR}/math/sort.c)
 mjenv_tune(mjenv_math)
 # The code belongs to another project, so its warnings are not shown.
 target_compile_options(mjenv_math PRIVATE -w $<$<COMPILE_LANGUAGE:CXX>:-Wno-narrowing>)

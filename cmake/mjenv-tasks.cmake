@@ -20,6 +20,9 @@ function(mjenv_add_tasks name)
     target_link_libraries(${name} PRIVATE Eigen3::Eigen)
     target_compile_features(${name} PRIVATE cxx_std_17)
   endif()
+  if(MINGW)  # so that it needs none of the compiler's DLLs
+    target_link_options(${name} PRIVATE -static)
+  endif()
   foreach(model IN LISTS tasks_MODELS)
     add_custom_command(TARGET ${name} POST_BUILD
       COMMAND ${CMAKE_COMMAND} -E copy_if_different ${CMAKE_CURRENT_SOURCE_DIR}/${model} $<TARGET_FILE_DIR:${name}>)

@@ -69,20 +69,28 @@ void mjenv_resetlists(qhT* qh, boolT stats, boolT resetVisible) {
   qh_resetlists(qh, stats, resetVisible);
 }
 
-// The C library's rand() with a state for each thread. MuJoCo seeds it before it compiles a model, so the random dots
-// of textures are always the same.
-static _Thread_local struct random_data generator;
-static _Thread_local char generator_state[128];
-
-void mjenv_srand(unsigned seed) {
-  generator.state = NULL;
-  initstate_r(seed, generator_state, sizeof generator_state, &generator);
-}
+// glibc's rand() with a state for each thread. MuJoCo seeds it before it compiles a model, so the random dots of
+// textures are always the same. Each number is the sum of the third and the thirty-first before it.
+enum { FIRST = 31, STEP = 3, DROPPED = 310 };
+static _Thread_local uint32_t numbers[FIRST];  // the last ones, the oldest at `oldest`
+static _Thread_local int oldest;
 
 int mjenv_rand(void) {
-  int32_t number = 0;
-  random_r(&generator, &number);
-  return number;
+  const uint32_t next = numbers[oldest] += numbers[(oldest + FIRST - STEP) % FIRST];
+  oldest = (oldest + 1) % FIRST;
+  return (int)(next >> 1);
+}
+
+void mjenv_srand(unsigned seed) {
+  const int64_t prime = 2147483647;
+  int64_t number = seed == 0 ? 1 : (int32_t)seed;
+  for (int i = 0; i < FIRST; ++i) {
+    numbers[i] = (uint32_t)number;
+    number = number * 16807 % prime;
+    if (number < 0) number += prime;
+  }
+  oldest = STEP;
+  for (int i = 0; i < DROPPED; ++i) mjenv_rand();
 }
 
 // The functions below replace qhull's usermem_r.c and userprintf_r.c.

@@ -29,6 +29,12 @@ list(APPEND engine
   ${sources}/lodepng/lodepng.cpp
   ${sources}/tinyxml2/tinyxml2.cpp)
 
+if(WIN32)
+  list(APPEND engine ${CMAKE_CURRENT_LIST_DIR}/utf8.c)
+  set(readers ${sources}/mujoco/src/engine/engine_file.c ${sources}/mujoco/src/user/user_mesh.cc ${sources}/tinyxml2/tinyxml2.cpp)
+  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS "SHELL:-include ${CMAKE_CURRENT_LIST_DIR}/utf8.h")
+  set_property(SOURCE ${readers} APPEND PROPERTY OBJECT_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/utf8.h)
+endif()
 add_library(mjenv_engine STATIC ${engine})
 mjenv_tune(mjenv_engine)
 target_include_directories(mjenv_engine SYSTEM PUBLIC ${sources}/mujoco/include ${sources}/tinyxml2
@@ -40,6 +46,10 @@ target_include_directories(mjenv_engine PRIVATE
 target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD_STATIC_DEFINE)
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
+endif()
+if(MINGW)  # for localtime_r
+  set_property(SOURCE ${sources}/mujoco/src/engine/engine_util_errmem.c APPEND PROPERTY
+               COMPILE_DEFINITIONS _POSIX_C_SOURCE=200809L)
 endif()
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_setconst.c APPEND PROPERTY
              COMPILE_DEFINITIONS mj_step1=mjenv_step1)

@@ -30,8 +30,13 @@ struct Real {
   MJENV_INLINE Real& operator/=(Real other);
 };
 
-// Without such an instruction this calls the C library's function, which gives the same bits.
+extern "C" double mjenv_fma_soft(double a, double b, double c);  // fma.cpp
+
+#if defined(__FMA__) || defined(__aarch64__)
 MJENV_INLINE Real fused(Real a, Real b, Real c) { return __builtin_fma(a.value, b.value, c.value); }
+#else
+MJENV_INLINE Real fused(Real a, Real b, Real c) { return mjenv_fma_soft(a.value, b.value, c.value); }
+#endif
 
 MJENV_INLINE Real operator-(Real x) { return -x.value; }
 MJENV_INLINE Product operator*(Real a, Real b) { return {a.value, b.value}; }

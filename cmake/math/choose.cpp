@@ -24,3 +24,18 @@ MJENV_CHOOSE(exp, (double x), (x))
 MJENV_CHOOSE(log, (double x), (x))
 MJENV_CHOOSE(log1p, (double x), (x))
 MJENV_CHOOSE(pow, (double x, double y), (x, y))
+
+#if defined(__x86_64__)
+extern "C" double mjenv_fma_soft(double a, double b, double c);
+namespace {
+__attribute__((target("fma"))) double fma_by_instruction(double a, double b, double c) {
+  return __builtin_fma(a, b, c);
+}
+}  // namespace
+extern "C" double mjenv_fma(double a, double b, double c) {
+  if (__builtin_cpu_supports("fma")) return fma_by_instruction(a, b, c);
+  return mjenv_fma_soft(a, b, c);
+}
+#else
+extern "C" double mjenv_fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
+#endif

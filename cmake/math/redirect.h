@@ -3,12 +3,18 @@
 #pragma once
 
 #include <stddef.h>
+#if defined(_WIN32)
+#include <stdlib.h>
+#endif
 
-#ifdef __cplusplus
-#define MJENV_NOEXCEPT noexcept
-extern "C" {
+#if defined(__cplusplus) && !defined(_WIN32)
+#define MJENV_NOEXCEPT noexcept  // as the C library declares them
 #else
 #define MJENV_NOEXCEPT
+#endif
+
+#ifdef __cplusplus
+extern "C" {
 #endif
 
 double sin(double) MJENV_NOEXCEPT __asm__("mjenv_sin");
@@ -21,8 +27,13 @@ double exp(double) MJENV_NOEXCEPT __asm__("mjenv_exp");
 double log(double) MJENV_NOEXCEPT __asm__("mjenv_log");
 double log1p(double) MJENV_NOEXCEPT __asm__("mjenv_log1p");
 double pow(double, double) MJENV_NOEXCEPT __asm__("mjenv_pow");
+double fma(double, double, double) MJENV_NOEXCEPT __asm__("mjenv_fma");
 void qsort(void*, size_t, size_t, int (*)(const void*, const void*)) __asm__("mjenv_qsort");
 void qsort_r(void*, size_t, size_t, int (*)(const void*, const void*, void*), void*) __asm__("mjenv_qsort_r");
+#if defined(_WIN32)  // MuJoCo calls this there. The C library declares it as imported, so it goes by another name.
+void mjenv_qsort_s(void*, size_t, size_t, int (*)(void*, const void*, const void*), void*);
+#define qsort_s mjenv_qsort_s
+#endif
 
 #ifdef __cplusplus
 }

@@ -53,6 +53,24 @@ void mjenv_qsort_r(void* base, size_t count, size_t size, compare_function* comp
   free(buffer);
 }
 
+// The same with Windows' order of arguments.
+typedef int windows_compare_function(void* context, const void* a, const void* b);
+
+struct windows_call {
+  windows_compare_function* compare;
+  void* context;
+};
+
+static int compare_for_windows(const void* a, const void* b, void* call) {
+  const struct windows_call* made = call;
+  return made->compare(made->context, a, b);
+}
+
+void mjenv_qsort_s(void* base, size_t count, size_t size, windows_compare_function* compare, void* context) {
+  struct windows_call call = {compare, context};
+  mjenv_qsort_r(base, count, size, compare_for_windows, &call);
+}
+
 typedef int plain_compare_function(const void* a, const void* b);
 
 static int compare_plainly(const void* a, const void* b, void* compare) {

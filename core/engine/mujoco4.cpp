@@ -2,7 +2,6 @@
 #include "engine/mujoco4.hpp"
 
 #include <atomic>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <string>
@@ -40,8 +39,8 @@ void* open_named(const char* path) {
 
 // Prefers a library that the process has already loaded, because then both use the same one.
 void* find() {
-  const char* path = std::getenv(kVariable);
-  if (path && *path) return open_named(path);
+  const std::string path = platform::environment(kVariable).value_or("");
+  if (!path.empty()) return open_named(path.c_str());
   for (const char* name : kNames)
     if (void* library = platform::loaded_library(name)) return library;
   std::string unused;

@@ -1,5 +1,4 @@
 // Loads models from MJCF files and texts.
-#include <cstring>
 #include <new>
 
 #include "engine/assets.hpp"
@@ -50,7 +49,7 @@ auto about(const std::string& label, const F& body) {
 
 std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trusted) {
   if (xml_file.empty()) fail(MJENV_E_VALUE, "no model: set the option \"xml_file\" or \"xml_string\"");
-  if (std::strchr("./~", xml_file[0])) {
+  if (platform::begins_path(xml_file)) {
     const std::string path = expanded(xml_file);
     return open({xml_file, path, read_file(path, max_text(trusted), "model file ", MJENV_E_FILE),
                  trusted ? Origin::trusted : Origin::stranger});

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "structs.hpp"
 #include "system/cpus.hpp"
 #include "system/memory.hpp"
+#include "system/platform.hpp"
 #include "task/registry.hpp"
 
 namespace mjenv::core {
@@ -37,10 +37,9 @@ int lanes_for(const Options& options, const Task& task, std::int64_t rows, int t
   const std::int64_t option = options.get("lanes").integer;
   std::string source = "option \"lanes\"", chosen = std::to_string(option);
   if (option == -1) {
-    const char* variable = std::getenv(kLanesVariable);
-    if (!variable || !*variable) return lanes::best_width(*task.model, rows / threads);
+    chosen = platform::environment(kLanesVariable).value_or("");
+    if (chosen.empty()) return lanes::best_width(*task.model, rows / threads);
     source = kLanesVariable;
-    chosen = variable;
   }
   std::vector<int> widths = lanes::widths();
   widths.insert(widths.begin(), 0);

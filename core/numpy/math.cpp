@@ -2,9 +2,8 @@
 
 #include <strings.h>
 
-#include <cstdlib>
-
 #include "system/cpus.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core::np {
 
@@ -27,9 +26,9 @@ constexpr Kernel kernels[] = {
 }  // namespace
 
 Norm norm_as_numpy_here() {
-  if (const char* name = std::getenv("OPENBLAS_CORETYPE"))
+  if (const auto name = platform::environment("OPENBLAS_CORETYPE"))
     for (const Kernel& kernel : kernels)
-      if (strcasecmp(name, kernel.name) == 0) return Norm(kernel.fused);
+      if (strcasecmp(name->c_str(), kernel.name) == 0) return Norm(kernel.fused);
   // On x86-64, OpenBLAS chooses by this feature. Its kernels for aarch64 fuse.
   return Norm(!cpu_lacks_avx512());
 }

@@ -6,6 +6,7 @@
 
 #include "error.hpp"
 #include "render/gl.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core::gl {
 namespace {
@@ -80,11 +81,11 @@ struct Egl {
     Int count = 0;
     if (!query_devices || !query_devices(static_cast<Int>(devices.size()), devices.data(), &count)) count = 0;
     Int first = 0, last = count;
-    if (const char* chosen = std::getenv("MUJOCO_EGL_DEVICE_ID")) {
+    if (const auto chosen = platform::environment("MUJOCO_EGL_DEVICE_ID")) {
       char* end = nullptr;
-      const long index = std::strtol(chosen, &end, 10);
-      if (end == chosen || *end || index < 0 || index >= count)
-        fail(MJENV_E_VALUE, "the environment variable MUJOCO_EGL_DEVICE_ID is " + quoted(chosen) + ", outside 0.." +
+      const long index = std::strtol(chosen->c_str(), &end, 10);
+      if (end == chosen->c_str() || *end || index < 0 || index >= count)
+        fail(MJENV_E_VALUE, "the environment variable MUJOCO_EGL_DEVICE_ID is " + quoted(*chosen) + ", outside 0.." +
                                 std::to_string(count - 1));
       first = static_cast<Int>(index);
       last = first + 1;

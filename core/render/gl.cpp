@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstdlib>
 #include <mutex>
 
 #include "error.hpp"
@@ -47,10 +46,10 @@ const char* name_of(mjenv_gl back_end) { return known_back_end(back_end).name; }
 
 mjenv_gl chosen(std::int32_t asked) {
   if (asked != MJENV_GL_AUTO) return known_back_end(asked).number;
-  const char* variable = std::getenv("MUJOCO_GL");
-  if (!variable || !*variable) return MJENV_GL_AUTO;
+  const std::string variable = platform::environment("MUJOCO_GL").value_or("");
+  if (variable.empty()) return MJENV_GL_AUTO;
   for (const auto& known : back_ends)
-    if (std::string(variable) == known.name) return known.number;
+    if (variable == known.name) return known.number;
   fail(MJENV_E_VALUE, "the environment variable MUJOCO_GL is " + quoted(variable) + ", not egl, osmesa or glfw");
 }
 
@@ -106,6 +105,7 @@ std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice) {
 // Calls open_context(binding) under the lock. Fails in a forked child of a process that used OpenGL.
 template <typename Open>
 auto first_or_next(const Open& open_context) {
+  if (*platform::no_pictures) fail(MJENV_E_RENDER, platform::no_pictures);
   Binding& bound = binding();
   const std::int32_t before = bound.process;
   if (before != 0 &&

@@ -1,16 +1,11 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 namespace mjenv::core {
 
 // The CPUs in this process's affinity mask; 0 if they are unknown.
 std::vector<int> allowed_cpus();
-
-// The smallest quota of this process's control groups, in CPUs; infinite if there is none. root: the folder that
-// contains proc/ and sys/.
-double cpu_quota(const std::string& root = "");
 
 // How many CPUs this process may use at once: as many as its affinity mask has, but not more than its quota.
 int usable_cpus();

@@ -45,7 +45,10 @@ namespace platform {
 
 std::uint32_t thread_id() { return static_cast<std::uint32_t>(syscall(SYS_gettid)); }
 
-const char* trusted_environment(const char* name) { return secure_getenv(name); }
+std::optional<std::string> trusted_environment(const char* name) {
+  const char* value = secure_getenv(name);
+  return value ? std::optional<std::string>(value) : std::nullopt;
+}
 
 std::vector<int> allowed_cpus() {
   std::vector<int> cpus;
@@ -56,6 +59,8 @@ std::vector<int> allowed_cpus() {
       if (CPU_ISSET(cpu, &set)) cpus.push_back(cpu);
   return cpus;
 }
+
+double cpu_quota(const std::string& root) { return cpu_quota_of_groups(root); }
 
 void pin_thread(std::thread& thread, int cpu) {
   cpu_set_t set;
@@ -91,10 +96,11 @@ void wake_all(std::atomic<std::uint32_t>& word) {
 
 double available_memory(const std::string& root) {
   const double machine = 1024 * counter(root + "/proc/meminfo", "MemAvailable:", kUnlimited);
+  const double available = std::min(machine, memory_of_groups(root));
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return machine;
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return available;
   const double used = 1024 * counter(root + "/proc/self/status", "VmSize:", 0);
-  return std::min(machine, static_cast<double>(limit.rlim_cur) - used);
+  return std::min(available, static_cast<double>(limit.rlim_cur) - used);
 }
 
 std::string file_of(const void* address) {

@@ -1,5 +1,6 @@
-// What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, and
-// linux.cpp what only Linux has. Outside of core/system, no file asks for which system or CPU it is compiled.
+// What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, linux.cpp
+// what only Linux has, and windows.cpp all of it for Windows. Outside of core/system, no file asks for which system or
+// CPU it is compiled. Texts are UTF-8, also where the system's own are not.
 #pragma once
 
 #include <atomic>
@@ -8,6 +9,7 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -19,8 +21,10 @@ namespace mjenv::core::platform {
 std::int32_t process_id();
 // Of the calling thread; unique among the threads of the process.
 std::uint32_t thread_id();
-// The value of an environment variable. Null if it is unset, or if the program runs with more rights than its user.
-const char* trusted_environment(const char* name);
+// The value of an environment variable, if it is set.
+std::optional<std::string> environment(const char* name);
+// The same, but nothing if the program runs with more rights than its user.
+std::optional<std::string> trusted_environment(const char* name);
 // What separates the paths in an environment variable that lists some.
 extern const char path_separator;
 
@@ -42,6 +46,9 @@ class BlockedSignals {
 
 // The CPUs in this process's affinity mask; empty if they are unknown.
 std::vector<int> allowed_cpus();
+// How many CPUs the system lets this process use at once, beside its affinity mask; infinite if it sets no quota. root:
+// the folder that contains proc/ and sys/ on Linux.
+double cpu_quota(const std::string& root);
 void pin_thread(std::thread& thread, int cpu);
 // Debuggers and top show the name, of which Linux keeps 15 characters.
 void name_thread(std::thread& thread, const std::string& name);
@@ -62,8 +69,8 @@ void wake_all(std::atomic<std::uint32_t>& word);
 
 // ---- Memory, entropy, locale ----
 
-// How many bytes the machine has available, and how many the process's address space has left: the smaller number. The
-// limits of control groups are not counted. root: the folder that contains proc/.
+// How many bytes this process can still allocate: the smallest of what the machine has available and of what the limits
+// of the process and of its group leave. root: the folder that contains proc/ and sys/ on Linux.
 double available_memory(const std::string& root);
 
 // Fills the memory with random bytes. False if the system provides none.
@@ -102,16 +109,23 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
 
   // If it is not open, errno says why.
-  bool is_open() const { return descriptor_ >= 0; }
+  bool is_open() const { return handle_ != -1; }
   FileStatus status() const;
   // Returns how many bytes it has read, 0 at the end. Returns -1 if it fails; errno then says why.
   std::int64_t read(void* to, std::size_t bytes) const;
 
  private:
-  int descriptor_;
+  std::intptr_t handle_;  // -1 if it is not open
 };
 
-// The absolute path without links, or "" if there is no such file or folder; errno then says why.
+// Whether a text is a path by its first characters: ".", "/" and "~", and what else the system has.
+bool begins_path(const std::string& text);
+// Whether the path that a stranger's model names may lead to something else than files, or cannot be compared with the
+// real path of a folder. Such a path must not even be opened. Links are not looked for.
+bool names_no_file(const std::string& path);
+
+// The absolute path without links, with "/" between the names, or "" if there is no such file or folder; errno then
+// says why.
 std::string real_path(const std::string& path);
 
 // Creates and opens a file whose name is not in use yet: replaces the "XXXXXX" before the last `ending` characters of
@@ -120,6 +134,11 @@ std::FILE* create_file(std::string& path, std::size_t ending);
 
 // The user's home folder, or "~" if it is unknown.
 std::string home_folder();
+
+// ---- Pictures ----
+
+// Why the library draws no pictures on this system; "" if it draws them.
+extern const char* const no_pictures;
 
 // ---- Shared libraries ----
 

@@ -21,6 +21,11 @@ namespace mjenv::core::platform {
 
 std::int32_t process_id() { return getpid(); }
 
+std::optional<std::string> environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? std::optional<std::string>(value) : std::nullopt;
+}
+
 const char path_separator = ':';
 
 // ---- Threads ----
@@ -94,23 +99,27 @@ FileStatus status_of(const std::string& path) {
   return status_from(lstat(path.c_str(), &status), status);
 }
 
-InputFile::InputFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+InputFile::InputFile(const std::string& path) : handle_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
 
 InputFile::~InputFile() {
-  if (is_open()) close(descriptor_);
+  if (is_open()) close(static_cast<int>(handle_));
 }
 
 FileStatus InputFile::status() const {
   struct stat status {};
-  return status_from(fstat(descriptor_, &status), status);
+  return status_from(fstat(static_cast<int>(handle_), &status), status);
 }
 
 std::int64_t InputFile::read(void* to, std::size_t bytes) const {
   for (;;) {
-    const ssize_t count = ::read(descriptor_, to, bytes);
+    const ssize_t count = ::read(static_cast<int>(handle_), to, bytes);
     if (count >= 0 || errno != EINTR) return count;
   }
 }
+
+bool begins_path(const std::string& text) { return text[0] == '.' || text[0] == '/' || text[0] == '~'; }
+
+bool names_no_file(const std::string&) { return false; }
 
 std::string real_path(const std::string& path) {
   const std::unique_ptr<char, void (*)(void*)> real(realpath(path.c_str(), nullptr), std::free);
@@ -127,6 +136,10 @@ std::string home_folder() {
   const passwd* user = getpwuid(getuid());
   return user ? user->pw_dir : "~";
 }
+
+// ---- Pictures ----
+
+const char* const no_pictures = "";
 
 // ---- Shared libraries ----
 

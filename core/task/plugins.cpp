@@ -77,10 +77,10 @@ std::atomic<const std::string*> failure{nullptr};  // never freed, like the list
 std::uint64_t this_reader() { return static_cast<std::uint64_t>(platform::process_id()) << 32 | platform::thread_id(); }
 
 void read_environment() {
-  const char* paths = platform::trusted_environment("MJENV_TASKS");
+  const auto paths = platform::trusted_environment("MJENV_TASKS");
   if (!paths) return;
   std::string failed;
-  std::istringstream list(paths);
+  std::istringstream list(*paths);
   for (std::string path; std::getline(list, path, platform::path_separator);) {
     if (path.empty()) continue;
     try {

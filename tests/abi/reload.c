@@ -52,7 +52,7 @@ static void use(void* library) {
 // The loader keeps some notes of its own.
 static void test_reload(void** state) {
   (void)state;
-  enum { WARM_UP = 20, TIMES = 220, NOTES = 100 /* bytes a time */ };
+  enum { WARM_UP = 100, TIMES = 300, NOTES = 100 /* bytes a time */ };
   size_t before = 0;
   for (int i = 0; i < TIMES; ++i) {
     if (i == WARM_UP) before = mallinfo2().uordblks;

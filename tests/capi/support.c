@@ -36,6 +36,14 @@ void support_same_bits(const char* what, const double* got, const double* want, 
   _fail(file, line);
 }
 
+void set_variable(const char* name, const char* value) {
+#if defined(_WIN32)
+  assert_int_equal(_putenv_s(name, value ? value : ""), 0);
+#else
+  assert_int_equal(value ? setenv(name, value, 1) : unsetenv(name), 0);
+#endif
+}
+
 void* allocate(size_t bytes) {
   void* memory = malloc(bytes ? bytes : 1);
   if (!memory) fail_msg("no memory for %zu bytes", bytes);

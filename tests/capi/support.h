@@ -36,6 +36,9 @@ void support_same_bits(const char* what, const double* got, const double* want, 
 // False when some bits differ; the first difference goes into why, with what and the index. For threads, too.
 bool same_bits(const char* what, const double* got, const double* want, size_t count, char* why, size_t size);
 
+// Sets a variable of the environment, or removes it if the value is NULL.
+void set_variable(const char* name, const char* value);
+
 // malloc that ends the test when there is no memory.
 void* allocate(size_t bytes);
 

@@ -16,7 +16,7 @@ extern "C" {
 
 #include "run.hpp"
 #include "system/cpus.hpp"
-#include "system/memory.hpp"
+#include "system/platform.hpp"
 
 namespace {
 
@@ -37,8 +37,8 @@ class Root {
     std::filesystem::create_directories(path.parent_path());
     std::ofstream(path) << text;
   }
-  double quota() const { return mjenv::core::cpu_quota(path_.string()); }
-  double memory() const { return mjenv::core::free_memory(path_.string()); }
+  double quota() const { return mjenv::core::platform::cpu_quota(path_.string()); }
+  double memory() const { return mjenv::core::platform::available_memory(path_.string()); }
 
  private:
   std::filesystem::path path_;

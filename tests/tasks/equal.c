@@ -8,9 +8,9 @@ struct repeated {
   const char *plugin, *own, *built_in;
 };
 static const struct repeated tasks[] = {
-    {PLUGINS "/libhopper_c.so", "OwnHopper-v5", "Hopper-v5"},
-    {PLUGINS "/libhopper_cpp.so", "CppHopper-v5", "Hopper-v5"},
-    {PLUGINS "/libant_cpp.so", "CppAnt-v5", "Ant-v5"},
+    {PLUGINS "/libhopper_c" PLUGIN_SUFFIX, "OwnHopper-v5", "Hopper-v5"},
+    {PLUGINS "/libhopper_cpp" PLUGIN_SUFFIX, "CppHopper-v5", "Hopper-v5"},
+    {PLUGINS "/libant_cpp" PLUGIN_SUFFIX, "CppAnt-v5", "Ant-v5"},
 };
 
 // What is set in both environments.

@@ -215,11 +215,12 @@ class Obj {
     check_limit(limits_, "triangles", triangles_, kFaces);
   }
 
-  // tinyobjloader reads the material files, although MuJoCo does not use them. It splits the path of the mesh's folder
-  // at colons.
+  // tinyobjloader reads the material files, although MuJoCo does not use them. It takes the path of the mesh's folder for
+  // a list of paths.
   void materials(std::string_view names) {
     const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
-    if (names.find_first_of("/\\~:") != std::string_view::npos || folder.find(':') != std::string::npos)
+    if (names.find_first_of("/\\~:") != std::string_view::npos ||
+        folder.find(platform::path_separator) != std::string::npos)
       refuse("it names materials in another folder");
     for (std::string_view name = word(names); !name.empty(); name = word(names)) {
       const std::string file = folder + std::string(name);

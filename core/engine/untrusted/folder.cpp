@@ -35,8 +35,13 @@ void Folder::check_inside(const std::string& file, const std::string& name) cons
   if (!exists_)
     refuse("the model refers to file " + quoted(name) +
            ", but as it comes from memory it has no folder; set the option \"trust_xml\" to let it read any");
+  const std::string below = file.compare(0, path_.size(), path_) == 0 ? file.substr(path_.size()) : file;
+  if (platform::names_no_file(below))
+    refuse("file " + quoted(name) +
+           " is refused, because such a name may stand for a device, a stream, a drive or another machine; set the "
+           "option \"trust_xml\" to let the model read any");
   const std::string own = real_path(path_.empty() ? "." : path_), real = real_path(file);
-  if (real.compare(0, own.size(), own) != 0 || (own != "/" && real[own.size()] != '/'))
+  if (real.compare(0, own.size(), own) != 0 || (own.back() != '/' && real[own.size()] != '/'))
     refuse("file " + quoted(file) + " is outside of the model's folder " + quoted(own) +
            "; set the option \"trust_xml\" to let the model read any");
 }

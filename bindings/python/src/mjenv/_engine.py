@@ -1,4 +1,4 @@
-"""The engines: libmjenv.so is built on MuJoCo 2.2.2, and libmjenv-mujoco4.so on MuJoCo 4.0.
+"""The engines: libmjenv.so (mjenv.dll on Windows) is built on MuJoCo 2.2.2, and libmjenv-mujoco4.so on MuJoCo 4.0.
 
 An engine's name is its version of MuJoCo. A process can use several engines at once. The environment variable
 MJENV_LIBRARY names the file of one of them; the others are beside that file or inside the package.
@@ -21,7 +21,7 @@ from mjenv._abi import Status
 from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
 
 # The library of each engine, the usual one first.
-FILES = {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"}
+FILES = {"2.2.2": "mjenv.dll"} if os.name == "nt" else {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"}
 # The names of MuJoCo's library, for engines that open it at run time.
 _MUJOCO = {"4.0": ("libmujoco.so.4.0.1", "libmujoco.so.4.0.0")}
 
@@ -90,7 +90,7 @@ class Engines:
         if file:
             given = Engine(file)
             self._opened[given.name] = given
-            if "/" in file:
+            if os.path.dirname(file):
                 self._folders.insert(0, Path(file).absolute().parent)
             self.default = given.name
         self.default = os.environ.get("MJENV_ENGINE") or self.default

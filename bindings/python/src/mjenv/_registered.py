@@ -321,7 +321,7 @@ def _camera(config: Mapping[str, Any]) -> Any:
     return camera
 
 
-_libc = ctypes.CDLL(None)
+_libc = ctypes.CDLL("msvcrt" if os.name == "nt" else None)
 _libc.malloc.argtypes, _libc.malloc.restype = (c_size_t,), c_void_p
 
 
