@@ -32,7 +32,7 @@ list(APPEND engine
 if(WIN32)
   list(APPEND engine ${CMAKE_CURRENT_LIST_DIR}/utf8.c)
   set(readers ${sources}/mujoco/src/engine/engine_file.c ${sources}/mujoco/src/user/user_mesh.cc ${sources}/tinyxml2/tinyxml2.cpp)
-  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS "SHELL:-include ${CMAKE_CURRENT_LIST_DIR}/utf8.h")
+  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS -include ${CMAKE_CURRENT_LIST_DIR}/utf8.h)
   set_property(SOURCE ${readers} APPEND PROPERTY OBJECT_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/utf8.h)
 endif()
 add_library(mjenv_engine STATIC ${engine})
