@@ -6,8 +6,10 @@
 function(mjenv_add_tasks name)
   cmake_parse_arguments(PARSE_ARGV 1 tasks "" "" MODELS)
   add_library(${name} MODULE ${tasks_UNPARSED_ARGUMENTS})
-  set_target_properties(${name} PROPERTIES PREFIX lib C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden
-                                           VISIBILITY_INLINES_HIDDEN ON)
+  set_target_properties(${name} PROPERTIES PREFIX lib C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden)
+  if(NOT WIN32)  # where it would also hide the inline function that a plug-in exports
+    set_property(TARGET ${name} PROPERTY VISIBILITY_INLINES_HIDDEN ON)
+  endif()
   set(library mjenv::mjenv)
   if(NOT TARGET mjenv::mjenv)
     set(library mjenv::mujoco4)
