@@ -14,7 +14,12 @@ set(text "mjenv gives the bits of Gymnasium's 22 MuJoCo environments to C, C++, 
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${text}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libmjenv1)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+if(CMAKE_CROSSCOMPILING)  # Debian's tools find no libraries of another architecture
+  set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)
+  set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "libc6 (>= 2.28), libgcc-s1 (>= 3.0)")
+else()
+  set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+endif()
 # The library loads these when it draws a picture.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "libegl1, libgl1-mesa-dri, libglfw3, libosmesa6")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)

@@ -1,5 +1,6 @@
 # Compiles with clang 19 on Debian 12 what runs on x86-64 Linux from glibc 2.28 on (tools/setup sysroot_x86_64):
 # cmake -B build-old --toolchain cmake/glibc-2.28.cmake
+# cmake/aarch64-linux-gnu.cmake does the same for aarch64.
 if(NOT MJENV_TARGET)
   set(MJENV_TARGET x86_64-linux-gnu)
   set(MJENV_GCC /usr/lib/gcc/x86_64-linux-gnu/12)
