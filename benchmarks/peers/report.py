@@ -114,12 +114,7 @@ def summary(results: Results) -> str:
         ((1, 1), "mjenv-c", "gymnasium-single"),
         ((1, 1), "mjenv-single", "gymnasium-single"),
         ((1, 1), "mjenv-single", "envpool-sync"),
-        *(
-            ((envs, threads), "mjenv", other)
-            for envs in (8, 64, 1024)
-            for threads in (1, 2)
-            for other in OTHERS
-        ),
+        *(((envs, threads), "mjenv", other) for envs in (8, 64, 1024) for threads in (1, 2) for other in OTHERS),
         *(((envs, threads), "mjenv-lanes2", "mjenv-lanes0") for envs in (8, 64, 1024) for threads in (1, 2)),
         *(((envs, threads), "mjenv-rollout", "mjenv-rollout-lanes0") for envs in (8, 64, 1024) for threads in (1, 2)),
         *(((envs, 2), "mjenv-async", "envpool-async") for envs in (8, 64, 1024)),
