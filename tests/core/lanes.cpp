@@ -284,7 +284,14 @@ void test_odd(void** /*state*/) {
           "<option integrator=\"RK4\"",
           "<option solver=\"PGS\"",
           "<option iterations=\"2\"",
+          "<option iterations=\"1\"",
+          "<option iterations=\"0\"",
+          "<option iterations=\"-1\"",
+          "<option tolerance=\"0\"",
+          "<option impratio=\"3\"",
           "<option solver=\"PGS\" iterations=\"2\"",
+          "<option solver=\"PGS\" iterations=\"0\"",
+          "<option solver=\"PGS\" iterations=\"-1\" tolerance=\"0\"",
           "<option cone=\"elliptic\"",
           "<option solver=\"CG\""};
   for (const auto& [base, options] : {std::pair{&text, &few}, {&listed, &few}, {&smooth, &few}, {&smooth_listed, &all}})

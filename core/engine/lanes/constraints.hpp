@@ -30,11 +30,13 @@ class Constrained {
     d_.left |= rows;
     active_ &= ~rows;
   }
-  // Products with zeros are zeros only for finite numbers.
-  void leave_infinite(const double* numbers, int count) {
+  // Products with zeros, which the solvers leave out, are zeros only for finite numbers. The bound keeps products of four
+  // numbers finite.
+  void leave_huge(const double* numbers, int count) {
+    constexpr double kMost = 1e75;
     const V* const x = vectors(numbers);
     Mask good = V{} == V{};
-    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kHuge)) & (x[i] >= splat(-kHuge));
+    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kMost)) & (x[i] >= splat(-kMost));
     leave(bits(~good) & c_.rows);
   }
 

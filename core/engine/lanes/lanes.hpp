@@ -70,7 +70,7 @@ struct Constraints {
   double* warmstart;                // qacc_warmstart
   double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
   int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
-  int most[kMaxWidth];              // opt.iterations of each lane
+  int most[kMaxWidth];              // opt.iterations of each lane, at least 0
   int iterations[kMaxWidth];        // how many there were
 
   // Of Newton's method. quad is [size][3], H is [nv][nv], and vec is what a rank-one update of H consumes.

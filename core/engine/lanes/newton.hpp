@@ -191,8 +191,8 @@ class Newton : Constrained {
   Newton(Lanes& d, Constraints& c) : Constrained(d, c) {}
 
   void run() {
-    leave_infinite(c_.J, size_ * nv_);
-    leave_infinite(c_.D, size_);
+    leave_huge(c_.J, size_ * nv_);
+    leave_huge(c_.D, size_);
     find_columns();
     referenceConstraint();
     warmstart();

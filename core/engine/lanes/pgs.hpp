@@ -14,8 +14,8 @@ class Pgs : Constrained {
   void run() {
     find_columns();
     solveM2();
-    leave_infinite(c_.JM2, size_ * nv_);
-    leave_infinite(c_.D, size_);
+    leave_huge(c_.JM2, size_ * nv_);
+    leave_huge(c_.D, size_);
     projectConstraint();
     ARdiaginv();
     referenceConstraint();

@@ -123,7 +123,7 @@ void Solver::load(int lane, const mjModel& m, const mjData& d) {
   }
   c.tolerance[lane] = m.opt.tolerance;
   c.meaninertia[lane] = m.stat.meaninertia;
-  c.most[lane] = m.opt.iterations;
+  c.most[lane] = std::max(0, m.opt.iterations);
 }
 
 void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const {
