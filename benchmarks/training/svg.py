@@ -27,16 +27,18 @@ class Panel:
     lines: Sequence[Line]
 
 
-def drawing(panels: Sequence[Panel]) -> str:
-    """The panels side by side."""
-    width, height = len(panels) * (LEFT + WIDTH + RIGHT), TOP + HEIGHT + BOTTOM
+def drawing(panels: Sequence[Panel], columns: int = 3) -> str:
+    """The panels side by side, in rows of so many."""
+    panel_width, panel_height = LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM
+    width, height = min(columns, len(panels)) * panel_width, math.ceil(len(panels) / columns) * panel_height
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" '
         'font-size="11" fill="#555">',
         f'<rect width="{width}" height="{height}" fill="#fff"/>',
     ]
     for index, panel in enumerate(panels):
-        parts.append(f'<g transform="translate({index * (LEFT + WIDTH + RIGHT) + LEFT} {TOP})">')
+        x, y = index % columns * panel_width + LEFT, index // columns * panel_height + TOP
+        parts.append(f'<g transform="translate({x} {y})">')
         parts.extend(_panel(panel))
         parts.append("</g>")
     return "\n".join([*parts, "</svg>", ""])
@@ -69,6 +71,8 @@ def _panel(panel: Panel) -> Iterator[str]:
         colour = COLOURS[index]
         path = "L".join(f"{x:.1f} {y:.1f}" for x, y in (place(*point) for point in line.points))
         yield f'<path d="M{path}" fill="none" stroke="{colour}" stroke-width="2"/>'
+        if len(panel.lines) == 1:
+            continue
         y = HEIGHT - 12 - 16 * (len(panel.lines) - 1 - index)
         yield f'<path d="M{WIDTH - 92} {y - 4}h18" stroke="{colour}" stroke-width="3"/>'
         yield f'<text x="{WIDTH - 68}" y="{y}">{escape(line.name)}</text>'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pty
 import subprocess
@@ -14,11 +15,13 @@ import imageio.v3 as imageio
 import numpy as np
 import pytest
 from gymnasium.wrappers import RecordVideo
-from PIL import Image
+from PIL import Image, ImageSequence
 
 import mjenv
-from mjenv._cli import main
+from mjenv._cli import gallery, main
+from mjenv.policy import Policy
 
+ROOT = Path(__file__).resolve().parents[2]
 SIZE = {"width": 62, "height": 44}
 STEPS = 30
 
@@ -167,7 +170,45 @@ def test_gallery() -> None:
         for column in range(4):
             tile = sheet[54 * row : 54 * row + 40, 54 * column : 54 * column + 48]
             assert len(np.unique(tile.reshape(-1, 3), axis=0)) > 5
+
+
+@pytest.mark.parametrize("format", ["webp", "gif"])
+def test_moving_gallery(format: str) -> None:
+    """Each robot is where its policy takes it, at the times of the pictures."""
+    file = f"robots.{format}"
+    policies = ROOT / "examples" / "policies"
+    words = [file, "Reacher-v5", "InvertedPendulum-v5", "--policies", str(policies), "--seed", "2"]
+    assert main(["gallery", *words, "--size", "64", "--seconds", "1.5", "--fps", "10"]) == 0
+    with Image.open(file) as moving:
+        shown = np.array([np.asarray(picture.convert("RGB")) for picture in ImageSequence.Iterator(moving)])
+    assert shown.shape == (15, 64, 2 * 64 + 6, 3)
+    for column, id in enumerate(("Reacher-v5", "InvertedPendulum-v5")):
+        tile = shown[:, :40, 70 * column : 70 * column + 64]  # without the name
+        assert_close(tile, [picture[:40] for picture in performance(id, policies, seed=2, count=15, fps=10)])
+
+
+def performance(id: str, policies: Path, seed: int, count: int, fps: int) -> list[Any]:
+    """Gymnasium's pictures of a policy, episode after episode."""
+    policy = Policy.load(policies / f"{id}.txt")
+    size: dict[str, Any] = {"width": 64, "height": 64, "default_camera_config": gallery.camera_of(id)}
+    env = gymnasium.make(id, render_mode="rgb_array", **size)
+    obs, _ = env.reset(seed=seed)
+    found = [env.render()]
+    rate = round(1 / env.unwrapped.dt)
+    for step in range(1, math.ceil((count - 1) * rate / fps) + 1):
+        obs, _, terminated, truncated, _ = env.step(policy.act(obs.tolist()))
+        if terminated or truncated:
+            obs, _ = env.reset()
+        if step * fps >= len(found) * rate:  # the first step at or after the picture's time
+            found.append(env.render())
+    env.close()
+    return found
+
+
+def test_gallery_of_policies_refuses() -> None:
     assert main(["gallery", "robots.gif"]) == 2
+    assert main(["gallery", "robots.png", "--policies", "examples"]) == 2
+    assert main(["gallery", "robots.gif", "--policies", "no-folder"]) == 2
 
 
 @pytest.mark.parametrize("id", ["Hopper-v5", "Reacher-v4"])

@@ -125,9 +125,20 @@ def _write(file: TextIO, name: str, numbers: Sequence[float]) -> None:
 
 
 def layers_of(*modules: Any) -> list[Layer]:
-    """The layers for PyTorch's Linear modules with tanh between them."""
+    """The layers for PyTorch's Linear modules with tanh between them.
+
+    Each number becomes the shortest decimal that reads back as the same float32, which halves the length of the file.
+    """
     last = len(modules) - 1
     return [
-        Layer("identity" if index == last else "tanh", module.weight.tolist(), module.bias.tolist())
+        Layer(
+            "identity" if index == last else "tanh",
+            [_shortest(row) for row in module.weight.detach().numpy()],
+            _shortest(module.bias.detach().numpy()),
+        )
         for index, module in enumerate(modules)
     ]
+
+
+def _shortest(numbers: NDArray[np.float32]) -> list[float]:
+    return [float(str(number)) for number in numbers]

@@ -1,4 +1,4 @@
-"""mjenv play: writes an episode as a video or as a sheet of pictures. mjenv gallery: draws all robots on one sheet."""
+"""mjenv play: writes an episode as a video or as a sheet of pictures."""
 
 from __future__ import annotations
 
@@ -22,15 +22,6 @@ Colours = NDArray[np.uint8]
 GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 SHEET = 12  # pictures of an episode on a sheet
 GAP = 6  # pixels between the pictures of a sheet
-GALLERY_STEPS = 15
-# Steps and cameras of the gallery, where GALLERY_STEPS and the id's own camera do not suit: some robots look small from
-# Gymnasium's cameras, and the pendulums soon fall.
-VIEWS = {
-    "InvertedDoublePendulum-v5": (4, {"distance": 2.6, "lookat": (0.0, 0.0, 0.5), "elevation": -15.0}),
-    "InvertedPendulum-v5": (4, {"distance": 1.8, "lookat": (0.0, 0.0, 0.2), "elevation": -20.0}),
-    "Pusher-v5": (GALLERY_STEPS, {"distance": 2.2, "lookat": (0.3, -0.4, -0.2), "elevation": -40.0}),
-    "Reacher-v5": (GALLERY_STEPS, {"distance": 0.75, "lookat": (0.0, 0.0, 0.0), "elevation": -50.0}),
-}
 
 
 def add(commands: Commands) -> None:
@@ -79,18 +70,6 @@ def add(commands: Commands) -> None:
     )
     add_options(command)
     command.set_defaults(run=run)
-
-    gallery = commands.add_parser(
-        "gallery",
-        help="draw all robots on one sheet",
-        description='Draws each robot after a few random actions on one sheet. Needs pip install "mjenv[video]".',
-    )
-    gallery.add_argument("file", type=output_file, metavar="FILE.png")
-    gallery.add_argument("--seed", type=not_negative, default=0, help="seed of resets and actions (default: 0)")
-    gallery.add_argument(
-        "--size", type=positive, default=240, help="width and height of each picture, in pixels (default: 240)"
-    )
-    gallery.set_defaults(run=run_gallery)
 
 
 def output_file(text: str) -> Path:
@@ -242,60 +221,22 @@ class Sheet:
         save_sheet(self._path, [self._kept[index] for index in chosen])
 
 
-def save_sheet(path: Path, pictures: list[Colours], labels: list[str] | None = None) -> None:
+def save_sheet(path: Path, pictures: list[Colours]) -> None:
     """Writes pictures of one size side by side, four in a row."""
+    side_by_side(pictures, [""] * len(pictures)).save(path, optimize=True)
+
+
+def side_by_side(pictures: list[Colours], labels: list[str], columns: int = 4) -> Any:
+    """An image of labelled pictures of one size."""
     from PIL import Image, ImageDraw  # type: ignore[import-not-found, unused-ignore]
 
     height, width, _ = pictures[0].shape
-    columns = min(4, len(pictures))
+    columns = min(columns, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
     pen = ImageDraw.Draw(sheet)
-    for index, picture in enumerate(pictures):
+    for index, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
         x, y = index % columns * (width + GAP), index // columns * (height + GAP)
         sheet.paste(Image.fromarray(picture), (x, y))
-        if labels:
-            pen.text((x + 8, y + height - 20), labels[index], fill="white", stroke_width=2, stroke_fill="black")
-    sheet.save(path, optimize=True)
-
-
-# ---- All robots ----
-
-
-def run_gallery(arguments: argparse.Namespace) -> int:
-    if arguments.file.suffix.lower() != ".png":
-        raise mjenv.InvalidValueError(f"{arguments.file}: a gallery is a .png file")
-    needed("PIL")
-    ids = [id for id in mjenv.ids(arguments.engine) if id.endswith("-v5")]
-    pictures, labels = [], []
-    with terminal.progress(len(ids), "drawing") as advance:
-        for id in ids:
-            rgb, depth = portrait(id, arguments.seed, arguments.size, arguments.engine)
-            pictures.append(rgb)
-            labels.append(id.removesuffix("-v5"))
-            if id == "Ant-v5":
-                last, last_label = in_grey(depth), "Ant, depth"
-            advance()
-    save_sheet(arguments.file, [*pictures, last], [*labels, last_label])
-    print(f"{arguments.file}: {len(ids)} robots")
-    return 0
-
-
-def portrait(id: str, seed: int, size: int, engine: str | None = None) -> Any:
-    """A robot after a few random actions: colours and depth."""
-    steps, camera = VIEWS.get(id, (GALLERY_STEPS, None))
-    view: dict[str, Any] = {"width": size, "height": size, "default_camera_config": camera, "engine": engine}
-    with mjenv.make(id, strict=False, render_mode="rgbd_tuple", **view) as env:
-        env.action_space.seed(seed)
-        env.reset(seed=seed)
-        for _ in range(steps):
-            env.step(env.action_space.sample())
-        return env.render()
-
-
-def in_grey(depth: NDArray[np.float32]) -> Colours:
-    """A picture of a depth buffer, in which near is bright."""
-    distance = 1 / (1 - np.minimum(depth, 1 - 1e-4).astype(np.float64))  # grows with the metres
-    near, far = np.log(distance.min()), np.log(np.quantile(distance, 0.9))
-    bright = np.clip((far - np.log(distance)) / (far - near), 0, 1)
-    return np.repeat((255 * bright).astype(np.uint8)[..., None], 3, axis=2)
+        pen.text((x + 8, y + height - 20), label, fill="white", stroke_width=2, stroke_fill="black")
+    return sheet

@@ -1,0 +1,114 @@
+"""Trains the policies of examples/policies with train_cleanrl.py and the settings in it, and plays them.
+
+    policies.py [ID ...]            trains (default: all), and plays and draws
+    policies.py --play [ID ...]     only plays
+    policies.py --draw              only draws
+
+Writes examples/policies/ID.txt, and the curves to policies.csv and policies.svg beside this file. Prints what
+docs/training.md has in its table: the CPU time of the training; and over 20 episodes from seed 100, the mean and the
+standard deviation of the returns, and the length of the shortest episode. The Python of `tools/setup training` has all
+that this needs but mjenv.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import svg
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples" / "python"
+POLICIES = ROOT / "examples" / "policies"
+TABLE = Path(__file__).with_suffix(".csv")
+POINTS = 60  # of each curve, to keep the file small
+EPISODES, SEED = 20, 100
+
+sys.path.append(str(EXAMPLES))
+from deploy import play  # noqa: E402
+from mjenv.policy import Policy  # noqa: E402
+
+
+@dataclass(frozen=True)
+class Point:
+    id: str
+    steps: int
+    mean_return: float
+
+
+def train(id: str) -> None:
+    """Trains a policy, and puts it and its curve where they belong."""
+    with tempfile.TemporaryDirectory() as folder:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, EXAMPLES / "train_cleanrl.py", id, "--out", folder], check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        print(f"{id}: {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.0f} s of CPU time")
+        (POLICIES / f"{id}.txt").write_bytes((Path(folder) / "policy.txt").read_bytes())
+        curve = thinned(id, Path(folder) / "curve.csv")
+    write(sorted([*(point for point in read(TABLE) if point.id != id), *curve], key=lambda point: point.id))
+
+
+def thinned(id: str, path: Path) -> list[Point]:
+    """Points of a curve, evenly spread from the first with a finished episode to the last."""
+    with path.open() as file:
+        rows = [row for row in csv.DictReader(file) if row["mean_return"] != "nan"]
+    count = min(POINTS, len(rows))
+    chosen = [rows[round(index * (len(rows) - 1) / (count - 1))] for index in range(count)]
+    return [Point(id, int(row["steps"]), float(row["mean_return"])) for row in chosen]
+
+
+def read(path: Path) -> list[Point]:
+    if not path.exists():
+        return []
+    with path.open() as file:
+        return [Point(row["id"], int(row["steps"]), float(row["mean_return"])) for row in csv.DictReader(file)]
+
+
+def write(points: Sequence[Point]) -> None:
+    with TABLE.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("id", "steps", "mean_return"))
+        writer.writerows((point.id, point.steps, f"{point.mean_return:.6g}") for point in points)
+
+
+def draw(path: Path, points: Sequence[Point]) -> None:
+    """A panel for each id: return over steps."""
+    panels = []
+    for id in dict.fromkeys(point.id for point in points):
+        line = svg.Line(id, [(point.steps / 1e6, point.mean_return) for point in points if point.id == id])
+        panels.append(svg.Panel(id, "steps, million", "mean return of 20 episodes", [line]))
+    path.write_text(svg.drawing(panels))
+
+
+def report(id: str) -> None:
+    episodes = play(Policy.load(POLICIES / f"{id}.txt"), "mjenv", EPISODES, SEED)
+    returns = [total for _, total, _ in episodes]
+    deviation, shortest = statistics.pstdev(returns), min(length for length, _, _ in episodes)
+    print(f"{id}: mean return {statistics.fmean(returns):.6g} +- {deviation:.4g}, shortest episode {shortest} steps")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("id", nargs="*")
+    parser.add_argument("--play", action="store_true")
+    parser.add_argument("--draw", action="store_true")
+    given = parser.parse_args()
+    for id in given.id or sorted(path.stem for path in POLICIES.glob("*.txt")):
+        if given.draw:
+            break
+        if not given.play:
+            train(id)
+        report(id)
+    draw(TABLE.with_suffix(".svg"), read(TABLE))
+
+
+if __name__ == "__main__":
+    main()
