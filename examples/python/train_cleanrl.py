@@ -39,7 +39,8 @@ class Settings:
     rollout: int = 512  # the steps of each environment between two updates
     epochs: int = 10
     minibatch: int = 256
-    rate: float = 5e-4  # the learning rate, which falls linearly to 0
+    rate: float = 5e-4  # the learning rate, which falls linearly to 0 ...
+    rate_steps: int = 0  # ... in so many steps, if these are more than the steps of the training
     gamma: float = 0.99
     trace: float = 0.95  # the lambda of the advantage estimation
     clip: float = 0.2
@@ -62,16 +63,16 @@ WIDE = Settings(
 )
 
 SETTINGS = {
-    "Ant-v5": replace(WIDE, steps=3_000_000),
+    "Ant-v5": replace(WIDE, steps=1_200_000),
     "HalfCheetah-v5": replace(WIDE, steps=2_000_000, gamma=0.98),
-    "Hopper-v5": replace(WIDE, steps=2_000_000),
-    "Humanoid-v5": replace(WIDE, steps=8_000_000),
-    "HumanoidStandup-v5": replace(WIDE, steps=1_000_000, deviation=0.2),
-    "InvertedDoublePendulum-v5": replace(WIDE, steps=600_000),
+    "Hopper-v5": Settings(steps=300_000),
+    "Humanoid-v5": replace(WIDE, steps=1_605_632, rate_steps=8_000_000),
+    "HumanoidStandup-v5": replace(WIDE, steps=250_000, deviation=0.2),
+    "InvertedDoublePendulum-v5": replace(WIDE, steps=400_000),
     "InvertedPendulum-v5": Settings(steps=100_000, rollout=256, epochs=5, minibatch=128, rate=1e-3),
-    "Pusher-v5": replace(WIDE, steps=2_000_000),
+    "Pusher-v5": replace(WIDE, steps=600_000),
     "Reacher-v5": Settings(steps=150_000, rollout=256, rate=1e-3, gamma=0.9),
-    "Swimmer-v5": replace(WIDE, steps=2_000_000, gamma=0.9999, deviation=1.0),
+    "Swimmer-v5": replace(WIDE, steps=600_000, rollout=128, gamma=0.9999, trace=0.98, deviation=1.0),
     "Walker2d-v5": replace(WIDE, steps=3_000_000),
     # Of examples/tasks/quadruped.
     "QuadrupedVelocity-v0": Settings(envs=64, rollout=64, epochs=6, minibatch=1024, rate=1e-3, deviation=0.5),
@@ -264,6 +265,7 @@ def train(
     normalizer = Normalizer(observations, s.envs, s.gamma)
     batch = s.rollout * s.envs
     updates = [-(-stage.steps // batch) for stage in stages]
+    rate_updates = max(sum(updates), -(-s.rate_steps // batch))
     done = 0
     out.mkdir(parents=True, exist_ok=True)
     with (out / "curve.csv").open("w", buffering=1) as curve:
@@ -275,7 +277,7 @@ def train(
                 envs = make(id, s.envs, backend, **stage.options)
             rollout = Rollout(envs, agent, normalizer, s, seed + number, watch)
             for _ in range(updates[number]):
-                optimizer.param_groups[0]["lr"] = s.rate * (1 - done / sum(updates))
+                optimizer.param_groups[0]["lr"] = s.rate * (1 - done / rate_updates)
                 last_value = rollout.collect()
                 done += 1
                 seconds = time.perf_counter() - start

@@ -34,7 +34,7 @@ DOCUMENTS = {
     "THIRD_PARTY_NOTICES.md": "third-party.md",
     "bindings/python/README.md": "reference/python.md",
 }
-PICTURES = (".png", ".svg")
+PICTURES = (".png", ".svg", ".webp")
 LANGUAGES = {".hpp": "cpp", ".py": "python", ".rs": "rust", ".jl": "julia"}
 
 _LINK = re.compile(r"(?<=\]\()(?![a-z]+:|#)([^)\s#]+)")

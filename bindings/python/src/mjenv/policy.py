@@ -133,8 +133,8 @@ def layers_of(*modules: Any) -> list[Layer]:
     return [
         Layer(
             "identity" if index == last else "tanh",
-            [_shortest(row) for row in module.weight.detach().numpy()],
-            _shortest(module.bias.detach().numpy()),
+            [_shortest(row) for row in module.weight.detach().cpu().numpy()],
+            _shortest(module.bias.detach().cpu().numpy()),
         )
         for index, module in enumerate(modules)
     ]

@@ -154,7 +154,7 @@ def policies_in(folder: Path, ids: Sequence[str]) -> list[Path]:
 def performance(file: Path, arguments: argparse.Namespace) -> list[Colours]:
     """Pictures of a robot that plays its policy, episode after episode."""
     id = Policy.load(file).id
-    size = arguments.size
+    size, pictures = arguments.size, list[Any]()
     with mjenv.make(
         id,
         render_mode="rgb_array",
@@ -165,7 +165,6 @@ def performance(file: Path, arguments: argparse.Namespace) -> list[Colours]:
     ) as env:
         act = policy_of(file, env, "", None)
         obs, _ = env.reset(seed=arguments.seed)
-        pictures: list[Any] = []
         steps = 0
         for picture in range(round(arguments.seconds * arguments.fps)):
             while steps * env.dt < picture / arguments.fps - 1e-9:  # env.dt is rounded
@@ -174,4 +173,4 @@ def performance(file: Path, arguments: argparse.Namespace) -> list[Colours]:
                 if terminated or truncated:
                     obs, _ = env.reset()
             pictures.append(env.render())
-        return pictures
+    return pictures
