@@ -64,8 +64,9 @@ def episodes_of(program: Path, policy: Path, count: int, seed: int) -> list[tupl
     return [(int(length), float.fromhex(total)) for length, total, _ in lines]
 
 
-def test_each_policy_is_documented() -> None:
-    assert {policy.stem for policy in POLICIES} == set(STATED)
+def test_policies_are_documented() -> None:
+    v5 = {id for id in mjenv.ids() if id.endswith("-v5")}
+    assert {policy.stem for policy in POLICIES} == set(STATED) <= v5
 
 
 @for_each_policy
@@ -97,8 +98,7 @@ def test_no_fall(program: Path, policy: Path, seed: int) -> None:
         assert env.spec is not None
         limit, dt = env.spec.max_episode_steps, env.dt
     [(length, _)] = episodes_of(program, policy, 1, seed)
-    least = 3 if policy.stem == "Hopper-v5" else 5
-    assert length == limit or length * dt >= least
+    assert length == limit or length * dt >= (3 if policy.stem == "Hopper-v5" else 5)
 
 
 @pytest.mark.parametrize(
