@@ -26,12 +26,6 @@ import svg
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "python"
 IDS = ("InvertedPendulum-v5", "Reacher-v5", "Hopper-v5")
-# The settings of Hopper-v5 in train_cleanrl.py are those of a long training in 64 environments.
-HOPPER = (
-    "--steps 300000 --envs 8 --rollout 512 --epochs 10 --minibatch 256 --rate 5e-4 --gamma 0.99 --value-weight 0.5 "
-    "--greatest-gradient 0.5 --deviation 1"
-)
-ARGUMENTS = {("cleanrl", "Hopper-v5"): HOPPER.split()}
 BACKENDS = ("mjenv", "gymnasium")
 COLUMNS = ("id", "steps", "mean_return", "mjenv_seconds", "gymnasium_seconds")
 
@@ -51,7 +45,6 @@ def train_both(trainer: str, id: str, folder: Path, steps: int | None = None) ->
     running = []
     for index, backend in enumerate(BACKENDS):
         command = [sys.executable, EXAMPLES / f"train_{trainer}.py", id, "--backend", backend]
-        command += ARGUMENTS.get((trainer, id), [])
         if steps:
             command += ["--steps", str(steps)]
         cpu = cpus[index % len(cpus)]

@@ -65,7 +65,7 @@ WIDE = Settings(
 SETTINGS = {
     "Ant-v5": replace(WIDE, steps=614_400, rate_steps=1_200_000),
     "HalfCheetah-v5": replace(WIDE, steps=2_000_000, gamma=0.98),
-    "Hopper-v5": replace(WIDE, steps=500_000),
+    "Hopper-v5": Settings(steps=300_000),
     "Humanoid-v5": replace(WIDE, steps=1_605_632, rate_steps=8_000_000),
     "HumanoidStandup-v5": replace(WIDE, steps=80_000, deviation=0.2),
     "InvertedDoublePendulum-v5": replace(WIDE, steps=400_000),
