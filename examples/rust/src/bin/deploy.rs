@@ -83,8 +83,7 @@ impl Policy {
         if width != actions {
             return Err("as many outputs as the environment has actions are needed".into());
         }
-        let sizes =
-            [("mean", observations), ("scale", observations), ("clip", 1), ("low", actions), ("high", actions)];
+        let sizes = [("mean", observations), ("scale", observations), ("clip", 1), ("low", actions), ("high", actions)];
         for (name, size) in sizes {
             if self.numbers.get(name).map_or(true, |numbers| numbers.len() != size) {
                 return Err(format!("{name} is missing or of another length"));
