@@ -17,7 +17,7 @@ endif()
 # A profile knows nothing of these files, because the steps that it counts are without lanes, so clang would make them
 # small instead of fast.
 if(MJENV_PGO)
-  foreach(name sse2 avx2 avx512 stepper solver)
+  foreach(name sse2 avx2 avx512 stepper solver constraint_maker)
     set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-profile-generate
                                                                               -fno-profile-instr-use)
   endforeach()

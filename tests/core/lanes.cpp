@@ -21,7 +21,9 @@ extern "C" {
 #include <cmocka.h>
 }
 
+#define MJENV_LANES_WIDTH 2
 #include "engine/assets.hpp"
+#include "engine/lanes/code.hpp"
 #include "engine/lanes/model_tables.hpp"
 #include "engine/lanes/stepper.hpp"
 #include "engine/model.hpp"
@@ -32,7 +34,7 @@ extern "C" {
 namespace mjenv::core {
 namespace {
 
-constexpr int kRows = 120;  // of each kind of state
+constexpr int kRows = 120, kFewRows = 48;  // of each kind of state
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class Noise {
@@ -204,8 +206,8 @@ OwnArrays own_arrays(const Model& model) {
   return own;
 }
 
-std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper,
-                    const OwnArrays& own) {
+std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
+                    int rows) {
   std::vector<std::unique_ptr<Work>> works;
   for (int i = 0; i < width; ++i) works.push_back(std::make_unique<Work>(model, 1));
   Work plain(model, 1);
@@ -217,9 +219,8 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
                                    {Kind::fast, "fast"},
                                    {Kind::bad, "bad"}}) {
     Counts counts;
-    for (int round = 0; round < kRows / width; ++round) {
-      const std::string found =
-          compare(*model, stepper, works, plain, own, kind, round % 3 == 2 ? 3 : 1, noise, counts);
+    for (int round = 0; round < rows / width; ++round) {
+      const std::string found = compare(*model, stepper, works, plain, own, kind, 1 + round % 3, noise, counts);
       if (!found.empty())
         return found + " with " + std::to_string(width) + " lanes, round " + std::to_string(round) + " of states " +
                name + (are_shared ? "" : " of rows with values of their own");
@@ -233,14 +234,36 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
   return "";
 }
 
+// How often constraints of contacts were made in lanes.
+int made;
+// How many rows Newton's solver has left to MuJoCo.
+int left_by_solver;
+const lanes::Code* counted;
+
+void count_making(const lanes::Lanes& d, const lanes::Contacts& contacts, lanes::Constraints& c) {
+  made += contacts.contact_count > 0;
+  counted->makeConstraint(d, contacts, c);
+}
+
+void count_leaving(lanes::Lanes& d, lanes::Constraints& c) {
+  const unsigned before = d.left;
+  counted->solNewton(d, c);
+  for (unsigned left = d.left & ~before; left; left &= left - 1) ++left_by_solver;
+}
+
 // Rows that share the model, rows with values of their own, and again rows that share it, on one stepper.
-std::string compare(const std::shared_ptr<const Model>& model) {
+std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows) {
   const ErrorTrap trap;
   const OwnArrays shared(*model), own = own_arrays(*model);
+  made = left_by_solver = 0;
   for (const int width : lanes::widths()) {
-    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+    counted = lanes::code_of(width);
+    lanes::Code code = *counted;
+    code.makeConstraint = count_making;
+    code.solNewton = count_leaving;
+    const auto stepper = lanes::make_stepper(*model, code);
     for (const OwnArrays* arrays : {&shared, &own, &shared}) {
-      const std::string found = compare(model, width, *stepper, *arrays);
+      const std::string found = compare(model, width, *stepper, *arrays, rows);
       if (!found.empty()) return found;
     }
   }
@@ -305,6 +328,113 @@ void test_odd(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
+// Limits and contacts of all kinds, with each solver. Lanes make the constraints of contacts with 1 and 3 dimensions.
+void test_contacts(void** /*state*/) {
+  const struct {
+    std::string from, to;
+    bool are_made;
+  } cases[] = {{"", "", true},
+               {"<option", "<option integrator=\"RK4\"", true},
+               {"<option", "<option impratio=\"3\"", true},
+               {"<option", "<option jacobian=\"dense\" iterations=\"1\"", true},
+               {"<geom conaffinity", "<geom condim=\"1\" conaffinity", true},
+               {"<geom conaffinity", "<geom condim=\"4\" conaffinity", false},
+               {"<geom conaffinity", "<geom condim=\"6\" conaffinity", false},
+               {"<geom conaffinity", "<geom margin=\"0.05\" gap=\"0.03\" conaffinity", true},
+               {"<geom conaffinity", "<geom solref=\"-500 -20\" conaffinity", true},
+               {"<geom conaffinity", "<geom solref=\"0.005 1\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0.8 0.95 0.02 0.3 3\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0.8 0.95 0.02 0.7 1\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0.9 0.9 0.02\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0.8 0.9 0\" conaffinity", true},
+               {"name=\"other\" type=\"sphere\" size=\"0.1\"", "type=\"box\" size=\"0.1 0.1 0.1\"", true},
+               {"name=\"x\"", "frictionloss=\"0.1\"", false},
+               {"type=\"ball\"", "type=\"ball\" limited=\"true\" range=\"0 10\"", false},
+               {"<option", "<option collision=\"dynamic\"><flag limit=\"disable\"/></option><option", false},
+               {"<option", "<option><flag refsafe=\"disable\"/></option><option", false},
+               {"<option", "<option><flag contact=\"disable\"/></option><option", false},
+               {"<option", "<size nconmax=\"3\"/><option", true},
+               {"<option", "<size njmax=\"12\"/><option", true}};
+  failures.clear();
+  for (const auto& c : cases)
+    for (const char* solver : {"Newton", "PGS"}) {
+      const std::string text =
+          with("<option", std::string("<option solver=\"") + solver + '"', odd_model("contacts.xml"));
+      const auto model = Model::parse("contacts.xml", with(c.from, c.to, text));
+      assert_string_equal(lanes::obstacle(*model).c_str(), "");
+      const std::string found = compare(model, kFewRows);
+      if (!found.empty()) failures += std::string(solver) + ", " + c.to + ": " + found + "\n";
+      if ((made > 0) != c.are_made)
+        failures += std::string(solver) + ", " + c.to + ": made in lanes " + std::to_string(made) + " times\n";
+    }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// At 60 dofs MuJoCo's own choice is sparse matrices.
+void test_many_dofs(void** /*state*/) {
+  std::string bodies;
+  for (int i = 0; i < 11; ++i)
+    bodies += "<body pos='" + std::to_string(i) +
+              " 0 0.2'><freejoint/><geom type='capsule' size='0.1 0.2' conaffinity='0'/>" +
+              (i % 4 ? "" : "<body pos='0 0 0.3'><joint axis='0 1 0'/><geom size='0.1' conaffinity='0'/></body>") +
+              "</body>";
+  failures.clear();
+  for (const char* option : {"", "solver='PGS'", "integrator='RK4'"})
+    for (const bool is_dense : {true, false}) {
+      const auto model = Model::parse(
+          "many dofs", std::string("<mujoco><option ") + option + (is_dense ? " jacobian='dense'" : "") +
+                           "/><worldbody><geom type='plane' size='9 9 1'/>" + bodies + "</worldbody></mujoco>");
+      assert_true(model->get()->nv >= 60);
+      const std::string found = compare(model, kFewRows);
+      if (!found.empty()) failures += option + (": " + found) + "\n";
+      assert_int_equal(made > 0, is_dense);
+    }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// mju_cholUpdate, with random signs and vectors so long that some matrices lose rank
+void test_rank_loss(void** /*state*/) {
+  constexpr int n = 7;
+  Noise noise;
+  int lost = 0;
+  for (int round = 0; round < 3000; ++round) {
+    double want[lanes::kWidth][n * n], x[lanes::kWidth][n];
+    alignas(lanes::V) double mat[n * n * lanes::kWidth], vec[n * lanes::kWidth];
+    unsigned plus = 0, ranks = 0;
+    for (int lane = 0; lane < lanes::kWidth; ++lane) {
+      for (double& number : want[lane]) number = noise();
+      for (int i = 0; i < n; ++i) want[lane][i * n + i] = 1 + noise.below(3) / 2.0;
+      // A column of the matrix removes as much as its diagonal has.
+      const auto column = noise.below(n);
+      for (int i = 0; i < n; ++i)
+        x[lane][i] = noise.below(3) ? noise() : noise.below(2) ? 0 : want[lane][i * n + column];
+      for (int i = 0; i < n * n; ++i) mat[i * lanes::kWidth + lane] = want[lane][i];
+      for (int i = 0; i < n; ++i) vec[i * lanes::kWidth + lane] = x[lane][i];
+      const bool is_plus = noise.below(2) == 0;
+      plus |= static_cast<unsigned>(is_plus) << lane;
+      ranks |= static_cast<unsigned>(mju_cholUpdate(want[lane], x[lane], n, is_plus) < n) << lane;
+    }
+    const unsigned found = lanes::cholUpdate(lanes::vectors(mat), lanes::vectors(vec), n, lanes::mask_of(plus));
+    assert_int_equal(found, ranks);
+    for (int lane = 0; lane < lanes::kWidth; ++lane) {
+      lost += ranks >> lane & 1;
+      for (int i = 0; i < n * n; ++i)
+        assert_memory_equal(&mat[i * lanes::kWidth + lane], &want[lane][i], sizeof(double));
+    }
+  }
+  assert_in_range(lost, 1000, 5000);
+}
+
+// Rows whose Hessian loses rank are left to MuJoCo. Friction that is this strong leaves little of the inertia in Newton's
+// Hessian, so taking a constraint away can lose rank.
+void test_rows_of_lost_rank(void** /*state*/) {
+  const std::string plain = odd_model("contacts.xml"), strong = with("<option", "<option impratio=\"1e11\"", plain);
+  assert_string_equal(compare(Model::parse("contacts.xml", plain), kFewRows).c_str(), "");
+  const int usual = left_by_solver;
+  assert_string_equal(compare(Model::parse("contacts.xml", strong), kFewRows).c_str(), "");
+  assert_true(left_by_solver > usual);
+}
+
 void test_obstacles(void** /*state*/) {
   const auto obstacle = [](const std::string& option, const std::string& rest) {
     return lanes::obstacle(*Model::parse(
@@ -358,9 +488,10 @@ void test_largest_square(void** /*state*/) {
 }
 
 int run() {
-  const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd),
-                              cmocka_unit_test(test_obstacles), cmocka_unit_test(test_best_width),
-                              cmocka_unit_test(test_largest_square)};
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_built_in),  cmocka_unit_test(test_odd),        cmocka_unit_test(test_contacts),
+      cmocka_unit_test(test_many_dofs), cmocka_unit_test(test_rank_loss),  cmocka_unit_test(test_rows_of_lost_rank),
+      cmocka_unit_test(test_obstacles), cmocka_unit_test(test_best_width), cmocka_unit_test(test_largest_square)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
 

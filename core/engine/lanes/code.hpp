@@ -1,6 +1,7 @@
 // The functions of one instruction set as a table.
 #pragma once
 
+#include "engine/lanes/contacts.hpp"
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/newton.hpp"
 #include "engine/lanes/pgs.hpp"
@@ -9,9 +10,10 @@ namespace mjenv::core::lanes {
 namespace {
 
 constexpr Code code_where(bool (*runs_here)()) {
-  return {kWidth,       runs_here,  adopt,       kinematics, comPos,  tendon, crb,          factorM,
-          transmission, reject,     fwdVelocity, comVel,     passive, rne,    fwdActuation, fwdAcceleration,
-          Euler,        RungeKutta, solNewton,   solPGS,     bad,     gather, scatter};
+  return {kWidth,       runs_here,       adopt,  kinematics,  comPos,           tendon,    crb,
+          factorM,      transmission,    reject, fwdVelocity, comVel,           passive,   rne,
+          fwdActuation, fwdAcceleration, Euler,  RungeKutta,  instantiateLimit, collision, makeConstraint,
+          solNewton,    solPGS,          bad,    gather,      scatter};
 }
 
 }  // namespace

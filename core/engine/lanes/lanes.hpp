@@ -15,6 +15,29 @@ struct GeomPair {
   double limit;
 };
 
+// Two geoms whose contacts lanes compute.
+enum class Shapes { others, plane_sphere, plane_capsule, sphere_sphere, sphere_capsule, capsule_capsule };
+
+struct ContactPair {
+  int geom1, geom2;
+  Shapes shapes;  // others: lanes do not compute these contacts
+  int dim;        // condim: 1 or 3
+  int root1, root2;
+  // In Contacts::columns: the dofs that move only the first body, then those that move only the second. Dofs that move
+  // both have a Jacobian of 0.
+  int first_column, count1, count2;
+  double margin, includemargin;
+};
+
+// What mj_makeConstraint takes from a row's mjModel for the limit of a joint or the contacts of a pair: efc_KBIP's K and B,
+// solimp, and 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1) of getimpedance.
+struct ConstraintNumbers {
+  double stiffness, damping;
+  double dmin, dmax, width, midpoint, power, below, above;
+  double diagApprox;  // of the first constraint
+  double impratio, friction1, friction2;
+};
+
 // A body on which a fluid acts, and the products of the model's numbers in the order of mj_inertiaBoxFluidModel.
 struct FluidBody {
   int body;
@@ -38,7 +61,7 @@ struct Lanes {
 
   // Numbers of mjModel of which rows may have their own.
   double *body_mass, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature, *dof_damping, *dof_M0,
-      *tendon_lengthspring, *actuator_gainprm, *actuator_biasprm, *gravity;
+      *tendon_lengthspring, *actuator_gainprm, *actuator_biasprm, *gravity, *jnt_range, *jnt_margin;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
 
   // Of the model alone. Number i of these is at [i].
@@ -55,14 +78,45 @@ struct Lanes {
   unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
 };
 
+// The limits that several rows have reached, and their contacts, in the order of their constraints.
+struct Contacts {
+  static constexpr int kMost = 96;
+
+  const int* joints;  // those with limits
+  int joint_count;
+  const ContactPair* pairs;  // for each of Lanes::pairs
+  const int* columns;
+  unsigned rows;  // the lanes, as bits, that take part
+
+  struct Limit {
+    int joint, side;
+    unsigned rows;  // the lanes, as bits, that have reached it
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  struct Contact {
+    int pair;
+    unsigned rows;
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  Limit limits[kMost];
+  Contact contacts[kMost];
+  int limit_count, contact_count;
+  int found[kMaxWidth];        // each lane's contacts, also those that make no constraints
+  int constraints[kMaxWidth];  // how many each lane has
+
+  // A number for each limit; for each contact dist, [3] pos and [9] frame.
+  double *limit_dist, *dist, *pos, *frame;
+};
+
 // The constraints of several rows, for a solver. Each is at a place. At places without a constraint all numbers are 0.
 // Newton's method has a lane's constraints at the first places. For PGS, row i of a lane's constraints is at place i as
 // long as it is in a whole block of four, as mju_dot divides them; the up to three others are at the last three places.
 // So the sums of all lanes have the same order.
 struct Constraints {
   static constexpr int kRest = 3;
-  int size;       // how many places there are
-  unsigned rows;  // the lanes, as bits, that take part
+  int size;                 // how many places there are
+  unsigned rows;            // the lanes, as bits, that take part
+  int at_first[kMaxWidth];  // how many constraints of each lane are at the first places
 
   // As in Lanes. J is [size][nv]; the others up to force have a number for each place.
   double *J, *D, *vel, *aref, *b, *jar, *force;
@@ -107,6 +161,10 @@ struct Code {
   // Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step.
   void (*RungeKutta)(Lanes&, int stage);
 
+  // These return false if a row meets a case that is left to MuJoCo's functions.
+  bool (*instantiateLimit)(const Lanes&, Contacts&);
+  bool (*collision)(const Lanes&, Contacts&);
+  void (*makeConstraint)(const Lanes&, const Contacts&, Constraints&);
   // From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint.
   void (*solNewton)(Lanes&, Constraints&);
   void (*solPGS)(Lanes&, Constraints&);

@@ -75,6 +75,60 @@ std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
   return pairs;
 }
 
+Shapes shapes_of(const mjModel& m, int geom1, int geom2) {
+  const int first = m.geom_type[geom1], second = m.geom_type[geom2];
+  if (first == mjGEOM_PLANE && second == mjGEOM_SPHERE) return Shapes::plane_sphere;
+  if (first == mjGEOM_PLANE && second == mjGEOM_CAPSULE) return Shapes::plane_capsule;
+  if (first == mjGEOM_SPHERE && second == mjGEOM_SPHERE) return Shapes::sphere_sphere;
+  if (first == mjGEOM_SPHERE && second == mjGEOM_CAPSULE) return Shapes::sphere_capsule;
+  if (first == mjGEOM_CAPSULE && second == mjGEOM_CAPSULE) return Shapes::capsule_capsule;
+  return Shapes::others;
+}
+
+// The dofs that move a body, as in mj_jac.
+std::vector<int> dofs_of(const mjModel& m, int body) {
+  std::vector<int> dofs;
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  if (!body) return dofs;
+  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) dofs.push_back(i);
+  return dofs;
+}
+
+// Appends the dofs that are in the first list alone. Returns how many.
+int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
+  int count = 0;
+  for (const int dof : dofs) {
+    if (std::count(others.begin(), others.end(), dof)) continue;
+    columns.push_back(dof);
+    ++count;
+  }
+  return count;
+}
+
+std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, std::vector<int>& columns) {
+  std::vector<ContactPair> pairs;
+  for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
+    int first = listed.geom1[i], second = listed.geom2[i];
+    if (m.geom_type[first] > m.geom_type[second]) std::swap(first, second);
+    const int body1 = m.geom_bodyid[first], body2 = m.geom_bodyid[second];
+    ContactPair pair{};
+    pair.geom1 = first;
+    pair.geom2 = second;
+    pair.dim = listed.dim[i];
+    pair.shapes = pair.dim == 1 || pair.dim == 3 ? shapes_of(m, first, second) : Shapes::others;
+    pair.root1 = m.body_rootid[body1];
+    pair.root2 = m.body_rootid[body2];
+    pair.margin = listed.margin[i];
+    pair.includemargin = listed.margin[i] - listed.gap[i];
+    const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
+    pair.first_column = static_cast<int>(columns.size());
+    pair.count1 = append_difference(columns, dofs1, dofs2);
+    pair.count2 = append_difference(columns, dofs2, dofs1);
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
 bool any_positive(const mjtNum* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x > 0; });
 }
@@ -95,7 +149,13 @@ ModelTables::ModelTables(const Model& model) {
   ten_J = tendon_jacobian(m);
   actuator_moment = moments(m);
   fluid_bodies = bodies_in_fluid(m);
-  if (model.pairs()) pairs = tested_pairs(m, *model.pairs());
+  lists_pairs = model.pairs() != nullptr;
+  if (lists_pairs) {
+    pairs = tested_pairs(m, *model.pairs());
+    contact_pairs = pairs_in_contact(m, *model.pairs(), contact_columns);
+  }
+  for (int j = 0; j < m.njnt; ++j)
+    if (m.jnt_limited[j]) limited_joints.push_back(j);
   has_negative_zeros = has_negative_zero(m.jnt_axis, 3 * m.njnt) || has_negative_zero(m.jnt_pos, 3 * m.njnt);
   has_damping = any_positive(m.dof_damping, m.nv);
   constrains_tendons = any_positive(m.tendon_frictionloss, m.ntendon) ||

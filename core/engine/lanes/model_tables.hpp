@@ -15,6 +15,10 @@ struct ModelTables {
   std::vector<double> actuator_moment;  // mjData's
   std::vector<FluidBody> fluid_bodies;
   std::vector<GeomPair> pairs;  // of the pairs that Model lists
+  bool lists_pairs;
+  std::vector<ContactPair> contact_pairs;  // the same pairs
+  std::vector<int> contact_columns;        // Contacts::columns
+  std::vector<int> limited_joints;
   bool has_negative_zeros, has_damping;
   bool constrains_tendons;  // tendons have limits or friction
 };

@@ -47,25 +47,30 @@ Solver::Solver(const Code& code, const mjModel& m)
   constraints_.columns = columns_.data() + kPlaces;
 }
 
-// Rows with friction of joints or tendons are left to MuJoCo, and those in which its stack may be too small for the
-// solver, which then fails. The solver takes less than this.
-bool Solver::solves(const mjData& d) const {
-  const int needed = 10 * d.nefc + 12 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * d.nefc;
-  return d.nefc > 0 && d.nefc <= kMost && d.nf == 0 && d.nstack - d.pstack >= needed;
+// Rows in which MuJoCo's stack may be too small for the making of constraints or the solver, which then fail, are left to
+// MuJoCo. They take less than this.
+bool Solver::can_solve(const mjData& d, int constraints) const {
+  const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
+  return constraints <= kMost && d.nstack - d.pstack >= needed;
 }
 
 // Where the constraint of a row with so many is in the lanes.
 int Solver::place(int constraint, int count) const {
-  const int in_blocks = is_dual_ ? count / 4 * 4 : count;
-  return constraint < in_blocks ? constraint : constraints_.size - Constraints::kRest + constraint - in_blocks;
+  const int beyond = constraint - in_blocks(count);
+  return beyond < 0 ? constraint : constraints_.size - Constraints::kRest + beyond;
 }
 
 // The constraint at a place; -1 if there is none.
 int Solver::constraint_at(int place, int count) const {
-  const int in_blocks = is_dual_ ? count / 4 * 4 : count;
-  if (place < in_blocks) return place;
+  if (place < in_blocks(count)) return place;
   const int in_rest = place - (constraints_.size - Constraints::kRest);
-  return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks ? in_blocks + in_rest : -1;
+  return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
+}
+
+// rows: as bits, those that have constraints. most: how many they have at most.
+void Solver::set_size(std::uint32_t rows, int most) {
+  constraints_.rows = rows;
+  constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
@@ -75,8 +80,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
       most = std::max(most, data[lane]->nefc);
       first = lane;
     }
-  constraints_.rows = rows;
-  constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
+  set_size(rows, most);
 
   // Lanes that take no part compute the first row's constraints, too.
   RowData from{};
@@ -85,13 +89,54 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
     const int row = rows >> lane & 1 ? lane : first;
     from[lane] = data[row];
     warmstart[lane] = data[row]->qacc_warmstart;
-    load(lane, *models[row], *data[row]);
+    load(lane, *models[row]);
+    load(lane, *data[row]);
   }
   gather_J(from);
   code_.gather(constraints_.warmstart, warmstart.data(), nv_);
   (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
   for (int lane = first; lane < code_.width; ++lane)
     if ((rows & ~lanes.left) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+}
+
+void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {
+  const int width = code_.width;
+  int most = 0;
+  std::uint32_t rows = 0;
+  for (int lane = 0; lane < width; ++lane) {
+    if (!(contacts.rows >> lane & 1) || contacts.constraints[lane] == 0) continue;
+    most = std::max(most, contacts.constraints[lane]);
+    rows |= 1U << lane;
+  }
+  if (rows != 0) {
+    set_size(rows, most);
+    const int some = static_cast<int>(__builtin_ctz(rows));
+    std::array<const double*, kMaxWidth> warmstart{};
+    for (int lane = 0; lane < width; ++lane) {
+      const int row = rows >> lane & 1 ? lane : some;
+      constraints_.at_first[lane] = in_blocks(contacts.constraints[lane]);
+      warmstart[lane] = data[row]->qacc_warmstart;
+      load(lane, *models[row]);
+    }
+    code_.gather(constraints_.warmstart, warmstart.data(), nv_);
+    code_.makeConstraint(lanes, contacts, constraints_);
+    (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
+  }
+  // mj_fwdConstraint without constraints
+  for (int lane = 0; lane < width; ++lane) {
+    if (rows >> lane & 1) continue;
+    for (int i = 0; i < nv_; ++i) {
+      lanes.qacc[i * width + lane] = lanes.qacc_smooth[i * width + lane];
+      lanes.qfrc_constraint[i * width + lane] = 0;
+    }
+  }
+  for (int lane = 0; lane < width; ++lane) {
+    if (!(contacts.rows >> lane & 1)) continue;
+    mjData& d = *data[lane];
+    d.maxuse_con = std::max(d.maxuse_con, contacts.found[lane]);
+    d.maxuse_efc = std::max(d.maxuse_efc, contacts.constraints[lane]);
+    if (rows >> lane & 1) d.solver_nnz = is_dual_ ? contacts.constraints[lane] * contacts.constraints[lane] : nv_ * nv_;
+  }
 }
 
 void Solver::gather_J(const RowData& from) {
@@ -106,7 +151,13 @@ void Solver::gather_J(const RowData& from) {
   }
 }
 
-void Solver::load(int lane, const mjModel& m, const mjData& d) {
+void Solver::load(int lane, const mjModel& m) {
+  constraints_.tolerance[lane] = m.opt.tolerance;
+  constraints_.meaninertia[lane] = m.stat.meaninertia;
+  constraints_.most[lane] = std::max(0, m.opt.iterations);
+}
+
+void Solver::load(int lane, const mjData& d) {
   Constraints& c = constraints_;
   const int count = d.nefc, width = code_.width;
   for (double* array : {c.D, c.damping, c.spring})
@@ -121,9 +172,6 @@ void Solver::load(int lane, const mjModel& m, const mjData& d) {
     c.spring[at] = KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
     if (is_dual_) c.R[at] = d.efc_R[i];
   }
-  c.tolerance[lane] = m.opt.tolerance;
-  c.meaninertia[lane] = m.stat.meaninertia;
-  c.most[lane] = std::max(0, m.opt.iterations);
 }
 
 void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const {

@@ -21,11 +21,16 @@ class Solver {
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
 
   // Whether lanes can solve the constraints of this row.
-  bool solves(const mjData& d) const;
+  bool solves(const mjData& d) const { return d.nefc > 0 && d.nf == 0 && can_solve(d, d.nefc); }
+  // Whether they can solve so many constraints of it, without friction of joints or tendons.
+  bool can_solve(const mjData& d, int constraints) const;
 
   // The rows, as bits, in which mj_makeConstraint has run. Does the rest of what mj_forward does with constraints.
   // is_last: also writes what only readers of mjData need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
+  // Makes the constraints of these limits and contacts, and does the same. Writes to the rows' mjData only what the next
+  // frame needs.
+  void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
 
  private:
   static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // constraints of a row
@@ -39,10 +44,13 @@ class Solver {
   std::vector<double> zeros_;  // a row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
+  int in_blocks(int count) const { return is_dual_ ? count / 4 * 4 : count; }
+  void set_size(std::uint32_t rows, int most);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;
   void gather_J(const RowData& from);
-  void load(int lane, const mjModel& m, const mjData& d);
+  void load(int lane, const mjModel& m);
+  void load(int lane, const mjData& d);
   void finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const;
 };
 

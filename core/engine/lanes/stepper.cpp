@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/lanes/constraint_maker.hpp"
 #include "engine/lanes/lanes.hpp"
 #include "engine/lanes/memory.hpp"
 #include "engine/lanes/model_tables.hpp"
@@ -92,13 +93,15 @@ class LaneStepper final : public Stepper {
   const mjModel& m_;
   ModelTables tables_;
   std::vector<Array> state_, input_, derived_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
-      of_euler_;
+      warmstart_, of_euler_;
   std::vector<OwnNumbers> own_;
   Lanes lanes_{};
   std::unique_ptr<Memory<Lanes>> memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
-  const bool searches_;             // MuJoCo searches for pairs of geoms
-  std::unique_ptr<Solver> solver_;  // null if MuJoCo solves the constraints row by row
+  const bool searches_;                     // MuJoCo searches for pairs of geoms
+  std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
+  std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
+  bool makes_ = false;                      // whether the maker makes those of the rows of this step
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // lanes without a row write here
   std::array<const mjModel*, kMaxWidth> row_models_{};
@@ -117,6 +120,7 @@ class LaneStepper final : public Stepper {
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
   void forward(bool is_last);
+  bool constrain_in_lanes();
   void collide();
   void constrain(bool is_last);
   void integrate(bool is_last);
@@ -171,6 +175,7 @@ void LaneStepper::set_up_arrays() {
                  {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
                  {&L::qfrc_smooth, &D::qfrc_smooth, nv}};
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
+  warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
 
   std::vector<std::pair<double * Lanes::*, int>> sizes{
@@ -188,6 +193,8 @@ void LaneStepper::set_up_arrays() {
       {&L::tendon_lengthspring, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_lengthspring; }},
       {&L::actuator_gainprm, mjNGAIN * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_gainprm; }},
       {&L::actuator_biasprm, mjNBIAS * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_biasprm; }},
+      {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
+      {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
   sizes.emplace_back(&L::com_scale, nbody);
   for (const OwnNumbers& own : own_) sizes.emplace_back(own.numbers, own.count);
@@ -214,6 +221,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       tables_(model),
       searches_(!model.pairs()),
       solver_(Solver::make(code, m_)),
+      maker_(solver_ ? ConstraintMaker::make(code, m_, tables_) : nullptr),
       hits_(tables_.pairs.size()) {
   set_up_arrays();
   set_world();
@@ -292,6 +300,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     data_[row] = works[row]->data();
   }
   gather_own();
+  makes_ = maker_ && maker_->follow(row_models_, count);
   lanes_.left = lanes_.unlike;
   gather(input_);
   leave_bad(lanes_.ctrl, m_.nu);
@@ -336,10 +345,22 @@ void LaneStepper::forward(bool is_last) {
   code_.fwdAcceleration(lanes_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  scatter(for_limits_);
-  collide();
-  constrain(is_last);
+  if (is_last || !makes_ || !constrain_in_lanes()) {
+    scatter(for_limits_);
+    collide();
+    constrain(is_last);
+  }
   leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
+}
+
+// Contacts and constraints of which mjData needs to hold nothing, because MuJoCo will compute others before anybody reads
+// them. Returns false if MuJoCo's functions must compute them row by row.
+bool LaneStepper::constrain_in_lanes() {
+  code_.reject(lanes_);
+  if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;
+  solver_->solve(lanes_, maker_->found(), row_models_, data_);
+  scatter(warmstart_);
+  return true;
 }
 
 // mj_collision, row by row, for the geoms that are near each other.

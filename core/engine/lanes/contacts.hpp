@@ -1,0 +1,357 @@
+// The contacts of planes, spheres and capsules, and the constraints of limits and contacts, for several rows at once. What
+// functions.hpp says of bits holds here, too. A column of a contact's Jacobian that is 0 in MuJoCo is +0.
+#pragma once
+
+#include "engine/lanes/functions.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+// ---- engine_core_constraint.c: which limits are reached ----
+
+// The first half of mj_instantiateLimit, for slides and hinges.
+bool instantiateLimit(const Lanes& d, Contacts& c) {
+  const mjModel& m = *d.model;
+  c.limit_count = 0;
+  for (int lane = 0; lane < kWidth; ++lane) c.constraints[lane] = 0;
+  for (int i = 0; i < c.joint_count; ++i) {
+    const int joint = c.joints[i];
+    const V value = vectors(d.qpos)[m.jnt_qposadr[joint]], margin = vectors(d.jnt_margin)[joint];
+    for (int side = -1; side <= 1; side += 2) {
+      const V dist = side * 1.0 * (vectors(d.jnt_range)[2 * joint + (side + 1) / 2] - value);
+      const unsigned rows = bits(dist < margin) & c.rows;
+      if (rows == 0) continue;
+      if (c.limit_count == Contacts::kMost) return false;
+      c.limits[c.limit_count] = {joint, side, rows, {}};
+      vectors(c.limit_dist)[c.limit_count++] = dist;
+      for (int lane = 0; lane < kWidth; ++lane) c.constraints[lane] += rows >> lane & 1;
+    }
+  }
+  return true;
+}
+
+// ---- engine_collision_primitive.c ----
+
+// A contact in the lanes of a mask.
+struct Contact {
+  V dist, pos[3], frame[9];
+  Mask is_there;
+};
+
+struct Geom {
+  const V *pos, *mat;
+  const double* size;
+
+  // The z-axis
+  void axis(V* res, double scale) const {
+    for (int k = 0; k < 3; ++k) res[k] = mat[3 * k + 2] * scale;
+  }
+};
+
+// _PlaneSphere, with the sphere's place and radius
+inline void PlaneSphere(Contact& con, double margin, const Geom& plane, const V* pos, double radius) {
+  V tmp[3];
+  plane.axis(con.frame, 1);
+  for (int k = 0; k < 3; ++k) tmp[k] = pos[k] - plane.pos[k];
+  const V cdist = dot3(tmp, con.frame);
+  con.is_there = ~(cdist > splat(margin + radius));
+  con.dist = cdist - radius;
+  const V scale = -con.dist * 0.5 - radius;
+  for (int k = 0; k < 3; ++k) con.pos[k] = pos[k] + con.frame[k] * scale;
+  zero(con.frame + 3, 3);
+}
+
+// mjc_PlaneCapsule
+inline void PlaneCapsule(Contact* con, double margin, const Geom& plane, const Geom& capsule) {
+  V pos[3], axis[3];
+  capsule.axis(axis, 1);
+  for (int end = 0; end < 2; ++end) {
+    for (int k = 0; k < 3; ++k) {
+      const V segment = axis[k] * capsule.size[1];
+      pos[k] = end == 0 ? capsule.pos[k] + segment : capsule.pos[k] - segment;
+    }
+    PlaneSphere(con[end], margin, plane, pos, capsule.size[0]);
+    copy(con[end].frame + 3, axis, 3);
+  }
+}
+
+// _SphereSphere, with the spheres' places
+inline void SphereSphere(Contact& con, double margin, const Geom& g1, const V* pos1, const Geom& g2, const V* pos2) {
+  V dif[3];
+  for (int k = 0; k < 3; ++k) dif[k] = pos1[k] - pos2[k];
+  const V cdist = sqrt(dot3(dif, dif));
+  con.is_there = ~(cdist > splat(margin + g1.size[0] + g2.size[0]));
+  con.dist = cdist - g1.size[0] - g2.size[0];
+  for (int k = 0; k < 3; ++k) con.frame[k] = pos2[k] - pos1[k];
+  const Mask is_same = normalize3(con.frame) < splat(mjMINVAL);
+  if (__builtin_expect(any(is_same), 0)) {
+    V axis1[3], axis2[3], normal[3];
+    g1.axis(axis1, 1);
+    g2.axis(axis2, 1);
+    cross(normal, axis1, axis2);
+    normalize3(normal);
+    for (int k = 0; k < 3; ++k) con.frame[k] = is_same ? normal[k] : con.frame[k];
+  }
+  const V scale = g1.size[0] + con.dist * 0.5;
+  for (int k = 0; k < 3; ++k) con.pos[k] = con.frame[k] * scale + pos1[k];
+  zero(con.frame + 3, 3);
+}
+
+inline V clip_to_segment(V x) { return x > splat(1) ? splat(1) : (x < splat(-1) ? splat(-1) : x); }
+
+// mjc_SphereCapsule
+inline void SphereCapsule(Contact& con, double margin, const Geom& sphere, const Geom& capsule) {
+  V axis[3], vec[3];
+  capsule.axis(axis, capsule.size[1]);
+  for (int k = 0; k < 3; ++k) vec[k] = sphere.pos[k] - capsule.pos[k];
+  const V x = clip_to_segment(dot3(axis, vec) / dot3(axis, axis));
+  for (int k = 0; k < 3; ++k) vec[k] = axis[k] * x + capsule.pos[k];
+  SphereSphere(con, margin, sphere, sphere.pos, capsule, vec);
+}
+
+// mjc_CapsuleCapsule, of axes that are not parallel. Returns in which lanes they are.
+inline Mask CapsuleCapsule(Contact& con, double margin, const Geom& g1, const Geom& g2) {
+  V axis1[3], axis2[3], dif[3], vec1[3], vec2[3];
+  g1.axis(axis1, g1.size[1]);
+  g2.axis(axis2, g2.size[1]);
+  for (int k = 0; k < 3; ++k) dif[k] = g1.pos[k] - g2.pos[k];
+  const V ma = dot3(axis1, axis1), mb = -dot3(axis1, axis2), mc = dot3(axis2, axis2);
+  const V u = -dot3(axis1, dif), v = dot3(axis2, dif), det = ma * mc - mb * mb;
+
+  V x1 = (mc * u - mb * v) / det, x2 = (ma * v - mb * u) / det;
+  const Mask is_above1 = x1 > splat(1), is_below1 = x1 < splat(-1);
+  x2 = is_above1 ? (v - mb) / mc : (is_below1 ? (v + mb) / mc : x2);
+  x1 = clip_to_segment(x1);
+  const Mask is_above2 = x2 > splat(1), is_below2 = x2 < splat(-1);
+  x1 = is_above2 ? clip_to_segment((u - mb) / ma) : (is_below2 ? clip_to_segment((u + mb) / ma) : x1);
+  x2 = clip_to_segment(x2);
+
+  for (int k = 0; k < 3; ++k) {
+    vec1[k] = axis1[k] * x1 + g1.pos[k];
+    vec2[k] = axis2[k] * x2 + g2.pos[k];
+  }
+  SphereSphere(con, margin, g1, vec1, g2, vec2);
+  return ~(abs(det) >= splat(mjMINVAL));
+}
+
+// mju_makeFrame. Returns in which lanes it fails.
+inline Mask makeFrame(V* frame) {
+  V* const y = frame + 3;
+  const Mask fails = normalize3(frame) < splat(0.5);
+  const Mask is_undefined = sqrt(dot3(y, y)) < splat(0.5);
+  const Mask is_free = (frame[1] < splat(0.5)) & (frame[1] > splat(-0.5));
+  y[0] = is_undefined ? V{} : y[0];
+  y[1] = is_undefined ? (is_free ? splat(1) : V{}) : y[1];
+  y[2] = is_undefined ? (is_free ? V{} : splat(1)) : y[2];
+  const V scale = dot3(frame, y);
+  for (int k = 0; k < 3; ++k) y[k] -= frame[k] * scale;
+  normalize3(y);
+  cross(frame + 6, frame, y);
+  return fails;
+}
+
+// ---- engine_collision_driver.c ----
+
+// mj_collision, of the pairs that `reject` has not excluded
+bool collision(const Lanes& d, Contacts& c) {
+  const mjModel& m = *d.model;
+  c.contact_count = 0;
+  for (int lane = 0; lane < kWidth; ++lane) c.found[lane] = 0;
+  for (int i = 0; i < d.pair_count; ++i) {
+    const unsigned near = d.hits[i] & c.rows;
+    if (near == 0) continue;
+    const ContactPair& pair = c.pairs[i];
+    const auto geom = [&](int id) {
+      return Geom{vectors(d.geom_xpos) + 3 * id, vectors(d.geom_xmat) + 9 * id, m.geom_size + 3 * id};
+    };
+    const Geom g1 = geom(pair.geom1), g2 = geom(pair.geom2);
+    Contact found[2];
+    int count = 1;
+    Mask is_left{};
+    switch (pair.shapes) {
+      case Shapes::plane_sphere: PlaneSphere(found[0], pair.margin, g1, g2.pos, g2.size[0]); break;
+      case Shapes::plane_capsule:
+        PlaneCapsule(found, pair.margin, g1, g2);
+        count = 2;
+        break;
+      case Shapes::sphere_sphere: SphereSphere(found[0], pair.margin, g1, g1.pos, g2, g2.pos); break;
+      case Shapes::sphere_capsule: SphereCapsule(found[0], pair.margin, g1, g2); break;
+      case Shapes::capsule_capsule: is_left = CapsuleCapsule(found[0], pair.margin, g1, g2); break;
+      default: return false;
+    }
+    for (int k = 0; k < count; ++k) {
+      Contact& con = found[k];
+      const unsigned rows = bits(con.is_there) & near;
+      if ((bits(is_left) & near) != 0) return false;
+      if (rows == 0) continue;
+      if ((bits(makeFrame(con.frame)) & rows) != 0) return false;
+      for (int lane = 0; lane < kWidth; ++lane) c.found[lane] += rows >> lane & 1;
+      const unsigned included = rows & bits(con.dist < splat(pair.includemargin));
+      if (included == 0) continue;
+      if (c.contact_count == Contacts::kMost) return false;
+      const int n = c.contact_count++;
+      c.contacts[n] = {i, included, {}};
+      vectors(c.dist)[n] = con.dist;
+      copy(vectors(c.pos) + 3 * n, con.pos, 3);
+      copy(vectors(c.frame) + 9 * n, con.frame, 9);
+      const int size = pair.dim == 1 ? 1 : 4;
+      for (int lane = 0; lane < kWidth; ++lane)
+        if (included >> lane & 1) c.constraints[lane] += size;
+    }
+  }
+  return true;
+}
+
+// ---- engine_core_constraint.c ----
+
+// Makes constraints one after the other, each in the lanes that have it.
+class Making {
+ public:
+  Making(const Lanes& d, const Contacts& contacts, Constraints& c)
+      : d_(d), contacts_(contacts), c_(c), m_(*d.model), nv_(m_.nv) {}
+
+  // mj_makeConstraint
+  void run() {
+    zero(vectors(c_.J), c_.size * nv_);
+    double* const numbers[] = {c_.D, c_.damping, c_.spring, c_.R};
+    for (double* array : numbers)
+      if (array) zero(vectors(array), c_.size);
+    for (int i = 0; i < contacts_.limit_count; ++i) instantiateLimit(i);
+    for (int i = 0; i < contacts_.contact_count; ++i) instantiateContact(i);
+  }
+
+ private:
+  static constexpr int kMostRows = 4;
+  const Lanes& d_;
+  const Contacts& contacts_;
+  Constraints& c_;
+  const mjModel& m_;
+  const int nv_;
+  int next_[kWidth] = {};            // the number of each lane's next constraint
+  unsigned rows_ = 0;                // the lanes, as bits, in which a constraint is made
+  int places_[kMostRows][kWidth]{};  // where the rows of its Jacobian go
+  const ConstraintNumbers* const* numbers_ = nullptr;
+
+  V number(double ConstraintNumbers::*member) const {
+    V result{};
+    for (int lane = 0; lane < kWidth; ++lane) result[lane] = numbers_[lane]->*member;
+    return result;
+  }
+
+  // mj_addConstraint
+  void begin(unsigned rows, const ConstraintNumbers* const* numbers, int size) {
+    rows_ = rows;
+    numbers_ = numbers;
+    for (int lane = 0; lane < kWidth; ++lane) {
+      if (!(rows >> lane & 1)) continue;
+      for (int i = 0; i < size; ++i) {
+        const int beyond = next_[lane]++ - c_.at_first[lane];
+        places_[i][lane] = beyond < 0 ? beyond + c_.at_first[lane] : c_.size - Constraints::kRest + beyond;
+      }
+    }
+  }
+
+  void set_J(int i, int column, V value) {
+    for (int lane = 0; lane < kWidth; ++lane)
+      if (rows_ >> lane & 1) c_.J[(places_[i][lane] * nv_ + column) * kWidth + lane] = value[lane];
+  }
+
+  void set(double* array, int size, V value) {
+    for (int lane = 0; lane < kWidth; ++lane)
+      if (rows_ >> lane & 1)
+        for (int i = 0; i < size; ++i) array[places_[i][lane] * kWidth + lane] = value[lane];
+  }
+
+  // The impedance that getimpedance computes. The powers are the C library's, as in MuJoCo.
+  V getimpedance(V dif) const {
+    using N = ConstraintNumbers;
+    const V dmin = number(&N::dmin), dmax = number(&N::dmax), width = number(&N::width);
+    const Mask is_flat = (dmin == dmax) | (width <= splat(mjMINVAL));
+    V x = dif / width;
+    x = x < V{} ? -x : x;
+    const Mask is_saturated = (x >= splat(1)) | (x <= V{});
+    V y = x;
+    const unsigned curved = bits(~(is_flat | is_saturated)) & rows_;
+    for (int lane = 0; lane < kWidth; ++lane) {
+      if (!(curved >> lane & 1)) continue;
+      const N& n = *numbers_[lane];
+      const double at = x[lane];
+      if (n.power == 1) continue;
+      y[lane] = at <= n.midpoint ? n.below * std::pow(at, n.power) : 1 - n.above * std::pow(1 - at, n.power);
+    }
+    const V imp = is_saturated ? (x >= splat(1) ? dmax : dmin) : dmin + y * (dmax - dmin);
+    return is_flat ? 0.5 * (dmin + dmax) : imp;
+  }
+
+  // mj_diagApprox and mj_makeImpedance. pos and margin are those of all `size` constraints.
+  void makeImpedance(int size, V pos, V margin) {
+    using N = ConstraintNumbers;
+    const V dif = pos - margin, imp = getimpedance(dif);
+    V R = (1.0 - imp) * number(&N::diagApprox) / imp;
+    R = splat(mjMINVAL) >= R ? splat(mjMINVAL) : R;
+    if (size > 1) {
+      const V mu = number(&N::friction1) * sqrt(R / number(&N::impratio) / R);
+      R = 2.0 * mu * mu * R;
+    }
+    if (c_.R) set(c_.R, size, R);
+    set(c_.D, size, 1.0 / R);
+    set(c_.damping, size, number(&N::damping));
+    set(c_.spring, size, number(&N::stiffness) * imp * dif);
+  }
+
+  // The second half of mj_instantiateLimit
+  void instantiateLimit(int i) {
+    const Contacts::Limit& limit = contacts_.limits[i];
+    begin(limit.rows, limit.numbers, 1);
+    set_J(0, m_.jnt_dofadr[limit.joint], splat(-limit.side));
+    makeImpedance(1, vectors(contacts_.limit_dist)[i], vectors(d_.jnt_margin)[limit.joint]);
+  }
+
+  // A column of mj_jac: what a point moves with a dof
+  void jac(V* res, int dof, const V* offset) const {
+    V shift[3];
+    const V* const cdof = vectors(d_.cdof) + 6 * dof;
+    cross(shift, cdof, offset);
+    for (int k = 0; k < 3; ++k) res[k] = cdof[3 + k] + shift[k];
+  }
+
+  // mj_instantiateContact
+  void instantiateContact(int i) {
+    const Contacts::Contact& contact = contacts_.contacts[i];
+    const ContactPair& pair = contacts_.pairs[contact.pair];
+    const int size = pair.dim == 1 ? 1 : 4;
+    begin(contact.rows, contact.numbers, size);
+    V offset1[3], offset2[3];
+    for (int k = 0; k < 3; ++k) {
+      const V point = vectors(contacts_.pos)[3 * i + k];
+      offset1[k] = point - vectors(d_.subtree_com)[3 * pair.root1 + k];
+      offset2[k] = point - vectors(d_.subtree_com)[3 * pair.root2 + k];
+    }
+    const V* const frame = vectors(contacts_.frame) + 9 * i;
+    const V friction1 = number(&ConstraintNumbers::friction1), friction2 = number(&ConstraintNumbers::friction2);
+    const int* const columns = contacts_.columns + pair.first_column;
+    for (int n = 0; n < pair.count1 + pair.count2; ++n) {
+      // mj_jacDifPair
+      V dif[3], edge[3];
+      jac(dif, columns[n], n < pair.count1 ? offset1 : offset2);
+      if (n < pair.count1)
+        for (V& x : dif) x = V{} - x;
+      for (int k = 0; k < 3; ++k)
+        edge[k] = V{} + frame[3 * k] * dif[0] + frame[3 * k + 1] * dif[1] + frame[3 * k + 2] * dif[2];
+      if (size == 1) {
+        set_J(0, columns[n], edge[0]);
+        continue;
+      }
+      set_J(0, columns[n], edge[0] + edge[1] * friction1);
+      set_J(1, columns[n], edge[0] + edge[1] * -friction1);
+      set_J(2, columns[n], edge[0] + edge[2] * friction2);
+      set_J(3, columns[n], edge[0] + edge[2] * -friction2);
+    }
+    makeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
+  }
+};
+
+void makeConstraint(const Lanes& d, const Contacts& contacts, Constraints& c) { Making(d, contacts, c).run(); }
+
+}  // namespace
+}  // namespace mjenv::core::lanes
