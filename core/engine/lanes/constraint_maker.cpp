@@ -62,7 +62,8 @@ const ConstraintNumbers* ConstraintMaker::Numbers::of_limit(const mjModel& m, in
 }
 
 const ConstraintNumbers* ConstraintMaker::Numbers::of_contact(const mjModel& m, int pair) {
-  return get(static_cast<std::size_t>(m.njnt + pair), [&](ConstraintNumbers& n) { return set_contact(n, m, pair); });
+  return get(static_cast<std::size_t>(m.njnt) + static_cast<std::size_t>(pair),
+             [&](ConstraintNumbers& n) { return set_contact(n, m, pair); });
 }
 
 std::unique_ptr<ConstraintMaker> ConstraintMaker::make(const Code& code, const mjModel& m, const ModelTables& tables) {
@@ -81,7 +82,7 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
                {&Contacts::dist, Contacts::kMost},
                {&Contacts::pos, 3 * Contacts::kMost},
                {&Contacts::frame, 9 * Contacts::kMost}}),
-      shared_(static_cast<std::size_t>(m.njnt + m.npair)),
+      shared_(static_cast<std::size_t>(m.njnt) + static_cast<std::size_t>(m.npair)),
       own_(static_cast<std::size_t>(code.width), shared_) {
   contacts_.joints = tables.limited_joints.data();
   contacts_.joint_count = static_cast<int>(tables.limited_joints.size());
