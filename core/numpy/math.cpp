@@ -29,8 +29,9 @@ Norm norm_as_numpy_here() {
   if (const auto name = platform::environment("OPENBLAS_CORETYPE"))
     for (const Kernel& kernel : kernels)
       if (strcasecmp(name->c_str(), kernel.name) == 0) return Norm(kernel.fused);
-  // On x86-64, OpenBLAS chooses by this feature. Its kernels for aarch64 fuse.
-  return Norm(!cpu_lacks_avx512());
+  // By these, OpenBLAS chooses on x86-64 and on aarch64. A wide vector holds the whole norm, so nothing is left to fuse.
+  constexpr int kWide = 32;
+  return Norm(!cpu_lacks_avx512() && platform::scalable_vector_bytes() < kWide);
 }
 
 }  // namespace mjenv::core::np

@@ -4,6 +4,7 @@
 #include <linux/futex.h>
 #include <pthread.h>
 #include <sched.h>
+#include <sys/prctl.h>
 #include <sys/random.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -61,6 +62,11 @@ std::vector<int> allowed_cpus() {
 }
 
 double cpu_quota(const std::string& root) { return cpu_quota_of_groups(root); }
+
+int scalable_vector_bytes() {
+  const int found = prctl(PR_SVE_GET_VL);  // fails on other CPUs
+  return found < 0 ? 0 : found & PR_SVE_VL_LEN_MASK;
+}
 
 void pin_thread(std::thread& thread, int cpu) {
   cpu_set_t set;

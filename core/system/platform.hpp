@@ -49,6 +49,8 @@ std::vector<int> allowed_cpus();
 // How many CPUs the system lets this process use at once, beside its affinity mask; infinite if it sets no quota. root:
 // the folder that contains proc/ and sys/ on Linux.
 double cpu_quota(const std::string& root);
+// How many bytes a scalable vector (SVE) of the CPU has; 0 if it has none.
+int scalable_vector_bytes();
 void pin_thread(std::thread& thread, int cpu);
 // Debuggers and top show the name, of which Linux keeps 15 characters.
 void name_thread(std::thread& thread, const std::string& name);

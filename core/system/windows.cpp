@@ -150,6 +150,8 @@ double cpu_quota(const std::string&) {
   return job.CpuRate / 10000.0 * GetActiveProcessorCount(ALL_PROCESSOR_GROUPS);
 }
 
+int scalable_vector_bytes() { return 0; }
+
 void pin_thread(std::thread& thread, int cpu) {
   SetThreadAffinityMask(pthread_gethandle(thread.native_handle()), DWORD_PTR{1} << cpu);
 }
