@@ -1,18 +1,18 @@
 # MJENV_MATH: whose sin, cos, exp and so on the engine and the core call. With `portable`, defines mjenv_math, which is
 # glibc's functions under names of their own, and makes the calls go there.
-# Gymnasium's bits are those of glibc, which Windows lacks.
+# Gymnasium's bits are those of glibc, which Windows and WebAssembly lack.
 set(math_default system)
-if(WIN32)
+if(WIN32 OR EMSCRIPTEN)
   set(math_default portable)
 endif()
 set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, as Gymnasium beside this library has them. portable: \
 glibc's, compiled in (LGPL-2.1-or-later), for the same bits on every CPU and system")
 set_property(CACHE MJENV_MATH PROPERTY STRINGS system portable)
 set(MJENV_MATH_SOURCES "" CACHE PATH "Folder with the folder glibc; empty: tools/engine-sources fetches it")
-if(MJENV_MATH STREQUAL system AND NOT WIN32)
+if(MJENV_MATH STREQUAL system AND math_default STREQUAL system)
   return()
 elseif(NOT MJENV_MATH STREQUAL portable)
-  message(FATAL_ERROR "MJENV_MATH is ${MJENV_MATH}, neither system (not on Windows) nor portable")
+  message(FATAL_ERROR "MJENV_MATH is ${MJENV_MATH}, neither system (not on Windows, not in WebAssembly) nor portable")
 endif()
 get_target_property(math_engine mjenv_engine TYPE)
 if(NOT math_engine STREQUAL STATIC_LIBRARY)

@@ -1,7 +1,6 @@
 #include "error.hpp"
 
-#include <array>
-#include <charconv>
+#include "chars.hpp"
 
 namespace mjenv::core {
 
@@ -11,10 +10,6 @@ std::string listed(const std::vector<std::string>& names) {
   return text.empty() ? "none" : text;
 }
 
-std::string number(double value) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
+std::string number(double value) { return shortest_text(value); }
 
 }  // namespace mjenv::core

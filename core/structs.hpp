@@ -14,35 +14,40 @@
 
 namespace mjenv::core {
 
+// Of a size with pointers of 64 bits and of that with 32, the one here.
+constexpr std::size_t by_pointers(std::size_t with_64, std::size_t with_32) {
+  return sizeof(void*) == 8 ? with_64 : with_32;
+}
+
 // The size of a struct in the first release. Every caller's struct is at least as long. These sizes never change.
 template <typename T>
 inline constexpr std::size_t kOldestSize = 0;
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_option> = 56;
+inline constexpr std::size_t kOldestSize<mjenv_option> = by_pointers(56, 48);
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_field> = 80;
+inline constexpr std::size_t kOldestSize<mjenv_field> = by_pointers(80, 72);
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_space> = 32;
+inline constexpr std::size_t kOldestSize<mjenv_space> = by_pointers(32, 24);
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_spec> = 96;
+inline constexpr std::size_t kOldestSize<mjenv_spec> = by_pointers(96, 88);
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_batch> = 136;
+inline constexpr std::size_t kOldestSize<mjenv_batch> = by_pointers(136, 96);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_render_settings> = 128;
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_randomization> = 64;
+inline constexpr std::size_t kOldestSize<mjenv_randomization> = by_pointers(64, 56);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_push> = 120;
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_perturbation> = 72;
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_task_option> = 80;
+inline constexpr std::size_t kOldestSize<mjenv_task_option> = by_pointers(80, 64);
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_task_field> = 64;
+inline constexpr std::size_t kOldestSize<mjenv_task_field> = by_pointers(64, 56);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_task_camera> = 56;
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_task> = 168;
+inline constexpr std::size_t kOldestSize<mjenv_task> = by_pointers(168, 120);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_plugin> = 24;
 

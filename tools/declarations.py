@@ -233,11 +233,95 @@ def rust_module(_: header.Header) -> str:
     return re.sub(r"(?m)^pub type mjenv_[a-z]+_value = .*\n", "", text)
 
 
+# ---- JavaScript ----
+
+# Of WebAssembly: how many bytes, and what JavaScript calls it in calls and in memory. Pointers and size_t have 32 bits.
+JAVASCRIPT_TYPES = {
+    "uint8_t": (1, "number", "uint8"),
+    "int32_t": (4, "number", "int32"),
+    "uint32_t": (4, "number", "uint32"),
+    "int64_t": (8, "bigint", "int64"),
+    "uint64_t": (8, "bigint", "uint64"),
+    "size_t": (4, "number", "uint32"),
+    "float": (4, "number", "float32"),
+    "double": (8, "number", "float64"),
+}
+JAVASCRIPT_POINTER = (4, "number", "uint32")
+
+# The library draws no pictures in WebAssembly.
+JAVASCRIPT_LACKS = re.compile("mjenv_(render|window|gl$|visual$)|MJENV_CAMERA")
+
+
+def javascript_type(api: header.Header, ctype: header.CType) -> tuple[int, str, str]:
+    if ctype.pointers:
+        return JAVASCRIPT_POINTER
+    return JAVASCRIPT_TYPES["int32_t" if api.kind(ctype.base) == "enum" else ctype.base]
+
+
+def javascript_struct(api: header.Header, struct: header.Struct) -> Iterator[str]:
+    """The size of a struct, and for each field its offset, its type and its length, which is 0 unless it is an array."""
+    fields, offset, alignment = [], 0, 1
+    for field in struct.fields:
+        size, _, name = javascript_type(api, field.type)
+        alignment = max(alignment, size)
+        offset += -offset % size
+        fields.append(f'    {field.name}: {{ offset: {offset}, type: "{name}", length: {field.type.length or 0} }},')
+        offset += size * (field.type.length or 1)
+    yield f"export const {struct.name} = struct({offset + -offset % alignment}, {{"
+    yield from (field[2:] for field in fields)
+    yield "});"
+
+
+def javascript_function(api: header.Header, function: header.Function) -> str:
+    types = [f"{one.name}: {javascript_type(api, one.type)[1]}" for one in function.parameters]
+    void = function.result.base == "void" and not function.result.pointers
+    result = "void" if void else javascript_type(api, function.result)[1]
+    return f" * @property {{({', '.join(types)}) => {result}}} {function.name}"
+
+
+def javascript_module(api: header.Header) -> str:
+    """The text of abi.js."""
+    lines = [
+        "// The C interface in WebAssembly. Written by tools/declarations.py from mjenv.h: do not edit.",
+        "",
+        "/**",
+        ' * @typedef {"uint8" | "int32" | "uint32" | "int64" | "uint64" | "float32" | "float64"} Scalar',
+        " * @typedef {{ readonly offset: number; readonly type: Scalar; readonly length: number }} Member",
+        " */",
+        "",
+        "/**",
+        " * @template {Record<string, Member>} const Members",
+        " * @param {number} size",
+        " * @param {Members} members",
+        " */",
+        "function struct(size, members) {",
+        "  return Object.freeze({ size, members });",
+        "}",
+        "",
+    ]
+    lines += [f"export const {name} = {value};" for name, value in api.constants if not JAVASCRIPT_LACKS.match(name)]
+    for enum in api.enums:
+        if JAVASCRIPT_LACKS.match(enum.name):
+            continue
+        name = enum.name.removeprefix("mjenv_").capitalize()
+        lines += ["", f"export const {name} = /** @type {{const}} */ ({{"]
+        lines += [f"  {enum.short(value)}: {number}," for value, number in enum.values]
+        lines += ["});"]
+    for struct in api.structs:
+        if not JAVASCRIPT_LACKS.match(struct.name):
+            lines += ["", *javascript_struct(api, struct)]
+    functions = [one for one in api.functions if not JAVASCRIPT_LACKS.match(one.name)]
+    lines += ["", "/**", " * The library's functions. Pointers are addresses in the library's memory.", " *"]
+    lines += [" * @typedef {object} Functions", *(javascript_function(api, one) for one in functions), " */"]
+    return "\n".join(lines) + "\n"
+
+
 # ---- All languages ----
 
 LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
     "python": ("bindings/python/src/mjenv/_abi.py", python_module),
     "julia": ("bindings/julia/src/capi.jl", julia_module),
+    "javascript": ("bindings/javascript/src/abi.js", javascript_module),
     "rust": ("bindings/rust/mjenv-sys/src/bindings.rs", rust_module),
 }
 

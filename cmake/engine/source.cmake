@@ -47,7 +47,7 @@ target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
 endif()
-if(MINGW)  # for localtime_r
+if(MINGW OR EMSCRIPTEN)  # for localtime_r
   set_property(SOURCE ${sources}/mujoco/src/engine/engine_util_errmem.c APPEND PROPERTY
                COMPILE_DEFINITIONS _POSIX_C_SOURCE=200809L)
 endif()
@@ -66,7 +66,9 @@ set_property(SOURCE ${CMAKE_CURRENT_LIST_DIR}/load.cc APPEND PROPERTY INCLUDE_DI
 set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
 # Errors leave MuJoCo's C code as exceptions. If that code had no tables for them, the compiler would drop the handlers of
 # its callers.
-target_compile_options(mjenv_engine PRIVATE $<$<COMPILE_LANGUAGE:C>:-fexceptions>)
+if(NOT EMSCRIPTEN)  # where all code has them
+  target_compile_options(mjenv_engine PRIVATE $<$<COMPILE_LANGUAGE:C>:-fexceptions>)
+endif()
 if(MJENV_SANITIZE)
   # MuJoCo does two things that C leaves undefined and every machine defines. It converts numbers that fit no int, and then
   # bounds them, where a simulation diverges. It reads the numbers of an STL file from addresses that are not aligned.

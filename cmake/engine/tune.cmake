@@ -12,8 +12,15 @@ set(MJENV_PROFILE "" CACHE FILEPATH "Profile to use; empty: tools/engine-pgo mak
 set_property(CACHE MJENV_PGO PROPERTY STRINGS OFF use generate refine)
 
 # For exact bits there is no fused multiply-add and no reordering. MuJoCo reads no errno and handles no trap.
-set(MJENV_TUNE -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-plt -fno-semantic-interposition)
+set(MJENV_TUNE -ffp-contract=off -fno-math-errno -fno-trapping-math)
 set(MJENV_TUNE_LINK "")
+if(EMSCRIPTEN)
+  set(exceptions -fwasm-exceptions -sSUPPORT_LONGJMP=wasm)
+  list(APPEND MJENV_TUNE ${exceptions})
+  list(APPEND MJENV_TUNE_LINK ${exceptions})
+else()
+  list(APPEND MJENV_TUNE -fno-plt -fno-semantic-interposition)
+endif()
 # MuJoCo consists of many small functions that compute few numbers each, so inlining gains most.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   set(inlining -fno-tree-vectorize --param=max-inline-insns-auto=100 --param=inline-unit-growth=300
@@ -80,8 +87,13 @@ if(MJENV_SYMBOLS)
   list(APPEND MJENV_TUNE -g1)
 endif()
 
+set(MJENV_PIC ON)
+if(EMSCRIPTEN)  # which makes no shared library
+  set(MJENV_PIC OFF)
+endif()
+
 function(mjenv_tune target)
-  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON C_VISIBILITY_PRESET hidden
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ${MJENV_PIC} C_VISIBILITY_PRESET hidden
                         CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
                         INTERPROCEDURAL_OPTIMIZATION ${MJENV_USE_LTO})
   # libmjenv.a makes all names but mjenv_* local, which is not possible for gcc's unique symbols.

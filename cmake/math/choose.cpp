@@ -36,6 +36,9 @@ extern "C" double mjenv_fma(double a, double b, double c) {
   if (__builtin_cpu_supports("fma")) return fma_by_instruction(a, b, c);
   return mjenv_fma_soft(a, b, c);
 }
+#elif defined(__wasm__)
+extern "C" double mjenv_fma_soft(double a, double b, double c);
+extern "C" double mjenv_fma(double a, double b, double c) { return mjenv_fma_soft(a, b, c); }
 #else
 extern "C" double mjenv_fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
 #endif

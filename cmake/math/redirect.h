@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #endif
 
-#if defined(__cplusplus) && !defined(_WIN32)
+#if defined(__cplusplus) && !defined(_WIN32) && !defined(__EMSCRIPTEN__)
 #define MJENV_NOEXCEPT noexcept  // as the C library declares them
 #else
 #define MJENV_NOEXCEPT

@@ -53,6 +53,8 @@ class DefaultFloats {
     __asm__ volatile("mrs %0, fpcr" : "=r"(control));
     return control == 0;
   }
+#elif defined(__wasm__)
+  static bool is_default() { return true; }  // there is no other
 #else
   static bool is_default() { return false; }
 #endif

@@ -30,6 +30,9 @@ extern const char path_separator;
 
 // ---- Threads and CPUs ----
 
+// Why the library starts no threads on this system; "" if it starts them.
+extern const char* const no_threads;
+
 // Blocks all signals on the calling thread while it lives. Threads that start meanwhile block them for ever, so that
 // the host's signal handlers run on the host's threads.
 class BlockedSignals {

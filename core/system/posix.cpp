@@ -30,6 +30,8 @@ const char path_separator = ':';
 
 // ---- Threads ----
 
+const char* const no_threads = "";
+
 struct BlockedSignals::State {
   sigset_t before;
 };

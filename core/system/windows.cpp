@@ -125,6 +125,8 @@ const char path_separator = ';';
 
 // ---- Threads and CPUs ----
 
+const char* const no_threads = "";
+
 // Windows has no signals.
 struct BlockedSignals::State {};
 BlockedSignals::BlockedSignals() = default;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "chars.hpp"
 #include "engine/untrusted/inflate.hpp"
 #include "system/platform.hpp"
 
@@ -169,14 +170,13 @@ class Obj {
 
   static void coordinate(std::string_view text) {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-    double x = 0;
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), x);
+    const std::optional<double> x = read_double(text);
     // tinyobjloader reads 0e999 as NaN, and numbers with hundreds of digits as infinity.
     const std::size_t e = std::min(text.find_first_of("eE"), text.size());
     const std::string exponent(text.substr(std::min(e + 1, text.size())));
-    if (read.ec != std::errc() || text.size() > 100 || std::strtol(exponent.c_str(), nullptr, 10) > 99)
+    if (!x || text.size() > 100 || std::strtol(exponent.c_str(), nullptr, 10) > 99)
       refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" for a number");
-    check_coordinate(x);
+    check_coordinate(*x);
   }
 
   // Parses the integer at the front of the text and removes it.

@@ -1,0 +1,253 @@
+// The C interface in WebAssembly. Written by tools/declarations.py from mjenv.h: do not edit.
+
+/**
+ * @typedef {"uint8" | "int32" | "uint32" | "int64" | "uint64" | "float32" | "float64"} Scalar
+ * @typedef {{ readonly offset: number; readonly type: Scalar; readonly length: number }} Member
+ */
+
+/**
+ * @template {Record<string, Member>} const Members
+ * @param {number} size
+ * @param {Members} members
+ */
+function struct(size, members) {
+  return Object.freeze({ size, members });
+}
+
+export const MJENV_ABI_VERSION = 1;
+export const MJENV_ALL_ROWS = -1;
+
+export const Status = /** @type {const} */ ({
+  OK: 0,
+  E_ARGUMENT: -1,
+  E_NAME: -2,
+  E_TYPE: -3,
+  E_VALUE: -4,
+  E_SIZE: -5,
+  E_NOT_RESET: -6,
+  E_EPISODE_ENDED: -7,
+  E_PENDING: -8,
+  E_NOT_PENDING: -9,
+  E_BUSY: -10,
+  E_FORKED: -11,
+  E_FILE: -12,
+  E_MODEL: -13,
+  E_PHYSICS: -14,
+  E_SNAPSHOT: -15,
+  E_RENDER: -16,
+  E_MEMORY: -17,
+  E_INTERNAL: -18,
+  E_TASK: -19,
+});
+
+export const Dtype = /** @type {const} */ ({
+  FLOAT64: 0,
+  FLOAT32: 1,
+});
+
+export const Role = /** @type {const} */ ({
+  OBSERVATION: 1,
+  ACTION: 2,
+  INFO: 3,
+  RESET_INFO: 4,
+  REWARD: 5,
+  STRUCTURE: 6,
+  DATA: 7,
+  MODEL: 8,
+  ARRAYS: 9,
+});
+
+export const Kind = /** @type {const} */ ({
+  FLAG: 1,
+  INTEGER: 2,
+  REALS: 3,
+  STRING: 4,
+  STRING_OR_INT: 5,
+});
+
+export const Type = /** @type {const} */ ({
+  FLOAT64: 1,
+  ACTION: 2,
+  NATIVE_FLOAT: 3,
+  NATIVE_INT: 4,
+  INT64: 5,
+  FLOAT32: 6,
+  INT32: 7,
+  UINT8: 8,
+});
+
+export const Distribution = /** @type {const} */ ({
+  UNIFORM: 1,
+  LOG_UNIFORM: 2,
+  NORMAL: 3,
+  TRUNCATED_NORMAL: 4,
+  CHOICE: 5,
+});
+
+export const Effect = /** @type {const} */ ({
+  VALUE: 1,
+  SCALE: 2,
+  OFFSET: 3,
+});
+
+export const mjenv_option = struct(48, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  kind: { offset: 4, type: "int32", length: 0 },
+  name: { offset: 8, type: "uint32", length: 0 },
+  doc: { offset: 12, type: "uint32", length: 0 },
+  low: { offset: 16, type: "float64", length: 0 },
+  high: { offset: 24, type: "float64", length: 0 },
+  count: { offset: 32, type: "int64", length: 0 },
+  choices: { offset: 40, type: "uint32", length: 0 },
+});
+
+export const mjenv_field = struct(72, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  ndim: { offset: 4, type: "int32", length: 0 },
+  name: { offset: 8, type: "uint32", length: 0 },
+  doc: { offset: 12, type: "uint32", length: 0 },
+  shape: { offset: 16, type: "int64", length: 4 },
+  offset: { offset: 48, type: "int64", length: 0 },
+  count: { offset: 56, type: "int64", length: 0 },
+  type: { offset: 64, type: "int32", length: 0 },
+  reserved: { offset: 68, type: "int32", length: 0 },
+});
+
+export const mjenv_space = struct(24, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  dtype: { offset: 4, type: "int32", length: 0 },
+  count: { offset: 8, type: "int64", length: 0 },
+  low: { offset: 16, type: "uint32", length: 0 },
+  high: { offset: 20, type: "uint32", length: 0 },
+});
+
+export const mjenv_spec = struct(88, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  version: { offset: 4, type: "int32", length: 0 },
+  id: { offset: 8, type: "uint32", length: 0 },
+  robot: { offset: 12, type: "uint32", length: 0 },
+  max_episode_steps: { offset: 16, type: "int64", length: 0 },
+  reward_threshold: { offset: 24, type: "float64", length: 0 },
+  camera_distance: { offset: 32, type: "float64", length: 0 },
+  camera_elevation: { offset: 40, type: "float64", length: 0 },
+  camera_lookat: { offset: 48, type: "float64", length: 3 },
+  camera_trackbodyid: { offset: 72, type: "float64", length: 0 },
+  model_xml: { offset: 80, type: "uint32", length: 0 },
+});
+
+export const mjenv_batch = struct(96, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  obs_dtype: { offset: 4, type: "int32", length: 0 },
+  rows: { offset: 8, type: "int64", length: 0 },
+  obs_count: { offset: 16, type: "int64", length: 0 },
+  info_count: { offset: 24, type: "int64", length: 0 },
+  reset_info_count: { offset: 32, type: "int64", length: 0 },
+  arrays_count: { offset: 40, type: "int64", length: 0 },
+  obs: { offset: 48, type: "uint32", length: 0 },
+  reward: { offset: 52, type: "uint32", length: 0 },
+  terminated: { offset: 56, type: "uint32", length: 0 },
+  truncated: { offset: 60, type: "uint32", length: 0 },
+  status: { offset: 64, type: "uint32", length: 0 },
+  info: { offset: 68, type: "uint32", length: 0 },
+  was_reset: { offset: 72, type: "uint32", length: 0 },
+  reset_info: { offset: 76, type: "uint32", length: 0 },
+  final_obs: { offset: 80, type: "uint32", length: 0 },
+  final_info: { offset: 84, type: "uint32", length: 0 },
+  arrays: { offset: 88, type: "uint32", length: 0 },
+});
+
+export const mjenv_randomization = struct(56, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  distribution: { offset: 4, type: "int32", length: 0 },
+  array: { offset: 8, type: "uint32", length: 0 },
+  elements: { offset: 12, type: "uint32", length: 0 },
+  element_count: { offset: 16, type: "int64", length: 0 },
+  parameters: { offset: 24, type: "uint32", length: 0 },
+  parameter_count: { offset: 32, type: "int64", length: 0 },
+  effect: { offset: 40, type: "int32", length: 0 },
+  shared: { offset: 44, type: "int32", length: 0 },
+  constants: { offset: 48, type: "int32", length: 0 },
+  reserved: { offset: 52, type: "int32", length: 0 },
+});
+
+export const mjenv_push = struct(120, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  body: { offset: 4, type: "int32", length: 0 },
+  min_steps: { offset: 8, type: "int64", length: 0 },
+  max_steps: { offset: 16, type: "int64", length: 0 },
+  low: { offset: 24, type: "float64", length: 6 },
+  high: { offset: 72, type: "float64", length: 6 },
+});
+
+export const mjenv_perturbation = struct(72, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  reserved: { offset: 4, type: "int32", length: 0 },
+  action_noise: { offset: 8, type: "uint32", length: 0 },
+  action_noise_count: { offset: 16, type: "int64", length: 0 },
+  observation_noise: { offset: 24, type: "uint32", length: 0 },
+  observation_noise_count: { offset: 32, type: "int64", length: 0 },
+  action_delay: { offset: 40, type: "int64", length: 0 },
+  observation_delay: { offset: 48, type: "int64", length: 0 },
+  pushes: { offset: 56, type: "uint32", length: 0 },
+  push_count: { offset: 64, type: "int64", length: 0 },
+});
+
+/**
+ * The library's functions. Pointers are addresses in the library's memory.
+ *
+ * @typedef {object} Functions
+ * @property {() => number} mjenv_abi_version
+ * @property {() => number} mjenv_version
+ * @property {() => number} mjenv_version_number
+ * @property {(status: number) => number} mjenv_status_name
+ * @property {() => number} mjenv_last_error
+ * @property {(handle: number, text: number, capacity: number, size: number) => number} mjenv_error_of
+ * @property {() => bigint} mjenv_id_count
+ * @property {(index: bigint) => number} mjenv_id_at
+ * @property {(id: number, spec: number) => number} mjenv_spec_of
+ * @property {(id: number, options: number) => number} mjenv_options_create
+ * @property {(options: number, copy: number) => number} mjenv_options_copy
+ * @property {(options: number) => void} mjenv_options_destroy
+ * @property {(options: number) => bigint} mjenv_options_count
+ * @property {(options: number, index: bigint, option: number) => number} mjenv_options_at
+ * @property {(options: number, name: number, value: bigint) => number} mjenv_options_set_integer
+ * @property {(options: number, name: number, values: number, count: number) => number} mjenv_options_set_reals
+ * @property {(options: number, name: number, value: number) => number} mjenv_options_set_string
+ * @property {(options: number, name: number, value: number) => number} mjenv_options_get_integer
+ * @property {(options: number, name: number, values: number, capacity: number, count: number) => number} mjenv_options_get_reals
+ * @property {(options: number, name: number, value: number) => number} mjenv_options_get_string
+ * @property {(options: number, rows: bigint, env: number) => number} mjenv_create
+ * @property {(env: number) => void} mjenv_destroy
+ * @property {(env: number) => bigint} mjenv_rows
+ * @property {(env: number) => bigint} mjenv_frame_skip
+ * @property {(env: number) => number} mjenv_options_of
+ * @property {(env: number, role: number, space: number) => number} mjenv_space_of
+ * @property {(env: number, role: number) => bigint} mjenv_field_count
+ * @property {(env: number, role: number, index: bigint, field: number) => number} mjenv_field_at
+ * @property {(env: number, seeds: number, mask: number) => number} mjenv_seed
+ * @property {(env: number, row: bigint, digits: number, count: number) => number} mjenv_seed_digits
+ * @property {(env: number, row: bigint, words: number, count: number) => number} mjenv_get_stream
+ * @property {(env: number, row: bigint, words: number, count: number) => number} mjenv_set_stream
+ * @property {(env: number, seed: bigint) => number} mjenv_seed_actions
+ * @property {(env: number, action: number, count: number) => number} mjenv_sample_actions
+ * @property {(env: number, mask: number, out: number) => number} mjenv_reset
+ * @property {(env: number, mask: number, action: number, count: number, dtype: number, out: number) => number} mjenv_step
+ * @property {(env: number, rows: number, row_count: number, action: number, count: number, dtype: number) => number} mjenv_send
+ * @property {(env: number, least: number, timeout: number, rows: number, capacity: number, count: number, out: number) => number} mjenv_recv
+ * @property {(env: number, action: number, count: number, dtype: number, steps: bigint, out: number) => number} mjenv_rollout
+ * @property {(env: number, out: number) => number} mjenv_observe
+ * @property {(env: number, row: bigint, array: number, values: number, capacity: number, count: number) => number} mjenv_read
+ * @property {(env: number, type: number, count: number) => number} mjenv_object_count
+ * @property {(env: number, type: number, name: number, index: number) => number} mjenv_object_index
+ * @property {(env: number, type: number, index: bigint, name: number) => number} mjenv_object_name
+ * @property {(env: number, row: bigint, qpos: number, nq: number, qvel: number, nv: number) => number} mjenv_set_state
+ * @property {(env: number, row: bigint, array: number, values: number, count: number) => number} mjenv_write
+ * @property {(env: number, mask: number, array: number, values: number, count: number) => number} mjenv_write_rows
+ * @property {(env: number, row: bigint) => number} mjenv_set_constants
+ * @property {(env: number, row: bigint, ctrl: number, count: number, frames: bigint) => number} mjenv_simulate
+ * @property {(env: number, from: bigint, to_mask: number) => number} mjenv_copy_row
+ * @property {(env: number, row: bigint, image: number, capacity_bytes: number, size_bytes: number) => number} mjenv_snapshot
+ * @property {(env: number, row: bigint, image: number, size_bytes: number) => number} mjenv_restore
+ * @property {(env: number, items: number, count: number) => number} mjenv_randomize
+ * @property {(env: number, perturbation: number) => number} mjenv_perturb
+ */

@@ -1,0 +1,859 @@
+// An environment of one or many rows.
+
+import {
+  Distribution,
+  Dtype,
+  Effect,
+  Role,
+  Type,
+  mjenv_batch,
+  mjenv_field,
+  mjenv_perturbation,
+  mjenv_push,
+  mjenv_randomization,
+  mjenv_space,
+} from "./abi.js";
+import { MjenvError } from "./errors.js";
+import { describeOptions, setOption, withOptions } from "./options.js";
+
+/** @typedef {import("./library.js").Library} Library */
+/** @typedef {import("./library.js").Scratch} Scratch */
+/** @typedef {import("./options.js").OptionValue} OptionValue */
+/** @typedef {number | bigint} Seed an integer from 0 on, of any size */
+/** @typedef {ArrayLike<number | boolean>} Mask one element for each row: whether the call is about it */
+/** @typedef {Lowercase<keyof typeof Role>} RoleName */
+/** @typedef {Readonly<Record<string, Float64Array>>} Fields for each field its numbers: those of row 0, row 1, ... */
+
+/**
+ * A part of an observation, an action or an info, or an array of MuJoCo.
+ *
+ * @typedef {object} Field
+ * @property {string} name
+ * @property {string} doc the meaning, with its unit; "" if there is none
+ * @property {number[]} shape empty for a number
+ * @property {number} offset where it begins among the numbers of its role
+ * @property {number} count how many numbers it has
+ * @property {Lowercase<keyof typeof Type>} type the type that the values have in Gymnasium
+ */
+
+/**
+ * What a reset draws for an array of the model.
+ *
+ * @typedef {object} Randomization
+ * @property {string} array the array's name in MuJoCo: "geom_friction"
+ * @property {Lowercase<keyof typeof Distribution>} distribution
+ * @property {readonly number[]} parameters of the distribution, in the order that mjenv.h gives
+ * @property {Lowercase<keyof typeof Effect>} [effect] what becomes of the drawn value; "value" if left out
+ * @property {readonly number[]} [elements] which elements of the array; all if left out
+ * @property {boolean} [shared] one draw for all elements
+ * @property {boolean} [constants] MuJoCo then computes the model's constants anew
+ */
+
+/**
+ * A force that pushes a body now and then.
+ *
+ * @typedef {object} Push
+ * @property {number} body the index of a body
+ * @property {number} minSteps
+ * @property {number} maxSteps
+ * @property {readonly number[]} low the lowest force (N) and torque (N m), 6 numbers
+ * @property {readonly number[]} high the highest
+ */
+
+/**
+ * Noise, delays and pushes.
+ *
+ * @typedef {object} Perturbation
+ * @property {number | readonly number[]} [actionNoise] standard deviations
+ * @property {number | readonly number[]} [observationNoise] standard deviations
+ * @property {number} [actionDelay] steps
+ * @property {number} [observationDelay] steps
+ * @property {readonly Push[]} [pushes]
+ */
+
+/** @typedef {Float64ArrayConstructor | Float32ArrayConstructor | Uint8ArrayConstructor | Int32ArrayConstructor} View */
+
+/** Instead of a row's number: all rows. */
+export const ALL_ROWS = -1;
+
+const dispose = /** @type {typeof Symbol.dispose} */ (Symbol.dispose ?? Symbol.for("Symbol.dispose"));
+
+/**
+ * @param {unknown} value
+ * @param {string} what
+ */
+function integer(value, what) {
+  if (typeof value === "bigint" || Number.isSafeInteger(value)) return BigInt(/** @type {number} */ (value));
+  throw new MjenvError("MJENV_E_VALUE", `${what} is ${value}, which is not an integer`);
+}
+
+/**
+ * @param {Record<string, number>} table of abi.js
+ * @param {string} name in lower case
+ * @param {string} what
+ */
+function numberOf(table, name, what) {
+  const value = table[String(name).toUpperCase()];
+  if (value !== undefined) return value;
+  const names = Object.keys(table).map((key) => `"${key.toLowerCase()}"`);
+  throw new MjenvError("MJENV_E_NAME", `there is no ${what} "${name}"; there are ${names.join(", ")}`);
+}
+
+/**
+ * @template {Record<string, number>} Table
+ * @param {Table} table of abi.js
+ * @param {number} value
+ */
+function nameOf(table, value) {
+  const found = Object.keys(table).find((key) => table[key] === value) ?? String(value);
+  return /** @type {Lowercase<keyof Table & string>} */ (found.toLowerCase());
+}
+
+/** @param {readonly { count: number }[]} fields */
+const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
+
+/**
+ * One or many rows of a robot; a row is one episode. Make it with `mjenv.make`, and `free` it after use: the garbage
+ * collector does not know the library's memory.
+ */
+export class Env {
+  #library;
+  #handle = 0;
+  /** All memory of the environment on this side: the batch, and the arrays that it names. */
+  #block = 0;
+  #actions = 0;
+  #mask = 0;
+  /** @type {Map<string, { type: View; pointer: number; length: number }>} */
+  #places = new Map();
+  /** @type {Map<string, unknown>} */
+  #views = new Map();
+  /** @type {ArrayBufferLike | undefined} */
+  #viewed;
+  /** @type {readonly Field[]} */
+  #infoFields;
+  /** @type {readonly Field[]} */
+  #resetInfoFields;
+  /** @type {readonly Field[]} */
+  #arrayFields;
+
+  /**
+   * @param {Library} library
+   * @param {string} id
+   * @param {{ numEnvs?: number; seed?: Seed | readonly (Seed | null)[]; [option: string]: unknown }} settings
+   */
+  constructor(library, id, { numEnvs = 1, seed, ...options }) {
+    this.#library = library;
+    this.#handle = withOptions(library, id, (built) => {
+      for (const [name, value] of Object.entries(options))
+        if (value !== undefined) setOption(library, built, name, value);
+      return library.scope((scratch) => {
+        const created = scratch.allocate(4);
+        library.check(library.functions.mjenv_create(built, integer(numEnvs, "numEnvs"), created));
+        return library.number(created, "uint32");
+      });
+    });
+    try {
+      /** The id. */
+      this.id = String(id);
+      /** How many rows there are. */
+      this.numEnvs = Number(library.functions.mjenv_rows(this.#handle));
+      const described = describeOptions(library, library.functions.mjenv_options_of(this.#handle));
+      /** The options with which the environment was built. */
+      this.options = Object.freeze(Object.fromEntries(described.map((option) => [option.name, option.default])));
+      const observation = this.#space(Role.OBSERVATION);
+      const action = this.#space(Role.ACTION);
+      /** How many numbers the observation of a row has. */
+      this.observationSize = observation.low.length;
+      /** The observation's bounds; infinite where it has none. */
+      this.observationLow = observation.low;
+      this.observationHigh = observation.high;
+      /** How many actuators there are. */
+      this.actionSize = action.low.length;
+      /** The bounds of each actuator. */
+      this.actionLow = action.low;
+      this.actionHigh = action.high;
+      /** How many times a step calls mj_step. */
+      this.frameSkip = Number(library.functions.mjenv_frame_skip(this.#handle));
+      /** How many seconds an mj_step takes. */
+      this.timestep = this.read("opt.timestep")[0];
+      /** How many seconds a step takes. */
+      this.dt = this.timestep * this.frameSkip;
+      this.#infoFields = this.fields("info");
+      this.#resetInfoFields = this.fields("reset_info");
+      this.#arrayFields = this.fields("arrays");
+      this.#allocate();
+      if (seed !== undefined && seed !== null) this.seed(seed);
+    } catch (error) {
+      this.free();
+      throw error;
+    }
+  }
+
+  /** The handle of the open environment. */
+  get #open() {
+    if (this.#handle === 0) throw new MjenvError("MJENV_E_ARGUMENT", `this environment (${this.id}) was freed`);
+    return this.#handle;
+  }
+
+  #allocate() {
+    const rows = this.numEnvs;
+    const info = sum(this.#infoFields);
+    const resetInfo = sum(this.#resetInfoFields);
+    const arrays = sum(this.#arrayFields);
+    const keepsFinal = this.options["autoreset_mode"] === "same_step" ? 1 : 0;
+    /** @type {[string, View, number][]} */
+    const wanted = [
+      ["obs", Float64Array, rows * this.observationSize],
+      ["reward", Float64Array, rows],
+      ["terminated", Uint8Array, rows],
+      ["truncated", Uint8Array, rows],
+      ["status", Int32Array, rows],
+      ["info", Float64Array, rows * info],
+      ["was_reset", Uint8Array, rows],
+      ["reset_info", Float64Array, rows * resetInfo],
+      ["final_obs", Float64Array, keepsFinal * rows * this.observationSize],
+      ["final_info", Float64Array, keepsFinal * rows * info],
+      ["arrays", Float64Array, rows * arrays],
+      ["action", Float64Array, rows * this.actionSize],
+      ["mask", Uint8Array, rows],
+    ];
+    const up = (/** @type {number} */ bytes) => bytes + (-bytes & 7);
+    const total = wanted.reduce((bytes, [, type, length]) => bytes + up(type.BYTES_PER_ELEMENT * length), 0);
+    this.#block = this.#library.allocate(mjenv_batch.size + total);
+    new Uint8Array(this.#library.buffer, this.#block, mjenv_batch.size + total).fill(0);
+    let pointer = this.#block + mjenv_batch.size;
+    for (const [name, type, length] of wanted) {
+      this.#places.set(name, { type, pointer, length });
+      pointer += up(type.BYTES_PER_ELEMENT * length);
+    }
+    const at = (/** @type {string} */ name) => this.#places.get(name)?.pointer ?? 0;
+    this.#actions = at("action");
+    this.#mask = at("mask");
+    this.#library.write(this.#block, mjenv_batch, {
+      obs_dtype: Dtype.FLOAT64,
+      rows,
+      obs_count: this.observationSize,
+      info_count: info,
+      reset_info_count: resetInfo,
+      arrays_count: arrays,
+      obs: at("obs"),
+      reward: at("reward"),
+      terminated: at("terminated"),
+      truncated: at("truncated"),
+      status: at("status"),
+      info: at("info"),
+      was_reset: at("was_reset"),
+      reset_info: at("reset_info"),
+      final_obs: keepsFinal && at("final_obs"),
+      final_info: keepsFinal && at("final_info"),
+      arrays: at("arrays"),
+    });
+  }
+
+  /** @param {number} role */
+  #space(role) {
+    const library = this.#library;
+    const space = library.filled(mjenv_space, (pointer) => library.functions.mjenv_space_of(this.#open, role, pointer));
+    return { low: library.doubles(space.low, space.count), high: library.doubles(space.high, space.count) };
+  }
+
+  // ---- What the last call has written ----
+
+  /**
+   * What `make` gives for a name, made anew only when the memory has grown.
+   *
+   * @template T
+   * @param {string} name
+   * @param {() => T} make
+   * @returns {T}
+   */
+  #cached(name, make) {
+    void this.#open;
+    if (this.#viewed !== this.#library.buffer) {
+      this.#viewed = this.#library.buffer;
+      this.#views.clear();
+    }
+    if (!this.#views.has(name)) this.#views.set(name, make());
+    return /** @type {T} */ (this.#views.get(name));
+  }
+
+  /**
+   * @template T
+   * @param {string} name
+   * @returns {T}
+   */
+  #view(name) {
+    return this.#cached(name, () => {
+      const place = this.#places.get(name);
+      if (!place) throw new Error(name);
+      return /** @type {T} */ (new place.type(this.#library.buffer, place.pointer, place.length));
+    });
+  }
+
+  /**
+   * @param {string} name
+   * @param {readonly Field[]} fields
+   * @returns {Fields}
+   */
+  #record(name, fields) {
+    return this.#cached(`${name} by field`, () => {
+      const numbers = /** @type {Float64Array} */ (this.#view(name));
+      const rows = this.numEnvs;
+      const present = numbers.length === 0 ? [] : fields;
+      return Object.freeze(
+        Object.fromEntries(
+          present.map(({ name: field, offset, count }) => [
+            field,
+            numbers.subarray(offset * rows, (offset + count) * rows),
+          ]),
+        ),
+      );
+    });
+  }
+
+  /**
+   * The observations, row after row. This and the following are views of the library's memory: the next call writes
+   * into them. Do not keep them, because they become empty when the memory grows; read the property again, or `slice`.
+   *
+   * @returns {Float64Array}
+   */
+  get observations() {
+    return this.#view("obs");
+  }
+
+  /**
+   * The reward of each row.
+   *
+   * @returns {Float64Array}
+   */
+  get rewards() {
+    return this.#view("reward");
+  }
+
+  /**
+   * 1 for each row whose episode has ended by the rules of the task.
+   *
+   * @returns {Uint8Array}
+   */
+  get terminated() {
+    return this.#view("terminated");
+  }
+
+  /**
+   * 1 for each row whose episode has ended by its time limit.
+   *
+   * @returns {Uint8Array}
+   */
+  get truncated() {
+    return this.#view("truncated");
+  }
+
+  /**
+   * For each row 0, or the status of a row that failed or whose state diverged.
+   *
+   * @returns {Int32Array}
+   */
+  get statuses() {
+    return this.#view("status");
+  }
+
+  /**
+   * 1 for each row that the last call has reset.
+   *
+   * @returns {Uint8Array}
+   */
+  get wasReset() {
+    return this.#view("was_reset");
+  }
+
+  /** The info of the last step. */
+  get info() {
+    return this.#record("info", this.#infoFields);
+  }
+
+  /** The info of the last reset. */
+  get resetInfo() {
+    return this.#record("reset_info", this.#resetInfoFields);
+  }
+
+  /**
+   * With the option autoreset_mode "same_step": the last observations of episodes that a step has ended and reset;
+   * otherwise empty.
+   *
+   * @returns {Float64Array}
+   */
+  get finalObservations() {
+    return this.#view("final_obs");
+  }
+
+  /** The info that belongs to `finalObservations`. */
+  get finalInfo() {
+    return this.#record("final_info", this.#infoFields);
+  }
+
+  /** The arrays of mjData that the option "arrays" names. */
+  get arrays() {
+    return this.#record("arrays", this.#arrayFields);
+  }
+
+  // ---- Random streams ----
+
+  /**
+   * Gives rows new random streams, as Gymnasium's `reset(seed=...)` does, without a reset.
+   *
+   * @param {Seed | readonly (Seed | null)[]} seed row i gets seed + i; an array has one for each row, or null for a row
+   *   whose stream continues
+   * @param {Mask} [mask] the rows; all if left out
+   */
+  seed(seed, mask) {
+    const handle = this.#open;
+    const rows = this.numEnvs;
+    if (mask) this.#checkLength(mask, rows, "mask");
+    /** @type {(bigint | null)[]} */
+    let seeds;
+    if (typeof seed === "number" || typeof seed === "bigint") {
+      const first = integer(seed, "the seed");
+      seeds = Array.from({ length: rows }, (_, row) => first + BigInt(row));
+    } else if (Array.isArray(seed)) {
+      this.#checkLength(seed, rows, "list of seeds");
+      seeds = seed.map((one) => (one === null ? null : integer(one, "a seed")));
+    } else {
+      throw new MjenvError("MJENV_E_TYPE", "a seed is a number, a bigint or an array of them");
+    }
+    const negative = seeds.find((one) => one !== null && one < 0n);
+    if (negative !== undefined)
+      throw new MjenvError("MJENV_E_VALUE", `a seed is ${negative}; it must be an integer from 0 on`);
+    const library = this.#library;
+    library.scope((scratch) => {
+      seeds.forEach((value, row) => {
+        if (value === null || (mask && !mask[row])) return;
+        const digits = [];
+        for (let rest = value; digits.length === 0 || rest > 0n; rest >>= 32n) digits.push(Number(rest & 0xffffffffn));
+        const pointer = scratch.allocate(4 * digits.length);
+        new Uint32Array(library.buffer, pointer, digits.length).set(digits);
+        library.check(library.functions.mjenv_seed_digits(handle, BigInt(row), pointer, digits.length));
+      });
+    });
+  }
+
+  /**
+   * Seeds the stream of `sampleActions`, as Gymnasium's `action_space.seed` does.
+   *
+   * @param {Seed} seed below 2^64
+   */
+  seedActions(seed) {
+    const value = integer(seed, "the seed");
+    if (BigInt.asUintN(64, value) !== value)
+      throw new MjenvError("MJENV_E_VALUE", `the seed is ${value}; it must be an integer from 0 on, below 2^64`);
+    this.#library.check(this.#library.functions.mjenv_seed_actions(this.#open, value));
+  }
+
+  /** Draws an action for each row, as Gymnasium's `action_space.sample` does. */
+  sampleActions() {
+    const count = this.numEnvs * this.actionSize;
+    this.#library.check(this.#library.functions.mjenv_sample_actions(this.#open, this.#actions, count));
+    return new Float32Array(this.#library.buffer, this.#actions, count).slice();
+  }
+
+  // ---- Episodes ----
+
+  /**
+   * Begins new episodes.
+   *
+   * @param {object} [settings]
+   * @param {Seed | readonly (Seed | null)[]} [settings.seed] see `seed`; the streams continue if left out
+   * @param {Mask} [settings.mask] the rows to reset; all if left out
+   */
+  reset({ seed, mask, ...others } = {}) {
+    refuseOthers(others, "reset");
+    const handle = this.#open;
+    if (seed !== undefined && seed !== null) this.seed(seed, mask);
+    this.#library.check(this.#library.functions.mjenv_reset(handle, this.#maskOf(mask), this.#block));
+  }
+
+  /**
+   * Steps rows.
+   *
+   * @param {ArrayLike<number>} actions the actions, row after row. The library computes with the numbers of a
+   *   Float32Array in float32, and with all others in float64, as NumPy does
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows to step; all if left out
+   */
+  step(actions, { mask, ...others } = {}) {
+    refuseOthers(others, "step");
+    const handle = this.#open;
+    const { functions } = this.#library;
+    const dtype = actions instanceof Float32Array ? Dtype.FLOAT32 : Dtype.FLOAT64;
+    const count = lengthOf(actions, "actions");
+    // If there are too many or too few, the library says so, and does not read them.
+    if (count === this.numEnvs * this.actionSize) this.#copy(actions, this.#actions, dtype);
+    this.#library.check(functions.mjenv_step(handle, this.#maskOf(mask), this.#actions, count, dtype, this.#block));
+  }
+
+  /**
+   * Plays many actions in each row, from its present state on, without resets.
+   *
+   * @param {ArrayLike<number>} actions for row after row, for step after step. As for `step`, a Float32Array is float32
+   * @param {number} steps how many actions each row has
+   * @returns {{ observations: Float64Array; rewards: Float64Array; terminated: Uint8Array; truncated: Uint8Array }} for
+   *   row after row, for step after step
+   */
+  rollout(actions, steps) {
+    const handle = this.#open;
+    const library = this.#library;
+    const dtype = actions instanceof Float32Array ? Dtype.FLOAT32 : Dtype.FLOAT64;
+    const count = lengthOf(actions, "actions");
+    const wanted = integer(steps, "steps");
+    const rows = this.numEnvs * Math.max(0, Number(wanted));
+    return library.scope((scratch) => {
+      const copy = scratch.allocate(8 * count);
+      this.#copy(actions, copy, dtype);
+      const batch = scratch.allocate(mjenv_batch.size);
+      const obs = scratch.allocate(8 * rows * this.observationSize);
+      const reward = scratch.allocate(8 * rows);
+      const terminated = scratch.allocate(rows);
+      const truncated = scratch.allocate(rows);
+      const members = { rows, obs_count: this.observationSize, obs, reward, terminated, truncated };
+      library.write(batch, mjenv_batch, members);
+      library.check(library.functions.mjenv_rollout(handle, copy, count, dtype, wanted, batch));
+      return {
+        observations: library.doubles(obs, rows * this.observationSize),
+        rewards: library.doubles(reward, rows),
+        terminated: new Uint8Array(library.buffer, terminated, rows).slice(),
+        truncated: new Uint8Array(library.buffer, truncated, rows).slice(),
+      };
+    });
+  }
+
+  /** Computes `observations` and `arrays` of the present states, for instance after `restore`. */
+  observe() {
+    this.#library.check(this.#library.functions.mjenv_observe(this.#open, this.#block));
+  }
+
+  // ---- State ----
+
+  /**
+   * Saves a row, or with ALL_ROWS all of them: state, random stream, step count and own values.
+   *
+   * @param {number} [row]
+   * @returns {Uint8Array} the library's image, the same bytes as in other languages
+   */
+  snapshot(row = 0) {
+    const handle = this.#open;
+    const { functions } = this.#library;
+    const number = integer(row, "the row");
+    return this.#library.scope((scratch) => {
+      const size = scratch.allocate(4);
+      this.#library.check(functions.mjenv_snapshot(handle, number, 0, 0, size));
+      const bytes = this.#library.number(size, "uint32");
+      const image = scratch.allocate(bytes);
+      this.#library.check(functions.mjenv_snapshot(handle, number, image, bytes, size));
+      return new Uint8Array(this.#library.buffer, image, bytes).slice();
+    });
+  }
+
+  /**
+   * Sets a row, or with ALL_ROWS all of them, to what `snapshot` has saved. `observations` stay as they are: see
+   * `observe`.
+   *
+   * @param {Uint8Array} image
+   * @param {number} [row]
+   */
+  restore(image, row = 0) {
+    const handle = this.#open;
+    if (!(image instanceof Uint8Array)) throw new MjenvError("MJENV_E_TYPE", "an image is a Uint8Array");
+    const number = integer(row, "the row");
+    this.#library.scope((scratch) => {
+      const copy = scratch.bytes(image);
+      this.#library.check(this.#library.functions.mjenv_restore(handle, number, copy, image.length));
+    });
+  }
+
+  /**
+   * Copies a row to others.
+   *
+   * @param {number} from
+   * @param {Mask} mask the rows to overwrite
+   */
+  copyRow(from, mask) {
+    const handle = this.#open;
+    this.#checkLength(mask, this.numEnvs, "mask");
+    const number = integer(from, "the row");
+    this.#library.check(this.#library.functions.mjenv_copy_row(handle, number, this.#maskOf(mask)));
+  }
+
+  /**
+   * Reads an array of MuJoCo by its name there: "qpos", "geom_xpos", "body_mass", "nq", "opt.timestep". `fields("data")`
+   * and `fields("model")` list them with their shapes.
+   *
+   * @param {string} name
+   * @param {number} [row]
+   */
+  read(name, row = 0) {
+    const handle = this.#open;
+    const { functions } = this.#library;
+    const number = integer(row, "the row");
+    return this.#library.scope((scratch) => {
+      const array = scratch.text(String(name));
+      const size = scratch.allocate(4);
+      this.#library.check(functions.mjenv_read(handle, number, array, 0, 0, size));
+      const count = this.#library.number(size, "uint32");
+      const values = scratch.allocate(8 * count);
+      this.#library.check(functions.mjenv_read(handle, number, array, values, count, size));
+      return this.#library.doubles(values, count);
+    });
+  }
+
+  /**
+   * Writes an array of MuJoCo: "xfrc_applied", "body_mass", "opt.gravity". Values of the model stay after resets; a
+   * reset clears the inputs of the data.
+   *
+   * @param {string} name
+   * @param {number} row or ALL_ROWS
+   * @param {ArrayLike<number>} values all elements
+   */
+  write(name, row, values) {
+    const handle = this.#open;
+    const count = lengthOf(values, "values");
+    const number = integer(row, "the row");
+    this.#library.scope((scratch) => {
+      const array = scratch.text(String(name));
+      const copy = scratch.doubles(values);
+      this.#library.check(this.#library.functions.mjenv_write(handle, number, array, copy, count));
+    });
+  }
+
+  /**
+   * Sets the positions and velocities of a row, as Gymnasium's `set_state` does.
+   *
+   * @param {ArrayLike<number>} qpos
+   * @param {ArrayLike<number>} qvel
+   * @param {number} [row]
+   */
+  setState(qpos, qvel, row = 0) {
+    const handle = this.#open;
+    const [nq, nv] = [lengthOf(qpos, "qpos"), lengthOf(qvel, "qvel")];
+    const number = integer(row, "the row");
+    this.#library.scope((scratch) => {
+      const [positions, velocities] = [scratch.doubles(qpos), scratch.doubles(qvel)];
+      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, positions, nq, velocities, nv));
+    });
+  }
+
+  /**
+   * Makes MuJoCo compute what it computes from masses, sizes and the like when it loads a model (mj_setConst). Reset the
+   * row or set its state afterwards.
+   *
+   * @param {number} [row] or ALL_ROWS
+   */
+  setConstants(row = 0) {
+    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, integer(row, "the row")));
+  }
+
+  // ---- Description ----
+
+  /**
+   * Describes what a role consists of: "observation", "action", "info", "reset_info", "reward", "structure", "data" and
+   * "model" (what `read` reads), "arrays".
+   *
+   * @param {RoleName} role
+   * @returns {Field[]}
+   */
+  fields(role) {
+    const handle = this.#open;
+    const library = this.#library;
+    const number = numberOf(Role, role, "role");
+    return Array.from({ length: Number(library.functions.mjenv_field_count(handle, number)) }, (_, index) => {
+      const field = library.filled(mjenv_field, (pointer) =>
+        library.functions.mjenv_field_at(handle, number, BigInt(index), pointer),
+      );
+      return {
+        name: library.text(field.name),
+        doc: library.text(field.doc),
+        shape: field.shape.slice(0, field.ndim),
+        offset: field.offset,
+        count: field.count,
+        type: nameOf(Type, field.type),
+      };
+    });
+  }
+
+  /**
+   * The names of the model's objects of a type: "body", "joint", "geom", "site", "camera", "actuator", "tendon",
+   * "sensor" or "light". An object without a name has "".
+   *
+   * @param {string} type
+   * @returns {string[]}
+   */
+  objectNames(type) {
+    const handle = this.#open;
+    const library = this.#library;
+    return library.scope((scratch) => {
+      const kind = scratch.text(String(type));
+      const to = scratch.allocate(8);
+      library.check(library.functions.mjenv_object_count(handle, kind, to));
+      return Array.from({ length: library.number(to, "int64") }, (_, index) => {
+        library.check(library.functions.mjenv_object_name(handle, kind, BigInt(index), to));
+        return library.text(library.number(to, "uint32"));
+      });
+    });
+  }
+
+  /**
+   * The index of the object of this type and name.
+   *
+   * @param {string} type
+   * @param {string} name
+   */
+  objectIndex(type, name) {
+    const handle = this.#open;
+    const library = this.#library;
+    return library.scope((scratch) => {
+      const to = scratch.allocate(8);
+      const [kind, wanted] = [scratch.text(String(type)), scratch.text(String(name))];
+      library.check(library.functions.mjenv_object_index(handle, kind, wanted, to));
+      return library.number(to, "int64");
+    });
+  }
+
+  // ---- Randomisation ----
+
+  /**
+   * Says what each reset draws for arrays of the model.
+   *
+   * @param {readonly Randomization[]} items replaces the list; an empty one: nothing
+   */
+  randomize(items) {
+    const handle = this.#open;
+    const library = this.#library;
+    library.scope((scratch) => {
+      const list = scratch.allocate(mjenv_randomization.size * items.length);
+      items.forEach(({ array, distribution, parameters, effect = "value", elements, shared, constants }, index) => {
+        let indices = 0;
+        if (elements) {
+          indices = scratch.allocate(8 * elements.length);
+          const numbers = elements.map((element) => integer(element, "an element"));
+          new BigInt64Array(library.buffer, indices, elements.length).set(numbers);
+        }
+        library.write(list + index * mjenv_randomization.size, mjenv_randomization, {
+          distribution: numberOf(Distribution, distribution, "distribution"),
+          array: scratch.text(String(array)),
+          elements: indices,
+          element_count: elements?.length ?? 0,
+          parameters: scratch.doubles(parameters),
+          parameter_count: lengthOf(parameters, "parameters"),
+          effect: numberOf(Effect, effect, "effect"),
+          shared: Number(Boolean(shared)),
+          constants: Number(Boolean(constants)),
+        });
+      });
+      library.check(library.functions.mjenv_randomize(handle, list, items.length));
+    });
+  }
+
+  /**
+   * Adds noise, delays and pushes.
+   *
+   * @param {Perturbation | null} perturbation null: none
+   */
+  perturb(perturbation) {
+    const handle = this.#open;
+    const library = this.#library;
+    if (perturbation === null) return library.check(library.functions.mjenv_perturb(handle, 0));
+    const { actionNoise = [], observationNoise = [], actionDelay = 0, observationDelay = 0 } = perturbation;
+    const { pushes = [] } = perturbation;
+    library.scope((scratch) => {
+      const forces = scratch.allocate(mjenv_push.size * pushes.length);
+      pushes.forEach(({ body, minSteps, maxSteps, low, high }, index) => {
+        this.#checkLength(low, 6, "low of a push", "numbers are wanted");
+        this.#checkLength(high, 6, "high of a push", "numbers are wanted");
+        const members = { body, min_steps: minSteps, max_steps: maxSteps, low, high };
+        library.write(forces + index * mjenv_push.size, mjenv_push, members);
+      });
+      const list = (/** @type {number | readonly number[]} */ noise) => (typeof noise === "number" ? [noise] : noise);
+      const [onActions, onObservations] = [list(actionNoise), list(observationNoise)];
+      const pointer = scratch.allocate(mjenv_perturbation.size);
+      library.write(pointer, mjenv_perturbation, {
+        action_noise: scratch.doubles(onActions),
+        action_noise_count: onActions.length,
+        observation_noise: scratch.doubles(onObservations),
+        observation_noise_count: onObservations.length,
+        action_delay: Number(integer(actionDelay, "actionDelay")),
+        observation_delay: Number(integer(observationDelay, "observationDelay")),
+        pushes: forces,
+        push_count: pushes.length,
+      });
+      library.check(library.functions.mjenv_perturb(handle, pointer));
+    });
+  }
+
+  // ---- End ----
+
+  /** Frees the environment. Freeing it again does nothing; any other use of it throws an error. */
+  free() {
+    this.#library.functions.mjenv_destroy(this.#handle);
+    if (this.#block !== 0) this.#library.free(this.#block);
+    this.#handle = this.#block = 0;
+    this.#views.clear();
+  }
+
+  /** `using env = mjenv.make(...)` frees it at the end of the block. */
+  [dispose]() {
+    this.free();
+  }
+
+  // ---- Arguments ----
+
+  /**
+   * @param {ArrayLike<unknown>} values
+   * @param {number} length
+   * @param {string} what
+   * @param {string} [wanted]
+   */
+  #checkLength(values, length, what, wanted = "rows are there") {
+    if (lengthOf(values, what) !== length)
+      throw new MjenvError("MJENV_E_SIZE", `the ${what} has ${values.length} elements, but ${length} ${wanted}`);
+  }
+
+  /**
+   * The address of a mask; 0 if there is none.
+   *
+   * @param {Mask | undefined | null} mask
+   */
+  #maskOf(mask) {
+    if (mask === undefined || mask === null) return 0;
+    this.#checkLength(mask, this.numEnvs, "mask");
+    const bytes = /** @type {Uint8Array} */ (this.#view("mask"));
+    for (let row = 0; row < bytes.length; ++row) bytes[row] = mask[row] ? 1 : 0;
+    return this.#mask;
+  }
+
+  /**
+   * @param {ArrayLike<number>} actions
+   * @param {number} pointer
+   * @param {number} dtype
+   */
+  #copy(actions, pointer, dtype) {
+    const type = dtype === Dtype.FLOAT32 ? Float32Array : Float64Array;
+    new type(this.#library.buffer, pointer, actions.length).set(actions);
+  }
+}
+
+/**
+ * @param {ArrayLike<unknown>} values
+ * @param {string} what
+ */
+function lengthOf(values, what) {
+  const length = values?.length;
+  if (typeof length !== "number") throw new MjenvError("MJENV_E_TYPE", `the ${what} are no array`);
+  return length;
+}
+
+/**
+ * @param {object} others
+ * @param {string} method
+ */
+function refuseOthers(others, method) {
+  const names = Object.keys(others);
+  if (names.length > 0) throw new MjenvError("MJENV_E_NAME", `${method} has no setting "${names[0]}"`);
+}

@@ -1,0 +1,308 @@
+// The WebAssembly module: what it asks of its host, its memory, and calls whose failures are exceptions.
+
+import { MjenvError } from "./errors.js";
+
+/** @typedef {import("./abi.js").Functions} Functions */
+/** @typedef {import("./abi.js").Member} Member */
+/** @typedef {import("./errors.js").ErrorCode} ErrorCode */
+/**
+ * @typedef {Functions & {
+ *   memory: WebAssembly.Memory;
+ *   malloc(bytes: number): number;
+ *   free(pointer: number): void;
+ *   _initialize(): void;
+ * }} Exports
+ */
+
+const encoder = new TextEncoder();
+const decoder = new TextDecoder();
+
+/** Reads and writes a number of each type at an address. */
+const access = {
+  uint8: { bytes: 1, get: "getUint8", set: "setUint8" },
+  int32: { bytes: 4, get: "getInt32", set: "setInt32" },
+  uint32: { bytes: 4, get: "getUint32", set: "setUint32" },
+  int64: { bytes: 8, get: "getBigInt64", set: "setBigInt64" },
+  uint64: { bytes: 8, get: "getBigUint64", set: "setBigUint64" },
+  float32: { bytes: 4, get: "getFloat32", set: "setFloat32" },
+  float64: { bytes: 8, get: "getFloat64", set: "setFloat64" },
+};
+
+/** WASI's "bad file descriptor": there are no files. */
+const noFile = () => 8;
+
+/**
+ * What the module imports: the time, random bytes, and a variable of its own code for longjmp.
+ *
+ * @param {() => WebAssembly.Memory} memory
+ */
+function imports(memory) {
+  let held = 0;
+  return {
+    env: {
+      /** @param {number} pointer @param {number} bytes */
+      getentropy(pointer, bytes) {
+        globalThis.crypto.getRandomValues(new Uint8Array(memory().buffer, pointer >>> 0, bytes));
+        return 0;
+      },
+      emscripten_notify_memory_growth() {},
+      /** @param {number} value */
+      setTempRet0(value) {
+        held = value;
+      },
+      getTempRet0: () => held,
+      __syscall_dup3: () => -8,
+    },
+    wasi_snapshot_preview1: {
+      /** @param {number} clock @param {bigint} precision @param {number} pointer */
+      clock_time_get(clock, precision, pointer) {
+        const milliseconds = clock === 0 ? Date.now() : performance.now();
+        new DataView(memory().buffer).setBigUint64(pointer >>> 0, BigInt(Math.round(milliseconds * 1e6)), true);
+        return 0;
+      },
+      /** @param {number} status */
+      proc_exit(status) {
+        throw new Error(`the library has ended itself with status ${status}, which is a bug`);
+      },
+      /** @param {number} count @param {number} bytes */
+      environ_sizes_get(count, bytes) {
+        const view = new DataView(memory().buffer);
+        view.setUint32(count >>> 0, 0, true);
+        view.setUint32(bytes >>> 0, 0, true);
+        return 0;
+      },
+      environ_get: () => 0,
+      fd_read: noFile,
+      fd_write: noFile,
+      fd_seek: noFile,
+      fd_close: noFile,
+    },
+  };
+}
+
+export class Library {
+  /**
+   * @param {WebAssembly.Module} module
+   */
+  static async of(module) {
+    // Node.js 18 has it under another name.
+    if (!globalThis.crypto) {
+      const { webcrypto } = await import("node:crypto");
+      Object.defineProperty(globalThis, "crypto", { value: webcrypto, configurable: true });
+    }
+    /** @type {Exports} */
+    let functions;
+    const instance = await WebAssembly.instantiate(
+      module,
+      imports(() => functions.memory),
+    );
+    functions = /** @type {any} */ (instance.exports);
+    functions._initialize();
+    return new Library(functions);
+  }
+
+  /** @type {DataView} */
+  #view = new DataView(new ArrayBuffer(0));
+
+  /** @param {Exports} functions */
+  constructor(functions) {
+    this.functions = functions;
+  }
+
+  /** The library's memory. When it grows, this is another object, and views of the old one are empty. */
+  get buffer() {
+    return this.functions.memory.buffer;
+  }
+
+  get #memory() {
+    if (this.#view.buffer !== this.buffer) this.#view = new DataView(this.buffer);
+    return this.#view;
+  }
+
+  /**
+   * Throws unless the status is OK.
+   *
+   * @param {number} status what a function returned
+   */
+  check(status) {
+    if (status !== 0) throw this.#error(status);
+  }
+
+  /** @param {number} status */
+  #error(status) {
+    const code = /** @type {ErrorCode} */ (this.text(this.functions.mjenv_status_name(status)));
+    return new MjenvError(code, this.text(this.functions.mjenv_last_error()));
+  }
+
+  // ---- Memory ----
+
+  /**
+   * Memory that belongs to the caller until `free`.
+   *
+   * @param {number} bytes
+   */
+  allocate(bytes) {
+    const pointer = this.functions.malloc(Math.max(bytes, 1)) >>> 0;
+    if (pointer === 0) throw new MjenvError("MJENV_E_MEMORY", `there is no memory for ${bytes} bytes`);
+    return pointer;
+  }
+
+  /** @param {number} pointer */
+  free(pointer) {
+    this.functions.free(pointer);
+  }
+
+  /**
+   * Calls `body` with a function that allocates memory, which is freed when `body` returns or throws.
+   *
+   * @template T
+   * @param {(scratch: Scratch) => T} body
+   */
+  scope(body) {
+    const scratch = new Scratch(this);
+    try {
+      return body(scratch);
+    } finally {
+      scratch.free();
+    }
+  }
+
+  /**
+   * The text at an address, or "" if it is null.
+   *
+   * @param {number} pointer
+   */
+  text(pointer) {
+    if (pointer === 0) return "";
+    const bytes = new Uint8Array(this.buffer);
+    return decoder.decode(bytes.subarray(pointer >>> 0, bytes.indexOf(0, pointer >>> 0)));
+  }
+
+  /**
+   * A copy of numbers.
+   *
+   * @param {number} pointer
+   * @param {number} count
+   */
+  doubles(pointer, count) {
+    return new Float64Array(this.buffer, pointer >>> 0, count).slice();
+  }
+
+  /**
+   * The number at an address.
+   *
+   * @param {number} pointer
+   * @param {import("./abi.js").Scalar} type
+   */
+  number(pointer, type) {
+    return Number(this.#memory[/** @type {"getInt32"} */ (access[type].get)](pointer >>> 0, true));
+  }
+
+  /**
+   * @param {number} pointer
+   * @param {import("./abi.js").Scalar} type
+   * @param {number | bigint} value
+   */
+  set(pointer, type, value) {
+    const given = type === "int64" || type === "uint64" ? BigInt(value) : Number(value);
+    this.#memory[/** @type {"setInt32"} */ (access[type].set)](pointer >>> 0, /** @type {number} */ (given), true);
+  }
+
+  /**
+   * Makes a struct whose other members are 0.
+   *
+   * @template {Record<string, Member>} Members
+   * @param {number} pointer
+   * @param {{ size: number; members: Members }} struct of abi.js
+   * @param {{ [name in keyof Members]?: number | readonly number[] }} values
+   */
+  write(pointer, struct, values = {}) {
+    new Uint8Array(this.buffer, pointer, struct.size).fill(0);
+    for (const [name, value] of Object.entries({ struct_size: struct.size, ...values })) {
+      const { offset, type } = struct.members[name];
+      const elements = /** @type {number[]} */ (typeof value === "object" ? value : [value]);
+      elements.forEach((element, index) => this.set(pointer + offset + index * access[type].bytes, type, element));
+    }
+  }
+
+  /**
+   * Reads a struct: numbers, and arrays of numbers.
+   *
+   * @template {Record<string, Member>} Members
+   * @param {number} pointer
+   * @param {{ size: number; members: Members }} struct of abi.js
+   * @returns {{ [name in keyof Members]: Members[name]["length"] extends 0 ? number : number[] }}
+   */
+  read(pointer, struct) {
+    /** @type {any} */
+    const values = {};
+    for (const [name, { offset, type, length }] of Object.entries(struct.members)) {
+      const at = (/** @type {number} */ index) => this.number(pointer + offset + index * access[type].bytes, type);
+      values[name] = length === 0 ? at(0) : Array.from({ length }, (_, index) => at(index));
+    }
+    return values;
+  }
+
+  /**
+   * Reads a struct that a function fills.
+   *
+   * @template {Record<string, Member>} Members
+   * @param {{ size: number; members: Members }} struct of abi.js
+   * @param {(pointer: number) => number} fill
+   */
+  filled(struct, fill) {
+    return this.scope((scratch) => {
+      const pointer = scratch.allocate(struct.size);
+      this.write(pointer, struct);
+      this.check(fill(pointer));
+      return this.read(pointer, struct);
+    });
+  }
+}
+
+/** Memory for one call. */
+export class Scratch {
+  #library;
+  /** @type {number[]} */
+  #pointers = [];
+
+  /** @param {Library} library */
+  constructor(library) {
+    this.#library = library;
+  }
+
+  /** @param {number} bytes */
+  allocate(bytes) {
+    const pointer = this.#library.allocate(bytes);
+    this.#pointers.push(pointer);
+    return pointer;
+  }
+
+  /** @param {string} text */
+  text(text) {
+    const bytes = encoder.encode(text);
+    const pointer = this.allocate(bytes.length + 1);
+    const copy = new Uint8Array(this.#library.buffer, pointer, bytes.length + 1);
+    copy.set(bytes);
+    copy[bytes.length] = 0;
+    return pointer;
+  }
+
+  /** @param {ArrayLike<number>} values */
+  doubles(values) {
+    const pointer = this.allocate(8 * values.length);
+    new Float64Array(this.#library.buffer, pointer, values.length).set(values);
+    return pointer;
+  }
+
+  /** @param {ArrayLike<number>} values */
+  bytes(values) {
+    const pointer = this.allocate(values.length);
+    new Uint8Array(this.#library.buffer, pointer, values.length).set(values);
+    return pointer;
+  }
+
+  free() {
+    for (const pointer of this.#pointers) this.#library.free(pointer);
+  }
+}

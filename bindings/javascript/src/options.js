@@ -1,0 +1,147 @@
+// The constructor options of an id.
+
+import { Kind, Status, mjenv_option } from "./abi.js";
+import { MjenvError } from "./errors.js";
+
+/** @typedef {import("./library.js").Library} Library */
+/** @typedef {boolean | number | string | readonly number[]} OptionValue */
+
+const names = /** @type {const} */ ({
+  [Kind.FLAG]: "flag",
+  [Kind.INTEGER]: "integer",
+  [Kind.REALS]: "reals",
+  [Kind.STRING]: "string",
+  [Kind.STRING_OR_INT]: "string or integer",
+});
+
+/**
+ * What the library reports of an option.
+ *
+ * @typedef {object} Option
+ * @property {string} name Gymnasium's name, where Gymnasium has the option
+ * @property {(typeof names)[keyof typeof names]} type
+ * @property {OptionValue} default of a flag a boolean; of several numbers an array
+ * @property {number} min the lowest value of each number; -Infinity if there is none
+ * @property {number} max the highest value of each number; Infinity if there is none
+ * @property {number} count how many numbers a "reals" holds
+ * @property {string[]} choices the valid texts; empty if there is no such list
+ * @property {string} doc the meaning, in one line
+ */
+
+/**
+ * Calls `use` with the options of an id, at their defaults.
+ *
+ * @template T
+ * @param {Library} library
+ * @param {string} id
+ * @param {(options: number) => T} use
+ */
+export function withOptions(library, id, use) {
+  const options = library.scope((scratch) => {
+    const created = scratch.allocate(4);
+    library.check(library.functions.mjenv_options_create(scratch.text(String(id)), created));
+    return library.number(created, "uint32");
+  });
+  try {
+    return use(options);
+  } finally {
+    library.functions.mjenv_options_destroy(options);
+  }
+}
+
+/**
+ * @param {Library} library
+ * @param {number} options
+ * @returns {Option[]}
+ */
+export function describeOptions(library, options) {
+  return Array.from({ length: Number(library.functions.mjenv_options_count(options)) }, (_, index) => {
+    const found = library.filled(mjenv_option, (pointer) =>
+      library.functions.mjenv_options_at(options, BigInt(index), pointer),
+    );
+    const name = library.text(found.name);
+    const kind = /** @type {keyof typeof names} */ (found.kind);
+    return {
+      name,
+      type: names[kind],
+      default: valueOf(library, options, name, kind),
+      min: found.low,
+      max: found.high,
+      count: found.count,
+      choices: library.text(found.choices).split(" ").filter(Boolean),
+      doc: library.text(found.doc),
+    };
+  });
+}
+
+/**
+ * @param {Library} library
+ * @param {number} options
+ * @param {string} name
+ * @param {number} kind
+ * @returns {OptionValue}
+ */
+function valueOf(library, options, name, kind) {
+  const { functions } = library;
+  return library.scope((scratch) => {
+    const key = scratch.text(name);
+    const to = scratch.allocate(8);
+    if (kind === Kind.REALS) {
+      library.check(functions.mjenv_options_get_reals(options, key, 0, 0, to));
+      const count = library.number(to, "uint32");
+      const values = scratch.allocate(8 * count);
+      library.check(functions.mjenv_options_get_reals(options, key, values, count, to));
+      const numbers = Array.from(library.doubles(values, count));
+      return count === 1 ? numbers[0] : numbers;
+    }
+    if (kind !== Kind.STRING) {
+      const status = functions.mjenv_options_get_integer(options, key, to);
+      if (kind !== Kind.STRING_OR_INT || status !== Status.E_TYPE) {
+        library.check(status);
+        const value = library.number(to, "int64");
+        return kind === Kind.FLAG ? value !== 0 : value;
+      }
+    }
+    library.check(functions.mjenv_options_get_string(options, key, to));
+    return library.text(library.number(to, "uint32"));
+  });
+}
+
+/**
+ * @param {Library} library
+ * @param {number} options
+ * @param {string} name
+ * @param {unknown} value
+ */
+export function setOption(library, options, name, value) {
+  const { functions } = library;
+  library.scope((scratch) => {
+    const key = scratch.text(name);
+    if (typeof value === "string") {
+      library.check(functions.mjenv_options_set_string(options, key, scratch.text(value)));
+    } else if (typeof value === "boolean" || typeof value === "bigint" || Number.isSafeInteger(value)) {
+      const integer = BigInt(/** @type {number} */ (value));
+      if (BigInt.asIntN(64, integer) !== integer)
+        throw new MjenvError("MJENV_E_VALUE", `option "${name}" is ${value}, which does not fit into 64 bits`);
+      library.check(functions.mjenv_options_set_integer(options, key, integer));
+    } else if (typeof value === "number" || isNumbers(value)) {
+      const numbers = typeof value === "number" ? [value] : value;
+      library.check(functions.mjenv_options_set_reals(options, key, scratch.doubles(numbers), numbers.length));
+    } else {
+      throw new MjenvError(
+        "MJENV_E_TYPE",
+        `option "${name}" is ${value === null ? "null" : `of type ${typeof value}`}; give a boolean, a number, an array of numbers or a string`,
+      );
+    }
+  });
+}
+
+/**
+ * @param {unknown} value
+ * @returns {value is ArrayLike<number>}
+ */
+function isNumbers(value) {
+  const list =
+    ArrayBuffer.isView(value) && !(value instanceof DataView) ? Array.from(/** @type {any} */ (value)) : value;
+  return Array.isArray(list) && list.every((element) => typeof element === "number");
+}

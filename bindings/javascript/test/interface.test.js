@@ -1,0 +1,403 @@
+// What the package offers: descriptions, rows, state, views, errors and memory.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+
+import { ALL_ROWS, load, mjenv, MjenvError, refusal, root, withEnv } from "./support.js";
+
+test("the version is that of CMakeLists.txt", () => {
+  const [, version] = /project\(mjenv VERSION (\S+)/.exec(readFileSync(new URL("CMakeLists.txt", root), "utf8"));
+  assert.equal(mjenv.version(), `${version} (MuJoCo 2.2.2, portable math)`);
+});
+
+test("options have Gymnasium's defaults", () => {
+  const options = Object.fromEntries(mjenv.options("Ant-v5").map((option) => [option.name, option]));
+  assert.equal(options.ctrl_cost_weight.default, 0.5);
+  assert.equal(options.ctrl_cost_weight.type, "reals");
+  assert.deepEqual(options.healthy_z_range.default, [0.2, 1.0]);
+  assert.equal(options.healthy_z_range.count, 2);
+  assert.equal(options.terminate_when_unhealthy.default, true);
+  assert.equal(options.terminate_when_unhealthy.type, "flag");
+  assert.equal(options.frame_skip.default, 5);
+  assert.equal(options.frame_skip.min, 1);
+  assert.equal(options.main_body.type, "string or integer");
+  assert.equal(options.main_body.default, 1);
+  assert.deepEqual(options.autoreset_mode.choices, ["disabled", "next_step", "same_step"]);
+  assert.match(options.ctrl_cost_weight.doc, /\w/);
+});
+
+test("a spec has what Gymnasium registers, and the model", () => {
+  const spec = mjenv.spec("Reacher-v4");
+  assert.deepEqual(
+    [spec.id, spec.robot, spec.version, spec.maxEpisodeSteps, spec.rewardThreshold],
+    ["Reacher-v4", "Reacher", 4, 50, -3.75],
+  );
+  assert.equal(mjenv.spec("Humanoid-v5").rewardThreshold, null);
+  assert.deepEqual(mjenv.spec("Humanoid-v5").camera.lookat, [0, 0, 2]);
+  assert.equal(
+    mjenv.spec("Ant-v5").modelXml,
+    readFileSync(new URL("assets/ant.xml", root), "utf8"),
+  );
+});
+
+test("an environment describes itself", () =>
+  withEnv("HalfCheetah-v5", { forward_reward_weight: 2 }, (env) => {
+    assert.deepEqual([env.numEnvs, env.observationSize, env.actionSize, env.frameSkip], [1, 17, 6, 5]);
+    assert.equal(env.timestep, 0.01);
+    assert.equal(env.dt, 0.05);
+    assert.deepEqual([...env.actionLow, ...env.actionHigh], [-1, -1, -1, -1, -1, -1, 1, 1, 1, 1, 1, 1]);
+    assert.ok(env.observationHigh.every((bound) => bound === Infinity));
+    assert.equal(env.options.forward_reward_weight, 2);
+    assert.deepEqual(
+      env.fields("observation").map(({ name, shape }) => [name, shape]),
+      [
+        ["qpos", [8]],
+        ["qvel", [9]],
+      ],
+    );
+    assert.deepEqual(Object.keys(env.info), ["x_position", "x_velocity", "reward_forward", "reward_ctrl"]);
+  }));
+
+test("options of every kind can be set", () => {
+  const options = { main_body: "torso", healthy_z_range: [0.3, 0.9], terminate_when_unhealthy: false, frame_skip: 2 };
+  withEnv("Ant-v5", options, (env) => {
+    for (const [name, value] of Object.entries(options)) assert.deepEqual(env.options[name], value);
+  });
+  withEnv("Ant-v5", { healthy_z_range: Float32Array.of(0.5, 1) }, (env) =>
+    assert.deepEqual(env.options.healthy_z_range, [0.5, 1]),
+  );
+});
+
+test("the model can be drawn from what read gives", () =>
+  withEnv("Humanoid-v5", { seed: 1 }, (env) => {
+    env.reset();
+    const [geoms] = env.read("ngeom");
+    const names = env.objectNames("geom");
+    assert.equal(names.length, geoms);
+    assert.equal(names[0], "floor");
+    for (const [array, width] of Object.entries({ geom_type: 1, geom_size: 3, geom_rgba: 4, geom_group: 1 }))
+      assert.equal(env.read(array).length, width * geoms);
+    const torso = env.objectIndex("geom", "torso1");
+    assert.deepEqual(env.read("geom_bodyid")[torso], env.objectIndex("body", "torso"));
+    const rotation = env.read("geom_xmat").subarray(9 * torso, 9 * torso + 9);
+    // Its rows have the length 1.
+    for (const row of [0, 3, 6]) assert.ok(Math.abs(Math.hypot(...rotation.subarray(row, row + 3)) - 1) < 1e-12);
+    assert.equal(env.read("geom_xpos").length, 3 * geoms);
+    const model = Object.fromEntries(env.fields("model").map((field) => [field.name, field]));
+    assert.deepEqual(model.jnt_range.shape, [env.read("njnt")[0], 2]);
+  }));
+
+test("a force pulls a body until it is taken away", () =>
+  withEnv("Hopper-v5", {}, (env) => {
+    const force = new Float64Array(6 * env.read("nbody")[0]);
+    force[6 * env.objectIndex("body", "torso") + 2] = 200; // N, upwards
+    const heights = [0, 1].map((pulled) => {
+      env.reset({ seed: 3 });
+      if (pulled) env.write("xfrc_applied", 0, force);
+      for (let i = 0; i < 5; ++i) env.step(new Float64Array(3));
+      return env.observations[0];
+    });
+    assert.ok(heights[1] > heights[0]);
+    env.reset();
+    assert.ok(env.read("xfrc_applied").every((value) => value === 0));
+  }));
+
+test("rows are independent of each other, and equal single environments", () =>
+  withEnv("Walker2d-v5", { numEnvs: 3, seed: 5 }, (envs) => {
+    envs.reset();
+    envs.seedActions(1);
+    const actions = envs.sampleActions();
+    envs.step(actions);
+    for (let row = 0; row < 3; ++row)
+      withEnv("Walker2d-v5", { seed: 5 + row }, (env) => {
+        env.reset();
+        env.step(actions.subarray(6 * row, 6 * row + 6));
+        assert.deepEqual(envs.observations.slice(17 * row, 17 * row + 17), env.observations);
+        assert.equal(envs.rewards[row], env.rewards[0]);
+        assert.equal(envs.info.x_position[row], env.info.x_position[0]);
+      });
+    const before = envs.observations.slice();
+    envs.step(actions, { mask: [false, true, false] });
+    assert.deepEqual(envs.observations.slice(0, 17), before.slice(0, 17));
+    assert.notDeepEqual(envs.observations.slice(17, 34), before.slice(17, 34));
+    envs.reset({ seed: [null, 9, 9], mask: [0, 1, 1] });
+    assert.deepEqual(envs.observations.slice(17, 34), envs.observations.slice(34));
+    assert.deepEqual([...envs.wasReset], [0, 1, 1]);
+    envs.copyRow(0, Uint8Array.of(0, 0, 1));
+    envs.observe();
+    assert.deepEqual(envs.observations.slice(34), envs.observations.slice(0, 17));
+  }));
+
+test("seeds of any size", () => {
+  const first = (seed) =>
+    withEnv("Ant-v5", {}, (env) => {
+      env.reset({ seed });
+      return env.observations.slice();
+    });
+  assert.deepEqual(first(7), first(7n));
+  assert.notDeepEqual(first(2n ** 64n), first(0n));
+  assert.notDeepEqual(first(2n ** 64n), first(2n ** 64n + 1n));
+});
+
+test("float32 actions are computed with as such", () => {
+  const step = (actions) =>
+    withEnv("Pusher-v5", { seed: 0 }, (env) => {
+      env.reset();
+      env.step(actions);
+      return env.rewards[0];
+    });
+  const actions = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7];
+  assert.equal(step(actions), step(Float64Array.from(actions)));
+  assert.notEqual(step(actions), step(Float32Array.from(actions)));
+});
+
+test("a snapshot continues in the same bits, in another instance too", async () => {
+  const other = await load();
+  withEnv("Humanoid-v5", { seed: 8 }, (env) => {
+    env.reset();
+    env.seedActions(2);
+    for (let i = 0; i < 5; ++i) env.step(env.sampleActions());
+    const image = env.snapshot();
+    const actions = env.sampleActions();
+    env.step(actions);
+    const [observations, reward] = [env.observations.slice(), env.rewards[0]];
+    env.restore(image);
+    env.step(actions);
+    assert.deepEqual(env.observations, observations);
+    const elsewhere = other.make("Humanoid-v5", { numEnvs: 2 });
+    elsewhere.restore(image, 1);
+    elsewhere.restore(image, 0);
+    elsewhere.step(Float32Array.of(...actions, ...actions));
+    assert.deepEqual(elsewhere.observations.slice(env.observationSize), observations);
+    assert.equal(elsewhere.rewards[1], reward);
+    assert.deepEqual(elsewhere.snapshot(ALL_ROWS), elsewhere.snapshot(ALL_ROWS));
+    elsewhere.free();
+  });
+});
+
+test("a rollout is the same as steps", () =>
+  withEnv("HalfCheetah-v5", { numEnvs: 2, seed: 1 }, (env) => {
+    env.reset();
+    const image = env.snapshot(ALL_ROWS);
+    const actions = Array.from({ length: 2 * 3 * 6 }, (_, index) => Math.sin(index));
+    const { observations, rewards, terminated, truncated } = env.rollout(actions, 3);
+    assert.deepEqual([...terminated, ...truncated], Array(12).fill(0));
+    env.restore(image, ALL_ROWS);
+    for (let step = 0; step < 3; ++step) {
+      env.step([0, 1].flatMap((row) => actions.slice(6 * (3 * row + step), 6 * (3 * row + step + 1))));
+      for (const row of [0, 1]) {
+        const at = 3 * row + step;
+        assert.deepEqual(observations.slice(17 * at, 17 * at + 17), env.observations.slice(17 * row, 17 * row + 17));
+        assert.equal(rewards[at], env.rewards[row]);
+      }
+    }
+  }));
+
+test("episodes end, and are reset as the option says", () => {
+  withEnv("Hopper-v5", { max_episode_steps: 2, autoreset_mode: "same_step", seed: 1, arrays: "xpos" }, (env) => {
+    env.reset();
+    env.step(new Float64Array(3));
+    assert.equal(env.wasReset[0], 0);
+    env.step(new Float64Array(3));
+    assert.deepEqual([env.terminated[0], env.truncated[0], env.wasReset[0]], [0, 1, 1]);
+    assert.notDeepEqual(env.finalObservations, env.observations);
+    assert.deepEqual(Object.keys(env.finalInfo), Object.keys(env.info));
+    assert.deepEqual(env.arrays.xpos, env.read("xpos"));
+  });
+  withEnv("Hopper-v5", {}, (env) => {
+    assert.equal(env.finalObservations.length, 0);
+    assert.deepEqual(env.finalInfo, {});
+  });
+});
+
+test("states and model values can be written", () =>
+  withEnv("InvertedPendulum-v5", { numEnvs: 2 }, (env) => {
+    env.reset({ seed: 0 });
+    env.setState([0.5, 0.1], [0, 1], 1);
+    assert.deepEqual([...env.read("qpos", 1), ...env.read("qvel", 1)], [0.5, 0.1, 0, 1]);
+    const masses = env.read("body_mass");
+    masses[1] *= 2;
+    env.write("body_mass", ALL_ROWS, masses);
+    env.setConstants(ALL_ROWS);
+    assert.deepEqual(env.read("body_mass", 1), masses);
+  }));
+
+test("resets draw what randomize says, and perturb adds noise", () =>
+  withEnv("Ant-v5", {}, (env) => {
+    const [mass] = env.read("body_mass").slice(1);
+    env.randomize([
+      { array: "body_mass", distribution: "uniform", parameters: [2, 3], effect: "scale", elements: [1], constants: true },
+      { array: "opt.gravity", distribution: "choice", parameters: [-5], elements: [2] },
+    ]);
+    env.reset({ seed: 0 });
+    assert.ok(env.read("body_mass")[1] >= 2 * mass && env.read("body_mass")[1] <= 3 * mass);
+    assert.equal(env.read("opt.gravity")[2], -5);
+    env.randomize([]);
+    const noise = { actionNoise: 0.1, observationNoise: Array(105).fill(0.5), actionDelay: 1, observationDelay: 0 };
+    const low = [100, 0, 0, 0, 0, 0];
+    env.perturb({ ...noise, pushes: [{ body: 1, minSteps: 1, maxSteps: 1, low, high: low }] });
+    env.reset({ seed: 0 });
+    env.step(new Float64Array(8));
+    assert.equal(env.read("xfrc_applied")[6], 100);
+    assert.notDeepEqual(env.observations.slice(0, 13), env.read("qpos").slice(2));
+    env.perturb(null);
+    env.reset({ seed: 0 });
+    assert.deepEqual(env.observations.slice(0, 13), env.read("qpos").slice(2));
+  }));
+
+test("views follow the memory when it grows", async () => {
+  const own = await load();
+  const env = own.make("Swimmer-v5", { seed: 1 });
+  env.reset();
+  const old = env.observations;
+  assert.equal(env.observations, old);
+  const values = old.slice();
+  const large = own.make("Reacher-v5", { numEnvs: 50000 });
+  assert.equal(old.length, 0);
+  assert.deepEqual(env.observations, values);
+  assert.equal(env.info.x_position.length, 1);
+  large.reset({ seed: 1 });
+  assert.equal(large.observations.length, 50000 * 10);
+  assert.ok(large.observations.at(-1) !== 0);
+  large.free();
+  env.free();
+});
+
+test("freed environments leave nothing", async () => {
+  const own = await load();
+  const held = own.make("Hopper-v5");
+  // How many bytes the library's memory has after many environments.
+  const sizes = [30, 60, 60].map((count) => {
+    for (let i = 0; i < count; ++i) {
+      const env = own.make("Humanoid-v5", { numEnvs: 8, seed: 1 });
+      env.reset();
+      env.step(env.sampleActions());
+      env.restore(env.snapshot());
+      env.read("geom_xpos");
+      assert.throws(() => env.write("body_mass", 0, [1]), MjenvError);
+      assert.throws(() => own.make("Humanoid-v5", { frame_skip: 0 }), MjenvError);
+      env.free();
+    }
+    return held.observations.buffer.byteLength;
+  });
+  held.free();
+  assert.equal(sizes[1], sizes[0]);
+  assert.equal(sizes[2], sizes[0]);
+});
+
+test("what is wrong is refused by an error that names it", () =>
+  withEnv("Hopper-v5", { numEnvs: 2 }, (env) => {
+    const refused = (call, code, text) => {
+      const error = refusal(call);
+      assert.equal(error.code, code);
+      assert.match(error.message, text);
+      assert.equal(error.name, "MjenvError");
+      assert.ok(error instanceof Error);
+    };
+    const zeros = new Float64Array(6);
+    refused(() => mjenv.make("Ant-v6"), "MJENV_E_NAME", /"Ant-v6".*Ant-v5/);
+    refused(() => mjenv.spec("Ant"), "MJENV_E_NAME", /"Ant"/);
+    refused(() => mjenv.options(undefined), "MJENV_E_NAME", /"undefined"/);
+    refused(() => mjenv.make("Ant-v5", { ctrl_cost: 1 }), "MJENV_E_NAME", /"ctrl_cost".*ctrl_cost_weight/);
+    refused(() => mjenv.make("Ant-v5", { ctrl_cost_weight: "much" }), "MJENV_E_TYPE", /ctrl_cost_weight/);
+    refused(() => mjenv.make("Ant-v5", { ctrl_cost_weight: null }), "MJENV_E_TYPE", /is null/);
+    refused(() => mjenv.make("Ant-v5", { ctrl_cost_weight: NaN }), "MJENV_E_VALUE", /ctrl_cost_weight/);
+    refused(() => mjenv.make("Ant-v5", { frame_skip: 2.5 }), "MJENV_E_TYPE", /frame_skip/);
+    refused(() => mjenv.make("Ant-v5", { frame_skip: 0 }), "MJENV_E_VALUE", /frame_skip/);
+    refused(() => mjenv.make("Ant-v5", { frame_skip: 2n ** 64n }), "MJENV_E_VALUE", /64 bits/);
+    refused(() => mjenv.make("Ant-v5", { healthy_z_range: [1] }), "MJENV_E_SIZE", /healthy_z_range/);
+    refused(() => mjenv.make("Ant-v5", { autoreset_mode: "now" }), "MJENV_E_VALUE", /next_step/);
+    refused(() => mjenv.make("Ant-v5", { numEnvs: 0 }), "MJENV_E_VALUE", /rows/);
+    refused(() => mjenv.make("Ant-v5", { numEnvs: 1.5 }), "MJENV_E_VALUE", /1.5/);
+    refused(() => mjenv.make("Ant-v5", { numEnvs: 2 ** 40 }), "MJENV_E_MEMORY", /MB/);
+    refused(() => mjenv.make("Ant-v5", { numEnvs: 2, num_threads: 2 }), "MJENV_E_VALUE", /num_threads.*threads/);
+    refused(() => mjenv.make("Ant-v5", { xml_file: "/ant.xml" }), "MJENV_E_FILE", /ant.xml/);
+    refused(() => mjenv.make("Ant-v5", { xml_string: "<mujoco><worldbody><body>" }), "MJENV_E_MODEL", /XML/i);
+    refused(() => mjenv.make("Ant-v5", { xml_string: "<mujoco/>" }), "MJENV_E_MODEL", /./);
+    refused(() => mjenv.make("Model-v0"), "MJENV_E_VALUE", /xml_file/);
+    refused(() => env.step(zeros), "MJENV_E_NOT_RESET", /row 0/);
+    refused(() => env.reset({ seed: -1 }), "MJENV_E_VALUE", /-1/);
+    refused(() => env.reset({ seed: 0.5 }), "MJENV_E_VALUE", /0.5/);
+    refused(() => env.reset({ seed: "1" }), "MJENV_E_TYPE", /seed/);
+    refused(() => env.reset({ seed: [1] }), "MJENV_E_SIZE", /1 elements.*2 rows/);
+    refused(() => env.reset({ mask: [1, 1, 1] }), "MJENV_E_SIZE", /mask has 3/);
+    refused(() => env.reset({ sead: 1 }), "MJENV_E_NAME", /"sead"/);
+    env.reset({ seed: 0 });
+    refused(() => env.step(zeros.subarray(1)), "MJENV_E_SIZE", /5/);
+    refused(() => env.step([]), "MJENV_E_SIZE", /0/);
+    refused(() => env.step(), "MJENV_E_TYPE", /actions/);
+    refused(() => env.step([NaN, 0, 0, 0, 0, 0]), "MJENV_E_VALUE", /nan/i);
+    refused(() => env.step([undefined, 0, 0, 0, 0, 0]), "MJENV_E_VALUE", /nan/i);
+    refused(() => env.step(Float32Array.of(0, 0, 0, 0, Infinity, 0)), "MJENV_E_VALUE", /inf/);
+    refused(() => env.step(zeros, { mask: [1] }), "MJENV_E_SIZE", /mask/);
+    refused(() => env.rollout(zeros, 0), "MJENV_E_VALUE", /steps/);
+    refused(() => env.rollout(zeros, 2), "MJENV_E_SIZE", /12/);
+    refused(() => env.rollout(zeros, -1), "MJENV_E_VALUE", /-1/);
+    refused(() => env.read("xposs"), "MJENV_E_NAME", /xposs/);
+    refused(() => env.read("xpos", 2), "MJENV_E_VALUE", /row/);
+    refused(() => env.read("xpos", "0"), "MJENV_E_VALUE", /row/);
+    refused(() => env.write("xpos", 0, zeros), "MJENV_E_NAME", /xpos/);
+    refused(() => env.write("qpos", 0, zeros.subarray(1)), "MJENV_E_SIZE", /6/);
+    refused(() => env.write("qpos", 0, 1), "MJENV_E_TYPE", /values/);
+    refused(() => env.write("body_mass", 0, [0, -1, 1, 1, 1]), "MJENV_E_VALUE", /body_mass/);
+    refused(() => env.setState([0], zeros), "MJENV_E_SIZE", /qpos/);
+    refused(() => env.snapshot(3), "MJENV_E_VALUE", /row/);
+    refused(() => env.restore(new Uint8Array(100)), "MJENV_E_SNAPSHOT", /./);
+    refused(() => env.restore([1, 2]), "MJENV_E_TYPE", /Uint8Array/);
+    refused(() => env.restore(withEnv("Ant-v5", {}, (ant) => ant.snapshot())), "MJENV_E_SNAPSHOT", /Ant/);
+    refused(() => env.fields("data arrays"), "MJENV_E_NAME", /"observation"/);
+    refused(() => env.objectNames("bone"), "MJENV_E_NAME", /bone/);
+    refused(() => env.objectIndex("body", "tail"), "MJENV_E_NAME", /tail/);
+    refused(() => env.seedActions(2n ** 64n), "MJENV_E_VALUE", /2\^64/);
+    refused(() => env.copyRow(0, [1]), "MJENV_E_SIZE", /mask/);
+    const item = { array: "body_mass", parameters: [1, 2] };
+    refused(() => env.randomize([{ ...item, distribution: "even" }]), "MJENV_E_NAME", /"uniform"/);
+    refused(() => env.randomize([{ ...item, distribution: "uniform", elements: [99] }]), "MJENV_E_VALUE", /99/);
+    refused(() => env.perturb({ actionNoise: -1 }), "MJENV_E_VALUE", /-1/);
+    refused(() => env.perturb({ pushes: [{ body: 1, low: [1], high: [1] }] }), "MJENV_E_SIZE", /6 numbers/);
+    env.step(zeros);
+  }));
+
+test("an environment that was freed refuses everything", () => {
+  const env = mjenv.make("Hopper-v5", { seed: 1 });
+  env.reset();
+  env.free();
+  env.free();
+  for (const use of [
+    () => env.observations,
+    () => env.info,
+    () => env.reset(),
+    () => env.step([0, 0, 0]),
+    () => env.read("qpos"),
+    () => env.snapshot(),
+    () => env.fields("data"),
+  ]) {
+    const error = refusal(use);
+    assert.equal(error.code, "MJENV_E_ARGUMENT");
+    assert.match(error.message, /Hopper-v5.*freed/);
+  }
+});
+
+test("an episode that has ended is refused, and a diverged one is told", () => {
+  withEnv("Hopper-v5", { max_episode_steps: 1, seed: 1 }, (env) => {
+    env.reset();
+    env.step([0, 0, 0]);
+    assert.equal(refusal(() => env.step([0, 0, 0])).code, "MJENV_E_EPISODE_ENDED");
+  });
+  withEnv("Ant-v5", { seed: 1 }, (env) => {
+    env.reset();
+    const force = new Float64Array(6 * env.read("nbody")[0]).fill(1e12);
+    env.write("xfrc_applied", 0, force);
+    env.step(new Float64Array(8));
+    assert.equal(env.statuses[0], -14);
+  });
+});
+
+test("the module can be given in several ways", async () => {
+  const url = new URL("build/javascript/package/src/mjenv.wasm", root);
+  const bytes = readFileSync(url);
+  for (const wasm of [url, url.pathname, bytes, bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), new WebAssembly.Module(bytes)])
+    assert.equal((await load({ wasm })).ids().length, 22);
+  await assert.rejects(load({ wasm: "/nowhere.wasm" }), { code: "ENOENT" });
+});
