@@ -1,6 +1,5 @@
-# Makes mjenv.wasm, the library as one WebAssembly module without threads, and of it and bindings/javascript the folder
-# `package`, which is what npm packs.
-set(MJENV_TASK_SOURCES "" CACHE STRING "Sources of tasks that are compiled in; one of them has MJENV_PLUGIN or MJENV_TASKS")
+# Makes mjenv.wasm, the library as one WebAssembly module without threads. bindings/javascript/build makes the package of it.
+set(MJENV_TASK_SOURCES "" CACHE STRING "C sources (mjenv/task.h) or C++ sources (mjenv/task.hpp) of tasks that are compiled in")
 
 # All functions of the header but those that draw.
 file(STRINGS capi/include/mjenv/mjenv.h declarations REGEX "^MJENV_API ")
@@ -12,14 +11,31 @@ foreach(declaration IN LISTS declarations)
     list(APPEND exported _${function})
   endif()
 endforeach()
-list(JOIN exported "," exported)
 
-add_executable(mjenv_wasm $<TARGET_OBJECTS:mjenv> $<TARGET_OBJECTS:mjenv_core>)
-mjenv_tune(mjenv_wasm)
-set_target_properties(mjenv_wasm PROPERTIES OUTPUT_NAME mjenv SUFFIX .wasm)
-target_link_libraries(mjenv_wasm PRIVATE mjenv_core)
-# The stack lies below all else, so that its overflow is a trap and overwrites nothing. Files, threads and the like are
-# left out: what the module asks of its host is in bindings/javascript/src/library.js.
-target_link_options(mjenv_wasm PRIVATE
-  -sSTANDALONE_WASM --no-entry -sWASM_BIGINT -sEXPORTED_FUNCTIONS=${exported} -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB
-  -sINITIAL_MEMORY=32MB -sTOTAL_STACK=8MB -Wl,--stack-first)
+# mjenv_add_module(TARGET NAME [TASKS]...): NAME.wasm
+function(mjenv_add_module target name)
+  add_executable(${target} $<TARGET_OBJECTS:mjenv> $<TARGET_OBJECTS:mjenv_core>)
+  if(ARGN)
+    # A library of its own, because it does not see the core's settings.
+    add_library(${target}_tasks OBJECT ${ARGN} ${PROJECT_SOURCE_DIR}/cmake/emscripten/tasks.cpp)
+    mjenv_tune(${target}_tasks)
+    target_include_directories(${target}_tasks PRIVATE capi/include)
+    target_link_libraries(${target}_tasks PRIVATE Eigen3::Eigen)
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_tasks>)
+    list(APPEND exported _mjenv_register_own_tasks)
+  endif()
+  list(JOIN exported "," exported)
+  mjenv_tune(${target})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name} SUFFIX .wasm)
+  target_link_libraries(${target} PRIVATE mjenv_core)
+  # The stack lies below all else, so that its overflow is a trap and overwrites nothing. Emscripten's JavaScript is left
+  # out: what the module asks of its host is in bindings/javascript/src/library.js.
+  target_link_options(${target} PRIVATE
+    -sSTANDALONE_WASM --no-entry -sWASM_BIGINT -sEXPORTED_FUNCTIONS=${exported} -sALLOW_MEMORY_GROWTH -sMAXIMUM_MEMORY=4GB
+    -sINITIAL_MEMORY=32MB -sTOTAL_STACK=8MB -Wl,--stack-first)
+endfunction()
+
+mjenv_add_module(mjenv_wasm mjenv ${MJENV_TASK_SOURCES})
+if(MJENV_BUILD_TESTS)
+  mjenv_add_module(mjenv_wasm_tasks mjenv-tasks examples/tasks/cartpole/cartpole.cpp)
+endif()

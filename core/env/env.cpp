@@ -24,8 +24,8 @@ constexpr const char* kLanesVariable = "MJENV_LANES";
 int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   const std::int64_t chosen = options.get("num_threads").integer;
   if (chosen > 1 && *platform::no_threads)
-    fail(MJENV_E_VALUE, "option \"num_threads\" is " + std::to_string(chosen) + ", but " + platform::no_threads +
-                            ": set it to 1");
+    fail(MJENV_E_VALUE,
+         "option \"num_threads\" is " + std::to_string(chosen) + ", but " + platform::no_threads + ": set it to 1");
   if (task.caller_thread) {
     if (chosen > 1)
       fail(MJENV_E_VALUE, "option \"num_threads\" is " + std::to_string(chosen) + ", but " + options.id() +

@@ -7,7 +7,6 @@
 #include "system/condition.hpp"
 #include "system/platform.hpp"
 
-
 namespace mjenv::core {
 
 Condition::Condition() { pthread_cond_init(&condition_, nullptr); }

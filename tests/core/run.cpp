@@ -15,6 +15,7 @@ std::string odd_model(const std::string& name) {
 
 int main(int argc, char** argv) {
   const std::string_view topic = argc == 2 ? argv[1] : "";
+  if (topic == "chars") return run_chars();
   if (topic == "cpus") return run_cpus();
   if (topic == "info") return run_info();
 #ifdef LANES
@@ -23,6 +24,6 @@ int main(int argc, char** argv) {
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core cpus|info|lanes|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core chars|cpus|info|lanes|levers|numpy|worker\n", stderr);
   return 2;
 }

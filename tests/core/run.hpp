@@ -6,6 +6,7 @@
 // The text of a model in tests/core/odd.
 std::string odd_model(const std::string& name);
 
+int run_chars();
 int run_cpus();
 int run_info();
 int run_lanes();

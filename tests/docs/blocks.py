@@ -5,6 +5,7 @@ The rules for a document:
 - Each `c`, `cpp` or `rust` block is a program. A `c` block without a main is the body of a function.
 - `sh` blocks are commands. They run in a checkout of the repository, with mjenv installed.
 - A block with title="NAME" is a file, which is written before the first `sh` block of the page runs.
+- Each `js` block is a program, which part javascript of tests/run runs (bindings/javascript/test/documents.test.js).
 - A `text` block is what the block before it prints; "..." stands for any text.
 - A comment above a block says when it runs: `<!-- long -->` only with --long; `<!-- long: peers -->` only with --long,
   as a separate program, with the Python that `tools/setup peers` makes; `<!-- not run: REASON -->` never.
@@ -23,6 +24,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ("python", "julia", "c", "cpp", "rust", "sh")
 FILES = ("cmake", "toml", "xml")
+ELSEWHERE = ("js",)  # run by other tests
 
 _BLOCK = re.compile(
     r"(?:^ *<!-- (?P<when>long|mujoco4|not run)(?:: (?P<how>.*?))? -->\n\s*)?"
@@ -94,7 +96,7 @@ def _parsed(page: str, text: str) -> Iterator[Block]:
 def _check(block: Block) -> None:
     if block.when == "not run" and not block.how:
         raise ValueError(f"{block.where}: no reason is given for not running it")
-    if block.when is None and block.language not in (*PROGRAMS, *FILES, "text"):
+    if block.when is None and block.language not in (*PROGRAMS, *FILES, *ELSEWHERE, "text"):
         raise ValueError(f"{block.where}: nothing runs a block of {block.language or 'no language'}")
     if block.language in FILES and not block.title:
         raise ValueError(f"{block.where}: a file without a title")

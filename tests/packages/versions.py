@@ -22,6 +22,7 @@ PLACES = (
     ("examples/rust/Cargo.lock", r'name = "mjenv"\nversion = "(.+)"'),
     ("examples/rust/Cargo.lock", r'name = "mjenv-sys"\nversion = "(.+)"'),
     ("bindings/julia/Project.toml", r'(?m)^version = "(.+)"$'),
+    ("bindings/javascript/package.json", r'"version": "(.+)"'),
     ("CHANGELOG.md", r"\A# Changelog\n\n## (\S+)"),
 )
 

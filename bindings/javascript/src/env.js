@@ -21,6 +21,8 @@ import { describeOptions, setOption, withOptions } from "./options.js";
 /** @typedef {import("./options.js").OptionValue} OptionValue */
 /** @typedef {number | bigint} Seed an integer from 0 on, of any size */
 /** @typedef {ArrayLike<number | boolean>} Mask one element for each row: whether the call is about it */
+/** @typedef {Seed | readonly (Seed | null)[]} Seeds row i gets seed + i; an array has one for each row, or null */
+/** @typedef {{ numEnvs?: number; seed?: Seeds; [option: string]: unknown }} Settings */
 /** @typedef {Lowercase<keyof typeof Role>} RoleName */
 /** @typedef {Readonly<Record<string, Float64Array>>} Fields for each field its numbers: those of row 0, row 1, ... */
 
@@ -75,8 +77,6 @@ import { describeOptions, setOption, withOptions } from "./options.js";
 
 /** Instead of a row's number: all rows. */
 export const ALL_ROWS = -1;
-
-const dispose = /** @type {typeof Symbol.dispose} */ (Symbol.dispose ?? Symbol.for("Symbol.dispose"));
 
 /**
  * @param {unknown} value
@@ -139,7 +139,7 @@ export class Env {
   /**
    * @param {Library} library
    * @param {string} id
-   * @param {{ numEnvs?: number; seed?: Seed | readonly (Seed | null)[]; [option: string]: unknown }} settings
+   * @param {Settings} settings
    */
   constructor(library, id, { numEnvs = 1, seed, ...options }) {
     this.#library = library;
@@ -401,8 +401,7 @@ export class Env {
   /**
    * Gives rows new random streams, as Gymnasium's `reset(seed=...)` does, without a reset.
    *
-   * @param {Seed | readonly (Seed | null)[]} seed row i gets seed + i; an array has one for each row, or null for a row
-   *   whose stream continues
+   * @param {Seeds} seed row i gets seed + i; an array has one for each row, or null for a row whose stream continues
    * @param {Mask} [mask] the rows; all if left out
    */
   seed(seed, mask) {
@@ -461,7 +460,7 @@ export class Env {
    * Begins new episodes.
    *
    * @param {object} [settings]
-   * @param {Seed | readonly (Seed | null)[]} [settings.seed] see `seed`; the streams continue if left out
+   * @param {Seeds} [settings.seed] see `seed`; the streams continue if left out
    * @param {Mask} [settings.mask] the rows to reset; all if left out
    */
   reset({ seed, mask, ...others } = {}) {
@@ -583,8 +582,8 @@ export class Env {
   }
 
   /**
-   * Reads an array of MuJoCo by its name there: "qpos", "geom_xpos", "body_mass", "nq", "opt.timestep". `fields("data")`
-   * and `fields("model")` list them with their shapes.
+   * Reads an array of MuJoCo by its name there: "qpos", "geom_xpos", "body_mass", "nq", "opt.timestep".
+   * `fields("data")` and `fields("model")` list them with their shapes.
    *
    * @param {string} name
    * @param {number} [row]
@@ -641,8 +640,8 @@ export class Env {
   }
 
   /**
-   * Makes MuJoCo compute what it computes from masses, sizes and the like when it loads a model (mj_setConst). Reset the
-   * row or set its state afterwards.
+   * Makes MuJoCo compute what it computes from masses, sizes and the like when it loads a model (mj_setConst). Reset
+   * the row or set its state afterwards.
    *
    * @param {number} [row] or ALL_ROWS
    */
@@ -797,8 +796,8 @@ export class Env {
     this.#views.clear();
   }
 
-  /** `using env = mjenv.make(...)` frees it at the end of the block. */
-  [dispose]() {
+  /** `using env = mjenv.make(...)` frees it at the end of the block, where JavaScript has that. */
+  [Symbol.dispose]() {
     this.free();
   }
 

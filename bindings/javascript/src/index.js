@@ -23,9 +23,12 @@ export { ALL_ROWS, Env, MjenvError };
 /** @typedef {import("./env.js").Push} Push */
 /** @typedef {import("./env.js").Randomization} Randomization */
 /** @typedef {import("./env.js").Seed} Seed */
+/** @typedef {import("./env.js").Settings} Settings */
 /** @typedef {import("./errors.js").ErrorCode} ErrorCode */
 /** @typedef {import("./options.js").Option} Option */
 /** @typedef {import("./options.js").OptionValue} OptionValue */
+
+/** @typedef {URL | string | Uint8Array | ArrayBuffer | WebAssembly.Module} Wasm */
 
 /**
  * What Gymnasium registers for an id, and its model.
@@ -105,8 +108,7 @@ export class Mjenv {
    * Makes an environment.
    *
    * @param {string} id
-   * @param {{ numEnvs?: number; seed?: Seed | readonly (Seed | null)[]; [option: string]: unknown }} [settings] how many
-   *   rows, their seeds, and options by Gymnasium's names
+   * @param {Settings} [settings] how many rows, their seeds, and options by Gymnasium's names
    */
   make(id, settings = {}) {
     return new Env(this.#library, id, settings);
@@ -117,15 +119,14 @@ export class Mjenv {
  * Loads the library. Each call makes an instance with a memory of its own.
  *
  * @param {object} [settings]
- * @param {URL | string | Uint8Array | ArrayBuffer | WebAssembly.Module} [settings.wasm] the module mjenv.wasm, or where it is; if
- *   left out, it is beside this file
+ * @param {Wasm} [settings.wasm] the module mjenv.wasm, or where it is; if left out, it is beside this file
  */
 export async function load({ wasm = new URL("./mjenv.wasm", import.meta.url) } = {}) {
   return new Mjenv(await Library.of(await compile(wasm)));
 }
 
 /**
- * @param {URL | string | Uint8Array | ArrayBuffer | WebAssembly.Module} wasm
+ * @param {Wasm} wasm
  * @returns {Promise<WebAssembly.Module>}
  */
 async function compile(wasm) {

@@ -11,6 +11,7 @@ import { MjenvError } from "./errors.js";
  *   malloc(bytes: number): number;
  *   free(pointer: number): void;
  *   _initialize(): void;
+ *   mjenv_register_own_tasks?: () => number;
  * }} Exports
  */
 
@@ -98,7 +99,10 @@ export class Library {
     );
     functions = /** @type {any} */ (instance.exports);
     functions._initialize();
-    return new Library(functions);
+    const library = new Library(functions);
+    // There if the module was built with tasks (MJENV_TASK_SOURCES).
+    if (functions.mjenv_register_own_tasks) library.check(functions.mjenv_register_own_tasks());
+    return library;
   }
 
   /** @type {DataView} */

@@ -9,10 +9,7 @@ import { expectedEpisodes, mjenv, withEnv } from "./support.js";
 const expected = expectedEpisodes();
 
 test("the ids are those of the recordings", () => {
-  assert.deepEqual(
-    mjenv.ids().sort(),
-    expected.map(({ id }) => id).sort(),
-  );
+  assert.deepEqual(mjenv.ids().sort(), expected.map(({ id }) => id).sort());
 });
 
 for (const { id, norm, ...episodes } of expected)

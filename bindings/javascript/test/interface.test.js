@@ -35,10 +35,7 @@ test("a spec has what Gymnasium registers, and the model", () => {
   );
   assert.equal(mjenv.spec("Humanoid-v5").rewardThreshold, null);
   assert.deepEqual(mjenv.spec("Humanoid-v5").camera.lookat, [0, 0, 2]);
-  assert.equal(
-    mjenv.spec("Ant-v5").modelXml,
-    readFileSync(new URL("assets/ant.xml", root), "utf8"),
-  );
+  assert.equal(mjenv.spec("Ant-v5").modelXml, readFileSync(new URL("assets/ant.xml", root), "utf8"));
 });
 
 test("an environment describes itself", () =>
@@ -227,7 +224,14 @@ test("resets draw what randomize says, and perturb adds noise", () =>
   withEnv("Ant-v5", {}, (env) => {
     const [mass] = env.read("body_mass").slice(1);
     env.randomize([
-      { array: "body_mass", distribution: "uniform", parameters: [2, 3], effect: "scale", elements: [1], constants: true },
+      {
+        array: "body_mass",
+        distribution: "uniform",
+        parameters: [2, 3],
+        effect: "scale",
+        elements: [1],
+        constants: true,
+      },
       { array: "opt.gravity", distribution: "choice", parameters: [-5], elements: [2] },
     ]);
     env.reset({ seed: 0 });
@@ -394,10 +398,29 @@ test("an episode that has ended is refused, and a diverged one is told", () => {
   });
 });
 
+test("tasks can be compiled in", async () => {
+  const own = await load({ wasm: new URL("build/javascript/mjenv-tasks.wasm", root) });
+  assert.equal(own.ids().length, 23);
+  const model = readFileSync(new URL("examples/tasks/cartpole/cartpole.xml", root), "utf8");
+  const env = own.make("CartpoleSwingup-v0", { xml_string: model, ctrl_cost_weight: 0, seed: 1 });
+  env.reset();
+  assert.ok(env.observations[1] < -0.99); // the pole hangs
+  env.step(env.sampleActions());
+  assert.equal(env.rewards[0], env.info.height[0] / 0.6);
+  assert.equal(refusal(() => own.make("CartpoleSwingup-v0")).code, "MJENV_E_FILE");
+  env.free();
+});
+
 test("the module can be given in several ways", async () => {
   const url = new URL("build/javascript/package/src/mjenv.wasm", root);
   const bytes = readFileSync(url);
-  for (const wasm of [url, url.pathname, bytes, bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), new WebAssembly.Module(bytes)])
+  for (const wasm of [
+    url,
+    url.pathname,
+    bytes,
+    bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length),
+    new WebAssembly.Module(bytes),
+  ])
     assert.equal((await load({ wasm })).ids().length, 22);
   await assert.rejects(load({ wasm: "/nowhere.wasm" }), { code: "ENOENT" });
 });

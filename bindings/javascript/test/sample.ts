@@ -1,0 +1,41 @@
+// A program in TypeScript, which tsc checks against the package's declarations. It does not run.
+
+import { ALL_ROWS, load, MjenvError, type Env, type ErrorCode, type Option, type Spec } from "mjenv";
+
+const mjenv = await load({ wasm: new URL("https://example.org/mjenv.wasm") });
+const ids: string[] = mjenv.ids();
+const spec: Spec = mjenv.spec(ids[0]);
+const options: Option[] = mjenv.options(spec.id);
+const bounds: [number, number][] = options.map(({ min, max }) => [min, max]);
+
+using env: Env = mjenv.make("Ant-v5", { numEnvs: 2, seed: [1n, null], ctrl_cost_weight: 0.1 });
+env.reset({ seed: 1, mask: [true, false] });
+env.step(env.sampleActions());
+env.step([0.5, 0.5], { mask: Uint8Array.of(1, 0) });
+const rewards: Float64Array = env.rewards;
+const flags: Uint8Array = env.truncated;
+const speed: Float64Array = env.info["x_velocity"];
+const image: Uint8Array = env.snapshot(ALL_ROWS);
+env.restore(image, ALL_ROWS);
+env.write("xfrc_applied", 0, env.read("xfrc_applied"));
+const shapes: number[][] = env.fields("model").map((field) => field.shape);
+env.randomize([{ array: "geom_friction", distribution: "uniform", parameters: [0.5, 1], effect: "scale" }]);
+env.perturb({ actionNoise: 0.1, pushes: [{ body: 1, minSteps: 1, maxSteps: 9, low: [], high: [] }] });
+env.perturb(null);
+try {
+  env.free();
+} catch (error) {
+  if (error instanceof MjenvError && error.code === "MJENV_E_VALUE") console.log(error.status, error.message);
+}
+const code: ErrorCode = "MJENV_E_NAME";
+
+// @ts-expect-error: there is no such role
+env.fields("observations");
+// @ts-expect-error: a seed is no text
+env.reset({ seed: "1" });
+// @ts-expect-error: what the library writes is not set from outside
+env.rewards = rewards;
+// @ts-expect-error: there is no such code
+const wrong: ErrorCode = "MJENV_E_VALUES";
+
+console.log(bounds, flags, speed, shapes, code, wrong);
