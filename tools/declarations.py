@@ -259,7 +259,7 @@ def javascript_type(api: header.Header, ctype: header.CType) -> tuple[int, str, 
 
 
 def javascript_struct(api: header.Header, struct: header.Struct) -> Iterator[str]:
-    """The size of a struct, and for each field its offset, its type and its length, which is 0 unless it is an array."""
+    """The size of a struct, and for each field its offset, its type and its length: 0 unless it is an array."""
     fields, offset, alignment = [], 0, 1
     for field in struct.fields:
         size, _, name = javascript_type(api, field.type)

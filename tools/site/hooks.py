@@ -33,6 +33,7 @@ DOCUMENTS = {
     "SECURITY.md": "security.md",
     "THIRD_PARTY_NOTICES.md": "third-party.md",
     "bindings/python/README.md": "reference/python.md",
+    "bindings/javascript/README.md": "reference/javascript.md",
 }
 PICTURES = (".png", ".svg", ".webp")
 LANGUAGES = {".hpp": "cpp", ".py": "python", ".rs": "rust", ".jl": "julia"}
