@@ -39,3 +39,5 @@ mjenv_add_module(mjenv_wasm mjenv ${MJENV_TASK_SOURCES})
 if(MJENV_BUILD_TESTS)
   mjenv_add_module(mjenv_wasm_tasks mjenv-tasks examples/tasks/cartpole/cartpole.cpp)
 endif()
+
+configure_file(${EMSCRIPTEN_ROOT_PATH}/system/lib/libc/musl/COPYRIGHT ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses/musl.txt COPYONLY)
