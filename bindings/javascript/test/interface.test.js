@@ -345,11 +345,11 @@ test("what is wrong is refused by an error that names it", () =>
     refused(() => env.write("qpos", 0, zeros.subarray(1)), "MJENV_E_SIZE", /6/);
     refused(() => env.write("qpos", 0, 1), "MJENV_E_TYPE", /values/);
     refused(() => env.write("body_mass", 0, [0, -1, 1, 1, 1]), "MJENV_E_VALUE", /body_mass/);
-    refused(() => env.setState([0], zeros), "MJENV_E_SIZE", /qpos/);
+    refused(() => env.setState([0], zeros), "MJENV_E_SIZE", /nq is 1, not 6/);
     refused(() => env.snapshot(3), "MJENV_E_VALUE", /row/);
     refused(() => env.restore(new Uint8Array(100)), "MJENV_E_SNAPSHOT", /./);
     refused(() => env.restore([1, 2]), "MJENV_E_TYPE", /Uint8Array/);
-    refused(() => env.restore(withEnv("Ant-v5", {}, (ant) => ant.snapshot())), "MJENV_E_SNAPSHOT", /Ant/);
+    refused(() => env.restore(withEnv("Ant-v5", {}, (ant) => ant.snapshot())), "MJENV_E_SNAPSHOT", /another id/);
     refused(() => env.fields("data arrays"), "MJENV_E_NAME", /"observation"/);
     refused(() => env.objectNames("bone"), "MJENV_E_NAME", /bone/);
     refused(() => env.objectIndex("body", "tail"), "MJENV_E_NAME", /tail/);
