@@ -43,6 +43,8 @@ std::vector<int> allowed_cpus() { return {}; }
 
 double cpu_quota(const std::string&) { return 1; }
 
+int scalable_vector_bytes() { return 0; }
+
 void pin_thread(std::thread&, int) {}
 
 void name_thread(std::thread&, const std::string&) {}
