@@ -23,6 +23,7 @@ sys.path.insert(0, os.path.dirname(__file__))
 import c_reference
 import environments
 import julia_reference
+import player
 
 ROOT = Path(__file__).resolve().parents[2]
 # Documents outside of docs/ that are pages.
@@ -59,6 +60,8 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
     }
     for uri, content in generated.items():
         files.append(File.generated(config, uri, content=content))
+    for uri, path in player.files().items():
+        files.append(File.generated(config, uri, abs_src_path=str(path)))
     linked = {path for file in files.documentation_pages() for path in _outside(file)}
     for path in sorted(linked):
         if path.endswith(PICTURES):

@@ -1,0 +1,40 @@
+// Builds the page: node build.js OUTPUT POLICIES LIBRARY
+//   OUTPUT    the folder to fill
+//   POLICIES  the folder with the policies, as text
+//   LIBRARY   the folder with the npm package of mjenv, which has the WebAssembly
+// The page is one script, one style sheet and one script for each policy, so that it also works when it is opened
+// from a folder.
+import { build } from "esbuild";
+import { cp, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const [output, policies, library] = process.argv.slice(2);
+const source = fileURLToPath(new URL(".", import.meta.url));
+const ids = (await readdir(policies))
+  .filter((name) => name.endsWith(".txt"))
+  .map((name) => name.slice(0, -".txt".length));
+
+await rm(output, { recursive: true, force: true });
+await mkdir(join(output, "policies"), { recursive: true });
+await build({
+  entryPoints: { page: join(source, "src/main.ts") },
+  outdir: output,
+  bundle: true,
+  minify: true,
+  format: "iife",
+  target: "es2022",
+  alias: { mjenv: join(library, "src/index.js"), "mjenv.wasm": join(library, "src/mjenv.wasm") },
+  define: { POLICIES: JSON.stringify(ids), "import.meta.url": "document.baseURI" },
+  external: ["node:*"], // what the module uses in Node.js
+  loader: { ".wasm": "binary" },
+  logLevel: "warning",
+});
+for (const id of ids) {
+  const text = await readFile(join(policies, `${id}.txt`), "utf8");
+  await writeFile(
+    join(output, "policies", `${id}.js`),
+    `mjenvPolicies[${JSON.stringify(id)}] = ${JSON.stringify(text)};\n`,
+  );
+}
+await cp(join(source, "index.html"), join(output, "index.html"));

@@ -1,0 +1,6 @@
+/** What esbuild bundles that is no script. */
+declare module "*.css";
+declare module "mjenv.wasm" {
+  const bytes: Uint8Array<ArrayBuffer>;
+  export default bytes;
+}
