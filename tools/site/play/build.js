@@ -38,3 +38,11 @@ for (const id of ids) {
   );
 }
 await cp(join(source, "index.html"), join(output, "index.html"));
+
+// The licences of what the page is made of
+const licenses = join(output, "licenses");
+await cp(join(library, "licenses"), licenses, { recursive: true });
+await cp(join(library, "LICENSE"), join(licenses, "LICENSE.mjenv"));
+await cp(join(library, "THIRD_PARTY_NOTICES.md"), join(licenses, "THIRD_PARTY_NOTICES.txt")); // .md is a page of the site
+for (const name of ["three", "uplot"])
+  await cp(join(source, "node_modules", name, "LICENSE"), join(licenses, `LICENSE.${name}`));
