@@ -143,9 +143,9 @@ static rlim_t address_space(void) {
 }
 
 // The address space is bounded at more and more above what is in use, until an environment fits whose rows are more
-// than the 64 MB that an arena of the C library may still hold.
+// than the 64 MB that an arena of the C library may still hold. Each thread's arena takes up to 128 MB of it.
 static bool little_address_space(void) {
-  enum { STEP = 1 << 20, MOST = 400 };
+  enum { STEP = 1 << 20, MOST = 1000 };
   const rlim_t used = address_space();
   bool fine = used > 0, fits = false;
   int refused = 0;
