@@ -28,6 +28,7 @@ export class Play {
   readonly pull: Pull;
   episode: Episode | undefined;
   private robot: Robot | undefined;
+  private isWaitingForPolicy = false;
   private saved: Saved | undefined;
   /** Simulated seconds that the clock is ahead of the last step. */
   private ahead = 0;
@@ -64,13 +65,16 @@ export class Play {
     if (!isSame) this.look();
     this.listener.built(this.episode);
     this.jump();
-    if (!this.episode.policy) void this.learn(this.episode);
+    this.isWaitingForPolicy = !this.episode.policy;
+    if (this.isWaitingForPolicy) void this.learn(this.episode);
   }
 
-  /** The policy comes after the first picture. */
+  /** The policy comes after the first picture, and the robot waits for it. */
   private async learn(episode: Episode): Promise<void> {
     const { id } = episode.env;
-    const policy = await loadPolicy(id);
+    const policy = await loadPolicy(id).finally(() => {
+      if (this.episode?.env.id === id) this.isWaitingForPolicy = false;
+    });
     if (this.episode?.env.id !== id || !policy) return;
     this.episode.policy = policy;
     this.listener.built(this.episode);
@@ -116,7 +120,7 @@ export class Play {
     const elapsed = Math.min((now - this.last) / 1000, 0.25);
     this.last = now;
     const { episode } = this;
-    if (episode && !this.isPaused) {
+    if (episode && !this.isPaused && !this.isWaitingForPolicy) {
       if (episode.end) this.rest(elapsed);
       else this.run(episode, elapsed);
     }

@@ -186,7 +186,8 @@ class Model {
     if (id >= 0 && red === NO_COLOUR && green === NO_COLOUR && blue === NO_COLOUR && alpha === 1)
       [red, green, blue, alpha] = this.env.read("mat_rgba").subarray(4 * id, 4 * id + 4);
     const color = new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace);
-    return new THREE.MeshStandardMaterial({ color, roughness: 0.55, transparent: alpha < 1, opacity: alpha });
+    const shine = { specular: "#222222", shininess: 24 };
+    return new THREE.MeshPhongMaterial({ color, ...shine, transparent: alpha < 1, opacity: alpha });
   }
 
   private mesh(id: number): THREE.BufferGeometry {

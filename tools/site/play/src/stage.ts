@@ -27,7 +27,7 @@ export class Stage {
   private readonly renderer: THREE.WebGLRenderer;
   private readonly sun = new THREE.DirectionalLight();
   private readonly sky = new THREE.HemisphereLight();
-  private readonly floor: THREE.Mesh<THREE.PlaneGeometry, THREE.MeshStandardMaterial>;
+  private readonly floor: THREE.Mesh<THREE.PlaneGeometry, THREE.MeshLambertMaterial>;
   private view: View | undefined;
   private tile = 1;
   private isDark = false;
@@ -47,7 +47,7 @@ export class Stage {
     texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
     texture.colorSpace = THREE.SRGBColorSpace;
     texture.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
-    const material = new THREE.MeshStandardMaterial({ map: texture, roughness: 0.9 });
+    const material = new THREE.MeshLambertMaterial({ map: texture });
     this.floor = new THREE.Mesh(new THREE.PlaneGeometry(FLOOR_SIZE, FLOOR_SIZE), material);
     this.floor.receiveShadow = true;
     this.sun.castShadow = true;
