@@ -29,12 +29,12 @@ constexpr const char* kAdvice =
     "install MuJoCo 4.0 (pip install 'mujoco-core>=4.0,<4.1', or an official release), or set MJENV_MUJOCO to the path "
     "of its libmujoco.so.4.0.x";
 
-[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_FILE, why + "; " + kAdvice); }
+[[noreturn]] void refuse_engine(const std::string& why) { fail(MJENV_E_FILE, why + "; " + kAdvice); }
 
 void* open_named(const char* path) {
   std::string reason;
   if (void* library = platform::open_library(path, reason)) return library;
-  refuse(std::string(kVariable) + ": " + reason);
+  refuse_engine(std::string(kVariable) + ": " + reason);
 }
 
 // Prefers a library that the process has already loaded, because then both use the same one.
@@ -46,13 +46,13 @@ void* find() {
   std::string unused;
   for (const char* name : kNames)
     if (void* library = platform::open_library(name, unused)) return library;
-  refuse("there is no library of MuJoCo 4.0");
+  refuse_engine("there is no library of MuJoCo 4.0");
 }
 
 template <typename Pointer>
 void look_up(void* library, const char* name, Pointer& pointer) {
   void* const found = platform::symbol_of(library, name);
-  if (!found) refuse(std::string("MuJoCo's library has no ") + name);
+  if (!found) refuse_engine(std::string("MuJoCo's library has no ") + name);
   static_assert(sizeof(Pointer) == sizeof(void*));
   std::memcpy(&pointer, &found, sizeof found);
 }
@@ -63,7 +63,7 @@ void open_library() {
   look_up(library, "mj_version", mj_version);
   look_up(library, "mj_versionString", mj_versionString);
   if (mj_version() / 1000 != mjVERSION_HEADER / 1000)
-    refuse(std::string("MuJoCo's library is ") + mj_versionString() + ", and this mjenv is for MuJoCo 4.0");
+    refuse_engine(std::string("MuJoCo's library is ") + mj_versionString() + ", and this mjenv is for MuJoCo 4.0");
 #define MJENV_LOOK_UP(name) look_up(library, #name, name);
   MJENV_MUJOCO_FUNCTIONS(MJENV_LOOK_UP)
 #undef MJENV_LOOK_UP

@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kEntry = "mjenv_tasks";
 
-[[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_TASK, why); }
+[[noreturn]] void refuse_plugin(const std::string& why) { fail(MJENV_E_TASK, why); }
 
 struct Close {
   void operator()(void* handle) const { platform::close_library(handle); }
@@ -34,10 +34,10 @@ using Handle = std::unique_ptr<void, Close>;
 
 Handle open(const std::string& path) {
   const std::string file = platform::real_path(path);
-  if (file.empty()) refuse(std::strerror(errno));
+  if (file.empty()) refuse_plugin(std::strerror(errno));
   std::string reason;
   Handle handle(platform::open_library(file.c_str(), reason));
-  if (!handle) refuse(reason);
+  if (!handle) refuse_plugin(reason);
   return handle;
 }
 
@@ -45,24 +45,25 @@ mjenv_plugin call_entry(void* handle) {
   mjenv_tasks_function* entry = nullptr;
   *reinterpret_cast<void**>(&entry) = platform::symbol_of(handle, kEntry);
   if (!entry)
-    refuse("it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
-           " (MJENV_PLUGIN)");
+    refuse_plugin("it is not a plug-in for mjenv, because it does not export the function " + quoted(kEntry) +
+                  " (MJENV_PLUGIN)");
   clear_task_message();
   const mjenv_plugin* plugin = nullptr;
   try {
     plugin = entry(&task_api());
   } catch (const std::exception& error) {
-    refuse(std::string("it threw an exception: ") + error.what());
+    refuse_plugin(std::string("it threw an exception: ") + error.what());
   } catch (...) {
-    refuse("it threw an exception");
+    refuse_plugin("it threw an exception");
   }
   const std::string why = task_message();
-  if (!plugin) refuse(why.empty() ? "it returned no tasks and gave no reason" : why);
+  if (!plugin) refuse_plugin(why.empty() ? "it returned no tasks and gave no reason" : why);
   const mjenv_plugin held = read_struct(plugin, "plugin");
   if (held.abi_version != MJENV_ABI_VERSION)
-    refuse("it was built for version " + std::to_string(held.abi_version) + " of mjenv's ABI; this library has " +
-           std::to_string(MJENV_ABI_VERSION) + ": build it again with this library's headers");
-  if (held.task_count < 1 || !held.tasks) refuse("it contains no task");
+    refuse_plugin("it was built for version " + std::to_string(held.abi_version) +
+                  " of mjenv's ABI; this library has " + std::to_string(MJENV_ABI_VERSION) +
+                  ": build it again with this library's headers");
+  if (held.task_count < 1 || !held.tasks) refuse_plugin("it contains no task");
   return held;
 }
 
@@ -102,7 +103,7 @@ void load_tasks(const std::string& path) {
     const mjenv_plugin plugin = call_entry(handle.get());
     std::vector<std::unique_ptr<RegisteredTask>> tasks;
     for (std::int64_t i = 0; i < plugin.task_count; ++i) {
-      if (!plugin.tasks[i]) refuse("tasks[" + std::to_string(i) + "] is NULL");
+      if (!plugin.tasks[i]) refuse_plugin("tasks[" + std::to_string(i) + "] is NULL");
       tasks.push_back(users_task(plugin.tasks[i], handle.get()));
     }
     add_tasks(std::move(tasks));
