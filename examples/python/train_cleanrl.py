@@ -63,16 +63,16 @@ WIDE = Settings(
 )
 
 SETTINGS = {
-    "Ant-v5": replace(WIDE, steps=614_400, rate_steps=1_200_000),
+    "Ant-v5": replace(WIDE, steps=2_000_000),
     "HalfCheetah-v5": replace(WIDE, steps=2_000_000, gamma=0.98),
-    "Hopper-v5": Settings(steps=300_000),
+    "Hopper-v5": Settings(steps=1_000_000),
     "Humanoid-v5": replace(WIDE, steps=1_605_632, rate_steps=8_000_000),
-    "HumanoidStandup-v5": replace(WIDE, steps=80_000, deviation=0.2),
+    "HumanoidStandup-v5": replace(WIDE, steps=600_000),
     "InvertedDoublePendulum-v5": replace(WIDE, steps=400_000),
     "InvertedPendulum-v5": Settings(steps=100_000, rollout=256, epochs=5, minibatch=128, rate=1e-3),
-    "Pusher-v5": replace(WIDE, steps=400_000),
+    "Pusher-v5": replace(WIDE, steps=1_500_000),
     "Reacher-v5": Settings(steps=150_000, rollout=256, rate=1e-3, gamma=0.9),
-    "Swimmer-v5": replace(WIDE, steps=400_000, rollout=128, gamma=0.9999, trace=0.98, deviation=1.0),
+    "Swimmer-v5": Settings(steps=1_000_000, rollout=1024, rate=6e-4, gamma=0.9999, trace=0.98),
     "Walker2d-v5": replace(WIDE, steps=1_515_520, rate_steps=3_000_000),
     # Of examples/tasks/quadruped.
     "QuadrupedVelocity-v0": Settings(envs=64, rollout=64, epochs=6, minibatch=1024, rate=1e-3, deviation=0.5),
