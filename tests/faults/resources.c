@@ -143,7 +143,7 @@ static rlim_t address_space(void) {
 }
 
 // The address space is bounded at more and more above what is in use, until an environment fits whose rows are more
-// than the 64 MB that an arena of the C library may still hold. Each thread's arena takes up to 128 MB of it.
+// than the 64 MB that an arena of the C library may still hold. Each thread's arena takes up to 128 MB.
 static bool little_address_space(void) {
   enum { STEP = 1 << 20, MOST = 1000 };
   const rlim_t used = address_space();
