@@ -234,7 +234,7 @@ void OwnArrays::add(const std::string& name) {
   has_inputs_ |= array.place == OwnArray::Place::data_input;
   change_search_ |= is_in(kSearch, name);
   change_contacts_ |= is_in(kContacts, name);
-  fit_lanes_ &= lanes::computes_own(*model_, name);
+  fit_lanes_ &= lanes::computes_own(name);
   // mj_resetData places mocap bodies where the model has them.
   if (model_->get()->nmocap > 0 && (name == "body_pos" || name == "body_quat")) {
     add("mocap_pos");

@@ -350,6 +350,42 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
 
 // ---- The model's numbers ----
 
+inline V fourth_power(V x) { return x * x * x * x; }
+
+// The edge of the box in mj_inertiaBoxFluidModel. sum: of the inertias about the other axes, minus that about its own.
+inline V edge_of_box(V sum, V mass) { return sqrt((splat(mjMINVAL) > sum ? splat(mjMINVAL) : sum) / mass * 6.0); }
+
+// What mj_inertiaBoxFluidModel computes of the masses and inertias. Lanes in which the fluid acts on other bodies than in
+// the model itself are left.
+void adopt_in_fluid(Lanes& d) {
+  const double density = d.model->opt.density, viscosity = d.model->opt.viscosity;
+  const V* const body_mass = vectors(d.body_mass);
+  int count = 0;
+  for (int body = 1; body < d.model->nbody; ++body) {
+    const unsigned light = bits(body_mass[body] < splat(mjMINVAL));
+    if (count == d.fluid_body_count || d.fluid_bodies[count] != body) {
+      d.unlike |= ~light;
+      continue;
+    }
+    d.unlike |= light;
+    const V mass = body_mass[body], *const inertia = vectors(d.body_inertia) + 3 * body;
+    const V box[3] = {edge_of_box(inertia[1] + inertia[2] - inertia[0], mass),
+                      edge_of_box(inertia[0] + inertia[2] - inertia[1], mass),
+                      edge_of_box(inertia[0] + inertia[1] - inertia[2], mass)};
+    const V diam = (box[0] + box[1] + box[2]) / 3.0;
+    vectors(d.viscous_torque)[count] = -mjPI * diam * diam * diam * viscosity;
+    vectors(d.viscous_force)[count] = -3.0 * mjPI * diam * viscosity;
+    V *const torque = vectors(d.torque_drag) + 3 * count, *const force = vectors(d.force_drag) + 3 * count;
+    torque[0] = density * box[0] * (fourth_power(box[1]) + fourth_power(box[2]));
+    torque[1] = density * box[1] * (fourth_power(box[0]) + fourth_power(box[2]));
+    torque[2] = density * box[2] * (fourth_power(box[0]) + fourth_power(box[1]));
+    force[0] = 0.5 * density * box[1] * box[2];
+    force[1] = 0.5 * density * box[0] * box[2];
+    force[2] = 0.5 * density * box[0] * box[1];
+    ++count;
+  }
+}
+
 // What mj_comPos computes of the masses. The lanes in which MuJoCo would compute other forces than in the model's own
 // case are left: springs of free joints and balls, and damping in some rows alone.
 void adopt(Lanes& d) {
@@ -369,6 +405,7 @@ void adopt(Lanes& d) {
   unsigned damped = 0;
   for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
   d.unlike |= d.has_damping ? ~damped : damped;
+  if (m.opt.viscosity > 0 || m.opt.density > 0) adopt_in_fluid(d);
 }
 
 // ---- engine_core_smooth.c: positions ----
@@ -662,10 +699,13 @@ void comVel(Lanes& d) {
   }
 }
 
-// mj_inertiaBoxFluidModel
-void inertiaBoxFluidModel(Lanes& d, const FluidBody& fluid) {
+// mj_inertiaBoxFluidModel for one of fluid_bodies
+void inertiaBoxFluidModel(Lanes& d, int index) {
   const mjModel& m = *d.model;
-  const int body = fluid.body;
+  const int body = d.fluid_bodies[index];
+  const V viscous_torque = vectors(d.viscous_torque)[index],
+          viscous_force = vectors(d.viscous_force)[index], *const torque_drag = vectors(d.torque_drag) + 3 * index,
+          *const force_drag = vectors(d.force_drag) + 3 * index;
   const V *const xipos = vectors(d.xipos) + 3 * body, *const ximat = vectors(d.ximat) + 9 * body,
                  *const com = vectors(d.subtree_com) + 3 * m.body_rootid[body];
   V vel[6], wind[6], local_wind[6], force[6], global[6];
@@ -678,13 +718,13 @@ void inertiaBoxFluidModel(Lanes& d, const FluidBody& fluid) {
   zero(force, 6);
   if (m.opt.viscosity > 0)
     for (int k = 0; k < 3; ++k) {
-      force[k] = vel[k] * fluid.viscous_torque;
-      force[k + 3] = vel[k + 3] * fluid.viscous_force;
+      force[k] = vel[k] * viscous_torque;
+      force[k + 3] = vel[k + 3] * viscous_force;
     }
   if (m.opt.density > 0)
     for (int k = 0; k < 3; ++k) {
-      force[k + 3] -= fluid.force_drag[k] * abs(vel[k + 3]) * vel[k + 3];
-      force[k] -= fluid.torque_drag[k] * abs(vel[k]) * vel[k] / 64.0;
+      force[k + 3] -= force_drag[k] * abs(vel[k + 3]) * vel[k + 3];
+      force[k] -= torque_drag[k] * abs(vel[k]) * vel[k] / 64.0;
     }
   rotVecMat(global, force, ximat);
   rotVecMat(global + 3, force + 3, ximat);
@@ -711,7 +751,7 @@ void passive(Lanes& d) {
     for (int j = 0; j < m.nv; ++j)
       if (d.ten_J[i * m.nv + j] != 0) qfrc[j] += d.ten_J[i * m.nv + j] * force;
   }
-  for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, d.fluid_bodies[i]);
+  for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, i);
 }
 
 // mj_rne without accelerations

@@ -38,13 +38,6 @@ struct ConstraintNumbers {
   double impratio, friction1, friction2;
 };
 
-// A body on which a fluid acts, and the products of the model's numbers in the order of mj_inertiaBoxFluidModel.
-struct FluidBody {
-  int body;
-  double viscous_torque, viscous_force;
-  double torque_drag[3], force_drag[3];
-};
-
 // The arrays have MuJoCo's names (mjData). Number i of lane l is at [i * width + l]. One block of memory holds them all.
 struct Lanes {
   const mjModel* model;
@@ -63,12 +56,15 @@ struct Lanes {
   double *body_mass, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature, *dof_damping, *dof_M0,
       *tendon_lengthspring, *actuator_gainprm, *actuator_biasprm, *gravity, *jnt_range, *jnt_margin;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+  // For each of fluid_bodies, mj_inertiaBoxFluidModel's factors of the velocities: those of the fluid's viscosity for the
+  // torque and for the force, and those of the drag for each axis.
+  double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
 
   // Of the model alone. Number i of these is at [i].
   const double* ten_J;
   bool has_negative_zeros;  // in the vectors that quaternions rotate
   bool has_damping;
-  const FluidBody* fluid_bodies;
+  const int* fluid_bodies;  // those on which a fluid acts
   int fluid_body_count;
   const GeomPair* pairs;
   int pair_count;

@@ -32,29 +32,12 @@ std::vector<double> moments(const mjModel& m) {
   return moment;
 }
 
-double fourth_power(double x) { return x * x * x * x; }
-
-// As in mj_passive and mj_inertiaBoxFluidModel.
-std::vector<FluidBody> bodies_in_fluid(const mjModel& m) {
-  std::vector<FluidBody> bodies;
+// As in mj_passive.
+std::vector<int> bodies_in_fluid(const mjModel& m) {
+  std::vector<int> bodies;
   if (!(m.opt.viscosity > 0 || m.opt.density > 0)) return bodies;
-  for (int i = 1; i < m.nbody; ++i) {
-    const double mass = m.body_mass[i];
-    if (mass < mjMINVAL) continue;
-    const double* inertia = m.body_inertia + 3 * i;
-    const double box[3] = {std::sqrt(mju_max(mjMINVAL, inertia[1] + inertia[2] - inertia[0]) / mass * 6.0),
-                           std::sqrt(mju_max(mjMINVAL, inertia[0] + inertia[2] - inertia[1]) / mass * 6.0),
-                           std::sqrt(mju_max(mjMINVAL, inertia[0] + inertia[1] - inertia[2]) / mass * 6.0)};
-    const double diam = (box[0] + box[1] + box[2]) / 3.0, density = m.opt.density;
-    bodies.push_back(
-        {i,
-         -mjPI * diam * diam * diam * m.opt.viscosity,
-         -3.0 * mjPI * diam * m.opt.viscosity,
-         {density * box[0] * (fourth_power(box[1]) + fourth_power(box[2])),
-          density * box[1] * (fourth_power(box[0]) + fourth_power(box[2])),
-          density * box[2] * (fourth_power(box[0]) + fourth_power(box[1]))},
-         {0.5 * density * box[1] * box[2], 0.5 * density * box[0] * box[2], 0.5 * density * box[0] * box[1]}});
-  }
+  for (int i = 1; i < m.nbody; ++i)
+    if (!(m.body_mass[i] < mjMINVAL)) bodies.push_back(i);
   return bodies;
 }
 

@@ -13,7 +13,7 @@ struct ModelTables {
 
   std::vector<double> ten_J;            // mjData's
   std::vector<double> actuator_moment;  // mjData's
-  std::vector<FluidBody> fluid_bodies;
+  std::vector<int> fluid_bodies;
   std::vector<GeomPair> pairs;  // of the pairs that Model lists
   bool lists_pairs;
   std::vector<ContactPair> contact_pairs;  // the same pairs

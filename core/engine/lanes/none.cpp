@@ -7,7 +7,7 @@ std::vector<int> widths() { return {}; }
 
 std::string obstacle(const Model& /*model*/) { return "this library"; }
 
-bool computes_own(const Model& /*model*/, const std::string& /*array*/) { return false; }
+bool computes_own(const std::string& /*array*/) { return false; }
 
 int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }
 

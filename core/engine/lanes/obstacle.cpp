@@ -119,12 +119,7 @@ bool is_in(const Names& names, const std::string& name) {
 
 }  // namespace
 
-bool computes_own(const Model& model, const std::string& array) {
-  const mjModel& m = *model.get();
-  const bool is_of_fluids = array == "body_mass" || array == "body_inertia";
-  if (is_of_fluids && (m.opt.viscosity > 0 || m.opt.density > 0)) return false;
-  return is_in(kInLanes, array) || is_in(kRowByRow, array);
-}
+bool computes_own(const std::string& array) { return is_in(kInLanes, array) || is_in(kRowByRow, array); }
 
 std::string obstacle(const Model& model) {
   const mjModel& m = *model.get();

@@ -178,10 +178,23 @@ void LaneStepper::set_up_arrays() {
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
 
-  std::vector<std::pair<double * Lanes::*, int>> sizes{
-      {&L::angle, njnt},          {&L::sine, njnt}, {&L::cosine, njnt},   {&L::cacc, 6 * nbody},
-      {&L::cfrc_body, 6 * nbody}, {&L::MhB, nM},    {&L::qacc_euler, nv}, {&L::X_qpos, nq},
-      {&L::X_qvel, 4 * nv},       {&L::F, 4 * nv},  {&L::dX, 2 * nv}};
+  const int fluid_bodies = static_cast<int>(tables_.fluid_bodies.size());
+  std::vector<std::pair<double * Lanes::*, int>> sizes{{&L::angle, njnt},
+                                                       {&L::sine, njnt},
+                                                       {&L::cosine, njnt},
+                                                       {&L::cacc, 6 * nbody},
+                                                       {&L::cfrc_body, 6 * nbody},
+                                                       {&L::MhB, nM},
+                                                       {&L::qacc_euler, nv},
+                                                       {&L::X_qpos, nq},
+                                                       {&L::X_qvel, 4 * nv},
+                                                       {&L::F, 4 * nv},
+                                                       {&L::dX, 2 * nv},
+                                                       {&L::com_scale, nbody},
+                                                       {&L::viscous_torque, fluid_bodies},
+                                                       {&L::viscous_force, fluid_bodies},
+                                                       {&L::torque_drag, 3 * fluid_bodies},
+                                                       {&L::force_drag, 3 * fluid_bodies}};
   own_ = {
       {&L::body_mass, nbody, [](const mjModel& m) -> const mjtNum* { return m.body_mass; }},
       {&L::body_inertia, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_inertia; }},
@@ -196,7 +209,6 @@ void LaneStepper::set_up_arrays() {
       {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
       {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
-  sizes.emplace_back(&L::com_scale, nbody);
   for (const OwnNumbers& own : own_) sizes.emplace_back(own.numbers, own.count);
   int longest = 1;
   for (const auto* list : {&input_, &derived_, &from_solver_, &of_euler_})

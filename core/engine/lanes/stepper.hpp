@@ -19,7 +19,7 @@ std::vector<int> widths();
 std::string obstacle(const Model& model);
 
 // Whether rows of a model without obstacles can have their own values of this array of mjModel, or input of mjData.
-bool computes_own(const Model& model, const std::string& array);
+bool computes_own(const std::string& array);
 
 // With how many lanes a thread should step its rows; 0: one by one.
 int best_width(const Model& model, std::int64_t rows);
