@@ -35,13 +35,14 @@ constexpr int kRounds = 9;
 
 struct Case {
   const char *id, *model;
+  bool needs_forces = false;  // the task observes cfrc_ext
 };
 
-constexpr std::array<Case, 11> cases{{{"Ant-v5", "ant.xml"},
+constexpr std::array<Case, 11> cases{{{"Ant-v5", "ant.xml", true},
                                       {"HalfCheetah-v5", "half_cheetah.xml"},
                                       {"Hopper-v5", "hopper.xml"},
-                                      {"Humanoid-v5", "humanoid.xml"},
-                                      {"HumanoidStandup-v5", "humanoidstandup.xml"},
+                                      {"Humanoid-v5", "humanoid.xml", true},
+                                      {"HumanoidStandup-v5", "humanoidstandup.xml", true},
                                       {"InvertedDoublePendulum-v5", "inverted_double_pendulum.xml"},
                                       {"InvertedPendulum-v5", "inverted_pendulum.xml"},
                                       {"Pusher-v5", "pusher_v5.xml"},
@@ -202,12 +203,13 @@ class Player {
 // Steps the rows of an environment in the lanes of one instruction set, beside it, and counts shares of the time.
 class Shadow {
  public:
-  Shadow(const std::shared_ptr<const mjenv::core::Model>& model, const Player& player, int width)
+  Shadow(const Case& c, const std::shared_ptr<const mjenv::core::Model>& model, const Player& player, int width)
       : code_(*mjenv::core::lanes::code_of(width)),
         counting_(count(code_)),
         stepper_(mjenv::core::lanes::make_stepper(*model, counting_)) {
     for (int i = 0; i < width; ++i) {
       works_.push_back(std::make_unique<Work>(model, static_cast<int>(player.frame_skip())));
+      if (c.needs_forces) works_.back()->need("cfrc_ext");
       all_.push_back(works_.back().get());
       states_.emplace_back(works_.back()->layout().size);
       before_.push_back(states_.back().data());
@@ -260,7 +262,7 @@ void measure_case(const Case& c, const std::vector<int>& widths) {
 
   const auto model = mjenv::core::Model::open(c.model);
   std::vector<std::unique_ptr<Shadow>> shadows;
-  for (const int width : widths) shadows.push_back(std::make_unique<Shadow>(model, *players[0], width));
+  for (const int width : widths) shadows.push_back(std::make_unique<Shadow>(c, model, *players[0], width));
   for (int step = 0; step < kSteps * kRounds; ++step) {
     players[0]->sample();
     for (std::size_t i = 0; i < widths.size(); ++i) {

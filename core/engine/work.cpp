@@ -21,6 +21,37 @@ constexpr std::array<const char*, 3> force_arrays{"cacc", "cfrc_int", "cfrc_ext"
 constexpr std::array<const char*, 6> frame_arrays{"geom_xpos", "geom_xmat",  "cam_xpos",
                                                   "cam_xmat",  "light_xpos", "light_xdir"};
 
+// The arrays of mjData in mjenv_sim that are not computed on demand, and the rest of the state.
+constexpr std::array<const char*, 29> shown_arrays{"time",
+                                                   "qpos",
+                                                   "qvel",
+                                                   "act",
+                                                   "qacc_warmstart",
+                                                   "ctrl",
+                                                   "qacc",
+                                                   "xpos",
+                                                   "xquat",
+                                                   "xmat",
+                                                   "xipos",
+                                                   "ximat",
+                                                   "xanchor",
+                                                   "xaxis",
+                                                   "site_xpos",
+                                                   "site_xmat",
+                                                   "subtree_com",
+                                                   "cinert",
+                                                   "cvel",
+                                                   "sensordata",
+                                                   "actuator_length",
+                                                   "actuator_velocity",
+                                                   "actuator_force",
+                                                   "qfrc_actuator",
+                                                   "qfrc_passive",
+                                                   "qfrc_bias",
+                                                   "qfrc_constraint",
+                                                   "ten_length",
+                                                   "ten_velocity"};
+
 template <typename Names>
 bool contains(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -116,6 +147,8 @@ void Work::need(const std::string& what) {
   complete_needs();
 }
 
+void Work::expect(const std::string& array) { reads_all_ |= !after_every_step(array); }
+
 const Array& Work::share(const std::string& name) {
   if (data_arrays_.empty()) data_arrays_ = arrays();
   const auto in = [&](const std::vector<Array>& list) {
@@ -123,6 +156,7 @@ const Array& Work::share(const std::string& name) {
     return found == list.end() ? nullptr : &*found;
   };
   const Array* found = in(data_arrays_);
+  if (found) expect(name);
   if (!found) found = in(model_->arrays());
   if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
   if (found->stride)
@@ -208,7 +242,7 @@ void Work::clear() {
   mj_resetData(&model(), data_.get());
   put(data_->qpos, model_->get()->qpos0, layout_.nq);
   forces_lag_ = frames_lag_ = false;
-  contacts_lag_ = true;
+  contacts_lag_ = is_whole_ = true;
 }
 
 void Work::begin() {
@@ -262,7 +296,7 @@ void Work::save(double* state) const {
 
 void Work::forward() {
   mj_forward(&stepped(), data_.get());
-  frames_lag_ = contacts_lag_ = true;
+  frames_lag_ = contacts_lag_ = is_whole_ = true;
 }
 
 void Work::begin_step(const Action& action) {
@@ -282,6 +316,8 @@ void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
   end_step();
 }
+
+bool Work::after_every_step(const std::string& array) { return contains(shown_arrays, array) || is_frame(array); }
 
 bool Work::on_demand(const std::string& array) { return is_force(array) || is_frame(array); }
 

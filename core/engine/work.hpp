@@ -77,6 +77,12 @@ class Work {
 
   // Adds to what complete_needs computes: "contacts", or an array that is computed on demand.
   void need(const std::string& what);
+  // Says that this array of mjData is read after each step.
+  void expect(const std::string& array);
+  // Whether others are read after each step than those that after_every_step names.
+  bool reads_all() const { return reads_all_ || needs_.contacts || needs_.forces; }
+  // Whether the last step has left all of mjData as MuJoCo does. If not, only what after_every_step names may be read.
+  bool is_whole() const { return is_whole_; }
   // Appends an array of mjData or mjModel to mjenv_sim::arrays.
   const Array& share(const std::string& name);
   const Needs& needs() const { return needs_; }
@@ -106,7 +112,10 @@ class Work {
   // call to `before`. Where lanes::Stepper advances mjData instead, it calls end_step.
   void begin_step(const Action& action);
   void step(std::int64_t frames, double* before);
-  void end_step() { forces_lag_ = frames_lag_ = contacts_lag_ = true; }
+  void end_step(bool is_whole = true) {
+    forces_lag_ = frames_lag_ = contacts_lag_ = true;
+    is_whole_ = is_whole;
+  }
   // Repeats the last call of mj_step, after that state was loaded.
   void repeat_step();
   // Computes what is only computed on demand: the forces cacc, cfrc_int and cfrc_ext, with MuJoCo's own function, and
@@ -121,6 +130,9 @@ class Work {
     if (needs_.contacts && contacts_lag_) list_contacts();
   }
   static bool on_demand(const std::string& array);
+  // Whether the array of mjData can be read after every step: those of mjenv_sim, the state, and the frames that
+  // complete_frames computes.
+  static bool after_every_step(const std::string& array);
 
   int constraint_count() const;
   // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward.
@@ -143,6 +155,7 @@ class Work {
   bool frames_lag_ = false;    // the frames are older than the last mj_step or mj_forward
   bool contacts_lag_ = false;  // contacts_ is older than the contacts of mjData
   bool diverged_early_ = false;
+  bool is_whole_ = true, reads_all_ = false;
   Needs needs_;
   std::vector<double> carried_, action_, info_;
   std::vector<mjenv_contact> contacts_;

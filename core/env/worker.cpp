@@ -17,7 +17,10 @@ Worker::Worker(std::int32_t i, const Task& task)
 
 void Worker::prepare(const Schema& schema) {
   observation_.resize(static_cast<std::size_t>(schema.observation_count()));
-  for (const std::size_t i : schema.exported()) exported_.push_back(&arrays_[i]);
+  for (const std::size_t i : schema.exported()) {
+    exported_.push_back(&arrays_[i]);
+    work_.expect(arrays_[i].name);
+  }
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
@@ -55,7 +58,10 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   head.origin = origin;
   head.worker = index;
   head.written = head.has_constants = false;
-  resident_ = row;
+  if (work_.is_whole())
+    resident_ = row;
+  else
+    release();  // hold() computes the rest
 }
 
 void Worker::use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t)) {

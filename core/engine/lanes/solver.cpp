@@ -133,6 +133,7 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
   for (int lane = 0; lane < width; ++lane) {
     if (!(contacts.rows >> lane & 1)) continue;
     mjData& d = *data[lane];
+    d.nefc = contacts.constraints[lane];
     d.maxuse_con = std::max(d.maxuse_con, contacts.found[lane]);
     d.maxuse_efc = std::max(d.maxuse_efc, contacts.constraints[lane]);
     if (rows >> lane & 1) d.solver_nnz = is_dual_ ? contacts.constraints[lane] * contacts.constraints[lane] : nv_ * nv_;

@@ -92,7 +92,7 @@ class LaneStepper final : public Stepper {
   const Code& code_;
   const mjModel& m_;
   ModelTables tables_;
-  std::vector<Array> state_, input_, derived_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
+  std::vector<Array> state_, input_, shown_, others_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
       warmstart_, of_euler_;
   std::vector<OwnNumbers> own_;
   Lanes lanes_{};
@@ -102,6 +102,7 @@ class LaneStepper final : public Stepper {
   std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
   std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
   bool makes_ = false;                      // whether the maker makes those of the rows of this step
+  bool is_whole_ = true;                    // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // lanes without a row write here
   std::array<const mjModel*, kMaxWidth> row_models_{};
@@ -114,6 +115,7 @@ class LaneStepper final : public Stepper {
   void gather_own();
   void gather(const std::vector<Array>& arrays);
   void scatter(const std::vector<Array>& arrays);
+  void scatter_derived();
   std::uint32_t live() const { return all_ & ~lanes_.left; }
   template <typename Body>
   void for_live_rows(const Body& body);
@@ -126,44 +128,44 @@ class LaneStepper final : public Stepper {
   void integrate(bool is_last);
 };
 
-// The order of the lists is that of mj_forward.
+// The order of the lists is that of mj_forward. shown_ has what mjenv_sim shows.
 void LaneStepper::set_up_arrays() {
   using L = Lanes;
   using D = mjData;
   const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
   state_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}};
   input_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::ctrl, &D::ctrl, nu}};
-  derived_ = {{&L::xpos, &D::xpos, 3 * nbody},
-              {&L::xquat, &D::xquat, 4 * nbody},
-              {&L::xmat, &D::xmat, 9 * nbody},
-              {&L::xipos, &D::xipos, 3 * nbody},
-              {&L::ximat, &D::ximat, 9 * nbody},
-              {&L::xanchor, &D::xanchor, 3 * njnt},
-              {&L::xaxis, &D::xaxis, 3 * njnt},
-              {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
-              {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
-              {&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
-              {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
-              {&L::subtree_com, &D::subtree_com, 3 * nbody},
-              {&L::cdof, &D::cdof, 6 * nv},
-              {&L::cinert, &D::cinert, 10 * nbody},
-              {&L::ten_length, &D::ten_length, m_.ntendon},
-              {&L::actuator_length, &D::actuator_length, nu},
-              {&L::crb, &D::crb, 10 * nbody},
-              {&L::qM, &D::qM, nM},
-              {&L::qLD, &D::qLD, nM},
-              {&L::qLDiagInv, &D::qLDiagInv, nv},
-              {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
-              {&L::ten_velocity, &D::ten_velocity, m_.ntendon},
-              {&L::actuator_velocity, &D::actuator_velocity, nu},
-              {&L::cvel, &D::cvel, 6 * nbody},
-              {&L::cdof_dot, &D::cdof_dot, 6 * nv},
-              {&L::qfrc_bias, &D::qfrc_bias, nv},
-              {&L::qfrc_passive, &D::qfrc_passive, nv},
-              {&L::actuator_force, &D::actuator_force, nu},
-              {&L::qfrc_actuator, &D::qfrc_actuator, nv},
-              {&L::qfrc_smooth, &D::qfrc_smooth, nv},
-              {&L::qacc_smooth, &D::qacc_smooth, nv}};
+  shown_ = {{&L::xpos, &D::xpos, 3 * nbody},
+            {&L::xquat, &D::xquat, 4 * nbody},
+            {&L::xmat, &D::xmat, 9 * nbody},
+            {&L::xipos, &D::xipos, 3 * nbody},
+            {&L::ximat, &D::ximat, 9 * nbody},
+            {&L::xanchor, &D::xanchor, 3 * njnt},
+            {&L::xaxis, &D::xaxis, 3 * njnt},
+            {&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
+            {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
+            {&L::subtree_com, &D::subtree_com, 3 * nbody},
+            {&L::cinert, &D::cinert, 10 * nbody},
+            {&L::ten_length, &D::ten_length, m_.ntendon},
+            {&L::actuator_length, &D::actuator_length, nu},
+            {&L::ten_velocity, &D::ten_velocity, m_.ntendon},
+            {&L::actuator_velocity, &D::actuator_velocity, nu},
+            {&L::cvel, &D::cvel, 6 * nbody},
+            {&L::qfrc_bias, &D::qfrc_bias, nv},
+            {&L::qfrc_passive, &D::qfrc_passive, nv},
+            {&L::actuator_force, &D::actuator_force, nu},
+            {&L::qfrc_actuator, &D::qfrc_actuator, nv}};
+  others_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
+             {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
+             {&L::cdof, &D::cdof, 6 * nv},
+             {&L::crb, &D::crb, 10 * nbody},
+             {&L::qM, &D::qM, nM},
+             {&L::qLD, &D::qLD, nM},
+             {&L::qLDiagInv, &D::qLDiagInv, nv},
+             {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
+             {&L::cdof_dot, &D::cdof_dot, 6 * nv},
+             {&L::qfrc_smooth, &D::qfrc_smooth, nv},
+             {&L::qacc_smooth, &D::qacc_smooth, nv}};
   for_limits_ = {{&L::qpos, &D::qpos, nq}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
   if (tables_.constrains_tendons) for_limits_.push_back({&L::ten_length, &D::ten_length, m_.ntendon});
   for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
@@ -211,7 +213,7 @@ void LaneStepper::set_up_arrays() {
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
   for (const OwnNumbers& own : own_) sizes.emplace_back(own.numbers, own.count);
   int longest = 1;
-  for (const auto* list : {&input_, &derived_, &from_solver_, &of_euler_})
+  for (const auto* list : {&input_, &shown_, &others_, &from_solver_, &of_euler_})
     for (const Array& array : *list) {
       sizes.emplace_back(array.numbers, array.count);
       longest = std::max(longest, array.count);
@@ -290,6 +292,12 @@ void LaneStepper::scatter(const std::vector<Array>& arrays) {
   }
 }
 
+// What callbacks can read, and the rest if somebody reads it.
+void LaneStepper::scatter_derived() {
+  scatter(shown_);
+  if (is_whole_) scatter(others_);
+}
+
 // Calls body(row, its model, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
@@ -311,6 +319,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     row_models_[row] = &works[row]->stepped();
     data_[row] = works[row]->data();
   }
+  is_whole_ = works[0]->reads_all();
   gather_own();
   makes_ = maker_ && maker_->follow(row_models_, count);
   lanes_.left = lanes_.unlike;
@@ -333,9 +342,11 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.qvel, m_.nv);
   scatter(state_);
   for (int row = 0; row < count; ++row) {
-    std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
-    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
-    works[row]->end_step();
+    if (is_whole_) {
+      std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
+      std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+    }
+    works[row]->end_step(is_whole_);
   }
   return live();
 }
@@ -357,16 +368,17 @@ void LaneStepper::forward(bool is_last) {
   code_.fwdAcceleration(lanes_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  if (is_last || !makes_ || !constrain_in_lanes()) {
+  if ((is_last && is_whole_) || !makes_ || !constrain_in_lanes()) {
     scatter(for_limits_);
     collide();
-    constrain(is_last);
+    constrain(is_last && is_whole_);
+  } else if (is_last) {
+    scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
 }
 
-// Contacts and constraints of which mjData needs to hold nothing, because MuJoCo will compute others before anybody reads
-// them. Returns false if MuJoCo's functions must compute them row by row.
+// Contacts and constraints of which mjData needs to hold nothing, because nobody reads them. Returns false if MuJoCo's functions must compute them row by row.
 bool LaneStepper::constrain_in_lanes() {
   code_.reject(lanes_);
   if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;
@@ -423,12 +435,12 @@ void LaneStepper::constrain(bool is_last) {
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
-// In the last frame, the arrays that mj_forward computes are written to each row's mjData before the state moves on.
+// In the last frame, arrays that mj_forward computes are written to each row's mjData before the state moves on.
 void LaneStepper::integrate(bool is_last) {
   if (m_.opt.integrator == mjINT_EULER) {
-    if (is_last) scatter(derived_);
+    if (is_last) scatter_derived();
     code_.Euler(lanes_);
-    if (is_last && tables_.has_damping) scatter(of_euler_);
+    if (is_last && is_whole_ && tables_.has_damping) scatter(of_euler_);
     return;
   }
   for (int stage = 1; stage < 4; ++stage) {
@@ -445,7 +457,7 @@ void LaneStepper::integrate(bool is_last) {
     forward(is_last && stage == 3);
     for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }
-  if (is_last) scatter(derived_);
+  if (is_last) scatter_derived();
   code_.RungeKutta(lanes_, 4);
 }
 
