@@ -19,6 +19,8 @@ import numpy as np
 import pytest
 
 import mjenv
+from mjenv._handle import Rows
+from mjenv._turns import Turns
 
 # ---- Threads ----
 
@@ -150,6 +152,47 @@ def test_interrupted_between_send_and_recv() -> None:
         interrupted(use, mend)
 
 
+def interrupted_before(use: Callable[[], Any], instruction: int) -> bool:
+    """Interrupts a use before that instruction of the functions that take a turn, from 0. False if they have fewer."""
+    left = instruction
+
+    def trace(frame: Any, event: str, _: Any) -> Any:
+        nonlocal left
+        code = frame.f_code
+        if "turn" not in code.co_varnames and code not in (Rows.enter.__code__, Turns.take.__code__):
+            return None
+        frame.f_trace_opcodes = True
+        if event == "opcode":
+            if left == 0:
+                raise KeyboardInterrupt
+            left -= 1
+        return trace
+
+    before = sys.gettrace()
+    sys._getframe().f_trace_opcodes = True  # Python 3.12 has to know it before settrace
+    sys.settrace(trace)
+    try:
+        use()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def test_interrupted_before_every_instruction() -> None:
+    """Whichever instructions a version of Python lets interrupts come before, the environment is free afterwards."""
+    with mjenv.make("InvertedPendulum-v5", strict=False) as env:
+        action = np.zeros(1, np.float32)
+        for use in (lambda: env.step(action), env.reset, lambda: env.data.qpos):
+            env.reset(seed=1)
+            instruction = 0
+            while interrupted_before(use, instruction):
+                assert env.step(action)[0].shape == (4,)
+                instruction += 1
+            assert instruction > 30
+
+
 # ---- Garbage ----
 
 
@@ -194,10 +237,13 @@ def test_dropped_while_rows_are_under_way_and_a_thread_reads() -> None:
     rows = envs._pool.rows
     gone = weakref.ref(rows)
     envs.send(np.zeros((64, 17), np.float32))
-    with rows.alone():  # as a thread is that reads envs.envs[0].data
+    turn = rows.enter()  # as a thread is that reads envs.envs[0].data
+    try:
         del envs
         gc.collect()
         assert not rows.closed
+    finally:
+        rows.leave(turn)
     del rows
     gc.collect()
     assert gone() is None
@@ -236,8 +282,9 @@ envs = mjenv.make_vec('HumanoidStandup-v5', num_envs=64, num_threads=2)
 envs.reset(seed=1)
 data, rows = envs.envs[0].data, envs._pool.rows
 envs.send(numpy.zeros((64, 17)))
-with rows.alone():
-    del envs""",
+turn = rows.enter()
+del envs
+rows.leave(turn)""",
     "closed at exit": """
 import atexit
 env = mjenv.make('Hopper-v5')

@@ -9,7 +9,6 @@ import ctypes
 import difflib
 import operator
 import os
-import threading
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
@@ -24,6 +23,7 @@ from mjenv import _abi, randomization
 from mjenv._abi import Dtype, Kind, Role, Status, Type
 from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import Rendering
+from mjenv._turns import Turn, Turns
 from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError
 
 Float64Array = NDArray[np.float64]
@@ -262,7 +262,7 @@ class Batch:
 class Rows:
     """An owned environment handle of one or many rows. Pickling keeps every row's episode and random stream.
 
-    One thread at a time calls the library with the handle: every call stands in `with rows.alone():`.
+    One thread at a time calls the library with the handle: every call stands between enter and leave (_turns.py).
     """
 
     def __init__(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> None:
@@ -276,7 +276,8 @@ class Rows:
         self.options: dict[str, Any] = dict(options)
         self.count: int = count
         self.closed: bool = False
-        self.lock: threading.Lock = threading.Lock()
+        self.turns: Turns = Turns()
+        self.leave: Callable[[Turn], None] = self.turns.give_back
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
@@ -294,29 +295,31 @@ class Rows:
 
     # ---- calls ----
 
-    def alone(self) -> threading.Lock:
-        """The lock, for a with statement (_step.py explains why). Raises BusyError if another call holds it.
-
-        If two threads find the lock free at the same moment, the second one waits for the first one's call.
-        """
-        if self.lock.locked():
-            raise self.busy()
-        return self.lock
+    def enter(self) -> Turn:
+        """The turn to call the library, for a try statement that ends in `finally: rows.leave(turn)`. Raises BusyError
+        if another call has it."""
+        try:
+            return self.turns.take()
+        except IndexError:
+            raise self.busy() from None
 
     @property
     def pointer(self) -> int:
-        """The handle, for a call by who holds the lock. Raises ClosedError after close."""
+        """The handle, for a call by who has the turn. Raises ClosedError after close."""
         if self._pointer is None:
             raise self.gone()
         return self._pointer
 
     def call(self, function: Callable[..., int], *arguments: Any) -> None:
         """Calls function(handle, *arguments) and raises unless it returns MJENV_OK."""
-        with self.alone():
+        turn = self.enter()
+        try:
             self.check(function(self.pointer, *arguments))
+        finally:
+            self.leave(turn)
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
-        """The same call with arguments that are converted once, to be called by who holds the lock."""
+        """The same call with arguments that are converted once, to be called by who has the turn."""
         types = getattr(self.engine, function).argtypes
         converted = (kind.from_param(value) for kind, value in zip(types, (self.pointer, *arguments), strict=True))
         return partial(self.engine[function], *converted)
@@ -329,15 +332,18 @@ class Rows:
 
     def close(self) -> None:
         """Frees the handle. Closing twice is fine."""
-        with self.alone():
+        turn = self.enter()
+        try:
             self.closed, self._pointer = True, None
             self._destroy()
+        finally:
+            self.leave(turn)
 
     def close_at_exit(self) -> None:
         """Frees the handle when its last user drops it, and at the latest when the process ends."""
         self._destroy.atexit = True  # type: ignore[misc, unused-ignore]
 
-    # ---- outputs of all rows; for who holds the lock ----
+    # ---- outputs of all rows; for who has the turn ----
 
     def reset(self, mask: NDArray[np.bool_] | None, out: Any) -> None:
         """Begins new episodes of the masked rows, of all without a mask."""
@@ -358,14 +364,20 @@ class Rows:
     # ---- what the environment consists of ----
 
     def frame_skip(self) -> int:
-        with self.alone():
+        turn = self.enter()
+        try:
             return int(self.engine.mjenv_frame_skip(self.pointer))
+        finally:
+            self.leave(turn)
 
     def fields(self, role: Role) -> tuple[Field, ...]:
         """The fields of a role. They are kept, because DATA and MODEL have hundreds."""
         if role not in self._fields:
-            with self.alone():
+            turn = self.enter()
+            try:
                 self._fields[role] = tuple(self._read_fields(role))
+            finally:
+                self.leave(turn)
         return self._fields[role]
 
     def _read_fields(self, role: Role) -> Iterator[Field]:
@@ -390,9 +402,12 @@ class Rows:
     def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
         """The lower and the upper bounds of the space of observations or actions."""
         space = _struct(_abi.mjenv_space)
-        with self.alone():
+        turn = self.enter()
+        try:
             self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
             return np.array(space.low[: space.count]), np.array(space.high[: space.count])
+        finally:
+            self.leave(turn)
 
     def timestep(self, row: int = 0) -> float:
         """The seconds that one mj_step simulates."""
@@ -405,10 +420,13 @@ class Rows:
 
     def object_name(self, kind: str, index: int) -> str:
         name = c_char_p()
-        with self.alone():
+        turn = self.enter()
+        try:
             status = self.engine.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
             self.check(Status.E_NAME if status == Status.E_VALUE else status)
             return _text(name.value)
+        finally:
+            self.leave(turn)
 
     # ---- random streams ----
 
@@ -513,10 +531,13 @@ class Rows:
 
     def snapshot(self, row: int) -> bytes:
         size = c_size_t()
-        with self.alone():
+        turn = self.enter()
+        try:
             self.check(self.engine.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))
             image = ctypes.create_string_buffer(size.value)
             self.check(self.engine.mjenv_snapshot(self.pointer, row, image, size, byref(size)))
+        finally:
+            self.leave(turn)
         return image.raw
 
     def restore(self, row: int, image: bytes) -> None:

@@ -117,7 +117,7 @@ class NumpyRows(Rows):
         self._streams: list[np.random.Generator] = []
         self._pristine = super().snapshot(0)  # of a row that was never reset
 
-    # ---- outputs of all rows; for who holds the lock ----
+    # ---- outputs of all rows; for who has the turn ----
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         *given, out = arguments
@@ -315,9 +315,12 @@ class NumpyRows(Rows):
         self._changed(row)
 
     def _changed(self, row: int) -> None:
-        with self.alone():
+        turn = self.enter()
+        try:
             self._read_row(row)
             self._task.carry(self._sim)
+        finally:
+            self.leave(turn)
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
@@ -345,11 +348,14 @@ class NumpyRows(Rows):
         for values in arrays:
             values[...] = np.frombuffer(own, values.dtype, values.size, start).reshape(values.shape)
             start += values.nbytes
-        with self.alone():
+        turn = self.enter()
+        try:
             if row == _abi.ALL_ROWS:
                 self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
             else:
                 self._read_row(row)
+        finally:
+            self.leave(turn)
 
     def __reduce__(self) -> tuple[Any, ...]:
         image = self.snapshot(_abi.ALL_ROWS)

@@ -83,11 +83,14 @@ class Pictures:
         return self._picture(row)
 
     def _show(self, row: int) -> None:
-        with self._rows.alone():
+        turn = self._rows.enter()
+        try:
             if row not in self._windows:
                 env = self._rows.pointer
                 self._windows[row] = _Window(self._rows.engine, env, self._settings(env, _FREE))
             self._windows[row].draw(row)
+        finally:
+            self._rows.leave(turn)
 
     def _picture(self, row: int) -> Picture:
         if self._camera is None:
@@ -96,7 +99,8 @@ class Pictures:
         # fields of the row that it drew first.
         looks_once = self._camera == _FREE and "lookat" not in (self.camera_config or {})
         place = row if looks_once or self._has_height_fields() else 0
-        with self._rows.alone():
+        turn = self._rows.enter()
+        try:
             if place not in self._renderers:
                 env = self._rows.pointer
                 settings = self._settings(env, self._camera)
@@ -104,6 +108,8 @@ class Pictures:
             rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
             self._renderers[place].draw(row, rgb, depth)
+        finally:
+            self._rows.leave(turn)
         if rgb is None:
             assert depth is not None
             return depth

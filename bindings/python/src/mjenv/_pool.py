@@ -143,7 +143,8 @@ class Pool:
         address, size, code = action.ctypes.data, action.size, FLOATS[action.dtype]
         # If an interrupt comes as the call returns, the rows are under way, and status keeps this value.
         status: int = Status.OK
-        with self.rows.alone():
+        turn = self.rows.enter()
+        try:
             env = self.rows.pointer
             try:
                 status = self._send(env, pointer, count, address, size, code)
@@ -152,11 +153,13 @@ class Pool:
                     self.pending += count
                     self._sent_float32[part] = action.dtype == np.float32
             self.rows.check(status)
+        finally:
+            self.rows.leave(turn)
 
     def receive(self, least: int | None) -> NDArray[np.int64]:
         """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending.
 
-        Only for who holds the lock: another call would overwrite the outputs before they are copied.
+        Only for who has the turn: another call would overwrite the outputs before they are copied.
         """
         env = self.rows.pointer
         if not self.pending:

@@ -1,24 +1,18 @@
 """The hot path: what happens between a user's step and the library's, in as few operations of Python as possible.
 
 1. Step.step looks up the buffer and the prepared call for the dtype of the actions, and checks their shape.
-2. It takes the handle's lock, because a second thread could overwrite the buffers during the call, in which other
-   threads of Python run. It does not wait for the lock but raises BusyError, because a call can take minutes.
+2. It takes the handle's turn (_turns.py), because a second thread could overwrite the buffers during the call, in which
+   other threads of Python run. It does not wait for the turn but raises BusyError, because a call can take minutes.
 3. It copies the actions into the buffer. The library reads them there, so that the arguments of the call never change
    and are converted once.
 4. It calls the library.
 5. It copies the results while no other thread can overwrite them.
-6. It releases the lock.
-
-KeyboardInterrupt can come as any function returns. If it came as `taken = lock.acquire(False)` returns, the lock would
-stay taken for ever. Python raises it neither between the moment in which a with statement takes a lock and the first
-line of its body, nor while a for loop fetches and assigns its next item. Step.step uses a loop, which is faster; every
-other call stands in `with rows.alone():`.
+6. It gives the turn back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
 from operator import methodcaller
 from typing import Any, Generic, TypeVar
 
@@ -52,9 +46,7 @@ class Step(Generic[Results]):
         results: Callable[[np.dtype[Any]], Callable[[], Results]],
     ) -> None:
         self._rows, self._shape = rows, shape
-        # Its next item is the result of an attempt to take the lock.
-        self._attempts = iter(partial(rows.lock.acquire, False), None)
-        self._release = rows.lock.release
+        self._take, self._give_back = rows.turns.take_free, rows.turns.give_back
         self._inputs: dict[np.dtype[Any], tuple[NDArray[Any], Callable[[], int], Callable[[], Results]]] = {}
         for dtype, code in FLOATS.items():
             buffer = np.zeros(shape, dtype)
@@ -70,12 +62,11 @@ class Step(Generic[Results]):
             buffer, call, results = self._inputs[actions.dtype]
         if actions.shape != self._shape:  # type: ignore[union-attr]
             raise wrong_shape(actions, self._shape, self._rows)
-        taken = False
         try:
-            for taken in self._attempts:  # noqa: B007 as the loop assigns it
-                break
-            if not taken:
-                raise self._rows.busy()
+            turn = self._take()
+        except IndexError:
+            turn = self._rows.enter()
+        try:
             if self._rows.closed:
                 raise self._rows.gone()
             buffer[...] = actions
@@ -84,8 +75,7 @@ class Step(Generic[Results]):
                 raise self._rows.engine.last_error(status)
             return results()
         finally:
-            if taken:
-                self._release()
+            self._give_back(turn)
 
 
 def float_array(actions: ArrayLike) -> NDArray[Any]:

@@ -81,13 +81,16 @@ class _Exchange:
 
     def reset(self) -> tuple[Float64Array, Info]:
         """Begins an episode."""
-        with self._rows.alone():
+        turn = self._rows.enter()
+        try:
             if self._rows.closed:
                 raise self._rows.gone()
             status = self._reset()
             if status:
                 raise self._rows.engine.last_error(status)
             return self._reset_batch.obs[0].copy(), self._reset_info.read(self._reset_batch.info)
+        finally:
+            self._rows.leave(turn)
 
 
 class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):

@@ -187,10 +187,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         pool.reseed(seed, mask)
         if mask is not None and pool.stale:
             self.observe()
-        with pool.rows.alone():
+        turn = pool.rows.enter()
+        try:
             pool.rows.reset(mask, pool.out)
             pool.stale = False
             results = self._observations(), pool.outputs.reset_infos(mask)
+        finally:
+            pool.rows.leave(turn)
         if self._in_windows:
             self.render()
         return results
@@ -237,11 +240,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         if wanted is not None and wanted < 0:
             raise InvalidValueError(f"least is {wanted}, less than 0", Status.E_VALUE)
         pool = self._pool
-        with pool.rows.alone():
+        turn = pool.rows.enter()
+        try:
             rows = pool.receive(wanted)
             outputs = pool.outputs
             infos = outputs.step_infos(pool.sent_dtype(rows), None if len(rows) == self.num_envs else rows)
             results = outputs.obs[rows], outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
+        finally:
+            pool.rows.leave(turn)
         if self._in_windows:
             for row in rows:
                 pool.pictures.draw(int(row))
@@ -271,9 +277,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
-        with pool.rows.alone():
+        turn = pool.rows.enter()
+        try:
             pool.stale = True
             pool.rows.rollout(action, steps, byref(out.struct))
+        finally:
+            pool.rows.leave(turn)
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
         return (*results, out.obs.reshape(self.num_envs, steps, -1)) if observations else results
@@ -281,10 +290,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     def observe(self) -> Array:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
-        with pool.rows.alone():
+        turn = pool.rows.enter()
+        try:
             pool.rows.observe(pool.out)
             pool.stale = False
             return self._observations()
+        finally:
+            pool.rows.leave(turn)
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike, mask: BoolArray | None = None) -> None:
         """Sets qpos (num_envs, nq) and qvel (num_envs, nv) of the rows where mask is True, of all rows without a mask.
