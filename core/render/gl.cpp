@@ -20,8 +20,8 @@ struct BackEnd {
   const char* name;
 };
 // MJENV_GL_AUTO tries them in this order.
-constexpr std::array<BackEnd, 3> back_ends{
-    {{MJENV_GL_EGL, "egl"}, {MJENV_GL_GLFW, "glfw"}, {MJENV_GL_OSMESA, "osmesa"}}};
+constexpr std::array<BackEnd, 4> back_ends{
+    {{MJENV_GL_EGL, "egl"}, {MJENV_GL_GLFW, "glfw"}, {MJENV_GL_OSMESA, "osmesa"}, {MJENV_GL_WGL, "wgl"}}};
 
 // MuJoCo looks up the functions of OpenGL once per process. EGL and GLFW have the same functions, but OSMesa has its
 // own, so a process that has drawn with one of them cannot draw with the other.
@@ -50,7 +50,16 @@ mjenv_gl chosen(std::int32_t asked) {
   if (variable.empty()) return MJENV_GL_AUTO;
   for (const auto& known : back_ends)
     if (variable == known.name) return known.number;
-  fail(MJENV_E_VALUE, "the environment variable MUJOCO_GL is " + quoted(variable) + ", not egl, osmesa or glfw");
+  fail(MJENV_E_VALUE, "the environment variable MUJOCO_GL is " + quoted(variable) + ", not egl, glfw, osmesa or wgl");
+}
+
+// Fails if this system does not draw with the back end at all.
+void check_system(mjenv_gl back_end) {
+  if (platform::draws_with(name_of(back_end))) return;
+  std::string others;
+  for (const auto& known : back_ends)
+    if (platform::draws_with(known.name)) others += (others.empty() ? "" : " or ") + std::string(known.name);
+  fail(MJENV_E_RENDER, std::string("this system does not draw with ") + name_of(back_end) + ", but with " + others);
 }
 
 // Fails if MuJoCo would take the functions of another back end. MuJoCo uses eglGetProcAddress if the process exports
@@ -82,9 +91,11 @@ auto bind(Binding& bound, mjenv_gl back_end, const Open& open_context) {
 }
 
 std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end) {
+  check_system(back_end);
   return bind(bound, back_end, [&]() -> std::unique_ptr<Context> {
     if (back_end == MJENV_GL_EGL) return open_egl();
     if (back_end == MJENV_GL_OSMESA) return open_osmesa();
+    if (back_end == MJENV_GL_WGL) return open_wgl();
     return std::make_unique<GlfwContext>(1, 1, "mjenv", false);  // pictures are drawn to a separate framebuffer
   });
 }
@@ -93,6 +104,7 @@ std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice) {
   if (choice != MJENV_GL_AUTO) return open_one(bound, choice);
   std::string reasons;
   for (const auto& candidate : back_ends) {
+    if (!platform::draws_with(candidate.name)) continue;
     try {
       return open_one(bound, candidate.number);
     } catch (const Error& error) {
@@ -129,6 +141,8 @@ std::unique_ptr<Context> open(std::int32_t back_end) {
 
 std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title) {
   return first_or_next([&](Binding& bound) {
+    if (!platform::draws_with("glfw"))
+      fail(MJENV_E_RENDER, "this library shows no windows on this system: draw pictures with a renderer");
     return bind(bound, MJENV_GL_GLFW, [&] { return std::make_unique<GlfwContext>(width, height, title, true); });
   });
 }
@@ -158,13 +172,17 @@ Traits traits_of(const Context& current) {
 Library::Library(const char* file, const char* packages) : file_(file) {
   std::string reason;
   handle_ = platform::open_library(file, reason);
-  if (!handle_) fail(MJENV_E_RENDER, reason + " (Debian: apt-get install " + packages + ")");
+  if (handle_) return;
+  if (*packages) reason += std::string(" (Debian: apt-get install ") + packages + ")";
+  fail(MJENV_E_RENDER, reason);
 }
 
 void Library::show() const { platform::show_library(file_); }
 
+void* Library::find(const char* name) const { return platform::symbol_of(handle_, name); }
+
 void* Library::symbol(const char* name) const {
-  if (void* found = platform::symbol_of(handle_, name)) return found;
+  if (void* found = find(name)) return found;
   fail(MJENV_E_RENDER, std::string(file_) + " has no " + name);
 }
 

@@ -24,7 +24,7 @@ class Context {
   virtual void* function(const char* name) const = 0;
   // Makes its functions visible to MuJoCo, for the rest of the process.
   virtual void show() const = 0;
-  // "egl", "osmesa" or "glfw"
+  // "egl", "glfw", "osmesa" or "wgl"
   virtual const char* name() const = 0;
 };
 
@@ -56,9 +56,10 @@ Traits traits_of(const Context& current);
 // The back ends. They fail with MJENV_E_RENDER and the reason.
 std::unique_ptr<Context> open_egl();
 std::unique_ptr<Context> open_osmesa();
+std::unique_ptr<Context> open_wgl();
 
 // A shared library that stays loaded, because drivers crash when they are unloaded. If loading fails, the error names
-// the Debian packages to install.
+// the Debian packages to install, if there are any.
 class Library {
  public:
   Library(const char* file, const char* packages);
@@ -66,6 +67,8 @@ class Library {
   void find(F& function, const char* name) const {
     function = reinterpret_cast<F>(symbol(name));
   }
+  // The same without a type. Null if the library has no such function.
+  void* find(const char* name) const;
   // Makes the library's symbols visible to the whole process, as if the process were linked to it.
   void show() const;
 

@@ -110,6 +110,8 @@ std::string home_folder() { return "~"; }
 
 const char* const no_pictures = "the library draws no pictures in WebAssembly";
 
+bool draws_with(std::string_view) { return false; }
+
 // ---- Shared libraries ----
 
 void* open_library(const char* file, std::string& reason) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -144,6 +145,8 @@ std::string home_folder();
 
 // Why the library draws no pictures on this system; "" if it draws them.
 extern const char* const no_pictures;
+// Whether the system draws with this back end of core/render: "egl", "glfw", "osmesa" or "wgl".
+bool draws_with(std::string_view back_end);
 
 // ---- Shared libraries ----
 

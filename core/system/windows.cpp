@@ -380,7 +380,9 @@ std::string home_folder() { return environment("USERPROFILE").value_or("~"); }
 
 // ---- Pictures ----
 
-const char* const no_pictures = "this library draws no pictures on Windows yet";
+const char* const no_pictures = "";
+
+bool draws_with(std::string_view back_end) { return back_end == "wgl"; }
 
 // ---- Shared libraries ----
 

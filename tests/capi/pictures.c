@@ -260,6 +260,8 @@ static void test_refused_settings(void** state) {
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "samples");
   s = good, s.gl = 9;
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "9");
+  s = good, s.gl = MJENV_GL_WGL;
+  assert_refused(MJENV_E_RENDER, mjenv_renderer_create(env, &s, &renderer), "wgl", "egl or glfw or osmesa");
   setenv("MUJOCO_GL", "vulkan", 1);
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &good, &renderer), "MUJOCO_GL", "vulkan", "egl");
   setenv("MUJOCO_GL", "osmesa", 1);

@@ -213,15 +213,6 @@ static void test_precision_stays(void** state) {
   assert_int_equal(after, other);
 }
 
-static void test_no_pictures(void** state) {
-  (void)state;
-  mjenv_env* env = env_of_id("Hopper-v5", 1);
-  mjenv_renderer* renderer = NULL;
-  assert_refused(MJENV_E_RENDER, mjenv_renderer_create(env, NULL, &renderer), "Windows");
-  assert_null(renderer);
-  mjenv_destroy(env);
-}
-
 static void test_plugins(void** state) {
   (void)state;
   assert_ok(mjenv_load_tasks(PLUGIN));
@@ -232,15 +223,10 @@ static void test_plugins(void** state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_names_in_utf8),
-      cmocka_unit_test(test_models_that_are_no_files),
-      cmocka_unit_test(test_names_from_strangers),
-      cmocka_unit_test(test_links),
-      cmocka_unit_test(test_environment),
-      cmocka_unit_test(test_small_stacks),
-      cmocka_unit_test(test_precision_stays),
-      cmocka_unit_test(test_no_pictures),
-      cmocka_unit_test(test_plugins),
+      cmocka_unit_test(test_names_in_utf8),        cmocka_unit_test(test_models_that_are_no_files),
+      cmocka_unit_test(test_names_from_strangers), cmocka_unit_test(test_links),
+      cmocka_unit_test(test_environment),          cmocka_unit_test(test_small_stacks),
+      cmocka_unit_test(test_precision_stays),      cmocka_unit_test(test_plugins),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -88,6 +88,7 @@ end
     MJENV_GL_EGL = 1
     MJENV_GL_OSMESA = 2
     MJENV_GL_GLFW = 3
+    MJENV_GL_WGL = 4
 end
 
 @enum mjenv_visual::Int32 begin

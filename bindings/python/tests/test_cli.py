@@ -3,7 +3,6 @@
 import json
 import os
 import platform
-import pty
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +15,8 @@ import pytest
 import mjenv
 from mjenv._abi import Role
 from mjenv._cli import arguments, bench, main, snapshots
+from mjenv._engine import FILES
+from systems import WINDOWS, needs_bash, needs_terminal
 from test_schema import SCHEMA
 
 
@@ -40,7 +41,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *words: str | Path) -> str:
 
 
 def lanes() -> list[int]:
-    """The numbers of lanes that this CPU can do, by the instructions that it has."""
+    """The numbers of lanes that this CPU can do, by the instructions that it has; Wine shows Linux' files."""
     flags = Path("/proc/cpuinfo").read_text().split()
     needs = {2: {"sse2"}, 4: {"avx2"}, 8: {"avx512f", "avx512dq"}}
     return [width for width, instructions in needs.items() if instructions.issubset(flags)]
@@ -84,9 +85,9 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert found["model"]["bodies"][1:] == [env.model.body(i).name for i in range(1, found["model"]["nbody"])]
         assert found["model"]["dt"] == env.dt
     assert found["library"]["version"] == mjenv.version()
-    assert found["library"]["math"] == "system"
-    assert Path(found["library"]["file"]).name == "libmjenv.so"
-    assert found["library"]["platform"].startswith("linux-")
+    assert found["library"]["math"] == ("portable" if WINDOWS else "system")
+    assert Path(found["library"]["file"]).name == FILES["2.2.2"]
+    assert found["library"]["platform"].startswith("win-" if WINDOWS else "linux-")
     assert found["library"]["instructions"] == platform.machine()
     assert found["library"]["lanes"] == lanes()
     names = [words[0] for words in SCHEMA[id].get("option", [])]
@@ -293,6 +294,7 @@ def test_a_snapshot_shows_the_arrays_of_a_row(
     assert not any("own" in difference["field"] for difference in other["differences"])
 
 
+@needs_bash
 def test_completion_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("completion", "bash") == 0
     script = capsys.readouterr().out
@@ -313,6 +315,8 @@ def test_completion_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
 def on_terminal(*words: str, without_rich: bool = False) -> str:
     """What a command shows on a terminal of 100 columns."""
     block = "import sys; sys.modules['rich'] = None" if without_rich else "import sys, rich"
+    import pty
+
     code = f"{block}; from mjenv._cli import main; sys.exit(main({list(words)!r}))"
     main_end, end = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
@@ -336,6 +340,7 @@ def on_terminal(*words: str, without_rich: bool = False) -> str:
 BENCH = "bench", "Reacher-v5", "--alone", "--rounds", "2", "--seconds", "0.002"
 
 
+@needs_terminal
 def test_on_a_terminal_with_rich() -> None:
     pytest.importorskip("rich")
     assert "\x1b[" in on_terminal("list")
@@ -344,6 +349,7 @@ def test_on_a_terminal_with_rich() -> None:
     assert "█" in shown
 
 
+@needs_terminal
 def test_on_a_terminal_without_rich() -> None:
     assert "\x1b[" not in on_terminal("list", without_rich=True)
     shown = on_terminal(*BENCH, without_rich=True)
@@ -351,6 +357,7 @@ def test_on_a_terminal_without_rich() -> None:
     assert "2/2" in shown
 
 
+@needs_bash
 def test_into_a_pipe() -> None:
     """Plain text, and no complaint when the reader leaves early."""
     command = f"{sys.executable} -m mjenv info Humanoid-v5 | head -n 1"

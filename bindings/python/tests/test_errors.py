@@ -14,6 +14,7 @@ import pytest
 
 import mjenv
 from mjenv import Status
+from systems import WINDOWS
 
 NAN, INF = float("nan"), float("inf")
 
@@ -207,7 +208,7 @@ def test_a_model_file_by_every_kind_of_path(tmp_path: Path, monkeypatch: pytest.
     model = "<mujoco><worldbody><body><joint type='slide'/><geom size='1'/></body></worldbody></mujoco>"
     (tmp_path / "m\u00f6del.xml").write_text(model)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE" if WINDOWS else "HOME", str(tmp_path))
     for file in ("./m\u00f6del.xml", "~/m\u00f6del.xml", str(tmp_path / "m\u00f6del.xml"), Path("m\u00f6del.xml")):
         assert mjenv.make("HalfCheetah-v5", xml_file=file).model.nq == 1
 
@@ -382,7 +383,10 @@ def test_errors_can_be_pickled() -> None:
     assert (str(again), again.status) == (str(caught.value), Status.E_FILE)
 
 
-@pytest.mark.parametrize("library", ["/nowhere/libmjenv.so", __file__, "libm.so.6"])
+ANOTHER = "msvcrt.dll" if WINDOWS else "libm.so.6"
+
+
+@pytest.mark.parametrize("library", ["/nowhere/libmjenv.so", __file__, ANOTHER])
 def test_a_library_that_is_none(library: str) -> None:
     run = subprocess.run(
         [sys.executable, "-c", "import mjenv"],
@@ -392,4 +396,4 @@ def test_a_library_that_is_none(library: str) -> None:
         check=False,
     )
     assert run.returncode == 1
-    assert f"mjenv.errors.EngineError: {'cannot load ' if library != 'libm.so.6' else ''}{library}" in run.stderr
+    assert f"mjenv.errors.EngineError: {'cannot load ' if library != ANOTHER else ''}{library}" in run.stderr

@@ -21,6 +21,7 @@ import pytest
 import mjenv
 from mjenv._handle import Rows
 from mjenv._turns import Turns
+from systems import needs_alarms, needs_fork, needs_signals
 
 # ---- Threads ----
 
@@ -120,6 +121,7 @@ def interrupted(use: Callable[[], Any], mend: Callable[[], Any]) -> None:
         signal.signal(signal.SIGALRM, before)
 
 
+@needs_alarms
 def test_an_interrupted_environment_works() -> None:
     with mjenv.make("InvertedPendulum-v5", strict=False) as env:
         env.reset(seed=1)
@@ -127,6 +129,7 @@ def test_an_interrupted_environment_works() -> None:
         interrupted(lambda: env.data.qpos, lambda: env.step(np.zeros(1)))
 
 
+@needs_alarms
 def test_an_interrupted_vector_environment_works() -> None:
     with closing(mjenv.make_vec("InvertedPendulum-v5", num_envs=2)) as envs:
         envs.reset(seed=1)
@@ -134,6 +137,7 @@ def test_an_interrupted_vector_environment_works() -> None:
         interrupted(lambda: envs.step(actions), lambda: envs.reset(seed=1))
 
 
+@needs_alarms
 def test_interrupted_between_send_and_recv() -> None:
     """Rows are under way or they are not, and the environment knows."""
     with closing(mjenv.make_vec("InvertedPendulum-v5", num_envs=2)) as envs:
@@ -328,7 +332,10 @@ def run(text: str, *options: str) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize(
+    "ending",
+    [pytest.param(name, marks=needs_signals) if name == "interrupted" else name for name in ENDINGS],
+)
 def test_the_end_of_the_process(ending: str) -> None:
     assert run(ENDINGS[ending]) == ""
 
@@ -345,7 +352,9 @@ def _work(env: Any, pipe: Any) -> None:
     pipe.close()
 
 
-@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+@pytest.mark.parametrize(
+    "method", [pytest.param("fork", marks=needs_fork), "spawn", pytest.param("forkserver", marks=needs_fork)]
+)
 def test_multiprocessing(method: str) -> None:
     """An environment goes on in another process, bit for bit, and stays as it was in this one."""
     context = multiprocessing.get_context(method)
@@ -361,7 +370,7 @@ def test_multiprocessing(method: str) -> None:
         np.testing.assert_array_equal(seen, _play(env))
 
 
-@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize("method", [pytest.param("fork", marks=needs_fork), "spawn"])
 def test_a_pool_of_processes(method: str) -> None:
     with multiprocessing.get_context(method).Pool(2) as pool, mjenv.make("Hopper-v5") as env:
         env.reset(seed=3)
@@ -370,7 +379,7 @@ def test_a_pool_of_processes(method: str) -> None:
             np.testing.assert_array_equal(result, results[0])
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+@needs_fork
 def test_a_child_drops_what_its_parent_made() -> None:
     env, envs = mjenv.make("Hopper-v5"), mjenv.make_vec("Reacher-v5", num_envs=4, num_threads=2)
     envs.reset(seed=1)

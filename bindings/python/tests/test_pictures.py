@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
-import resource
+import sys
 import threading
 from pathlib import Path
 from typing import Any
 
 # Read when the first picture is drawn.
-os.environ.setdefault("MUJOCO_GL", "egl")
+os.environ.setdefault("MUJOCO_GL", "wgl" if sys.platform == "win32" else "egl")
 
 import gymnasium
 import numpy as np
@@ -18,6 +19,7 @@ import pytest
 from gymnasium.wrappers import AddRenderObservation, RenderCollection
 
 import mjenv
+from systems import WINDOWS
 
 SIZE = {"width": 61, "height": 43}
 
@@ -116,7 +118,7 @@ def test_no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
     env = make()
     with pytest.raises(ValueError, match=r"vulkan.*egl"):
         env.render()
-    monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setenv("MUJOCO_GL", "wgl" if WINDOWS else "egl")
     assert env.render().shape == (43, 61, 3)
 
 
@@ -124,7 +126,7 @@ def test_no_display(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     env = mjenv.make("Hopper-v5", render_mode="human")
-    with pytest.raises(mjenv.RenderError, match="glfw"):
+    with pytest.raises(mjenv.RenderError, match="shows no windows" if WINDOWS else "glfw"):
         env.reset(seed=3)
     assert env.data.qpos.shape == (6,)
 
@@ -238,7 +240,13 @@ def test_threads() -> None:
 
 def resident() -> int:
     """Bytes of memory in use."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+    if sys.platform == "win32":
+        counters = (ctypes.c_size_t * 9)()  # PROCESS_MEMORY_COUNTERS: two numbers of 32 bits before WorkingSetSize
+        kernel = ctypes.windll.kernel32
+        process = ctypes.c_void_p(kernel.GetCurrentProcess())
+        assert kernel.K32GetProcessMemoryInfo(process, counters, ctypes.sizeof(counters))
+        return counters[2]
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_memory_is_freed() -> None:

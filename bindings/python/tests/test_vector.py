@@ -20,6 +20,7 @@ from gymnasium.wrappers import vector as wrappers
 import golden
 import mjenv
 from mjenv import AutoresetMode, Status
+from systems import needs_fork
 
 TRAJECTORIES = golden.files("trajectories")
 HAS_MODES = hasattr(gymnasium.vector, "AutoresetMode")
@@ -1082,12 +1083,14 @@ print("parent done")
         ("envs.send(actions)", "lambda: envs.recv(), lambda: envs.recv(1)", "envs.recv(); envs.step(actions)"),
     ],
 )
+@needs_fork
 def test_fork(prepare: str, uses: str, after: str) -> None:
     """The child is told, may make its own, and the parent goes on."""
     run = script(FORK.replace("PREPARE", prepare).replace("USES", uses).replace("AFTER", after))
     assert (run.returncode, run.stdout, run.stderr) == (0, "child done\nparent done\n", "")
 
 
+@needs_fork
 def test_one_thread_survives_a_fork() -> None:
     """Without threads of its own an environment goes on in the child."""
     run = script(

@@ -102,6 +102,7 @@ class Gl(IntEnum):
     EGL = 1
     OSMESA = 2
     GLFW = 3
+    WGL = 4
 
 
 class Visual(IntEnum):

@@ -1833,8 +1833,8 @@ impl Default for mjenv_perturbation {
 }
 #[doc = " The library that provides OpenGL."]
 pub type mjenv_gl = i32;
-#[doc = " The library that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is not set, the first of"]
-#[doc = "egl, glfw and osmesa that works."]
+#[doc = " The library that the environment variable MUJOCO_GL names (egl, glfw, osmesa or wgl). If it is not set, wgl on"]
+#[doc = "Windows, elsewhere the first of egl, glfw and osmesa that works."]
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
 #[doc = " Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device."]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
@@ -1843,6 +1843,8 @@ pub const MJENV_GL_EGL: mjenv_gl = 1;
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
 #[doc = " Needs a display. Debian: libglfw3. Create and destroy such a renderer on the main thread."]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
+#[doc = " The OpenGL of the display's driver, in an invisible window. It is on Windows alone, which has none of the others."]
+pub const MJENV_GL_WGL: mjenv_gl = 4;
 #[doc = " What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into"]
 #[doc = " mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;

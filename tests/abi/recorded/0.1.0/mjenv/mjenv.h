@@ -334,8 +334,8 @@ typedef struct mjenv_perturbation {
 /* The library that provides OpenGL. */
 typedef int32_t mjenv_gl;
 enum mjenv_gl_value {
-  /* The library that the environment variable MUJOCO_GL names (egl, osmesa or glfw). If it is not set, the first of
-     egl, glfw and osmesa that works. */
+  /* The library that the environment variable MUJOCO_GL names (egl, glfw, osmesa or wgl). If it is not set, wgl on
+     Windows, elsewhere the first of egl, glfw and osmesa that works. */
   MJENV_GL_AUTO = 0,
   /* Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device. */
   MJENV_GL_EGL = 1,
@@ -343,7 +343,9 @@ enum mjenv_gl_value {
      others, and the other way round. */
   MJENV_GL_OSMESA = 2,
   /* Needs a display. Debian: libglfw3. Create and destroy such a renderer on the main thread. */
-  MJENV_GL_GLFW = 3
+  MJENV_GL_GLFW = 3,
+  /* The OpenGL of the display's driver, in an invisible window. It is on Windows alone, which has none of the others. */
+  MJENV_GL_WGL = 4
 };
 
 /* What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into
