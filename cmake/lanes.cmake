@@ -27,6 +27,9 @@ set_property(SOURCE ${folder}/sse2.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto)
 set_property(SOURCE ${folder}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto -mavx2)
 set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto -mavx512f -mavx512dq
                                                                          -mprefer-vector-width=512)
+if(APPLE)  # zig's clang leaves this part of AVX-512 out unless it is asked for
+  set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mevex512)
+endif()
 if(MINGW)
   # Windows aligns stacks to 16 bytes, and gcc for it takes the copies there of wider vectors for aligned to their width.
   foreach(name avx2 avx512)

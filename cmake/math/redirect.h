@@ -7,29 +7,38 @@
 #include <stdlib.h>
 #endif
 
-#if defined(__cplusplus) && !defined(_WIN32) && !defined(__EMSCRIPTEN__)
+#if defined(__cplusplus) && !defined(_WIN32) && !defined(__APPLE__) && !defined(__EMSCRIPTEN__)
 #define MJENV_NOEXCEPT noexcept  // as the C library declares them
 #else
 #define MJENV_NOEXCEPT
 #endif
 
+// The name of mjenv_math's function in object files, where some systems put a "_" before every name in C.
+#define MJENV_QUOTED(text) #text
+#define MJENV_TEXT(macro) MJENV_QUOTED(macro)
+#define MJENV_IS(name) __asm__(MJENV_TEXT(__USER_LABEL_PREFIX__) "mjenv_" #name)
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-double sin(double) MJENV_NOEXCEPT __asm__("mjenv_sin");
-double cos(double) MJENV_NOEXCEPT __asm__("mjenv_cos");
-double tan(double) MJENV_NOEXCEPT __asm__("mjenv_tan");
-double asin(double) MJENV_NOEXCEPT __asm__("mjenv_asin");
-double acos(double) MJENV_NOEXCEPT __asm__("mjenv_acos");
-double atan2(double, double) MJENV_NOEXCEPT __asm__("mjenv_atan2");
-double exp(double) MJENV_NOEXCEPT __asm__("mjenv_exp");
-double log(double) MJENV_NOEXCEPT __asm__("mjenv_log");
-double log1p(double) MJENV_NOEXCEPT __asm__("mjenv_log1p");
-double pow(double, double) MJENV_NOEXCEPT __asm__("mjenv_pow");
-double fma(double, double, double) MJENV_NOEXCEPT __asm__("mjenv_fma");
-void qsort(void*, size_t, size_t, int (*)(const void*, const void*)) __asm__("mjenv_qsort");
-void qsort_r(void*, size_t, size_t, int (*)(const void*, const void*, void*), void*) __asm__("mjenv_qsort_r");
+double sin(double) MJENV_NOEXCEPT MJENV_IS(sin);
+double cos(double) MJENV_NOEXCEPT MJENV_IS(cos);
+double tan(double) MJENV_NOEXCEPT MJENV_IS(tan);
+double asin(double) MJENV_NOEXCEPT MJENV_IS(asin);
+double acos(double) MJENV_NOEXCEPT MJENV_IS(acos);
+double atan2(double, double) MJENV_NOEXCEPT MJENV_IS(atan2);
+double exp(double) MJENV_NOEXCEPT MJENV_IS(exp);
+double log(double) MJENV_NOEXCEPT MJENV_IS(log);
+double log1p(double) MJENV_NOEXCEPT MJENV_IS(log1p);
+double pow(double, double) MJENV_NOEXCEPT MJENV_IS(pow);
+double fma(double, double, double) MJENV_NOEXCEPT MJENV_IS(fma);
+void qsort(void*, size_t, size_t, int (*)(const void*, const void*)) MJENV_IS(qsort);
+#if defined(__APPLE__)  // where the arguments have another order
+void qsort_r(void*, size_t, size_t, void*, int (*)(void*, const void*, const void*)) MJENV_IS(qsort_macos);
+#else
+void qsort_r(void*, size_t, size_t, int (*)(const void*, const void*, void*), void*) MJENV_IS(qsort_r);
+#endif
 #if defined(_WIN32)  // MuJoCo calls this there. The C library declares it as imported, so it goes by another name.
 void mjenv_qsort_s(void*, size_t, size_t, int (*)(void*, const void*, const void*), void*);
 #define qsort_s mjenv_qsort_s
@@ -38,4 +47,18 @@ void mjenv_qsort_s(void*, size_t, size_t, int (*)(void*, const void*, const void
 #ifdef __cplusplus
 }
 #endif
+#if defined(__APPLE__) && defined(__cplusplus)  // where std::pow and its like call the compiler's own names
+#define __builtin_sin(x) ::sin(x)
+#define __builtin_cos(x) ::cos(x)
+#define __builtin_tan(x) ::tan(x)
+#define __builtin_asin(x) ::asin(x)
+#define __builtin_acos(x) ::acos(x)
+#define __builtin_atan2(y, x) ::atan2(y, x)
+#define __builtin_exp(x) ::exp(x)
+#define __builtin_log(x) ::log(x)
+#define __builtin_log1p(x) ::log1p(x)
+#define __builtin_pow(x, y) ::pow(x, y)
+#define __builtin_fma(x, y, z) ::fma(x, y, z)
+#endif
+#undef MJENV_IS
 #undef MJENV_NOEXCEPT

@@ -109,6 +109,10 @@ double available_memory(const std::string& root) {
   return std::min(available, static_cast<double>(limit.rlim_cur) - used);
 }
 
+const char* const no_pictures = "";
+
+bool draws_with(std::string_view back_end) { return back_end != "wgl"; }
+
 std::string file_of(const void* address) {
   Dl_info info{};
   link_map* object = nullptr;

@@ -139,12 +139,6 @@ std::string home_folder() {
   return user ? user->pw_dir : "~";
 }
 
-// ---- Pictures ----
-
-const char* const no_pictures = "";
-
-bool draws_with(std::string_view back_end) { return back_end != "wgl"; }
-
 // ---- Shared libraries ----
 
 void* open_library(const char* file, std::string& reason) {

@@ -69,10 +69,10 @@ mjenv_plugin call_entry(void* handle) {
 
 // ---- MJENV_TASKS ----
 
-// `state` is unread, done, or the ids of the process (upper half) and the thread that is reading. If a process forks
+// `tasks_read` is unread, done, or the ids of the process (upper half) and the thread that is reading. If a process forks
 // meanwhile, the child sees that the process id is not its own, and reads again.
 constexpr std::uint64_t unread = 0, done = 1;
-std::atomic<std::uint64_t> state{unread};
+std::atomic<std::uint64_t> tasks_read{unread};
 std::atomic<const std::string*> failure{nullptr};  // never freed, like the lists of ids in registry.cpp
 
 std::uint64_t this_reader() { return static_cast<std::uint64_t>(platform::process_id()) << 32 | platform::thread_id(); }
@@ -114,9 +114,9 @@ void load_tasks(const std::string& path) {
 }
 
 void load_tasks_of_environment() {
-  if (state == done) return;
+  if (tasks_read == done) return;
   const std::uint64_t me = this_reader();
-  for (std::uint64_t seen = unread; !state.compare_exchange_strong(seen, me);) {
+  for (std::uint64_t seen = unread; !tasks_read.compare_exchange_strong(seen, me);) {
     if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
     // If `seen` names a thread of this process, that thread is reading: wait for it. If it names another process, this
     // process is a forked child whose parent was reading: replace it.
@@ -128,10 +128,10 @@ void load_tasks_of_environment() {
   try {
     read_environment();
   } catch (const std::exception&) {  // out of memory: the next call tries again
-    state = unread;
+    tasks_read = unread;
     throw;
   }
-  state = done;
+  tasks_read = done;
 }
 
 std::string environment_failure() {

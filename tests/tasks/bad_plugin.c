@@ -20,7 +20,7 @@ static const mjenv_task task = {.struct_size = sizeof(mjenv_task),
                                 .step = step};
 
 #if defined BAD_no_entry
-int32_t not_mjenv_tasks(void);
+MJENV_EXPORT int32_t not_mjenv_tasks(void);
 int32_t not_mjenv_tasks(void) { return task.frame_skip; }
 #elif defined BAD_twice
 static const mjenv_task good = {.struct_size = sizeof(mjenv_task),

@@ -19,10 +19,10 @@ end
 Library(engine, file, built, build) = Library(engine, file, built, build, fill(C_NULL, length(FUNCTIONS)))
 
 const LIBRARIES = (
-    Library("2.2.2", "libmjenv.so", "build", "cmake -G Ninja -B build && cmake --build build"),
+    Library("2.2.2", "libmjenv." * Libdl.dlext, "build", "cmake -G Ninja -B build && cmake --build build"),
     Library(
         "4.0",
-        "libmjenv-mujoco4.so",
+        "libmjenv-mujoco4." * Libdl.dlext,
         joinpath("build", "mujoco4"),
         "cmake -G Ninja -B build/mujoco4 -DMJENV_ENGINE=FOLDER_OF_MUJOCO_4 && cmake --build build/mujoco4",
     ),

@@ -44,7 +44,8 @@ fn name() -> &'static str {
 }
 
 fn file() -> String {
-    format!("lib{}.so", name())
+    let suffix = if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("macos") { "dylib" } else { "so" };
+    format!("lib{}.{suffix}", name())
 }
 
 fn given() -> Option<PathBuf> {

@@ -1,4 +1,4 @@
-"""The engines: libmjenv.so (mjenv.dll on Windows) is built on MuJoCo 2.2.2, and libmjenv-mujoco4.so on MuJoCo 4.0.
+"""The engines: libmjenv.so is built on MuJoCo 2.2.2, and libmjenv-mujoco4.so on MuJoCo 4.0.
 
 An engine's name is its version of MuJoCo. A process can use several engines at once. The environment variable
 MJENV_LIBRARY names the file of one of them; the others are beside that file or inside the package.
@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import importlib.util
 import os
+import sys
 import threading
 from collections.abc import Callable
 from ctypes import byref, c_void_p
@@ -20,8 +21,9 @@ from mjenv import _abi
 from mjenv._abi import Status
 from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
 
-# The library of each engine, the usual one first.
-FILES = {"2.2.2": "mjenv.dll"} if os.name == "nt" else {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"}
+# The library of each engine, the usual one first. Windows and macOS have but one engine.
+_ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}, "darwin": {"2.2.2": "libmjenv.dylib"}}
+FILES = _ELSEWHERE.get(sys.platform, {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"})
 # The names of MuJoCo's library, for engines that open it at run time.
 _MUJOCO = {"4.0": ("libmujoco.so.4.0.1", "libmujoco.so.4.0.0")}
 
