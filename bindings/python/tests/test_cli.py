@@ -19,6 +19,8 @@ from mjenv._engine import FILES
 from systems import WINDOWS, needs_bash, needs_terminal
 from test_schema import SCHEMA
 
+MATH, PLATFORM = ("portable", "win-") if WINDOWS else ("system", "linux-")
+
 
 def run(*words: str | Path) -> int:
     return main([str(word) for word in words])
@@ -85,9 +87,9 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert found["model"]["bodies"][1:] == [env.model.body(i).name for i in range(1, found["model"]["nbody"])]
         assert found["model"]["dt"] == env.dt
     assert found["library"]["version"] == mjenv.version()
-    assert found["library"]["math"] == ("portable" if WINDOWS else "system")
+    assert found["library"]["math"] == MATH
     assert Path(found["library"]["file"]).name == FILES["2.2.2"]
-    assert found["library"]["platform"].startswith("win-" if WINDOWS else "linux-")
+    assert found["library"]["platform"].startswith(PLATFORM)
     assert found["library"]["instructions"] == platform.machine()
     assert found["library"]["lanes"] == lanes()
     names = [words[0] for words in SCHEMA[id].get("option", [])]
@@ -114,7 +116,7 @@ def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert "2 mj_steps of 0.002 s make a step of 0.004 s" in text
     assert "[given: 0.5, inf]" in text or "[given: [0.5, inf]]" in text
     assert "'disabled'; make_vec: 'next_step'" in text
-    assert f"mjenv {mjenv.version()} with system math, on linux-" in text
+    assert f"mjenv {mjenv.version()} with {MATH} math, on {PLATFORM}" in text
     assert f"instruction set {platform.machine()}, with {', '.join(map(str, lanes()))} lanes" in text
 
 

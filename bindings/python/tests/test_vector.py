@@ -119,7 +119,8 @@ def check_info(infos: dict[str, Any], fields: list[tuple[str, int, str]], record
     offset = 0
     for name, count, kind in fields:
         value = infos[name]
-        expected = {"action_dtype": dtype, "python_int": np.int64, "numpy_int64": np.int64}.get(kind, np.float64)
+        # Gymnasium asks NumPy for int, which on Windows has 32 bits before NumPy 2.
+        expected = {"action_dtype": dtype, "python_int": np.dtype(int), "numpy_int64": np.int64}.get(kind, np.float64)
         assert value.dtype == expected, name
         assert infos[f"_{name}"][1]
         assert value[1].astype(np.float64).tobytes() == record[offset : offset + count].tobytes(), name

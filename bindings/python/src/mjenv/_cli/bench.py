@@ -92,13 +92,17 @@ def run(arguments: argparse.Namespace) -> int:
         for id in ids:
             results.append(measure(id, arguments, advance))
     if arguments.json:
-        print_json({"versions": versions(arguments.engine), "cpus": len(os.sched_getaffinity(0)), "results": results})
+        print_json({"versions": versions(arguments.engine), "cpus": cpus(), "results": results})
         return 0
-    cpus = len(os.sched_getaffinity(0))
-    print(f"{versions(arguments.engine)}; {cpus} CPUs; medians of {arguments.rounds} interleaved rounds")
+    print(f"{versions(arguments.engine)}; {cpus()} CPUs; medians of {arguments.rounds} interleaved rounds")
     for result in results:
         _show(result)
     return 0
+
+
+def cpus() -> int:
+    """How many CPUs this process may use; where Python cannot say it, as on Windows, how many there are."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def versions(engine: str | None) -> str:
