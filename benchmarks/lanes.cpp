@@ -8,6 +8,7 @@
 //                    functions, row by row
 //     solving        the share of a solver's work in lanes that is of use. Lanes wait for the row with the most
 //                    constraints and for the row with the most iterations.
+//   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run counts from outside
 #include <array>
 #include <chrono>
 #include <memory>
@@ -285,6 +286,14 @@ void measure_case(const Case& c, const std::vector<int>& widths) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 5 && std::string(argv[1]) == "play") {
+    Player player(argv[2], std::stoi(argv[3]));
+    for (int step = 0; step < std::stoi(argv[4]); ++step) {
+      player.sample();
+      player.step();
+    }
+    return 0;
+  }
   const std::vector<int> widths = mjenv::core::lanes::widths();
   std::printf("id,us");
   for (const int width : widths)

@@ -15,7 +15,9 @@ struct player {
 };
 
 static bool runs(int64_t lanes) {
-#ifdef LANES
+#if defined(LANES) && defined(__aarch64__)
+  return lanes == 2;
+#elif defined(LANES)
   if (lanes == 8) return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
   return lanes == 4 ? __builtin_cpu_supports("avx2") : lanes == 2;
 #else

@@ -19,11 +19,12 @@ int main(int argc, char** argv) {
   if (topic == "cpus") return run_cpus();
   if (topic == "info") return run_info();
 #ifdef LANES
-  if (topic == "lanes") return run_lanes();
+  if (topic == "lanes") return run_lanes(false);
+  if (topic == "few-lanes") return run_lanes(true);
 #endif
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core chars|cpus|info|lanes|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core chars|cpus|info|lanes|few-lanes|levers|numpy|worker\n", stderr);
   return 2;
 }

@@ -1,14 +1,15 @@
-# Disassembles OBJECTS with OBJDUMP. Fails if one of them contains a fused multiply-add, or no vector multiplication at all.
+# Disassembles OBJECTS with OBJDUMP. Fails if there are not COUNT of them, or if one contains a fused multiply-add of
+# x86-64 or aarch64, or no vector multiplication at all.
 list(LENGTH OBJECTS count)
-if(NOT count EQUAL 3)
-  message(FATAL_ERROR "${count} object files, not 3: ${OBJECTS}")
+if(NOT count EQUAL COUNT)
+  message(FATAL_ERROR "${count} object files, not ${COUNT}: ${OBJECTS}")
 endif()
 foreach(object IN LISTS OBJECTS)
   execute_process(COMMAND ${OBJDUMP} -d --no-show-raw-insn ${object} OUTPUT_VARIABLE code RESULT_VARIABLE failed)
-  if(failed OR NOT code MATCHES "mulpd")
+  if(failed OR NOT code MATCHES "mulpd|fmul(\\.2d)?[ \t]+v[0-9]+")
     message(FATAL_ERROR "no vector code in ${object}")
   endif()
-  if(code MATCHES "vfn?m(add|sub)[^\n]*")
+  if(code MATCHES "vfn?m(add|sub)[^\n]*|[ \t](fn?m(add|sub|la|ls|ad|sb)|fcmla)[^\n]*")
     message(FATAL_ERROR "${object} contains a fused operation: ${CMAKE_MATCH_0}")
   endif()
 endforeach()

@@ -10,7 +10,11 @@
 // These hold for finite numbers. Lanes that meet others are left to MuJoCo's own code.
 #pragma once
 
+#if defined(__aarch64__)
+#include <arm_neon.h>
+#else
 #include <immintrin.h>
+#endif
 
 #include <cmath>
 
@@ -25,7 +29,12 @@ constexpr double kHuge = 1e300;
 typedef double V __attribute__((vector_size(8 * kWidth)));
 using Mask = decltype(V{} < V{});
 
-#if MJENV_LANES_WIDTH == 2
+#if defined(__aarch64__)
+inline V sqrt(V x) { return vsqrtq_f64(x); }
+inline unsigned bits(Mask mask) {
+  return static_cast<unsigned>(vaddvq_u64(vandq_u64(reinterpret_cast<uint64x2_t>(mask), uint64x2_t{1, 2})));
+}
+#elif MJENV_LANES_WIDTH == 2
 inline V sqrt(V x) { return _mm_sqrt_pd(x); }
 inline unsigned bits(Mask mask) { return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask))); }
 #elif MJENV_LANES_WIDTH == 4

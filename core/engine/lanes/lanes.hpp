@@ -3,6 +3,8 @@
 
 #include <mujoco/mjmodel.h>
 
+#include <vector>
+
 namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
@@ -172,6 +174,9 @@ struct Code {
   void (*scatter)(double* const* to, const double* from, int count);
 };
 
-extern const Code sse2, avx2, avx512;
+extern const Code sse2, avx2, avx512, neon;
+
+// Of the processors that this library is compiled for, in ascending order of their lanes.
+std::vector<const Code*> codes();
 
 }  // namespace mjenv::core::lanes

@@ -18,8 +18,6 @@
 namespace mjenv::core::lanes {
 namespace {
 
-const std::array<const Code*, 3> codes{&sse2, &avx2, &avx512};
-
 // Eight lanes are about a tenth faster than four, but each lane takes an mjData.
 constexpr int kBestWidth = 4;
 
@@ -465,7 +463,7 @@ void LaneStepper::integrate(bool is_last) {
 
 std::vector<int> widths() {
   std::vector<int> found;
-  for (const Code* code : codes)
+  for (const Code* code : codes())
     if (code->runs_here()) found.push_back(code->width);
   return found;
 }
@@ -478,7 +476,7 @@ int best_width(const Model& model, std::int64_t rows) {
 }
 
 const Code* code_of(int width) {
-  for (const Code* code : codes)
+  for (const Code* code : codes())
     if (code->width == width) return code;
   return nullptr;
 }
