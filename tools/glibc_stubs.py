@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 # Compilers make one call of sincos of a sin and a cos, but Gymnasium's MuJoCo calls sin and cos. In older versions of
-# glibc, 2.31 for one, these compute with FMA where the CPU has it, and sincos never does, so its bits differ. tools/setup
-# adds a sincos that calls the C library's where its bits are equal.
+# glibc, 2.31 for one, these compute with FMA where the CPU has it, and sincos never does, so its bits differ.
+# tools/setup adds a sincos that calls the C library's where its bits are equal.
 LEFT_OUT = {"sincos"}
 
 
