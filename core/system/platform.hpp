@@ -1,7 +1,7 @@
 // What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, linux.cpp
-// what only Linux has, macos.cpp what only macOS has, windows.cpp all of it for Windows, and emscripten.cpp for
-// WebAssembly. Outside of core/system, no
-// file asks for which system or CPU it is compiled. Texts are UTF-8, also where the system's own are not.
+// what only Linux has, macos.cpp what only macOS has, windows.cpp all of it for Windows, and emscripten.cpp all of it for
+// WebAssembly. Outside of core/system, no file asks for which system or CPU it is compiled. Texts are UTF-8, also where
+// the system's own are not.
 #pragma once
 
 #include <atomic>
