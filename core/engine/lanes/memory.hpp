@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -10,7 +12,7 @@
 
 namespace mjenv::core::lanes {
 
-// The memory of the arrays of Lanes, Dual or Primal.
+// The memory of the arrays of Lanes, Contacts or Constraints. They begin as zeros.
 template <typename Struct>
 class Memory {
  public:
@@ -18,8 +20,10 @@ class Memory {
   Memory(Struct& arrays, int width, const std::vector<std::pair<double * Struct::*, int>>& counts) {
     std::size_t total = kAlignment;
     for (const auto& [array, count] : counts) total += static_cast<std::size_t>(count * width);
-    block_.resize(total);
-    void* start = block_.data();
+    // Most rows have far fewer constraints than there is room for. The system gives calloc's pages when they are written to.
+    block_.reset(std::calloc(total, sizeof(double)));
+    if (!block_) throw std::bad_alloc();
+    void* start = block_.get();
     std::size_t room = total * sizeof(double);
     auto* at = static_cast<double*>(std::align(kAlignment * sizeof(double), sizeof(double), start, room));
     for (const auto& [array, count] : counts) {
@@ -30,7 +34,10 @@ class Memory {
 
  private:
   static constexpr std::size_t kAlignment = kMaxWidth;  // in numbers
-  std::vector<double> block_;
+  struct Free {
+    void operator()(void* block) const { std::free(block); }
+  };
+  std::unique_ptr<void, Free> block_;
 };
 
 }  // namespace mjenv::core::lanes
