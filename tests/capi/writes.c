@@ -107,14 +107,12 @@ static void test_rows(void** state) {
     switch (mixed(8)) {
       case 0: through_an_image(many, row, other); break;
       case 1: {
-        size_t count;
-        double* values = read_array(single[row], 0, "qpos", &count);
-        double* speeds = read_array(single[row], 0, "qvel", &count);
-        const size_t nv = count;
-        read_array(single[row], 0, "qpos", &count);
+        size_t nq, nv;
+        double* values = read_array(single[row], 0, "qpos", &nq);
+        double* speeds = read_array(single[row], 0, "qvel", &nv);
         for (size_t i = 0; i < nv; ++i) speeds[i] *= 0.5;
-        assert_ok(mjenv_set_state(many, row, values, count, speeds, nv));
-        assert_ok(mjenv_set_state(single[row], 0, values, count, speeds, nv));
+        assert_ok(mjenv_set_state(many, row, values, nq, speeds, nv));
+        assert_ok(mjenv_set_state(single[row], 0, values, nq, speeds, nv));
         free(values);
         free(speeds);
         break;
