@@ -1,5 +1,6 @@
 // What only Linux has.
 #include <dlfcn.h>
+#include <elf.h>
 #include <link.h>
 #include <linux/futex.h>
 #include <pthread.h>
@@ -11,12 +12,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cstdlib>
+#include <cstring>
 
 #include "system/cgroups.hpp"
 #include "system/condition.hpp"
 #include "system/platform.hpp"
+#include "system/posix.hpp"
 
 namespace mjenv::core {
 
@@ -120,6 +124,49 @@ std::string file_of(const void* address) {
   // Of the program itself dladdr tells only the name by which it was started.
   const bool is_program = object && object->l_name && *object->l_name == '\0';
   return is_program ? "/proc/self/exe" : info.dli_fname ? info.dli_fname : "";
+}
+
+namespace {
+
+// Reads so many bytes; false if the file ends before.
+bool read_whole(const InputFile& file, void* to, std::size_t bytes) {
+  for (auto* at = static_cast<unsigned char*>(to); bytes > 0;) {
+    const std::int64_t count = file.read(at, bytes);
+    if (count <= 0) return false;
+    at += count;
+    bytes -= static_cast<std::size_t>(count);
+  }
+  return true;
+}
+
+bool skip(const InputFile& file, std::uint64_t bytes) {
+  std::array<unsigned char, 4096> unused{};
+  while (bytes > 0) {
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(bytes, unused.size()));
+    if (!read_whole(file, unused.data(), part)) return false;
+    bytes -= part;
+  }
+  return true;
+}
+
+}  // namespace
+
+// dlopen maps the segments into memory, where reading what the file lacks raises SIGBUS. It does so after it has checked
+// that the file is an ELF file for this machine, so other files are left to it.
+bool is_cut_off(const InputFile& library) {
+  constexpr unsigned char kClass = sizeof(void*) == 8 ? ELFCLASS64 : ELFCLASS32;
+  const auto size = static_cast<std::uint64_t>(library.status().bytes);
+  ElfW(Ehdr) head{};
+  if (!read_whole(library, &head, sizeof head)) return false;
+  if (std::memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_ident[EI_CLASS] != kClass) return false;
+  if (head.e_phoff < sizeof head || !skip(library, head.e_phoff - sizeof head)) return true;
+  for (int i = 0; i < head.e_phnum; ++i) {
+    ElfW(Phdr) segment{};
+    if (!read_whole(library, &segment, sizeof segment)) return true;
+    const std::uint64_t offset = segment.p_offset, bytes = segment.p_filesz;
+    if (bytes > 0 && (offset > size || bytes > size - offset)) return true;
+  }
+  return false;
 }
 
 bool fill_with_entropy(void* to, std::size_t bytes) { return getrandom(to, bytes, 0) == static_cast<ssize_t>(bytes); }

@@ -151,7 +151,8 @@ bool draws_with(std::string_view back_end);
 
 // ---- Shared libraries ----
 
-// Opens a library. Null if that fails; `reason` then says why.
+// Opens a library, which a path names or else a file name that the system looks for. Null if that fails; `reason` then
+// says why. A file that is cut off is refused, also where the system would end the process.
 void* open_library(const char* file, std::string& reason);
 // The same for a library that the process has loaded already. Null if it has not.
 void* loaded_library(const char* file);

@@ -14,6 +14,7 @@
 #include <new>
 
 #include "system/platform.hpp"
+#include "system/posix.hpp"
 
 namespace mjenv::core::platform {
 
@@ -141,7 +142,25 @@ std::string home_folder() {
 
 // ---- Shared libraries ----
 
+namespace {
+
+// Why dlopen must not open the file; "" if it may. dlopen would wait for a pipe until somebody writes to it.
+std::string refusal_of(const std::string& path) {
+  if (path.find('/') == std::string::npos) return "";  // dlopen looks for it
+  const InputFile file(path);
+  if (!file.is_open()) return "";  // dlopen says why
+  if (!file.status().is_regular) return "it is not a regular file";
+  return is_cut_off(file) ? "it is damaged: it ends before what its headers describe" : "";
+}
+
+}  // namespace
+
 void* open_library(const char* file, std::string& reason) {
+  const std::string refusal = refusal_of(file);
+  if (!refusal.empty()) {
+    reason = std::string(file) + ": " + refusal;
+    return nullptr;
+  }
   void* library = dlopen(file, RTLD_NOW | RTLD_LOCAL);
   if (library) return library;
   const char* why = dlerror();

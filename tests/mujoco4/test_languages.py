@@ -161,6 +161,24 @@ def test_a_bad_library_is_refused(programs: Path, case: str) -> None:
     assert "pip install 'mujoco-core>=4.0,<4.1'" in done.stderr
 
 
+@pytest.mark.parametrize("part", [1, 5, 10, 14])
+def test_a_library_that_is_cut_off_is_refused(programs: Path, tmp_path: Path, part: int) -> None:
+    file = tmp_path / "libmujoco.so.4.0.0"
+    whole = mujoco_library().read_bytes()
+    file.write_bytes(whole[: len(whole) * part // 16])
+    done = run(programs / "episodes", norm(), "Hopper-v5", MJENV_MUJOCO=str(file))
+    assert done.returncode == 1
+    assert f"MJENV_MUJOCO: {file}: it ends before what its headers describe" in done.stderr
+
+
+def test_a_pipe_is_refused(programs: Path, tmp_path: Path) -> None:
+    file = tmp_path / "libmujoco.so.4.0.0"
+    os.mkfifo(file)
+    done = run(programs / "episodes", norm(), "Hopper-v5", MJENV_MUJOCO=str(file))
+    assert done.returncode == 1
+    assert f"MJENV_MUJOCO: {file}: it is not a regular file" in done.stderr
+
+
 def test_the_wrong_version_is_refused(programs: Path) -> None:
     installed = output("sh", "-c", "ldconfig -p | awk '$1 == \"libmujoco.so.2.2.2\" { print $NF; exit }'").strip()
     done = run(programs / "episodes", norm(), "Hopper-v5", MJENV_MUJOCO=installed)
