@@ -480,7 +480,7 @@ static inline void mjenv_random_permutation(mjenv_random *random, int64_t count,
 /* ---- The entry of a plug-in ---- */
 
 /* The type of the function "mjenv_tasks", which every plug-in exports. It returns the plug-in's tasks, which the
- * library copies. To fail, it calls mjenv_task_fail and returns NULL. */
+ * library copies. To fail, it calls mjenv_task_fail and returns NULL. Several threads may call it at the same time. */
 typedef const mjenv_plugin *mjenv_tasks_function(const mjenv_task_api *api);
 
 /* Defines the function "mjenv_tasks" of a plug-in in C: MJENV_PLUGIN(&cartpole, &reach) for two structs mjenv_task. In

@@ -17,9 +17,10 @@
  *   }
  *
  * Definition
- *   The body of MJENV_TASK is the task's definition. It runs once without a model, when the task is registered, to list
- *   the options; then r's methods return defaults and indices of 0. It runs again whenever an environment is created, on
- *   the thread that creates it. Then the methods return the caller's values of the options and indices in the model.
+ *   The body of MJENV_TASK is the task's definition. It runs without a model when the task is registered, to list the
+ *   options; then r's methods return defaults and indices of 0. It runs again whenever an environment is created, on the
+ *   thread that creates it. Then the methods return the caller's values of the options and indices in the model.
+ *   Several threads may run it at the same time.
  *   Afterwards the library calls each lambda except reset once, on the model's initial state, to learn the fields and
  *   their lengths (a trial call).
  * Lambdas
@@ -40,6 +41,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -908,19 +910,41 @@ struct Registrar {
   }
 };
 
-MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *api) {
-  static std::vector<std::unique_ptr<Description>> described;
-  static std::vector<const mjenv_task *> tasks;
-  static mjenv_plugin plugin{};
-  const std::int32_t failed = guarded(api, [] {
-    if (!described.empty()) return;
+/* The tasks of this shared object, as a plug-in hands them to the library. */
+struct Plugin {
+  std::vector<std::unique_ptr<Description>> described;
+  std::vector<const mjenv_task *> tasks;
+  mjenv_plugin plugin{};
+
+  Plugin() {
     for (auto *at = definitions; at; at = at->next) {
       described.push_back(std::make_unique<Description>(*at));
       tasks.push_back(&described.back()->task());
     }
     plugin = {sizeof plugin, MJENV_ABI_VERSION, tasks.data(), static_cast<std::int64_t>(tasks.size())};
+  }
+};
+
+/* The Plugin that the first finished call of plugin_of_tasks has made, until the shared object is unloaded. */
+struct Made {
+  std::atomic<const Plugin *> plugin{nullptr};
+  constexpr Made() = default;
+  Made(const Made &) = delete;
+  Made &operator=(const Made &) = delete;
+  ~Made() { delete plugin.load(); }
+};
+MJENV_HIDDEN inline Made made;
+
+/* Several threads may call it at the same time. Each then makes a Plugin, and the first that is done wins. There is no
+ * lock, because a child that is forked meanwhile would find it held by a thread that it does not have. */
+MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *api) {
+  const Plugin *found = made.plugin.load();
+  if (found) return &found->plugin;
+  const std::int32_t failed = guarded(api, [&] {
+    auto own = std::make_unique<const Plugin>();
+    if (made.plugin.compare_exchange_strong(found, own.get())) found = own.release();
   });
-  return failed != 0 ? nullptr : &plugin;
+  return failed != 0 ? nullptr : &found->plugin;
 }
 
 }  // namespace detail
