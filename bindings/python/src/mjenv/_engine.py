@@ -19,6 +19,7 @@ from typing import Any
 
 from mjenv import _abi
 from mjenv._abi import Status
+from mjenv._owned import Owned
 from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
 
 # The library of each engine, the usual one first. Windows and macOS have but one engine.
@@ -70,12 +71,12 @@ class Engine(_abi.Library):
     def check_mujoco(self) -> None:
         """Raises EngineError if MuJoCo's library cannot be opened. The first model that is built opens it."""
         options, env = c_void_p(), c_void_p()
+        owned = Owned(self.mjenv_options_destroy, options), Owned(self.mjenv_destroy, env)
         self.check(self.mjenv_options_create(b"InvertedPendulum-v5", byref(options)))
         status = self.mjenv_create(options, 1, byref(env))
-        self.mjenv_options_destroy(options)
         if status:
             raise EngineError(f"engine {self.name}: {self.last_error(status)}", status)
-        self.mjenv_destroy(env)
+        del owned
 
 
 class Engines:

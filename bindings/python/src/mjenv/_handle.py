@@ -23,6 +23,7 @@ from mjenv import _abi, randomization
 from mjenv._abi import Dtype, Kind, Role, Status, Type
 from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import Rendering
+from mjenv._owned import Owned
 from mjenv._turns import Turn, Turns
 from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError
 
@@ -100,13 +101,6 @@ def _int64(number: int) -> int:
     return max(-(2**63), min(number, 2**63 - 1))
 
 
-def _destroy_with(owner: object, destroy: Any, handle: int | None) -> weakref.finalize[Any, Any]:
-    """Destroys a handle once its owner is gone, though not at exit, when a daemon thread may still be inside."""
-    finalizer = weakref.finalize(owner, destroy, handle)
-    finalizer.atexit = False  # type: ignore[misc, unused-ignore]
-    return finalizer
-
-
 def ids(engine: Engine) -> tuple[str, ...]:
     """All environment ids, sorted."""
     return tuple(_text(engine.mjenv_id_at(i)) for i in range(engine.mjenv_id_count()))
@@ -140,11 +134,11 @@ class Options:
 
     def __init__(self, engine: Engine, id: str) -> None:
         handle = c_void_p()
+        self._owned = Owned(engine.mjenv_options_destroy, handle)
         engine.check(engine.mjenv_options_create(encoded(id, "the id"), byref(handle)), UnknownIdError)
         self.id = id
         self.pointer = handle.value
         self._engine, self._check = engine, engine.check
-        _destroy_with(self, engine.mjenv_options_destroy, self.pointer)
 
     def schema(self) -> dict[str, Option]:
         """All options by name, with their present values as defaults."""
@@ -269,6 +263,7 @@ class Rows:
         chosen = Options(engine, id)
         chosen.set({name: value for name, value in options.items() if name not in randomization.KEYWORDS})
         handle = c_void_p()
+        self._owned: Owned | None = Owned(engine.mjenv_destroy, handle)
         engine.check(engine.mjenv_create(chosen.pointer, count, byref(handle)))
         self.engine: Engine = engine
         self.check: Callable[[int], None] = engine.check
@@ -281,7 +276,6 @@ class Rows:
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
-        self._destroy = _destroy_with(self, engine.mjenv_destroy, handle.value)
         # The model's qpos0 before anybody writes it, as Gymnasium keeps it; read-only.
         self.init_qpos: Float64Array = self._read(0, "qpos0", int(self._read(0, "nq", 1)[0]))
         self.init_qpos.flags.writeable = False
@@ -334,14 +328,13 @@ class Rows:
         """Frees the handle. Closing twice is fine."""
         turn = self.enter()
         try:
-            self.closed, self._pointer = True, None
-            self._destroy()
+            self.closed, self._pointer, self._owned = True, None, None
         finally:
             self.leave(turn)
 
     def close_at_exit(self) -> None:
         """Frees the handle when its last user drops it, and at the latest when the process ends."""
-        self._destroy.atexit = True  # type: ignore[misc, unused-ignore]
+        weakref.finalize(self, _free, weakref.ref(self))
 
     # ---- outputs of all rows; for who has the turn ----
 
@@ -542,6 +535,13 @@ class Rows:
 
     def restore(self, row: int, image: bytes) -> None:
         self.call(self.engine.mjenv_restore, row, image, len(image))
+
+
+def _free(rows: weakref.ref[Rows]) -> None:
+    """Frees the handle of rows that somebody still has."""
+    found = rows()
+    if found is not None:
+        found._owned = None
 
 
 # What opens the rows of tasks that were registered in Python.

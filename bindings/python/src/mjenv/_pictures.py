@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from mjenv import _abi
 from mjenv._abi import Role, Status
 from mjenv._engine import Engine
-from mjenv._handle import Rows, _destroy_with, _struct, camera_config, pointer_to
+from mjenv._handle import Rows, _struct, camera_config, pointer_to
 from mjenv._keywords import Rendering, RenderMode
+from mjenv._owned import Owned
 from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError
 
 Colours = NDArray[np.uint8]
@@ -118,8 +119,7 @@ class Pictures:
     def close(self) -> None:
         """Frees the renderers and windows, which the next picture makes anew."""
         for owned in (self._renderers, self._windows):
-            while owned:
-                owned.popitem()[1].close()
+            owned.clear()
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_renderers": {}, "_windows": {}}
@@ -178,9 +178,9 @@ class _Renderer:
 
     def __init__(self, engine: Engine, env: int, settings: Any) -> None:
         handle = c_void_p()
+        self._owned = Owned(engine.mjenv_renderer_destroy, handle)
         engine.check(engine.mjenv_renderer_create(env, byref(settings), byref(handle)))
         self._engine, self._pointer = engine, handle.value
-        self.close = _destroy_with(self, engine.mjenv_renderer_destroy, handle.value)
 
     def draw(self, row: int, rgb: Colours | None, depth: Depth | None) -> None:
         colours = (None, 0) if rgb is None else (pointer_to(rgb, c_uint8), rgb.size)
@@ -193,9 +193,9 @@ class _Window:
 
     def __init__(self, engine: Engine, env: int, settings: Any) -> None:
         handle = c_void_p()
+        self._owned = Owned(engine.mjenv_window_destroy, handle)
         engine.check(engine.mjenv_window_create(env, byref(settings), byref(handle)))
         self._engine, self._pointer = engine, handle.value
-        self.close = _destroy_with(self, engine.mjenv_window_destroy, handle.value)
 
     def draw(self, row: int) -> None:
         self._engine.check(self._engine.mjenv_window_draw(self._pointer, row))

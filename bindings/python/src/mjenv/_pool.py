@@ -68,7 +68,7 @@ class Pool:
         # The number of rows between send and recv, and the dtype of their actions.
         self.pending = 0
         self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
-        self._finalizer = weakref.finalize(self, _close, rows)
+        self._finalizer = weakref.finalize(self, _close, weakref.ref(rows))
 
     def __getstate__(self) -> dict[str, Any]:
         self.check_settled()
@@ -248,9 +248,12 @@ def _missing(seeds: NDArray[np.object_]) -> BoolArray:
     return np.fromiter((seed is None for seed in seeds), np.bool_, len(seeds))
 
 
-def _close(rows: Rows) -> None:
+def _close(rows: weakref.ref[Rows]) -> None:
     """Frees the rows, now or when the thread that is inside has dropped them."""
+    found = rows()
+    if found is None:
+        return
     try:
-        rows.close()
+        found.close()
     except BusyError:
-        rows.close_at_exit()
+        found.close_at_exit()
