@@ -5,7 +5,10 @@ import ctypes
 import gc
 import pickle
 import subprocess
+import sys
+from contextlib import closing
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 import gymnasium
@@ -13,6 +16,7 @@ import numpy as np
 import pytest
 
 import mjenv
+from interrupts import interrupted_before
 from mjenv import _task_abi
 from mjenv.task import Field, Random, Setting, Sim
 from tasks_of_python import NumpyHopper
@@ -362,3 +366,52 @@ def test_functions_of_a_shared_object(tmp_path: Path) -> None:
     mjenv.register("Refused-v0", Refused)
     with pytest.raises(mjenv.ModelError, match="leg"):
         mjenv.make_vec("Refused-v0", 1)
+
+
+# ---- Interrupts ----
+
+
+def is_numpy_rows(code: CodeType) -> bool:
+    return code.co_filename == mjenv._numpy_rows.__file__
+
+
+@pytest.mark.parametrize("mode", ["disabled", "next_step"])
+def test_an_interrupted_reset_keeps_the_random_streams(mode: str) -> None:
+    """A row's stream is where it was before the reset or where the reset has left it."""
+    with closing(mjenv.make_vec("NumpyHopper-v5", 2, autoreset_mode=mode)) as envs:
+
+        def streams() -> list[Any]:
+            return [envs._pool.rows.stream(row) for row in range(2)]
+
+        envs.reset(seed=1)
+        before = streams()
+        first = flat(envs.reset())
+        after = streams()
+        assert all(a != b for a, b in zip(before, after, strict=True))
+        instruction = 0
+        while True:
+            envs.reset(seed=1)
+            if not interrupted_before(envs.reset, instruction, is_numpy_rows):
+                break
+            for row, stream in enumerate(streams()):
+                assert stream in (before[row], after[row]), instruction
+            envs.step(np.zeros((2, 3))) if mode == "next_step" else envs.reset()
+            envs.reset(seed=1)
+            assert flat(envs.reset()) == first
+            instruction += 1
+        assert instruction > 200
+
+
+def builds_a_task(code: CodeType) -> bool:
+    names = ("create", "_build_environment", "prepare", "_describe_numpy", "open")
+    return code.co_name in names and code.co_filename == mjenv._registered.__file__
+
+
+def test_an_interrupt_of_a_build_is_a_keyboard_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)  # ctypes reports what leaves a callback
+    instruction = 0
+    while interrupted_before(lambda: mjenv.make_vec("NumpyHopper-v5", 2), instruction, builds_a_task):
+        instruction += 1
+    assert instruction > 200
+    with closing(mjenv.make_vec("NumpyHopper-v5", 2)) as envs:
+        envs.reset(seed=1)

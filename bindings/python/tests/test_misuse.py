@@ -4,6 +4,7 @@ import gc
 import importlib.util
 import multiprocessing
 import os
+import pickle
 import random
 import signal
 import subprocess
@@ -13,12 +14,15 @@ import time
 import weakref
 from collections.abc import Callable
 from contextlib import closing, suppress
+from types import CodeType
 from typing import Any
 
 import numpy as np
 import pytest
 
 import mjenv
+from interrupts import interrupted_before
+from mjenv._engine import ENGINES
 from mjenv._handle import Rows
 from mjenv._turns import Turns
 from systems import needs_alarms, needs_fork, needs_signals
@@ -156,32 +160,8 @@ def test_interrupted_between_send_and_recv() -> None:
         interrupted(use, mend)
 
 
-def interrupted_before(use: Callable[[], Any], instruction: int) -> bool:
-    """Interrupts a use before that instruction of the functions that take a turn, from 0. False if they have fewer."""
-    left = instruction
-
-    def trace(frame: Any, event: str, _: Any) -> Any:
-        nonlocal left
-        code = frame.f_code
-        if "turn" not in code.co_varnames and code not in (Rows.enter.__code__, Turns.take.__code__):
-            return None
-        frame.f_trace_opcodes = True
-        if event == "opcode":
-            if left == 0:
-                raise KeyboardInterrupt
-            left -= 1
-        return trace
-
-    before = sys.gettrace()
-    sys._getframe().f_trace_opcodes = True  # Python 3.12 has to know it before settrace
-    sys.settrace(trace)
-    try:
-        use()
-    except KeyboardInterrupt:
-        return True
-    finally:
-        sys.settrace(before)
-    return False
+def takes_a_turn(code: CodeType) -> bool:
+    return "turn" in code.co_varnames or code in (Rows.enter.__code__, Turns.take.__code__)
 
 
 def test_interrupted_before_every_instruction() -> None:
@@ -191,10 +171,62 @@ def test_interrupted_before_every_instruction() -> None:
         for use in (lambda: env.step(action), env.reset, lambda: env.data.qpos):
             env.reset(seed=1)
             instruction = 0
-            while interrupted_before(use, instruction):
+            while interrupted_before(use, instruction, takes_a_turn):
                 assert env.step(action)[0].shape == (4,)
                 instruction += 1
             assert instruction > 30
+
+
+@pytest.fixture
+def handles(monkeypatch: pytest.MonkeyPatch) -> set[int]:
+    """The environments and options that exist."""
+    engine, found = ENGINES.get(), set[int]()
+
+    def count(create: str, destroy: str) -> None:
+        creates, destroys = getattr(engine, create), getattr(engine, destroy)
+
+        def counted_create(*arguments: Any) -> int:
+            status: int = creates(*arguments)
+            if not status:
+                found.add(arguments[-1]._obj.value)
+            return status
+
+        def counted_destroy(handle: Any) -> None:
+            found.discard(getattr(handle, "value", handle))
+            destroys(handle)
+
+        monkeypatch.setattr(engine, create, counted_create)
+        monkeypatch.setattr(engine, destroy, counted_destroy)
+
+    count("mjenv_create", "mjenv_destroy")
+    count("mjenv_options_create", "mjenv_options_destroy")
+    return found
+
+
+def makes_an_environment(code: CodeType) -> bool:
+    return code.co_name in ("__init__", "_prepare", "_restored") and code.co_filename in (
+        module.__file__ for module in (mjenv._handle, mjenv._pool, mjenv.env, mjenv.vector)
+    )
+
+
+@pytest.mark.parametrize("way", ["make", "make_vec", "unpickle"])
+def test_an_interrupted_make_leaves_nothing(handles: set[int], way: str) -> None:
+    id = "InvertedPendulum-v5"
+    with closing(mjenv.make_vec(id, 2)) as envs:
+        image = pickle.dumps(envs)
+    del envs
+    ways: dict[str, Callable[[], Any]] = {
+        "make": lambda: mjenv.make(id),
+        "make_vec": lambda: mjenv.make_vec(id, 2),
+        "unpickle": lambda: pickle.loads(image),
+    }
+    instruction = 0
+    while interrupted_before(ways[way], instruction, makes_an_environment):
+        if handles:
+            gc.collect()
+        assert not handles, instruction
+        instruction += 1
+    assert instruction > 300
 
 
 # ---- Garbage ----

@@ -9,7 +9,6 @@ import ctypes
 import difflib
 import operator
 import os
-import weakref
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
@@ -332,10 +331,6 @@ class Rows:
         finally:
             self.leave(turn)
 
-    def close_at_exit(self) -> None:
-        """Frees the handle when its last user drops it, and at the latest when the process ends."""
-        weakref.finalize(self, _free, weakref.ref(self))
-
     # ---- outputs of all rows; for who has the turn ----
 
     def reset(self, mask: NDArray[np.bool_] | None, out: Any) -> None:
@@ -535,13 +530,6 @@ class Rows:
 
     def restore(self, row: int, image: bytes) -> None:
         self.call(self.engine.mjenv_restore, row, image, len(image))
-
-
-def _free(rows: weakref.ref[Rows]) -> None:
-    """Frees the handle of rows that somebody still has."""
-    found = rows()
-    if found is not None:
-        found._owned = None
 
 
 # What opens the rows of tasks that were registered in Python.

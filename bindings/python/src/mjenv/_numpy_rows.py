@@ -22,8 +22,9 @@ from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
 from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
-from mjenv._registered import Checked, Registered, building
+from mjenv._registered import Checked, Registered
 from mjenv._step import views
+from mjenv._turns import Turn
 from mjenv.errors import OptionError, ResetNeeded, SnapshotError, TaskError
 from mjenv.randomization import KEYWORDS
 from mjenv.task import Random, Sim
@@ -82,17 +83,10 @@ class NumpyRows(Rows):
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
         self._task = registered.kind()
-        building.task = self._task
-        try:
-            given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
-            super().__init__(engine, id, given, count)
-        except TaskError:
-            error = building.__dict__.get("error")
-            if error is not None:  # what the task itself has raised
-                raise error from None
-            raise
-        finally:
-            building.__dict__.clear()
+        # The random streams that rows must still get: see _begin.
+        self._due: dict[int, Any] = {}
+        given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
+        registered.create(partial(super().__init__, engine, id, given, count), self._task)
         self.options = dict(options)
         self._checked = Checked(id, self._task, count)
 
@@ -231,10 +225,13 @@ class NumpyRows(Rows):
         qpos, qvel = np.ascontiguousarray(qpos), np.ascontiguousarray(qvel)
         words = [_words(stream) for stream in streams]
         image, size, nq, nv = self._pristine, len(self._pristine), qpos.shape[1], qvel.shape[1]
+        self._ended[chosen] = True  # an interrupt leaves rows that must be reset again
         for row, of_row, q, v in zip(rows, words, qpos, qvel, strict=True):
-            # A row that was never reset has the warm start of MuJoCo's solver that Gymnasium's reset_model finds.
+            # A row that was never reset has the warm start of MuJoCo's solver that Gymnasium's reset_model finds. Its
+            # stream is none of the row's: if an interrupt comes before the row has its own, the next call gives it.
+            self._due[row] = of_row
             self.check(self.engine.mjenv_restore(self.pointer, row, image, size))
-            self.check(self.engine.mjenv_set_stream(self.pointer, row, of_row, 6))
+            self._give_due_streams()
             status = self.engine.mjenv_set_state(
                 self.pointer, row, pointer_to(q, c_double), nq, pointer_to(v, c_double), nv
             )
@@ -290,8 +287,20 @@ class NumpyRows(Rows):
             pointer = pointer_to(values, c_double)
             self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
 
+    def _give_due_streams(self) -> None:
+        for row, words in list(self._due.items()):
+            self.check(self.engine.mjenv_set_stream(self.pointer, row, words, 6))
+            del self._due[row]
+
+    def enter(self) -> Turn:
+        turn = super().enter()
+        if self._due and self._pointer is not None:
+            self._give_due_streams()
+        return turn
+
     def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
         """The rows' random streams as NumPy's."""
+        self._give_due_streams()
         while len(self._streams) < len(rows):
             self._streams.append(np.random.Generator(np.random.PCG64(0)))
         words = (c_uint64 * 6)()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import operator
 import os
 import weakref
@@ -251,9 +252,6 @@ def _missing(seeds: NDArray[np.object_]) -> BoolArray:
 def _close(rows: weakref.ref[Rows]) -> None:
     """Frees the rows, now or when the thread that is inside has dropped them."""
     found = rows()
-    if found is None:
-        return
-    try:
-        found.close()
-    except BusyError:
-        found.close_at_exit()
+    if found is not None:
+        with contextlib.suppress(BusyError):
+            found.close()

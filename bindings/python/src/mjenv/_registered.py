@@ -7,8 +7,9 @@ import inspect
 import math
 import os
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import POINTER, byref, c_double, c_int32, c_size_t, c_void_p
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -74,7 +75,31 @@ class Registered:
 
     def open(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
         """Builds an environment of a task in machine code."""
-        return Rows(engine, id, options, count)
+        made: list[Rows] = []
+        self.create(lambda: made.append(Rows(engine, id, options, count)))
+        return made[0]
+
+    def create(self, make: Callable[[], None], task: Task | None = None) -> None:
+        """Calls make, which creates an environment of this task.
+
+        task: the NumPy task of the environment. Raises what its methods raise; for tasks in machine code that is the
+        text of a TaskError, except for KeyboardInterrupt and the like.
+        """
+        now, outer = _Build(task), building.now
+        try:
+            building.now = now
+            make()
+            if not now.finished:
+                raise now.interrupt()
+        except TaskError as failure:
+            if now.error is not None and (task or not isinstance(now.error, Exception)):
+                raise now.error from None
+            if _NOTHING_RETURNED in str(failure):
+                raise now.interrupt() from None
+            raise
+        finally:
+            building.now = outer
+            del now  # its error has a traceback, which has this frame
 
     def register(self, engine: Engine) -> None:
         function = engine["mjenv_register_task"]
@@ -140,10 +165,11 @@ class Registered:
     # ---- the callback build ----
 
     def _build_environment(self, builder: Any, user: Any, result: Any) -> int:
-        model = None
+        # KeyboardInterrupt can come outside of the try statement, too. ctypes then prints it and returns any number.
+        now, model = building.now or _Build(None), None
         try:
             model = Model(builder)
-            task = building.__dict__.pop("task", None)
+            task = now.task
             if type(task) is not self.kind:
                 task = self.kind()
             self.prepare(task, model)
@@ -154,9 +180,10 @@ class Registered:
             (self._describe_code if self.is_code else self._describe_numpy)(task, model)
             if self.is_code:
                 result[0] = _allocated(numbers)
+            now.finished = True
             return 0
         except BaseException as error:
-            building.error = error
+            now.error = error
             message = f"{type(error).__name__}: {error}"
             return int(builder.contents.api.contents.fail_with(message.encode("utf-8", "replace")))
 
@@ -335,5 +362,24 @@ def _allocated(numbers: Sequence[float] | None) -> int:
     return int(address)
 
 
-# On each thread: the task of the environment that is being built, and the last error of a build.
-building = threading.local()
+@dataclass
+class _Build:
+    """An environment that is being built."""
+
+    task: Task | None  # a NumPy task
+    error: BaseException | None = None  # what the callback has raised
+    finished: bool = False  # whether the callback has described the task
+
+    def interrupt(self) -> BaseException:
+        """What ended the callback."""
+        return self.error or KeyboardInterrupt()
+
+
+class _Building(threading.local):
+    now: _Build | None = None
+
+
+# On each thread: the environment that is being built.
+building = _Building()
+# In the library's error for a callback that ctypes has ended: _build_environment itself gives a message.
+_NOTHING_RETURNED = "without a message"
