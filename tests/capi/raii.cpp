@@ -4,6 +4,7 @@
 #include <cstring>
 #include <functional>
 #include <mjenv/mjenv.hpp>
+#include <set>
 
 // After the headers that it needs; it does not say itself that it is C.
 #include <csetjmp>
@@ -141,6 +142,55 @@ TEST(batches_are_assigned_and_serve_resets_and_steps) {
   env.step(action, out);
   env.reset(out);
   EXPECT(out.info == std::vector<double>(out.info.size()));
+  return "";
+}
+
+// A box that slides and turns above a floor, in a MuJoCo whose stack is too small for contacts.
+std::string box() {
+  const std::string size = MUJOCO[0] == '4' ? "memory='5400'" : "nstack='120'";
+  return "<mujoco><size " + size +
+         "/><option timestep='0.01'/><worldbody><geom type='plane' size='9 9 1'/><body pos='0 0 3'>"
+         "<joint name='x' type='slide' axis='1 0 0'/><joint type='slide' axis='0 0 1'/><joint type='hinge' axis='0 1 "
+         "0'/>"
+         "<geom type='box' size='.3 .3 .3'/></body></worldbody><actuator><motor joint='x'/></actuator></mujoco>";
+}
+
+TEST(rows_are_received_although_one_fails) {
+  mjenv::Options options("HalfCheetah-v5");
+  options.set("xml_string", box());
+  mjenv::Env env(options, 4), whole(options, 4);
+  mjenv::Batch out = env.batch(), want = whole.batch();
+  env.seed(1), whole.seed(1);
+  env.reset(out), whole.reset(want);
+  env.set_state(1, std::array<double, 3>{0, -2.6, 0}, std::array<double, 3>{0, -10, 0});
+  const std::vector<double> action(4, 1.0);
+  whole.step(action, want);
+  std::array<std::int64_t, 4> rows{};
+  env.send(action);
+  std::size_t received = 0;
+  EXPECT(refused(MJENV_E_PHYSICS, "row 1", [&] {
+    try {
+      env.recv(4, rows, out);
+    } catch (const mjenv::Error& error) {
+      received = error.received;
+      throw;
+    }
+  }));
+  EXPECT(received == 4);
+  EXPECT((std::set<std::int64_t>(rows.begin(), rows.end()) == std::set<std::int64_t>{0, 1, 2, 3}));
+  EXPECT((out.status == std::vector<std::int32_t>{MJENV_OK, MJENV_E_PHYSICS, MJENV_OK, MJENV_OK}));
+  for (const std::size_t row : {0U, 2U, 3U}) {
+    EXPECT(out.reward[row] == want.reward[row]);
+    const auto of = [row](const mjenv::Batch& batch) {
+      return std::vector<double>(batch.obs_of(row).begin(), batch.obs_of(row).end());
+    };
+    EXPECT(same_bits(of(out), of(want)));
+  }
+  try {
+    env.recv(1, rows, out);
+  } catch (const mjenv::Error& error) {
+    EXPECT(error.status == MJENV_E_NOT_PENDING && error.received == 0);
+  }
   return "";
 }
 
@@ -310,6 +360,7 @@ int main() {
       cmocka_unit_test(errors_are_thrown),
       cmocka_unit_test(options_are_copied_and_read),
       cmocka_unit_test(batches_are_assigned_and_serve_resets_and_steps),
+      cmocka_unit_test(rows_are_received_although_one_fails),
       cmocka_unit_test(rows_are_sent_received_masked_and_rolled_out),
       cmocka_unit_test(handles_move),
       cmocka_unit_test(rows_are_copied_and_continued),

@@ -792,6 +792,42 @@ def test_a_row_that_mujoco_fails_in() -> None:
     envs.step(action)
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_recv_of_a_row_that_mujoco_fails_in(threads: int) -> None:
+    """The exception has the results of the others, each row is received once, and the environment goes on."""
+    options = {"num_threads": threads, "autoreset_mode": "Disabled", "xml_string": BOX}
+    envs, whole = (mjenv.make_vec("HalfCheetah-v5", 4, **options) for _ in range(2))
+    envs.reset(seed=1), whole.reset(seed=1)
+    envs.envs[1].set_state([0, -2.6, 0], [0, -10, 0])
+    actions = np.ones((4, 1), np.float32)
+    wanted = whole.step(actions)
+    envs.send(actions)
+    received, failures = [], []
+    while sum(map(len, received)) < 4:
+        try:
+            rows, *results = envs.recv(1)
+        except mjenv.PhysicsError as error:
+            assert error.results
+            rows, *results = error.results
+            assert pickle.loads(pickle.dumps(error)).results[0].tolist() == rows.tolist()
+            failures.append(error.status)
+        received.append(rows)
+        for given, of_all in zip(results[:4], wanted[:4], strict=True):
+            others = rows != 1
+            assert given[others].tobytes() == of_all[rows[others]].tobytes()
+        for name in ("x_position", "_x_position", "reward_ctrl"):
+            assert results[4][name][rows[others]].tobytes() == wanted[4][name][rows[others]].tobytes()
+    assert failures == [Status.E_PHYSICS]
+    assert sorted(np.concatenate(received).tolist()) == [0, 1, 2, 3]
+    assert envs.statuses.tolist() == [Status.OK, Status.E_PHYSICS, Status.OK, Status.OK]
+    with pytest.raises(mjenv.NoAsyncCallError) as refusal:
+        envs.recv()
+    assert refusal.value.results is None
+    envs.reset()
+    envs.send(actions)
+    assert len(envs.recv()[0]) == 4
+
+
 def test_a_row_that_cannot_be_reset() -> None:
     """It says so, and is reset by the next step for which that can be done, whose action is ignored."""
     still = BOX.replace("0.01", "1e-6")  # only where an episode begins decides whether there are contacts

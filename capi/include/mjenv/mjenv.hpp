@@ -38,20 +38,22 @@ namespace mjenv {
 /* Why a call failed. */
 class Error : public std::runtime_error {
  public:
-  Error(mjenv_status code, const char *reason) : std::runtime_error(reason), status(code) {}
+  Error(mjenv_status code, const char *reason, std::size_t rows = 0)
+      : std::runtime_error(reason), status(code), received(rows) {}
   const mjenv_status status;
+  const std::size_t received; /* how many rows Env::recv has received although some of them failed */
 };
 
-/* Throws unless the status is MJENV_OK, which it returns. */
-inline mjenv_status check(mjenv_status status) {
-  if (status != MJENV_OK) throw Error(status, mjenv_last_error());
+/* Throws unless the status is MJENV_OK, which it returns. received: of the Error. */
+inline mjenv_status check(mjenv_status status, std::size_t received = 0) {
+  if (status != MJENV_OK) throw Error(status, mjenv_last_error(), received);
   return status;
 }
 inline mjenv_status refuse(mjenv_status status, const char *reason) { throw Error(status, reason); }
 
 #else
 
-inline mjenv_status check(mjenv_status status) { return status; }
+inline mjenv_status check(mjenv_status status, std::size_t = 0) { return status; }
 inline mjenv_status refuse(mjenv_status status, const char *) { return status; }
 
 #endif
@@ -341,11 +343,13 @@ class Env {
   }
   /* Waits until `least` rows are done, at most `timeout` seconds (a negative number: no limit). Writes the numbers of
    * the rows that are done to the first elements of `rows`, writes their outputs to `out`, and returns how many rows
-   * these are. */
+   * these are. If some of them failed, it has written all that, too, and throws an Error whose `received` is their
+   * number; status[row] of the Batch tells which rows failed. */
   std::size_t recv(std::size_t least, Span<std::int64_t> rows, Batch &out, double timeout = -1) {
     std::size_t count = 0;
     const mjenv_batch written = out.raw();
-    keep(check(mjenv_recv(handle(), least, timeout, rows.data(), rows.size(), &count, &written)));
+    const mjenv_status result = mjenv_recv(handle(), least, timeout, rows.data(), rows.size(), &count, &written);
+    keep(check(result, count));
     return count;
   }
 

@@ -23,6 +23,7 @@ from mjenv._step import float_array, wrong_shape
 from mjenv.errors import (
     AlreadyPendingCallError,
     BusyError,
+    Error,
     InvalidValueError,
     NoAsyncCallError,
     OptionError,
@@ -157,8 +158,9 @@ class Pool:
         finally:
             self.rows.leave(turn)
 
-    def receive(self, least: int | None) -> NDArray[np.int64]:
-        """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending.
+    def receive(self, least: int | None) -> tuple[NDArray[np.int64], Error | None]:
+        """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending, and the error if
+        some of them failed.
 
         Only for who has the turn: another call would overwrite the outputs before they are copied.
         """
@@ -173,8 +175,9 @@ class Pool:
             status = self._recv(env, wanted, -1, pointer, size, received, self.out)
         finally:  # also if an interrupt comes as the call returns: the rows are no longer under way
             self.pending -= count.value
-        self.rows.check(status)
-        return np.sort(buffer[: count.value])
+        if not count.value:
+            self.rows.check(status)
+        return np.sort(buffer[: count.value]), self.rows.engine.last_error(status) if status else None
 
     def sent_dtype(self, rows: NDArray[np.int64]) -> np.dtype[Any]:
         """The dtype of the actions of the first of these rows, which decides about the infos' dtypes."""

@@ -5,13 +5,20 @@ Error.status is the library's status code. The message says what is wrong and wh
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium
 
 from mjenv._abi import Status
 
 
 class Error(gymnasium.error.Error):
-    """Base class of all exceptions of mjenv."""
+    """Base class of all exceptions of mjenv.
+
+    results: what VectorEnv.recv would have returned, if rows failed that it has received; otherwise None.
+    """
+
+    results: tuple[Any, ...] | None = None
 
     def __init__(self, message: str, status: int = Status.E_ARGUMENT) -> None:
         Exception.__init__(self, message)  # some of Gymnasium's classes ask for more
@@ -21,8 +28,8 @@ class Error(gymnasium.error.Error):
     def __str__(self) -> str:
         return self.message
 
-    def __reduce__(self) -> tuple[type[Error], tuple[str, Status]]:
-        return type(self), (self.message, self.status)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.message, self.status), {"results": self.results}
 
 
 class EngineError(Error, ImportError):

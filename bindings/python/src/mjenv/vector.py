@@ -234,7 +234,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     ) -> tuple[NDArray[np.int64], Array, Float64Array, BoolArray, BoolArray, Info]:
         """Waits until at least `least` of the rows that were sent are done, None for all, and returns all that are.
 
-        Returns their numbers, ascending, and then copies of what step returns, for these rows alone.
+        Returns their numbers, ascending, and then copies of what step returns, for these rows alone. If some of them
+        failed, raises an exception whose attribute `results` has all that; `statuses` tells which rows failed.
         """
         wanted = None if least is None else min(operator.index(least), 2**63)
         if wanted is not None and wanted < 0:
@@ -242,12 +243,18 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         pool = self._pool
         turn = pool.rows.enter()
         try:
-            rows = pool.receive(wanted)
+            rows, failure = pool.receive(wanted)
             outputs = pool.outputs
             infos = outputs.step_infos(pool.sent_dtype(rows), None if len(rows) == self.num_envs else rows)
             results = outputs.obs[rows], outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
         finally:
             pool.rows.leave(turn)
+        if failure:
+            failure.results = (rows, *results)
+            try:
+                raise failure
+            finally:
+                del failure  # its traceback has this frame
         if self._in_windows:
             for row in rows:
                 pool.pictures.draw(int(row))
