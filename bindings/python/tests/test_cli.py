@@ -16,7 +16,7 @@ import mjenv
 from mjenv._abi import Role
 from mjenv._cli import arguments, bench, main, snapshots
 from mjenv._engine import FILES
-from systems import WINDOWS, needs_bash, needs_terminal
+from systems import WINDOWS, needs_bash, needs_terminal, not_on_windows
 from test_schema import SCHEMA
 
 MATH, PLATFORM = ("portable", "win-") if WINDOWS else ("system", "linux-")
@@ -259,6 +259,14 @@ def test_snapshots_of_other_options(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert output(capsys, "snapshot", "diff", file, file, *chosen)["equal"]
 
 
+@not_on_windows("it has neither /dev/zero nor mkfifo")
+def test_snapshots_without_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for file in (Path("/dev/zero"), tmp_path / "pipe"):
+        assert f"{file} is not a regular file" in refusal(capsys, "snapshot", "show", file)
+        assert f"{file} is not a regular file" in refusal(capsys, "snapshot", "diff", file, file)
+
+
 def test_bad_snapshots(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     whole = envs.snapshot()
     file = tmp_path / "image"
@@ -272,6 +280,7 @@ def test_bad_snapshots(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.Cap
     ):
         file.write_bytes(data)
         assert message in refusal(capsys, "snapshot", "show", file)
+    assert "is not a regular file" in refusal(capsys, "snapshot", "show", tmp_path)
     other = kept(envs, tmp_path / "one", 0)
     assert "can be compared" in refusal(capsys, "snapshot", "diff", other, kept(envs, file))
 

@@ -148,7 +148,10 @@ def test_the_stream_is_one() -> None:
         ({"randomize": {"xfrc_applied": Value(1, 2)}}, mjenv.Error, "mjModel"),
         ({"noise": 0.1}, mjenv.OptionError, "mjenv.Noise"),
         ({"noise": Noise(-1.0)}, mjenv.InvalidValueError, r"action_noise\[0\]"),
-        ({"noise": Noise([0.1, 0.2])}, mjenv.InvalidValueError, "action_noise_count"),
+        ({"noise": Noise([0.1, 0.2])}, mjenv.InvalidValueError, "action has 2 numbers, not 1 or 3"),
+        ({"noise": Noise([0.0, 0.0])}, mjenv.InvalidValueError, "action has 2 numbers, not 1 or 3"),
+        ({"noise": Noise([])}, mjenv.InvalidValueError, "action has 0 numbers, not 1 or 3"),
+        ({"noise": Noise(observation=np.zeros(12))}, mjenv.InvalidValueError, "observation has 12 numbers, not 1 or 11"),  # type: ignore[arg-type]
         ({"delay": Delay(-1)}, mjenv.InvalidValueError, "action_delay"),
         ({"delay": Delay(1.5)}, mjenv.OptionError, "integers"),  # type: ignore[arg-type]
         ({"push": Push("arm")}, mjenv.Error, "arm"),

@@ -208,8 +208,13 @@ class Lists:
         pushes = [_made(Push, one, "push") for one in ([] if push is None else _several(push))]
         found = _abi.mjenv_perturbation()
         found.struct_size = ctypes.sizeof(found)
-        for name in ("action", "observation"):
+        for name, role in (("action", Role.ACTION), ("observation", Role.OBSERVATION)):
             deviations = _numbers(getattr(noise, name), f"noise: {name}")
+            count = sum(field.count for field in rows.fields(role))
+            if deviations.size not in (1, count):
+                raise InvalidValueError(
+                    f"noise: {name} has {deviations.size} numbers, not 1 or {count}", Status.E_SIZE
+                )
             if deviations.any():
                 setattr(found, f"{name}_noise", self.pointer(deviations, c_double))
                 setattr(found, f"{name}_noise_count", deviations.size)

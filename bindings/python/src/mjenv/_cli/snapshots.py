@@ -71,12 +71,17 @@ def add(commands: Commands) -> None:
 
 def read(path: Path, arguments: argparse.Namespace) -> Image:
     """Reads a snapshot. The library checks that it is whole and fits the id."""
-    data = path.read_bytes()
-    if len(data) < STAMP.size:
-        raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
-    magic, version, engine, _, _, _, count, names, has_past, _, _, perturbed, _ = STAMP.unpack_from(data)
-    if magic != b"mjenvrow":
-        raise SnapshotError(f"{path} is no snapshot of rows")
+    # Pipes and devices may have no end.
+    if not path.is_file() and path.exists():
+        raise SnapshotError(f"{path} is not a regular file")
+    with path.open("rb") as file:
+        data = file.read(STAMP.size)
+        if len(data) < STAMP.size:
+            raise SnapshotError(f"{path}: {len(data)} bytes are too few for a snapshot")
+        if not data.startswith(b"mjenvrow"):
+            raise SnapshotError(f"{path} is no snapshot of rows")
+        data += file.read()
+    _, version, engine, _, _, _, count, names, has_past, _, _, perturbed, _ = STAMP.unpack_from(data)
     if version != VERSION:
         raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
     size, rest = divmod(len(data) - STAMP.size - names, max(count, 1))
