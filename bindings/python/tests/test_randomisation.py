@@ -151,7 +151,7 @@ def test_the_stream_is_one() -> None:
         ({"noise": Noise([0.1, 0.2])}, mjenv.InvalidValueError, "action has 2 numbers, not 1 or 3"),
         ({"noise": Noise([0.0, 0.0])}, mjenv.InvalidValueError, "action has 2 numbers, not 1 or 3"),
         ({"noise": Noise([])}, mjenv.InvalidValueError, "action has 0 numbers, not 1 or 3"),
-        ({"noise": Noise(observation=np.zeros(12))}, mjenv.InvalidValueError, "observation has 12 numbers, not 1 or 11"),  # type: ignore[arg-type]
+        ({"noise": Noise(0.0, (0.0,) * 12)}, mjenv.InvalidValueError, "observation has 12 numbers, not 1 or 11"),
         ({"delay": Delay(-1)}, mjenv.InvalidValueError, "action_delay"),
         ({"delay": Delay(1.5)}, mjenv.OptionError, "integers"),  # type: ignore[arg-type]
         ({"push": Push("arm")}, mjenv.Error, "arm"),

@@ -212,9 +212,7 @@ class Lists:
             deviations = _numbers(getattr(noise, name), f"noise: {name}")
             count = sum(field.count for field in rows.fields(role))
             if deviations.size not in (1, count):
-                raise InvalidValueError(
-                    f"noise: {name} has {deviations.size} numbers, not 1 or {count}", Status.E_SIZE
-                )
+                raise InvalidValueError(f"noise: {name} has {deviations.size} numbers, not 1 or {count}", Status.E_SIZE)
             if deviations.any():
                 setattr(found, f"{name}_noise", self.pointer(deviations, c_double))
                 setattr(found, f"{name}_noise_count", deviations.size)

@@ -6335,6 +6335,6 @@ impl Default for mjenv_random {
     }
 }
 #[doc = " The type of the function \"mjenv_tasks\", which every plug-in exports. It returns the plug-in's tasks, which the"]
-#[doc = " library copies. To fail, it calls mjenv_task_fail and returns NULL."]
+#[doc = " library copies. To fail, it calls mjenv_task_fail and returns NULL. Several threads may call it at the same time."]
 pub type mjenv_tasks_function =
     ::std::option::Option<unsafe extern "C" fn(api: *const mjenv_task_api) -> *const mjenv_plugin>;
