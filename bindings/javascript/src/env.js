@@ -13,8 +13,9 @@ import {
   mjenv_randomization,
   mjenv_space,
 } from "./abi.js";
+import { bytes, checkLength, doubles, flags, int64, integer, numbers } from "./arguments.js";
 import { MjenvError } from "./errors.js";
-import { describeOptions, setOption, withOptions } from "./options.js";
+import { describeOptions, optionValue, setOption, withOptions } from "./options.js";
 
 /** @typedef {import("./library.js").Library} Library */
 /** @typedef {import("./library.js").Scratch} Scratch */
@@ -75,17 +76,11 @@ import { describeOptions, setOption, withOptions } from "./options.js";
 
 /** @typedef {Float64ArrayConstructor | Float32ArrayConstructor | Uint8ArrayConstructor | Int32ArrayConstructor} View */
 
+// `using`, and what compilers make of it for older engines, needs the symbol, which some browsers lack.
+if (!Symbol.dispose) Object.defineProperty(Symbol, "dispose", { value: Symbol.for("Symbol.dispose") });
+
 /** Instead of a row's number: all rows. */
 export const ALL_ROWS = -1;
-
-/**
- * @param {unknown} value
- * @param {string} what
- */
-function integer(value, what) {
-  if (typeof value === "bigint" || Number.isSafeInteger(value)) return BigInt(/** @type {number} */ (value));
-  throw new MjenvError("MJENV_E_VALUE", `${what} is ${value}, which is not an integer`);
-}
 
 /**
  * @param {Record<string, number>} table of abi.js
@@ -143,12 +138,13 @@ export class Env {
    */
   constructor(library, id, { numEnvs = 1, seed, ...options }) {
     this.#library = library;
+    const given = Object.entries(options).filter(([, value]) => value !== undefined);
+    const values = given.map(([name, value]) => ({ name, value: optionValue(name, value) }));
     this.#handle = withOptions(library, id, (built) => {
-      for (const [name, value] of Object.entries(options))
-        if (value !== undefined) setOption(library, built, name, value);
+      for (const { name, value } of values) setOption(library, built, name, value);
       return library.scope((scratch) => {
         const created = scratch.allocate(4);
-        library.check(library.functions.mjenv_create(built, integer(numEnvs, "numEnvs"), created));
+        library.check(library.functions.mjenv_create(built, int64(numEnvs, "numEnvs"), created));
         return library.number(created, "uint32");
       });
     });
@@ -405,17 +401,23 @@ export class Env {
    * @param {Mask} [mask] the rows; all if left out
    */
   seed(seed, mask) {
-    const handle = this.#open;
+    this.#seed(seed, mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs));
+  }
+
+  /**
+   * @param {Seeds} seed
+   * @param {Uint8Array} [mask] not in the library's memory
+   */
+  #seed(seed, mask) {
     const rows = this.numEnvs;
-    if (mask) this.#checkLength(mask, rows, "mask");
     /** @type {(bigint | null)[]} */
     let seeds;
     if (typeof seed === "number" || typeof seed === "bigint") {
       const first = integer(seed, "the seed");
       seeds = Array.from({ length: rows }, (_, row) => first + BigInt(row));
     } else if (Array.isArray(seed)) {
-      this.#checkLength(seed, rows, "list of seeds");
-      seeds = seed.map((one) => (one === null ? null : integer(one, "a seed")));
+      checkLength(seed, rows, "list of seeds", "rows are there");
+      seeds = Array.from(seed, (one) => (one === null ? null : integer(one, "a seed")));
     } else {
       throw new MjenvError("MJENV_E_TYPE", "a seed is a number, a bigint or an array of them");
     }
@@ -423,13 +425,13 @@ export class Env {
     if (negative !== undefined)
       throw new MjenvError("MJENV_E_VALUE", `a seed is ${negative}; it must be an integer from 0 on`);
     const library = this.#library;
+    const handle = this.#open;
     library.scope((scratch) => {
       seeds.forEach((value, row) => {
         if (value === null || (mask && !mask[row])) return;
         const digits = [];
         for (let rest = value; digits.length === 0 || rest > 0n; rest >>= 32n) digits.push(Number(rest & 0xffffffffn));
-        const pointer = scratch.allocate(4 * digits.length);
-        new Uint32Array(library.buffer, pointer, digits.length).set(digits);
+        const pointer = scratch.copy(Uint32Array.from(digits));
         library.check(library.functions.mjenv_seed_digits(handle, BigInt(row), pointer, digits.length));
       });
     });
@@ -465,9 +467,9 @@ export class Env {
    */
   reset({ seed, mask, ...others } = {}) {
     refuseOthers(others, "reset");
-    const handle = this.#open;
-    if (seed !== undefined && seed !== null) this.seed(seed, mask);
-    this.#library.check(this.#library.functions.mjenv_reset(handle, this.#maskOf(mask), this.#block));
+    const chosen = mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs);
+    if (seed !== undefined && seed !== null) this.#seed(seed, chosen);
+    this.#library.check(this.#library.functions.mjenv_reset(this.#open, this.#place(chosen), this.#block));
   }
 
   /**
@@ -480,13 +482,15 @@ export class Env {
    */
   step(actions, { mask, ...others } = {}) {
     refuseOthers(others, "step");
+    const chosen = mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs);
+    const given = numbers(actions, "actions");
+    const { dtype, type } = dtypeOf(given);
     const handle = this.#open;
-    const { functions } = this.#library;
-    const dtype = actions instanceof Float32Array ? Dtype.FLOAT32 : Dtype.FLOAT64;
-    const count = lengthOf(actions, "actions");
+    const { buffer, functions } = this.#library;
     // If there are too many or too few, the library says so, and does not read them.
-    if (count === this.numEnvs * this.actionSize) this.#copy(actions, this.#actions, dtype);
-    this.#library.check(functions.mjenv_step(handle, this.#maskOf(mask), this.#actions, count, dtype, this.#block));
+    if (given.length === this.numEnvs * this.actionSize) new type(buffer, this.#actions, given.length).set(given);
+    const mine = this.#place(chosen);
+    this.#library.check(functions.mjenv_step(handle, mine, this.#actions, given.length, dtype, this.#block));
   }
 
   /**
@@ -498,15 +502,17 @@ export class Env {
    *   row after row, for step after step
    */
   rollout(actions, steps) {
+    const given = numbers(actions, "actions");
+    const wanted = int64(steps, "steps");
     const handle = this.#open;
     const library = this.#library;
-    const dtype = actions instanceof Float32Array ? Dtype.FLOAT32 : Dtype.FLOAT64;
-    const count = lengthOf(actions, "actions");
-    const wanted = integer(steps, "steps");
-    const rows = this.numEnvs * Math.max(0, Number(wanted));
+    const { dtype } = dtypeOf(given);
+    const count = given.length;
+    // If there are too many or too few actions, the library says so, and writes nothing.
+    const isWhole = count === this.numEnvs * Number(wanted) * this.actionSize;
+    const rows = isWhole ? this.numEnvs * Math.max(0, Number(wanted)) : 0;
     return library.scope((scratch) => {
-      const copy = scratch.allocate(8 * count);
-      this.#copy(actions, copy, dtype);
+      const copy = scratch.copy(given);
       const batch = scratch.allocate(mjenv_batch.size);
       const obs = scratch.allocate(8 * rows * this.observationSize);
       const reward = scratch.allocate(8 * rows);
@@ -540,7 +546,7 @@ export class Env {
   snapshot(row = 0) {
     const handle = this.#open;
     const { functions } = this.#library;
-    const number = integer(row, "the row");
+    const number = int64(row, "the row");
     return this.#library.scope((scratch) => {
       const size = scratch.allocate(4);
       this.#library.check(functions.mjenv_snapshot(handle, number, 0, 0, size));
@@ -559,12 +565,13 @@ export class Env {
    * @param {number} [row]
    */
   restore(image, row = 0) {
-    const handle = this.#open;
     if (!(image instanceof Uint8Array)) throw new MjenvError("MJENV_E_TYPE", "an image is a Uint8Array");
-    const number = integer(row, "the row");
+    const given = bytes(image, "bytes of the image");
+    const number = int64(row, "the row");
+    const handle = this.#open;
     this.#library.scope((scratch) => {
-      const copy = scratch.bytes(image);
-      this.#library.check(this.#library.functions.mjenv_restore(handle, number, copy, image.length));
+      const copy = scratch.copy(given);
+      this.#library.check(this.#library.functions.mjenv_restore(handle, number, copy, given.length));
     });
   }
 
@@ -575,10 +582,9 @@ export class Env {
    * @param {Mask} mask the rows to overwrite
    */
   copyRow(from, mask) {
-    const handle = this.#open;
-    this.#checkLength(mask, this.numEnvs, "mask");
-    const number = integer(from, "the row");
-    this.#library.check(this.#library.functions.mjenv_copy_row(handle, number, this.#maskOf(mask)));
+    const chosen = flags(mask, this.numEnvs);
+    const number = int64(from, "the row");
+    this.#library.check(this.#library.functions.mjenv_copy_row(this.#open, number, this.#place(chosen)));
   }
 
   /**
@@ -591,7 +597,7 @@ export class Env {
   read(name, row = 0) {
     const handle = this.#open;
     const { functions } = this.#library;
-    const number = integer(row, "the row");
+    const number = int64(row, "the row");
     return this.#library.scope((scratch) => {
       const array = scratch.text(String(name));
       const size = scratch.allocate(4);
@@ -612,13 +618,13 @@ export class Env {
    * @param {ArrayLike<number>} values all elements
    */
   write(name, row, values) {
+    const given = doubles(values, "values");
+    const number = int64(row, "the row");
     const handle = this.#open;
-    const count = lengthOf(values, "values");
-    const number = integer(row, "the row");
     this.#library.scope((scratch) => {
       const array = scratch.text(String(name));
-      const copy = scratch.doubles(values);
-      this.#library.check(this.#library.functions.mjenv_write(handle, number, array, copy, count));
+      const copy = scratch.copy(given);
+      this.#library.check(this.#library.functions.mjenv_write(handle, number, array, copy, given.length));
     });
   }
 
@@ -630,12 +636,13 @@ export class Env {
    * @param {number} [row]
    */
   setState(qpos, qvel, row = 0) {
+    const [positions, velocities] = [doubles(qpos, "qpos"), doubles(qvel, "qvel")];
+    const [nq, nv] = [positions.length, velocities.length];
+    const number = int64(row, "the row");
     const handle = this.#open;
-    const [nq, nv] = [lengthOf(qpos, "qpos"), lengthOf(qvel, "qvel")];
-    const number = integer(row, "the row");
     this.#library.scope((scratch) => {
-      const [positions, velocities] = [scratch.doubles(qpos), scratch.doubles(qvel)];
-      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, positions, nq, velocities, nv));
+      const [at, moving] = [scratch.copy(positions), scratch.copy(velocities)];
+      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, at, nq, moving, nv));
     });
   }
 
@@ -646,7 +653,7 @@ export class Env {
    * @param {number} [row] or ALL_ROWS
    */
   setConstants(row = 0) {
-    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, integer(row, "the row")));
+    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, int64(row, "the row")));
   }
 
   // ---- Description ----
@@ -723,30 +730,29 @@ export class Env {
    * @param {readonly Randomization[]} items replaces the list; an empty one: nothing
    */
   randomize(items) {
+    const given = Array.from(items, ({ elements, parameters, ...others }) => ({
+      ...others,
+      elements: elements && BigInt64Array.from(elements, (element) => int64(element, "an element")),
+      parameters: doubles(parameters, "parameters"),
+    }));
     const handle = this.#open;
     const library = this.#library;
     library.scope((scratch) => {
-      const list = scratch.allocate(mjenv_randomization.size * items.length);
-      items.forEach(({ array, distribution, parameters, effect = "value", elements, shared, constants }, index) => {
-        let indices = 0;
-        if (elements) {
-          indices = scratch.allocate(8 * elements.length);
-          const numbers = elements.map((element) => integer(element, "an element"));
-          new BigInt64Array(library.buffer, indices, elements.length).set(numbers);
-        }
+      const list = scratch.allocate(mjenv_randomization.size * given.length);
+      given.forEach(({ array, distribution, parameters, effect = "value", elements, shared, constants }, index) =>
         library.write(list + index * mjenv_randomization.size, mjenv_randomization, {
           distribution: numberOf(Distribution, distribution, "distribution"),
           array: scratch.text(String(array)),
-          elements: indices,
+          elements: elements ? scratch.copy(elements) : 0,
           element_count: elements?.length ?? 0,
-          parameters: scratch.doubles(parameters),
-          parameter_count: lengthOf(parameters, "parameters"),
+          parameters: scratch.copy(parameters),
+          parameter_count: parameters.length,
           effect: numberOf(Effect, effect, "effect"),
           shared: Number(Boolean(shared)),
           constants: Number(Boolean(constants)),
-        });
-      });
-      library.check(library.functions.mjenv_randomize(handle, list, items.length));
+        }),
+      );
+      library.check(library.functions.mjenv_randomize(handle, list, given.length));
     });
   }
 
@@ -756,31 +762,40 @@ export class Env {
    * @param {Perturbation | null} perturbation null: none
    */
   perturb(perturbation) {
-    const handle = this.#open;
     const library = this.#library;
-    if (perturbation === null) return library.check(library.functions.mjenv_perturb(handle, 0));
+    if (perturbation === null) return library.check(library.functions.mjenv_perturb(this.#open, 0));
     const { actionNoise = [], observationNoise = [], actionDelay = 0, observationDelay = 0 } = perturbation;
-    const { pushes = [] } = perturbation;
+    const noise = (/** @type {number | ArrayLike<number>} */ given) =>
+      doubles(typeof given === "number" ? [given] : given, "standard deviations");
+    const [onActions, onObservations] = [noise(actionNoise), noise(observationNoise)];
+    const pushes = Array.from(perturbation.pushes ?? [], ({ body, minSteps, maxSteps, low, high }) => {
+      checkLength(low, 6, "low of a push", "numbers are wanted");
+      checkLength(high, 6, "high of a push", "numbers are wanted");
+      return {
+        body: int64(body, "the body of a push"),
+        min_steps: int64(minSteps, "minSteps"),
+        max_steps: int64(maxSteps, "maxSteps"),
+        low: doubles(low, "forces of a push"),
+        high: doubles(high, "forces of a push"),
+      };
+    });
+    const members = {
+      action_noise_count: onActions.length,
+      observation_noise_count: onObservations.length,
+      action_delay: int64(actionDelay, "actionDelay"),
+      observation_delay: int64(observationDelay, "observationDelay"),
+      push_count: pushes.length,
+    };
+    const handle = this.#open;
     library.scope((scratch) => {
       const forces = scratch.allocate(mjenv_push.size * pushes.length);
-      pushes.forEach(({ body, minSteps, maxSteps, low, high }, index) => {
-        this.#checkLength(low, 6, "low of a push", "numbers are wanted");
-        this.#checkLength(high, 6, "high of a push", "numbers are wanted");
-        const members = { body, min_steps: minSteps, max_steps: maxSteps, low, high };
-        library.write(forces + index * mjenv_push.size, mjenv_push, members);
-      });
-      const list = (/** @type {number | readonly number[]} */ noise) => (typeof noise === "number" ? [noise] : noise);
-      const [onActions, onObservations] = [list(actionNoise), list(observationNoise)];
+      pushes.forEach((push, index) => library.write(forces + index * mjenv_push.size, mjenv_push, push));
       const pointer = scratch.allocate(mjenv_perturbation.size);
       library.write(pointer, mjenv_perturbation, {
-        action_noise: scratch.doubles(onActions),
-        action_noise_count: onActions.length,
-        observation_noise: scratch.doubles(onObservations),
-        observation_noise_count: onObservations.length,
-        action_delay: Number(integer(actionDelay, "actionDelay")),
-        observation_delay: Number(integer(observationDelay, "observationDelay")),
+        ...members,
+        action_noise: scratch.copy(onActions),
+        observation_noise: scratch.copy(onObservations),
         pushes: forces,
-        push_count: pushes.length,
       });
       library.check(library.functions.mjenv_perturb(handle, pointer));
     });
@@ -796,56 +811,28 @@ export class Env {
     this.#views.clear();
   }
 
-  /** `using env = mjenv.make(...)` frees it at the end of the block, where JavaScript has that. */
+  /** `using env = mjenv.make(...)` frees it at the end of the block. */
   [Symbol.dispose]() {
     this.free();
   }
 
-  // ---- Arguments ----
-
   /**
-   * @param {ArrayLike<unknown>} values
-   * @param {number} length
-   * @param {string} what
-   * @param {string} [wanted]
-   */
-  #checkLength(values, length, what, wanted = "rows are there") {
-    if (lengthOf(values, what) !== length)
-      throw new MjenvError("MJENV_E_SIZE", `the ${what} has ${values.length} elements, but ${length} ${wanted}`);
-  }
-
-  /**
-   * The address of a mask; 0 if there is none.
+   * Writes a mask where the library reads it, and returns its address; 0 if there is none.
    *
-   * @param {Mask | undefined | null} mask
+   * @param {Uint8Array | undefined} mask not in the library's memory
    */
-  #maskOf(mask) {
-    if (mask === undefined || mask === null) return 0;
-    this.#checkLength(mask, this.numEnvs, "mask");
-    const bytes = /** @type {Uint8Array} */ (this.#view("mask"));
-    for (let row = 0; row < bytes.length; ++row) bytes[row] = mask[row] ? 1 : 0;
+  #place(mask) {
+    if (!mask) return 0;
+    /** @type {Uint8Array} */ (this.#view("mask")).set(mask);
     return this.#mask;
-  }
-
-  /**
-   * @param {ArrayLike<number>} actions
-   * @param {number} pointer
-   * @param {number} dtype
-   */
-  #copy(actions, pointer, dtype) {
-    const type = dtype === Dtype.FLOAT32 ? Float32Array : Float64Array;
-    new type(this.#library.buffer, pointer, actions.length).set(actions);
   }
 }
 
-/**
- * @param {ArrayLike<unknown>} values
- * @param {string} what
- */
-function lengthOf(values, what) {
-  const length = values?.length;
-  if (typeof length !== "number") throw new MjenvError("MJENV_E_TYPE", `the ${what} are no array`);
-  return length;
+/** @param {Float32Array | Float64Array} actions */
+function dtypeOf(actions) {
+  return actions instanceof Float32Array
+    ? { dtype: Dtype.FLOAT32, type: Float32Array }
+    : { dtype: Dtype.FLOAT64, type: Float64Array };
 }
 
 /**

@@ -1,5 +1,6 @@
 // The WebAssembly module: what it asks of its host, its memory, and calls whose failures are exceptions.
 
+import { MAX_SIZE } from "./arguments.js";
 import { MjenvError } from "./errors.js";
 
 /** @typedef {import("./abi.js").Functions} Functions */
@@ -146,7 +147,7 @@ export class Library {
    * @param {number} bytes
    */
   allocate(bytes) {
-    const pointer = this.functions.malloc(Math.max(bytes, 1)) >>> 0;
+    const pointer = bytes <= MAX_SIZE ? this.functions.malloc(Math.max(bytes, 1)) >>> 0 : 0;
     if (pointer === 0) throw new MjenvError("MJENV_E_MEMORY", `there is no memory for ${bytes} bytes`);
     return pointer;
   }
@@ -207,9 +208,12 @@ export class Library {
    * @param {import("./abi.js").Scalar} type
    * @param {number | bigint} value
    */
-  set(pointer, type, value) {
+  #set(pointer, type, value) {
     const given = type === "int64" || type === "uint64" ? BigInt(value) : Number(value);
     this.#memory[/** @type {"setInt32"} */ (access[type].set)](pointer >>> 0, /** @type {number} */ (given), true);
+    // What a type cannot hold would wrap.
+    const held = this.#memory[/** @type {"getInt32"} */ (access[type].get)](pointer >>> 0, true);
+    return type === "float64" || type === "float32" || held === given;
   }
 
   /**
@@ -218,14 +222,17 @@ export class Library {
    * @template {Record<string, Member>} Members
    * @param {number} pointer
    * @param {{ size: number; members: Members }} struct of abi.js
-   * @param {{ [name in keyof Members]?: number | readonly number[] }} values
+   * @param {{ [name in keyof Members]?: number | bigint | ArrayLike<number> }} values integers, where the member is one
    */
   write(pointer, struct, values = {}) {
     new Uint8Array(this.buffer, pointer, struct.size).fill(0);
     for (const [name, value] of Object.entries({ struct_size: struct.size, ...values })) {
       const { offset, type } = struct.members[name];
-      const elements = /** @type {number[]} */ (typeof value === "object" ? value : [value]);
-      elements.forEach((element, index) => this.set(pointer + offset + index * access[type].bytes, type, element));
+      const elements = /** @type {(number | bigint)[]} */ (typeof value === "object" ? Array.from(value) : [value]);
+      elements.forEach((element, index) => {
+        if (!this.#set(pointer + offset + index * access[type].bytes, type, element))
+          throw new MjenvError("MJENV_E_VALUE", `${name} is ${element}, which does not fit into ${type}`);
+      });
     }
   }
 
@@ -284,6 +291,8 @@ export class Scratch {
 
   /** @param {string} text */
   text(text) {
+    // C's text would end there.
+    if (text.includes("\0")) throw new MjenvError("MJENV_E_VALUE", `${JSON.stringify(text)} contains a NUL character`);
     const bytes = encoder.encode(text);
     const pointer = this.allocate(bytes.length + 1);
     const copy = new Uint8Array(this.#library.buffer, pointer, bytes.length + 1);
@@ -292,17 +301,16 @@ export class Scratch {
     return pointer;
   }
 
-  /** @param {ArrayLike<number>} values */
-  doubles(values) {
-    const pointer = this.allocate(8 * values.length);
-    new Float64Array(this.#library.buffer, pointer, values.length).set(values);
-    return pointer;
-  }
-
-  /** @param {ArrayLike<number>} values */
-  bytes(values) {
-    const pointer = this.allocate(values.length);
-    new Uint8Array(this.#library.buffer, pointer, values.length).set(values);
+  /**
+   * A copy of an array that is not in the library's memory.
+   *
+   * @template {Float64Array | Float32Array | BigInt64Array | Uint32Array | Uint8Array} Values
+   * @param {Values} values
+   */
+  copy(values) {
+    const pointer = this.allocate(values.byteLength);
+    const bytes = new Uint8Array(values.buffer, values.byteOffset, values.byteLength);
+    new Uint8Array(this.#library.buffer, pointer, values.byteLength).set(bytes);
     return pointer;
   }
 

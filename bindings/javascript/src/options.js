@@ -1,6 +1,7 @@
 // The constructor options of an id.
 
 import { Kind, Status, mjenv_option } from "./abi.js";
+import { doubles, int64 } from "./arguments.js";
 import { MjenvError } from "./errors.js";
 
 /** @typedef {import("./library.js").Library} Library */
@@ -108,31 +109,37 @@ function valueOf(library, options, name, kind) {
 }
 
 /**
+ * A copy of the value of an option that a caller has given.
+ *
+ * @param {string} name
+ * @param {unknown} value
+ * @returns {string | bigint | Float64Array}
+ */
+export function optionValue(name, value) {
+  if (typeof value === "string") return value;
+  if (typeof value === "boolean") return BigInt(value);
+  if (typeof value === "bigint" || Number.isSafeInteger(value)) return int64(value, `option "${name}"`);
+  if (typeof value === "number") return Float64Array.of(value);
+  if (isNumbers(value)) return doubles(value, `numbers of option "${name}"`);
+  throw new MjenvError(
+    "MJENV_E_TYPE",
+    `option "${name}" is ${value === null ? "null" : `of type ${typeof value}`}; give a boolean, a number, an array of numbers or a string`,
+  );
+}
+
+/**
  * @param {Library} library
  * @param {number} options
  * @param {string} name
- * @param {unknown} value
+ * @param {string | bigint | Float64Array} value of `optionValue`
  */
 export function setOption(library, options, name, value) {
   const { functions } = library;
   library.scope((scratch) => {
     const key = scratch.text(name);
-    if (typeof value === "string") {
-      library.check(functions.mjenv_options_set_string(options, key, scratch.text(value)));
-    } else if (typeof value === "boolean" || typeof value === "bigint" || Number.isSafeInteger(value)) {
-      const integer = BigInt(/** @type {number} */ (value));
-      if (BigInt.asIntN(64, integer) !== integer)
-        throw new MjenvError("MJENV_E_VALUE", `option "${name}" is ${value}, which does not fit into 64 bits`);
-      library.check(functions.mjenv_options_set_integer(options, key, integer));
-    } else if (typeof value === "number" || isNumbers(value)) {
-      const numbers = typeof value === "number" ? [value] : value;
-      library.check(functions.mjenv_options_set_reals(options, key, scratch.doubles(numbers), numbers.length));
-    } else {
-      throw new MjenvError(
-        "MJENV_E_TYPE",
-        `option "${name}" is ${value === null ? "null" : `of type ${typeof value}`}; give a boolean, a number, an array of numbers or a string`,
-      );
-    }
+    if (typeof value === "string") library.check(functions.mjenv_options_set_string(options, key, scratch.text(value)));
+    else if (typeof value === "bigint") library.check(functions.mjenv_options_set_integer(options, key, value));
+    else library.check(functions.mjenv_options_set_reals(options, key, scratch.copy(value), value.length));
   });
 }
 

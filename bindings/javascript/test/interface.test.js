@@ -1,6 +1,7 @@
 // What the package offers: descriptions, rows, state, views, errors and memory.
 
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
@@ -266,6 +267,119 @@ test("views follow the memory when it grows", async () => {
   assert.ok(large.observations.at(-1) !== 0);
   large.free();
   env.free();
+});
+
+/** A library whose memory grows before each allocation, which makes all views of it empty. */
+async function growing() {
+  const { instantiate } = WebAssembly;
+  WebAssembly.instantiate = async (module, imports) => {
+    const { exports } = await instantiate(module, imports);
+    const malloc = (bytes) => {
+      exports.memory.grow(1);
+      return exports.malloc(bytes);
+    };
+    return { exports: { ...exports, malloc } };
+  };
+  try {
+    return await load();
+  } finally {
+    WebAssembly.instantiate = instantiate;
+  }
+}
+
+test("views of the memory are arguments as good as copies when it grows", async () => {
+  const grows = await growing();
+  /** Makes the same calls with views, or with copies, and returns what they have given. */
+  const play = (own, given) => {
+    const found = [];
+    const env = own.make("Hopper-v5", { numEnvs: 3, seed: [1, 2, 3] });
+    env.reset();
+    env.reset({ seed: [4, 5, 6], mask: given(env.wasReset) });
+    found.push(env.observations.slice());
+    env.step(given(env.observations.subarray(0, 9)), { mask: given(env.wasReset) });
+    env.seed([7, 8, 9], given(env.wasReset));
+    env.reset({ mask: given(env.wasReset) });
+    found.push(env.observations.slice());
+    found.push(env.rollout(given(env.observations.subarray(0, 18)), 2).observations);
+    env.reset({ seed: 0 });
+    env.setState(given(env.observations.subarray(0, 6)), given(env.observations.subarray(6, 12)), 1);
+    env.write("qpos", 2, given(env.observations.subarray(12, 18)));
+    env.copyRow(1, given(env.truncated));
+    env.observe();
+    found.push(env.observations.slice());
+    env.randomize([
+      {
+        array: "opt.gravity",
+        distribution: "choice",
+        parameters: given(env.observations.subarray(0, 1)),
+        elements: given(env.wasReset.subarray(0, 1)),
+      },
+    ]);
+    const force = env.observations.subarray(11, 17);
+    env.perturb({
+      actionNoise: given(env.observations.subarray(0, 1)),
+      observationNoise: given(env.observations.subarray(0, 1)),
+      pushes: [{ body: 1, minSteps: 1, maxSteps: 1, low: given(force), high: given(force) }],
+    });
+    env.reset();
+    found.push(env.observations.slice(), env.read("opt.gravity", 2));
+    const other = own.make("Hopper-v5", { healthy_z_range: given(env.observations.subarray(0, 2)).sort() });
+    found.push(other.options.healthy_z_range);
+    assert.throws(() => other.restore(given(env.wasReset)), { code: "MJENV_E_SNAPSHOT" });
+    env.free();
+    other.free();
+    return found;
+  };
+  const views = play(grows, (view) => view);
+  const copies = play(mjenv, (view) => view.slice());
+  assert.deepEqual(views, copies);
+});
+
+test("sizes and numbers beyond those of WebAssembly are refused, and do not wrap", () =>
+  withEnv("Humanoid-v5", { numEnvs: 2, seed: 1 }, (env) => {
+    const refused = (call, code, text) => {
+      const error = refusal(call);
+      assert.equal(error.code, code);
+      assert.match(error.message, text);
+    };
+    env.reset();
+    // 8 * 1542766 * 348 is 2^32 + 93248.
+    const steps = 1542766 / 2;
+    refused(() => env.rollout(new Float32Array(2 * steps * 17), steps), "MJENV_E_MEMORY", /4295060544 bytes/);
+    refused(() => mjenv.make("Ant-v5", { numEnvs: 2n ** 64n + 3n }), "MJENV_E_VALUE", /numEnvs.*64 bits/);
+    refused(() => env.read("qpos", 2n ** 64n), "MJENV_E_VALUE", /row.*64 bits/);
+    refused(() => env.rollout(new Float32Array(34), 2n ** 64n + 1n), "MJENV_E_VALUE", /steps.*64 bits/);
+    refused(() => env.rollout(new Float32Array(34), 2 ** 53 - 1), "MJENV_E_SIZE", /34/);
+    refused(() => env.step({ length: 2 ** 32 + 34 }), "MJENV_E_SIZE", /4294967330/);
+    refused(() => env.step({ length: NaN }), "MJENV_E_SIZE", /NaN/);
+    refused(() => env.step("1".repeat(34)), "MJENV_E_TYPE", /actions/);
+    refused(() => env.step(new BigInt64Array(34)), "MJENV_E_TYPE", /BigInt/);
+    refused(() => env.reset({ mask: { length: 2 ** 32 + 2 } }), "MJENV_E_SIZE", /mask/);
+    const item = { array: "body_mass", distribution: "uniform", parameters: [1, 2] };
+    refused(() => env.randomize([{ ...item, elements: [2n ** 64n] }]), "MJENV_E_VALUE", /element.*64 bits/);
+    const push = { body: 1, minSteps: 1, maxSteps: 2, low: Array(6).fill(0), high: Array(6).fill(0) };
+    env.perturb({ pushes: [push] });
+    refused(() => env.perturb({ pushes: [{ ...push, body: 2 ** 32 + 1 }] }), "MJENV_E_VALUE", /body is 4294967297/);
+    refused(() => env.perturb({ pushes: [{ ...push, minSteps: 2n ** 64n + 1n }] }), "MJENV_E_VALUE", /minSteps/);
+    refused(() => env.perturb({ pushes: [{ ...push, maxSteps: undefined }] }), "MJENV_E_VALUE", /maxSteps/);
+    refused(() => env.perturb({ actionDelay: 2n ** 64n }), "MJENV_E_VALUE", /actionDelay/);
+    refused(() => mjenv.make("Ant-v5\0"), "MJENV_E_VALUE", /NUL/);
+    env.step(new Float64Array(34));
+  }));
+
+test("an environment can be disposed of where the engine has no Symbol.dispose", () => {
+  const program = `
+    const Old = Symbol;
+    globalThis.Symbol = (description) => Old(description);
+    for (const [name, property] of Object.entries(Object.getOwnPropertyDescriptors(Old)))
+      if (!["length", "name", "dispose"].includes(name)) Object.defineProperty(Symbol, name, property);
+    const { load } = await import(${JSON.stringify(new URL("build/javascript/package/src/index.js", root))});
+    const env = (await load()).make("Hopper-v5");
+    console.log(Symbol.dispose in env, "undefined" in env);
+    env[Symbol.dispose]();
+    try { env.observations; } catch (error) { console.log(error.message); }`;
+  const { stdout, stderr } = spawnSync(process.execPath, ["--input-type=module"], { input: program, encoding: "utf8" });
+  assert.match(stdout, /^true false\n.*was freed\n$/, stderr);
 });
 
 test("freed environments leave nothing", async () => {
