@@ -24,7 +24,36 @@ mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
   return model;
 }
 
+// Each setting that says which groups are drawn, and the array of the same name in mjvOption.
+struct Groups {
+  std::uint8_t (mjenv_render_settings::*setting)[mjNGROUP];
+  mjtByte (mjvOption::*option)[mjNGROUP];
+};
+constexpr Groups kGroups[] = {{&mjenv_render_settings::geomgroup, &mjvOption::geomgroup},
+                              {&mjenv_render_settings::sitegroup, &mjvOption::sitegroup},
+                              {&mjenv_render_settings::jointgroup, &mjvOption::jointgroup},
+                              {&mjenv_render_settings::tendongroup, &mjvOption::tendongroup},
+                              {&mjenv_render_settings::actuatorgroup, &mjvOption::actuatorgroup},
+                              {&mjenv_render_settings::skingroup, &mjvOption::skingroup}};
+
+mjvOption options_of(const mjenv_render_settings& settings) {
+  mjvOption options;
+  mjv_defaultOption(&options);
+  for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) options.flags[visual_flag(i)] = settings.visual[i] != 0;
+  for (const auto& [setting, option] : kGroups)
+    for (int i = 0; i < mjNGROUP; ++i) (options.*option)[i] = (settings.*setting)[i] != 0;
+  return options;
+}
+
 }  // namespace
+
+void write_default_options(mjenv_render_settings& settings) {
+  mjvOption options;
+  mjv_defaultOption(&options);
+  for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) settings.visual[i] = options.flags[visual_flag(i)];
+  for (const auto& [setting, option] : kGroups)
+    std::copy(std::begin(options.*option), std::end(options.*option), std::begin(settings.*setting));
+}
 
 void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
   if (value < low || value > high)
@@ -39,8 +68,7 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
   mjv_defaultCamera(&camera);
   camera.azimuth = or_default(settings.azimuth, camera.azimuth);
   camera.elevation = or_default(settings.elevation, camera.elevation);
-  mjv_defaultOption(&options);
-  for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) options.flags[visual_flag(i)] = settings.visual[i] != 0;
+  options = options_of(settings);
   mjv_defaultPerturb(&perturbation);
   mjr_defaultContext(&context);
   mjv_defaultScene(&scene);

@@ -58,9 +58,7 @@ mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camer
   settings.distance = camera.distance;
   settings.azimuth = std::numeric_limits<double>::quiet_NaN();
   settings.elevation = camera.elevation;
-  mjvOption options;
-  mjv_defaultOption(&options);
-  for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) settings.visual[i] = options.flags[visual_flag(i)];
+  write_default_options(settings);
   return settings;
 }
 

@@ -245,6 +245,13 @@ int main(void) {
   FIELD(mjenv_render_settings, azimuth);
   FIELD(mjenv_render_settings, elevation);
   FIELD(mjenv_render_settings, visual);
+  FIELD(mjenv_render_settings, geomgroup);
+  FIELD(mjenv_render_settings, sitegroup);
+  FIELD(mjenv_render_settings, jointgroup);
+  FIELD(mjenv_render_settings, tendongroup);
+  FIELD(mjenv_render_settings, actuatorgroup);
+  FIELD(mjenv_render_settings, skingroup);
+  FIELD(mjenv_render_settings, reserved_bytes);
   check_no_padding();
 
   STRUCT(mjenv_task_option);

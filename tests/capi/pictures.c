@@ -218,6 +218,13 @@ static void test_defaults(void** state) {
                     i == MJENV_VISUAL_PERTOBJ || i == MJENV_VISUAL_STATIC || i == MJENV_VISUAL_SKIN;
     assert_int_equal(settings.visual[i], on);
   }
+  const uint8_t groups[6] = {1, 1, 1, 0, 0, 0};  // mjv_defaultOption's
+  assert_memory_equal(settings.geomgroup, groups, sizeof groups);
+  assert_memory_equal(settings.sitegroup, groups, sizeof groups);
+  assert_memory_equal(settings.jointgroup, groups, sizeof groups);
+  assert_memory_equal(settings.tendongroup, groups, sizeof groups);
+  assert_memory_equal(settings.actuatorgroup, groups, sizeof groups);
+  assert_memory_equal(settings.skingroup, groups, sizeof groups);
   mjenv_destroy(env);
 }
 

@@ -27,7 +27,7 @@ mjenv_render_settings settings_of(const EnvHandle& env, Bytes& bytes) {
   settings.width = 24;
   settings.height = 16;
   for (std::size_t changes = bytes.below(4); changes > 0; --changes) {
-    switch (bytes.below(14)) {
+    switch (bytes.below(15)) {
       case 0: settings.struct_size = bytes.take<std::uint8_t>(); break;
       case 1: settings.gl = bytes.one_of(integers); break;
       case 2: settings.width = bytes.one_of(sides); break;
@@ -41,6 +41,12 @@ mjenv_render_settings settings_of(const EnvHandle& env, Bytes& bytes) {
       case 10: settings.lookat[bytes.below(3)] = bytes.take<double>(); break;
       case 11: settings.distance = bytes.take<double>(); break;
       case 12: settings.azimuth = settings.elevation = bytes.take<double>(); break;
+      case 13: {
+        const auto groups = bytes.list<std::uint8_t>(sizeof settings.geomgroup);
+        std::copy(groups.begin(), groups.end(), settings.geomgroup);
+        std::copy(groups.begin(), groups.end(), settings.skingroup);
+        break;
+      }
       default: {
         const auto visual = bytes.list<std::uint8_t>(sizeof settings.visual);
         std::copy(visual.begin(), visual.end(), settings.visual);

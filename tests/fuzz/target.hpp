@@ -111,6 +111,9 @@ inline void draw_all(const EnvHandle& env) {
   mjenv_render_settings settings = render_defaults(env);
   settings.width = settings.height = kSide;
   std::fill(std::begin(settings.visual), std::end(settings.visual), std::uint8_t{1});
+  for (auto* groups : {&settings.geomgroup, &settings.sitegroup, &settings.jointgroup, &settings.tendongroup,
+                       &settings.actuatorgroup, &settings.skingroup})
+    std::fill(std::begin(*groups), std::end(*groups), std::uint8_t{1});
   const RendererHandle drawing = renderer(env, settings);
   std::vector<std::uint8_t> rgb(3 * kSide * kSide);
   std::vector<float> depth(kSide * kSide);

@@ -40,7 +40,15 @@ static void draw(mjenv_env* env) {
     TRY(mjenv_render_defaults(env, &settings));
     settings.width = WIDTH;
     settings.height = HEIGHT;
-    if (all) memset(settings.visual, 1, sizeof settings.visual);
+    if (all) {
+      memset(settings.visual, 1, sizeof settings.visual);
+      memset(settings.geomgroup, 1, sizeof settings.geomgroup);
+      memset(settings.sitegroup, 1, sizeof settings.sitegroup);
+      memset(settings.jointgroup, 1, sizeof settings.jointgroup);
+      memset(settings.tendongroup, 1, sizeof settings.tendongroup);
+      memset(settings.actuatorgroup, 1, sizeof settings.actuatorgroup);
+      memset(settings.skingroup, 1, sizeof settings.skingroup);
+    }
     TRY(mjenv_renderer_create(env, &settings, &renderer));
     const mjenv_status status = mjenv_render(renderer, 1, rgb, sizeof rgb, depth, WIDTH * HEIGHT);
     mjenv_renderer_destroy(renderer);

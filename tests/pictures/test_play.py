@@ -108,10 +108,46 @@ def test_camera_and_fast() -> None:
     assert not np.array_equal(default, fast)
 
 
+HIDDEN = """
+<mujoco>
+  <worldbody>
+    <light pos="0 0 3"/>
+    <geom type="plane" size="3 3 0.5"/>
+    <body pos="0 0 1">
+      <joint name="slider" type="slide" axis="1 0 0"/>
+      <geom size="0.3" group="3"/>
+      <body><joint name="hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 0.5" group="4" rgba="1 0 0 1"/></body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="slider" ctrlrange="-3 3" ctrllimited="true"/></actuator>
+</mujoco>
+"""
+
+
+def test_groups(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("hidden.xml").write_text(HIDDEN)
+    keywords: dict[str, Any] = {"render_mode": "rgb_array", "xml_file": str(Path("hidden.xml").resolve()), **SIZE}
+    env = gymnasium.make("InvertedPendulum-v5", **keywords)
+    env.reset(seed=0)
+    expected = [env.render()]
+    env.unwrapped.mujoco_renderer.viewer.vopt.geomgroup[3] = 1
+    expected.append(env.render())
+    env.close()
+    hint = "its geoms are in group 3,4: add --geomgroup 0,1,2,3,4"
+    for words, picture, said in (([], expected[0], hint), (["--geomgroup", "0,1,2,3"], expected[1], "")):
+        option = "--option", "xml_file=./hidden.xml"
+        assert play("InvertedPendulum-v5", "--steps", "1", "--video", "a.png", *option, *words) == 0
+        assert np.array_equal(imageio.imread("a.png")[:44, :62], picture)
+        told = capsys.readouterr().err
+        assert (said in told) if said else (told == "")
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["--video", "a.avi"], ".mp4"),
+        (["--video", "a.png", "--geomgroup", "0,6"], "no group 6"),
+        (["--video", "a.png", "--sitegroup", "all"], "sitegroup"),
         (["--video", "a.png", "--width", "0"], "less than 1"),
         (["--video", "a.png", "--width", "99999999"], "width"),
         (["--video", "a.png", "--camera", "7"], "camera"),

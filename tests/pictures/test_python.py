@@ -83,6 +83,81 @@ def test_keywords(id: str, keywords: dict[str, Any]) -> None:
     compare(mjenv.make(id, **keywords), gymnasium.make(id, **keywords), 2)
 
 
+# A cart with a pole that has an object of each kind in each group.
+GROUPED = """
+<mujoco>
+  <asset>
+    <texture name="grid" type="2d" builtin="checker" rgb1="0.9 0.3 0.2" rgb2="0.2 0.3 0.9" width="8" height="8"/>
+    <material name="grid" texture="grid"/>
+    <skin name="cloth" material="grid" vertex="-1 1 1  1 1 1  1 1 2  -1 1 2" texcoord="0 0 1 0 1 1 0 1"
+          face="0 1 2 0 2 3" group="{}">
+      <bone body="pole" bindpos="0 0 1" bindquat="1 0 0 0" vertid="0 1 2 3" vertweight="1 1 1 1"/>
+    </skin>
+  </asset>
+  <worldbody>
+    <light pos="0 -1 4"/>
+    <geom name="floor" type="plane" size="3 3 0.5" rgba="0.8 0.9 0.8 1"/>
+    <body name="cart" pos="0 0 1">
+      <joint name="slider" type="slide" axis="1 0 0" group="{}"/>
+      {}
+      <body name="pole">
+        <joint name="hinge" axis="0 1 0" group="4"/>
+        <geom type="capsule" fromto="0 0 0 0 0 0.6" size="0.05" group="3"/>
+      </body>
+    </body>
+  </worldbody>
+  <tendon>{}</tendon>
+  <actuator><motor joint="slider" ctrlrange="-3 3" ctrllimited="true" group="3"/></actuator>
+</mujoco>
+""".format(
+    4,
+    3,
+    "".join(
+        f'<geom size="0.1" pos="{0.25 * group - 0.6} 0 -0.2" group="{group}"/>'
+        f'<site name="low{group}" size="0.04" pos="{0.25 * group - 0.6} -0.3 -0.3" group="{group}" rgba="1 0 0 1"/>'
+        f'<site name="high{group}" size="0.04" pos="{0.25 * group - 0.6} -0.3 0.3" group="{5 - group}" rgba="0 0 1 1"/>'
+        for group in range(6)
+    ),
+    "".join(
+        f'<spatial width="0.02" group="{group}"><site site="low{group}"/><site site="high{group}"/></spatial>'
+        for group in range(6)
+    ),
+)
+GROUPS = ("geomgroup", "sitegroup", "jointgroup", "tendongroup", "actuatorgroup", "skingroup")
+
+
+def test_groups(tmp_path: Path) -> None:
+    """Gymnasium has no keyword for groups: the mjvOption of its viewer is set."""
+    path = tmp_path / "grouped.xml"
+    path.write_text(GROUPED)
+    # So that joints and actuators are drawn, too.
+    flags = {int(mujoco.mjtVisFlag.mjVIS_JOINT): True, int(mujoco.mjtVisFlag.mjVIS_ACTUATOR): True}
+    keywords: dict[str, Any] = {"render_mode": "rgb_array", "xml_file": str(path), "visual_options": flags, **SIZE}
+    theirs = gymnasium.make("InvertedPendulum-v5", **keywords)
+    theirs.reset(seed=4)
+    shown = theirs.render()
+    option = theirs.unwrapped.mujoco_renderer.viewer.vopt
+    choices: list[dict[str, Any]] = [{name: {3: True}} for name in GROUPS]
+    choices += [{name: {0: False, 4: True, 5: 1}} for name in GROUPS]
+    choices += [dict.fromkeys(GROUPS, (0, 1, 0, 1, 0, 1)), dict.fromkeys(GROUPS, np.zeros(6, bool))]
+    pictures = []
+    for groups in choices:
+        for name in GROUPS:
+            chosen = groups.get(name, {})
+            for group in range(6):
+                default = group < 3
+                wanted = chosen.get(group, default) if isinstance(chosen, dict) else chosen[group]
+                getattr(option, name)[group] = wanted
+        ours = mjenv.make("InvertedPendulum-v5", **keywords, **groups)
+        ours.reset(seed=4)
+        pictures.append(theirs.render())
+        assert_equal(ours.render(), pictures[-1])
+        ours.close()
+    theirs.close()
+    for name, first, second in zip(GROUPS, pictures, pictures[len(GROUPS) :], strict=False):
+        assert not np.array_equal(first, shown) or not np.array_equal(second, shown), name
+
+
 @pytest.mark.parametrize("id", ["HalfCheetah-v5", "Reacher-v5"])
 def test_vector(id: str) -> None:
     keywords = {"num_envs": 3, "render_mode": "rgb_array", **SIZE}

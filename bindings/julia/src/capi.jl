@@ -236,6 +236,13 @@ Base.@kwdef struct mjenv_render_settings
     azimuth::Float64 = 0
     elevation::Float64 = 0
     visual::NTuple{32, UInt8} = (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+    geomgroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
+    sitegroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
+    jointgroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
+    tendongroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
+    actuatorgroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
+    skingroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
+    reserved_bytes::NTuple{4, UInt8} = (0, 0, 0, 0)
 end
 
 Base.@kwdef struct mjenv_task_option

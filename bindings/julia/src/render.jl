@@ -1,5 +1,8 @@
 # Draws pictures of rows, and shows them in a window.
 
+# The settings with the names of mjvOption's arrays that say which groups of objects are drawn.
+const GROUPS = (:geomgroup, :sitegroup, :jointgroup, :tendongroup, :actuatorgroup, :skingroup)
+
 # Returns the settings with the changes that the keywords ask for, and the camera's name or nothing.
 function render_settings(env; kwargs...)
     settings = Ref(mjenv_render_settings())
@@ -31,11 +34,18 @@ function render_settings(env; kwargs...)
                 visual[flag + 1] = on
             end
             fields[:visual] = Tuple(visual)
+        elseif name in GROUPS
+            groups = collect(fields[name])
+            for (group, on) in value
+                0 <= group < length(groups) || throw(ArgumentError("$name has no group $group"))
+                groups[group + 1] = on
+            end
+            fields[name] = Tuple(groups)
         elseif name in names
             fields[name] = value
         else
-            others = "camera, gl, fast, lookat, visual_options"
-            throw(ArgumentError("there is no setting $name; the settings are $others, $(join(names, ", "))"))
+            others = (:camera, :gl, :fast, :lookat, :visual_options, GROUPS..., names...)
+            throw(ArgumentError("there is no setting $name; the settings are $(join(others, ", "))"))
         end
     end
     integers = (:width, :height, :max_geom, :samples, :shadows, :reflections, :camera)
@@ -67,6 +77,8 @@ The settings are Gymnasium's, with Gymnasium's defaults:
   model's camera "track" if there is one and the free camera otherwise
 - `lookat` (m), `distance` (m), `azimuth` and `elevation` (degrees): the place of the free camera
 - `visual_options`: pairs of a number of MuJoCo's mjtVisFlag and a `Bool`
+- `geomgroup`, `sitegroup`, `jointgroup`, `tendongroup`, `actuatorgroup`, `skingroup`: which groups are drawn, as pairs of
+  a group, 0 to 5, and a `Bool`; by default 0 to 2, so `geomgroup = (3 => true,)` adds group 3
 - `max_geom`: how many geoms are drawn at most, 1000
 - `samples` (per pixel), `shadows`, `reflections`; `fast = true` turns multisampling and shadows off
 - `gl`: `:auto`, `:egl`, `:osmesa` or `:glfw`

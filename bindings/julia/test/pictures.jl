@@ -46,6 +46,10 @@ end
     @test picture(camera = :free, lookat = (0, 0, 1.15), distance = 4, elevation = -20) == picture(camera = :free)
     @test track != picture(fast = true)
     @test track != picture(visual_options = (2 => true,))
+    # All geoms of the model are in group 0.
+    @test track != picture(geomgroup = (0 => false,))
+    @test track == picture(geomgroup = (0 => true, 3 => true), sitegroup = (0 => false,))
+    @test_throws ArgumentError picture(geomgroup = (6 => true,))
     @test_throws ArgumentError picture(colour = 1)
     @test_throws ArgumentError picture(gl = :vulkan)
     @test_throws ArgumentError picture(visual_options = (99 => true,))

@@ -99,6 +99,12 @@ def test_before_reset_and_after_close() -> None:
         ({"camera_id": -2}, ValueError, "camera_id"),
         ({"visual_options": {99: True}}, IndexError, "99"),
         ({"visual_options": {"shadow": True}}, TypeError, "shadow"),
+        ({"geomgroup": {6: True}}, IndexError, r"geomgroup has the group 6; there are 0\.\.5"),
+        ({"sitegroup": {-1: True}}, IndexError, "group -1"),
+        ({"skingroup": {"all": True}}, TypeError, "all"),
+        ({"geomgroup": [True, True]}, ValueError, "6 bools"),
+        ({"tendongroup": "111111"}, TypeError, "tendongroup"),
+        ({"jointgroup": 3}, TypeError, "jointgroup"),
         ({"default_camera_config": {"zoom": 2}}, AttributeError, "zoom"),
         ({"default_camera_config": {"distance": "far"}}, TypeError, "far"),
         ({"default_camera_config": {"lookat": (1, 2)}}, ValueError, "lookat"),
@@ -145,6 +151,22 @@ def test_unknown_camera_name_is_the_free_camera() -> None:
     free, named = make(camera_id=-1), make(camera_name="nobody")
     assert np.array_equal(free.render(), named.render())
     assert not np.array_equal(free.render(), make(camera_name="track").render())
+
+
+def test_groups() -> None:
+    """Hopper's geoms are in group 0. tests/pictures compares with what MuJoCo draws."""
+    shown, hidden = make().render(), make(geomgroup={0: False}).render()
+    assert not np.array_equal(shown, hidden)
+    assert np.array_equal(make(geomgroup=(True,) * 6).render(), shown)
+    assert np.array_equal(make(geomgroup=np.zeros(6)).render(), hidden)
+    assert np.array_equal(make(geomgroup=None).render(), shown)
+    assert np.array_equal(pickle.loads(pickle.dumps(make(geomgroup={0: False}))).render(), hidden)
+    envs = mjenv.make_vec("Hopper-v5", 1, render_mode="rgb_array", geomgroup={0: False}, **SIZE)
+    envs.reset(seed=3)
+    assert np.array_equal(envs.render()[0], hidden)
+    made = gymnasium.make("mjenv/Hopper-v5", render_mode="rgb_array", geomgroup={0: False}, **SIZE)
+    made.reset(seed=3)
+    assert np.array_equal(made.render(), hidden)
 
 
 def test_pickle() -> None:

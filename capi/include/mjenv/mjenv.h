@@ -397,6 +397,15 @@ typedef struct mjenv_render_settings {
   double azimuth;     /* degrees; NaN: 90 */
   double elevation;   /* degrees; NaN: -45 */
   uint8_t visual[32]; /* Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's */
+  /* mjvOption's arrays of these names: 0 or 1 for each of the groups 0 to 5, which models put their objects in. An object
+   * is drawn only if its group is 1. Default, as in MuJoCo: 1 for the groups 0 to 2. */
+  uint8_t geomgroup[6];
+  uint8_t sitegroup[6];
+  uint8_t jointgroup[6];
+  uint8_t tendongroup[6];
+  uint8_t actuatorgroup[6];
+  uint8_t skingroup[6];
+  uint8_t reserved_bytes[4]; /* 0 */
 } mjenv_render_settings;
 
 /* ---- Library ---- */

@@ -267,6 +267,13 @@ class mjenv_render_settings(Structure):
         ("azimuth", c_double),
         ("elevation", c_double),
         ("visual", c_uint8 * 32),
+        ("geomgroup", c_uint8 * 6),
+        ("sitegroup", c_uint8 * 6),
+        ("jointgroup", c_uint8 * 6),
+        ("tendongroup", c_uint8 * 6),
+        ("actuatorgroup", c_uint8 * 6),
+        ("skingroup", c_uint8 * 6),
+        ("reserved_bytes", c_uint8 * 4),
     )
 
 

@@ -9,6 +9,8 @@ from mjenv.randomization import Delay, Draws, Noise, Push
 
 RenderMode = Literal["human", "rgb_array", "depth_array", "rgbd_tuple"]
 RenderList = Literal["rgb_array_list", "depth_array_list", "rgbd_tuple_list"]
+# Which groups are drawn: those that a mapping names, or all six.
+Groups = Mapping[int, bool] | Sequence[bool]
 
 
 class Rendering(TypedDict, total=False):
@@ -20,6 +22,12 @@ class Rendering(TypedDict, total=False):
     max_geom: int
     visual_options: Mapping[int, bool] | None
     render_fast: bool
+    geomgroup: Groups | None
+    sitegroup: Groups | None
+    jointgroup: Groups | None
+    tendongroup: Groups | None
+    actuatorgroup: Groups | None
+    skingroup: Groups | None
     default_camera_config: Mapping[str, Any] | None  # of v5 and Swimmer-v4
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from ctypes import byref, c_float, c_uint8, c_void_p
 from typing import Any, get_args
 
@@ -14,7 +14,7 @@ from mjenv import _abi
 from mjenv._abi import Role, Status
 from mjenv._engine import Engine
 from mjenv._handle import Rows, _struct, camera_config, pointer_to
-from mjenv._keywords import Rendering, RenderMode
+from mjenv._keywords import Groups, Rendering, RenderMode
 from mjenv._owned import Owned
 from mjenv.errors import InvalidValueError, OptionError, RenderSettingError, UnknownNameError
 
@@ -27,6 +27,8 @@ SIZE = 480  # Gymnasium's default, pixels
 MAX_GEOM = 1000  # Gymnasium's default
 # default_camera_config is missing here, because only some ids take it: see camera_config_of.
 KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
+# The arrays of mjvOption that say which groups of objects are drawn, by their names there.
+GROUPS = ("geomgroup", "sitegroup", "jointgroup", "tendongroup", "actuatorgroup", "skingroup")
 _FREE, _NO_CAMERA = -1, -2
 # By engine: MuJoCo's mjtVisFlag as a flag of the library, where they differ. 4.0 has put islands (15) between the
 # others.
@@ -52,6 +54,7 @@ class Pictures:
         visual_options: Mapping[int, bool] | None = None,
         render_fast: bool = False,
         default_camera_config: Mapping[str, Any] | None = None,
+        **groups: Groups | None,
     ) -> None:
         """Checks what Gymnasium checks at construction; OpenGL is loaded for the first picture."""
         if render_mode is not None and not isinstance(render_mode, str):
@@ -66,7 +69,7 @@ class Pictures:
         self.max_geom = _int32("max_geom", max_geom)
         self.camera_id = None if camera_id is None else _int32("camera_id", camera_id)
         self.camera_name, self.visual_options, self.camera_config = camera_name, visual_options, default_camera_config
-        self.fast = bool(render_fast)
+        self.fast, self.groups = bool(render_fast), groups
         self._rows = rows
         self._camera: int | None = None
         self._renderers: dict[int, _Renderer] = {}
@@ -157,6 +160,8 @@ class Pictures:
             if flags[index] is None:
                 raise UnknownNameError(f"visual_options has the flag {index}, which mjenv does not draw", Status.E_NAME)
             settings.visual[flags[index]] = bool(value)
+        for name, shown in self.groups.items():
+            _show_groups(name, getattr(settings, name), {} if shown is None else shown)
         return settings
 
     def _place_camera(self, settings: Any) -> None:
@@ -211,6 +216,23 @@ def camera_config_of(engine: Engine, id: str, options: dict[str, Any]) -> dict[s
     if id.endswith("-v5") or id == "Swimmer-v4":
         return options.pop("default_camera_config", config)  # type: ignore[no-any-return]
     return config
+
+
+def _show_groups(name: str, flags: Any, given: Groups) -> None:
+    """Sets the flags of the groups that a mapping names, or of all groups."""
+    if not isinstance(given, (Mapping, Sequence, np.ndarray)) or isinstance(given, (str, bytes)):
+        raise OptionError(f"{name} is {{group: bool}} or a bool for each group, not {given!r}", Status.E_TYPE)
+    if not isinstance(given, Mapping):
+        if len(given) != len(flags):
+            raise InvalidValueError(
+                f"{name} is {{group: bool}} or {len(flags)} bools, one for each group, not {given!r}", Status.E_SIZE
+            )
+        given = dict(enumerate(given))
+    for group, shown in given.items():
+        index = _index(f"a key of {name}", group)
+        if not 0 <= index < len(flags):
+            raise UnknownNameError(f"{name} has the group {index}; there are 0..{len(flags) - 1}", Status.E_NAME)
+        flags[index] = bool(shown)
 
 
 def _int32(name: str, value: Any) -> int:

@@ -17,7 +17,7 @@ from mjenv._abi import Role, Status
 from mjenv._arguments import image_of, time_limit_of
 from mjenv._engine import ENGINES
 from mjenv._handle import Batch, Float64Array, Rows, open_rows, pointer_to
-from mjenv._pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
+from mjenv._pictures import GROUPS, MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
 from mjenv._simulation import Simulation
 from mjenv._step import CONVERTERS, Info, Record, Step, views
 from mjenv.errors import InvalidValueError, OptionError
@@ -137,6 +137,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         """Takes the arguments of make. max_episode_steps=None means the id's own limit, -1 no limit."""
         library = ENGINES.get(engine)
         self.default_camera_config: dict[str, Any] | None = camera_config_of(library, id, options)
+        groups = {name: options.pop(name) for name in GROUPS if name in options}
         if options.get("autoreset_mode", "disabled") != "disabled":
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
         if max_episode_steps is not None:
@@ -155,6 +156,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
             visual_options,
             render_fast,
             self.default_camera_config,
+            **groups,
         )
         self.render_mode, self._in_window = render_mode, render_mode == "human"
         self.width: int = width

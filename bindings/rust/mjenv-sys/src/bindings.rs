@@ -1905,12 +1905,22 @@ pub struct mjenv_render_settings {
     pub elevation: f64,
     #[doc = " Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's"]
     pub visual: [u8; 32usize],
+    #[doc = " mjvOption's arrays of these names: 0 or 1 for each of the groups 0 to 5, which models put their objects in. An object"]
+    #[doc = " is drawn only if its group is 1. Default, as in MuJoCo: 1 for the groups 0 to 2."]
+    pub geomgroup: [u8; 6usize],
+    pub sitegroup: [u8; 6usize],
+    pub jointgroup: [u8; 6usize],
+    pub tendongroup: [u8; 6usize],
+    pub actuatorgroup: [u8; 6usize],
+    pub skingroup: [u8; 6usize],
+    #[doc = " 0"]
+    pub reserved_bytes: [u8; 4usize],
 }
 #[test]
 fn bindgen_test_layout_mjenv_render_settings() {
     assert_eq!(
         ::std::mem::size_of::<mjenv_render_settings>(),
-        128usize,
+        168usize,
         concat!("Size of: ", stringify!(mjenv_render_settings))
     );
     assert_eq!(
@@ -2190,6 +2200,125 @@ fn bindgen_test_layout_mjenv_render_settings() {
         );
     }
     test_field_visual();
+    fn test_field_geomgroup() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).geomgroup) as usize - ptr as usize
+            },
+            128usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(geomgroup)
+            )
+        );
+    }
+    test_field_geomgroup();
+    fn test_field_sitegroup() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).sitegroup) as usize - ptr as usize
+            },
+            134usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(sitegroup)
+            )
+        );
+    }
+    test_field_sitegroup();
+    fn test_field_jointgroup() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).jointgroup) as usize - ptr as usize
+            },
+            140usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(jointgroup)
+            )
+        );
+    }
+    test_field_jointgroup();
+    fn test_field_tendongroup() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).tendongroup) as usize - ptr as usize
+            },
+            146usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(tendongroup)
+            )
+        );
+    }
+    test_field_tendongroup();
+    fn test_field_actuatorgroup() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).actuatorgroup) as usize - ptr as usize
+            },
+            152usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(actuatorgroup)
+            )
+        );
+    }
+    test_field_actuatorgroup();
+    fn test_field_skingroup() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).skingroup) as usize - ptr as usize
+            },
+            158usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(skingroup)
+            )
+        );
+    }
+    test_field_skingroup();
+    fn test_field_reserved_bytes() {
+        assert_eq!(
+            unsafe {
+                let uninit = ::std::mem::MaybeUninit::<mjenv_render_settings>::uninit();
+                let ptr = uninit.as_ptr();
+                ::std::ptr::addr_of!((*ptr).reserved_bytes) as usize - ptr as usize
+            },
+            164usize,
+            concat!(
+                "Offset of field: ",
+                stringify!(mjenv_render_settings),
+                "::",
+                stringify!(reserved_bytes)
+            )
+        );
+    }
+    test_field_reserved_bytes();
 }
 impl Default for mjenv_render_settings {
     fn default() -> Self {

@@ -84,11 +84,25 @@ pub struct RenderSettings {
     pub elevation: Option<f64>,
     /// What is visible beside the geoms: Gymnasium's visual_options, indexed by MuJoCo's mjtVisFlag.
     pub visual: [bool; RenderSettings::VISUAL_FLAGS],
+    /// Which groups of geoms are drawn: mjvOption's `geomgroup`.
+    pub geomgroup: [bool; RenderSettings::GROUPS],
+    /// Which groups of sites are drawn: mjvOption's `sitegroup`.
+    pub sitegroup: [bool; RenderSettings::GROUPS],
+    /// Which groups of joints are drawn: mjvOption's `jointgroup`.
+    pub jointgroup: [bool; RenderSettings::GROUPS],
+    /// Which groups of tendons are drawn: mjvOption's `tendongroup`.
+    pub tendongroup: [bool; RenderSettings::GROUPS],
+    /// Which groups of actuators are drawn: mjvOption's `actuatorgroup`.
+    pub actuatorgroup: [bool; RenderSettings::GROUPS],
+    /// Which groups of skins are drawn: mjvOption's `skingroup`.
+    pub skingroup: [bool; RenderSettings::GROUPS],
 }
 
 impl RenderSettings {
     /// The length of `visual`.
     pub const VISUAL_FLAGS: usize = sys::MJENV_VISUAL_SKIN as usize + 1;
+    /// How many groups MuJoCo has: models put each object in one of them, and the groups 0 to 2 are drawn by default.
+    pub const GROUPS: usize = 6;
 
     /// Returns the settings with another size, in pixels.
     #[must_use]
@@ -117,6 +131,7 @@ impl RenderSettings {
         // SAFETY: handle and struct are valid for the call.
         check(unsafe { sys::mjenv_render_defaults(env.raw(), &mut raw) }).expect("an environment has default settings");
         let given = |value: f64| Some(value).filter(|value| !value.is_nan());
+        let flags = |values: [u8; Self::GROUPS]| values.map(|value| value != 0);
         let mut visual = [false; Self::VISUAL_FLAGS];
         visual.iter_mut().zip(raw.visual).for_each(|(flag, value)| *flag = value != 0);
         Self {
@@ -133,6 +148,12 @@ impl RenderSettings {
             azimuth: given(raw.azimuth),
             elevation: given(raw.elevation),
             visual,
+            geomgroup: flags(raw.geomgroup),
+            sitegroup: flags(raw.sitegroup),
+            jointgroup: flags(raw.jointgroup),
+            tendongroup: flags(raw.tendongroup),
+            actuatorgroup: flags(raw.actuatorgroup),
+            skingroup: flags(raw.skingroup),
         }
     }
 
@@ -152,6 +173,12 @@ impl RenderSettings {
         raw.azimuth = self.azimuth.unwrap_or(f64::NAN);
         raw.elevation = self.elevation.unwrap_or(f64::NAN);
         raw.visual.iter_mut().zip(self.visual).for_each(|(value, flag)| *value = flag.into());
+        raw.geomgroup = self.geomgroup.map(u8::from);
+        raw.sitegroup = self.sitegroup.map(u8::from);
+        raw.jointgroup = self.jointgroup.map(u8::from);
+        raw.tendongroup = self.tendongroup.map(u8::from);
+        raw.actuatorgroup = self.actuatorgroup.map(u8::from);
+        raw.skingroup = self.skingroup.map(u8::from);
         raw.camera = match &self.camera {
             Camera::Track => sys::MJENV_CAMERA_DEFAULT,
             Camera::Free => sys::MJENV_CAMERA_FREE,

@@ -13,6 +13,10 @@ import mjenv
 from mjenv import Kind
 from mjenv._engine import ENGINES
 from mjenv._handle import unknown_option
+from mjenv._pictures import GROUPS
+
+GROUP_COUNT = 6  # mjNGROUP
+SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's default
 
 Commands = Any  # what add_subparsers returns; argparse has no public name for its type
 
@@ -79,6 +83,29 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="set a constructor option, one of those that mjenv info lists; commas separate the numbers of a range; "
         "can be repeated",
     )
+
+
+def add_groups(command: argparse.ArgumentParser) -> None:
+    for name in GROUPS:
+        command.add_argument(
+            f"--{name}",
+            type=groups,
+            metavar="GROUPS",
+            help=f"the groups of {name.removesuffix('group')}s that are drawn, such as 0,1,3 (default: 0,1,2)",
+        )
+
+
+def groups(text: str) -> dict[int, bool]:
+    """Whether each group is drawn."""
+    chosen = {not_negative(word) for word in text.split(",") if word}
+    if chosen and max(chosen) >= GROUP_COUNT:
+        raise argparse.ArgumentTypeError(f"there is no group {max(chosen)}; there are 0 to {GROUP_COUNT - 1}")
+    return {group: group in chosen for group in range(GROUP_COUNT)}
+
+
+def groups_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The keywords of make that choose the groups."""
+    return {name: getattr(arguments, name) for name in GROUPS if getattr(arguments, name) is not None}
 
 
 def options_of(id: str, assignments: Sequence[str], engine: str | None = None) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import mjenv
 from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, known_id, not_negative, positive, seconds
+from mjenv._cli.arguments import Commands, add_groups, groups_of, known_id, not_negative, positive, seconds
 from mjenv._cli.play import Colours, needed, side_by_side
 from mjenv._cli.policies import policy_of
 from mjenv.policy import Policy
@@ -54,6 +54,7 @@ def add(commands: Commands) -> None:
         "--seconds", type=seconds, default=4.0, help="simulated time that a moving picture shows (default: 4)"
     )
     command.add_argument("--fps", type=positive, default=20, help="pictures per second (default: 20)")
+    add_groups(command)
     command.set_defaults(run=run)
 
 
@@ -90,7 +91,7 @@ def save_still(arguments: argparse.Namespace) -> int:
     pictures, labels, depths = [], [], []
     with terminal.progress(len(ids), "drawing") as advance:
         for id in ids:
-            rgb, depth = portrait(id, arguments.seed, arguments.size, arguments.engine)
+            rgb, depth = portrait(id, arguments.seed, arguments.size, arguments.engine, groups_of(arguments))
             pictures.append(rgb)
             labels.append(name_of(id))
             if id == "Ant-v5":
@@ -101,11 +102,11 @@ def save_still(arguments: argparse.Namespace) -> int:
     return len(ids)
 
 
-def portrait(id: str, seed: int, size: int, engine: str | None = None) -> Any:
+def portrait(id: str, seed: int, size: int, engine: str | None, groups: dict[str, Any]) -> Any:
     """A robot after a few random actions: colours and depth."""
     steps = VIEWS[id][0] if id in VIEWS else STEPS
     view: dict[str, Any] = {"width": size, "height": size, "default_camera_config": camera_of(id), "engine": engine}
-    with mjenv.make(id, strict=False, render_mode="rgbd_tuple", **view) as env:
+    with mjenv.make(id, strict=False, render_mode="rgbd_tuple", **view, **groups) as env:
         env.action_space.seed(seed)
         env.reset(seed=seed)
         for _ in range(steps):
@@ -162,6 +163,7 @@ def performance(file: Path, arguments: argparse.Namespace) -> list[Colours]:
         height=size,
         default_camera_config=camera_of(id),
         engine=arguments.engine,
+        **groups_of(arguments),
     ) as env:
         act = policy_of(file, env, "", None)
         obs, _ = env.reset(seed=arguments.seed)

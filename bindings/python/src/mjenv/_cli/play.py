@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import math
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,18 @@ from numpy.typing import NDArray
 
 import mjenv
 from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, add_options, known_id, not_negative, options_of, positive
+from mjenv._cli.arguments import (
+    GROUP_COUNT,
+    SHOWN_GROUPS,
+    Commands,
+    add_groups,
+    add_options,
+    groups_of,
+    known_id,
+    not_negative,
+    options_of,
+    positive,
+)
 from mjenv._cli.policies import NORMALIZER, Action, policy_of
 
 Colours = NDArray[np.uint8]
@@ -62,6 +74,7 @@ def add(commands: Commands) -> None:
     command.add_argument("--width", type=positive, default=480, help="width in pixels (default: 480)")
     command.add_argument("--height", type=positive, default=480, help="height in pixels (default: 480)")
     command.add_argument("--camera", metavar="NAME|NUMBER", help="a camera of the model; -1 is the free camera")
+    add_groups(command)
     command.add_argument("--fast", action="store_true", help="draw without multisampling and shadows")
     command.add_argument(
         "--fps",
@@ -94,11 +107,14 @@ def run(arguments: argparse.Namespace) -> int:
         render_fast=arguments.fast,
         engine=arguments.engine,
         **camera_of(arguments.camera),
+        **groups_of(arguments),
         **keywords,
     ) as env:
         if env.camera_name is not None:
             # Raises if the model has no such camera. make then takes the free camera, as Gymnasium does.
             env.model.camera(env.camera_name)
+        if hint := hidden_robot(env, groups_of(arguments)):
+            print(f"mjenv play: {hint}", file=sys.stderr)
         act, steps = actions_of(env, arguments)
         writer = writer_of(arguments.video, arguments.fps or env.metadata["render_fps"])
         with terminal.progress(steps, f"playing {arguments.id}") as advance:
@@ -154,6 +170,31 @@ def camera_of(text: str | None) -> dict[str, Any]:
     if text is None:
         return {}
     return {"camera_id": int(text)} if text.removeprefix("-").isdigit() else {"camera_name": text}
+
+
+def hidden_robot(env: mjenv.MujocoEnv, chosen: dict[str, dict[int, bool]]) -> str | None:
+    """Why nothing that is drawn belongs to the robot, and what to do; None if something does."""
+    hidden = []
+    for kind in ("geom", "site", "tendon", "skin"):  # what MuJoCo draws unless visual_options say otherwise
+        flags = chosen.get(f"{kind}group", {})
+        shown = {group for group in range(GROUP_COUNT) if flags.get(group, group in SHOWN_GROUPS)}
+        groups = set(np.clip(groups_of_robot(env.model, kind), 0, GROUP_COUNT - 1).tolist())
+        if groups & shown:
+            return None
+        if groups:
+            own, all_groups = (",".join(map(str, sorted(some))) for some in (groups, groups | shown))
+            hidden.append(f"its {kind}s are in group {own}: add --{kind}group {all_groups}")
+    return f"nothing that is drawn belongs to the robot; {'; '.join(hidden) or 'it has nothing that could be drawn'}"
+
+
+def groups_of_robot(model: Any, kind: str) -> NDArray[Any]:
+    """The groups of the objects that are not transparent and not part of the world."""
+    colour, material = getattr(model, f"{kind}_rgba"), getattr(model, f"{kind}_matid")
+    # The material's colour counts where the object has none of its own.
+    has_colour = (colour != (0.5, 0.5, 0.5, 1)).any(axis=1)
+    alpha = np.where(has_colour, colour[:, 3], np.append(model.mat_rgba[:, 3], 1)[material])
+    body = getattr(model, f"{kind}_bodyid") if kind in ("geom", "site") else np.ones(len(alpha))
+    return getattr(model, f"{kind}_group")[(alpha > 0) & (body > 0)]  # type: ignore[no-any-return]
 
 
 def needed(*modules: str) -> None:

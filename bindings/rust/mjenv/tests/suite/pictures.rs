@@ -76,6 +76,22 @@ fn cameras_differ() {
 }
 
 #[test]
+fn groups_are_chosen() {
+    let env = ready("Walker2d-v5", 1);
+    let draw = |settings: RenderSettings| Renderer::new(&env, &settings).unwrap().render(0).unwrap();
+    let mut settings = small(&env);
+    let by_default = [true, true, true, false, false, false];
+    let others = [settings.sitegroup, settings.jointgroup, settings.tendongroup, settings.actuatorgroup];
+    assert_eq!((settings.geomgroup, settings.skingroup, others), (by_default, by_default, [by_default; 4]));
+    let shown = draw(settings.clone());
+    // All geoms of the model are in group 0.
+    settings.geomgroup[3] = true;
+    assert!(shown == draw(settings.clone()));
+    settings.geomgroup[0] = false;
+    assert!(shown != draw(settings));
+}
+
+#[test]
 fn rows_are_drawn_on_threads() {
     let env = ready("Hopper-v4", 3);
     let mut renderer = Renderer::new(&env, &small(&env)).unwrap();
