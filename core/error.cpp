@@ -1,8 +1,52 @@
 #include "error.hpp"
 
+#include <algorithm>
+
 #include "chars.hpp"
 
 namespace mjenv::core {
+namespace {
+
+// How many letters must be inserted, removed or replaced to make one text of the other (Levenshtein's distance).
+std::size_t distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j - 1] + 1, row[j] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 6, kLongest = 100;
+  if (given.empty() || given.size() > kLongest) return {};
+  // Whether it is the last word of the name.
+  const auto is_last_word_of = [&](const std::string& name) {
+    const std::size_t at = name.size() - given.size();
+    return name.size() > given.size() && name.compare(at, given.size(), given) == 0 &&
+           (name[at - 1] == '.' || name[at - 1] == '_');
+  };
+  std::vector<std::pair<std::size_t, std::string>> found;
+  for (const std::string& name : names) {
+    if (is_last_word_of(name))
+      found.emplace_back(0, name);
+    else if (name.find(given) != std::string::npos)
+      found.emplace_back(1, name);
+    else if (const std::size_t letters = distance(given, name); letters <= given.size() / 4)
+      found.emplace_back(1 + letters, name);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> likeliest;
+  for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) likeliest.push_back(found[i].second);
+  return likeliest;
+}
 
 std::string listed(const std::vector<std::string>& names) {
   std::string text;

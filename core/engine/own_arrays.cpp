@@ -183,6 +183,13 @@ bool is_writable(const Array& of_model) {
   return is_integer(of_model.type) ? rule_of(of_model.name) != nullptr : !begins_with(kShared, of_model.name);
 }
 
+std::vector<std::string> writable_names(const Model& model) {
+  std::vector<std::string> names;
+  for (const Array& array : model.arrays())
+    if (is_writable(array)) names.push_back(array.name);
+  return names;
+}
+
 const OwnArray* OwnArrays::find(const std::string& name) const {
   const auto found =
       std::find_if(list_.begin(), list_.end(), [&](const OwnArray& a) { return a.original.name == name; });
@@ -209,11 +216,14 @@ OwnArray OwnArrays::describe(const std::string& name) const {
   } else {
     const auto inputs = inputs_of(m);
     const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) { return name == i.name; });
-    if (input == inputs.end())
+    if (input == inputs.end()) {
+      const std::vector<std::string> likely = nearest(name, writable_names(*model_));
       refuse_name(name,
-                  "MuJoCo computes it, or there is no such array; of mjData these can be written: time, qpos, "
-                  "qvel, act, qacc_warmstart, ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata, and "
-                  "eq_active of MuJoCo 4.0");
+                  "MuJoCo computes it, or there is no such array; " +
+                      (likely.empty() ? "" : "mjModel has " + listed(likely) + "; ") +
+                      "of mjData these can be written: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, "
+                      "xfrc_applied, mocap_pos, mocap_quat, userdata, and eq_active of MuJoCo 4.0");
+    }
     array.original = {name, input->type, {input->rows}, nullptr};
     if (input->columns > 1) array.original.shape.push_back(input->columns);
     array.place = OwnArray::Place::data_input;

@@ -66,5 +66,6 @@ class OwnArrays {
 
 // Whether rows can have their own values of this array of mjModel.
 bool is_writable(const Array& of_model);
+std::vector<std::string> writable_names(const Model& model);
 
 }  // namespace mjenv::core

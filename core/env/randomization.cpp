@@ -32,6 +32,10 @@ bool is_real(const OwnArray& array) {
   return array.original.type == MJENV_TYPE_FLOAT64 || array.original.type == MJENV_TYPE_FLOAT32;
 }
 
+bool has(const Model& model, const std::string& array) {
+  return std::any_of(model.arrays().begin(), model.arrays().end(), [&](const Array& a) { return a.name == array; });
+}
+
 template <typename T>
 std::uint64_t hash_of(const std::vector<T>& list, std::uint64_t start) {
   const std::size_t count = list.size();
@@ -92,9 +96,13 @@ Randomization::Item Randomization::item_of(const mjenv_randomization& given, con
   Item item{};
   if (StateLayout(model).part(given.array))
     fail(MJENV_E_NAME, "it is part of the state, but only arrays of the mjModel are drawn");
+  if (!has(model, given.array)) {
+    const std::vector<std::string> all = writable_names(model), likely = nearest(given.array, all);
+    fail(MJENV_E_NAME, "only arrays of the mjModel are drawn, which has none of this name; " +
+                           (likely.empty() ? "those that can be drawn are " + listed(all)
+                                           : "is one of these meant? " + listed(likely)));
+  }
   item.array = OwnArrays(model).describe(given.array);
-  if (item.array.place == OwnArray::Place::data_input)
-    fail(MJENV_E_NAME, "it is an input of the mjData, but only arrays of the mjModel are drawn");
   if (given.distribution < MJENV_DISTRIBUTION_UNIFORM || given.distribution > MJENV_DISTRIBUTION_CHOICE)
     fail(MJENV_E_ARGUMENT, "no distribution " + std::to_string(given.distribution));
   if (given.effect < MJENV_EFFECT_VALUE || given.effect > MJENV_EFFECT_OFFSET)

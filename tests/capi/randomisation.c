@@ -482,6 +482,10 @@ static void test_refused_randomizations(void** state) {
   REFUSED(MJENV_E_ARGUMENT, item.struct_size = 8, "items[1]", "struct_size");
   REFUSED(MJENV_E_ARGUMENT, item.array = NULL, "items[1]", "array");
   REFUSED(MJENV_E_NAME, item.array = "no_such_array", "items[1]", "no_such_array");
+  REFUSED(MJENV_E_NAME, item.array = "gravity", "items[1], \"gravity\"", "is one of these meant? opt.gravity");
+  REFUSED(MJENV_E_NAME, item.array = "mass", "is one of these meant? body_mass");
+  REFUSED(MJENV_E_NAME, item.array = "geom_frictoin", "is one of these meant? geom_friction");
+  REFUSED(MJENV_E_NAME, item.array = "xpos", "those that can be drawn are", "body_pos");
   REFUSED(MJENV_E_NAME, item.array = "body_parentid", "structure");
   REFUSED(MJENV_E_NAME, item.array = "xfrc_applied", "mjModel");
   REFUSED(MJENV_E_NAME, item.array = "qpos", "\"qpos\"");

@@ -235,6 +235,7 @@ static void test_refusals(void** state) {
   memcpy(rows + count, mass, count * sizeof *rows);
   assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "mass", mass, count), "mass", "cannot be written");
   assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "xpos", mass, count), "xpos", "MuJoCo computes it");
+  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "gravity", mass, 3), "mjModel has opt.gravity");
   assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "nq", mass, 1), "nq", "structure");
   assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "body_parentid", mass, count), "structure");
   assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "mesh_vert", mass, 0), "mesh_vert", "shared");
