@@ -276,6 +276,59 @@ def test_missing_needs() -> None:
         mjenv.make_vec("Unlisted-v0", 2)
 
 
+BALL = """
+<mujoco>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body><joint name="height" type="slide" axis="0 0 1"/><geom name="ball" size="0.125"/></body>
+  </worldbody>
+  <actuator><motor joint="height" ctrllimited="true" ctrlrange="-1 1"/></actuator>
+</mujoco>
+"""
+
+
+class Ball(mjenv.Task):
+    """A ball whose first row touches the floor, and whose second one is above it."""
+
+    model = BALL
+    needs = ("qpos", "contacts")
+
+    def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
+        return np.array([[0.0625], [0.5]])[:rows], np.zeros((rows, 1))
+
+    def observe(self, sim: Sim) -> Any:
+        return np.stack([sim.ncon, sim.contact.dist[:, 0], sim.contact.geom2[:, 0]], 1)
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        return sim.contact.geom1[:, 0], sim.ncon > 9, {"normals": sim.contact.frame[:, 0, :3]}
+
+
+@pytest.mark.parametrize(
+    ("id", "needs"),
+    [
+        ("Ball-v0", ("qpos", "contacts")),
+        ("Ball-v1", ("qpos", "contact")),
+        ("Ball-v2", ("ncon", "contact.dist", "contact.geom1", "contact.geom2", "contact.frame")),
+    ],
+)
+def test_contacts(id: str, needs: tuple[str, ...]) -> None:
+    mjenv.register(id, type("Ball", (Ball,), {"needs": needs}))
+    envs = mjenv.make_vec(id, 2)
+    obs, _ = envs.reset(seed=1)
+    assert obs.tolist() == [[1, 0.0625 - 0.125, 1], [0, 0, 0]]
+    info = envs.step(np.zeros((2, 1)))[4]
+    assert info["normals"].tolist() == [[0, 0, 1], [0, 0, 0]]
+
+
+def test_bad_needs() -> None:
+    with pytest.raises(mjenv.OptionError, match="needs is a sequence of names, not 'qpos'"):
+        mjenv.register("Text-v0", changed(needs="qpos"))
+    with pytest.raises(mjenv.UnknownNameError, match=r"'contact\.force'.*contacts, contact\.dist"):
+        mjenv.register("Force-v0", changed(needs=("contact.force",)))
+    with pytest.raises(mjenv.InvalidValueError, match="'contact' is both in state and in needs"):
+        mjenv.register("Taken-v0", changed(needs=("contact.dist",), state={"contact": ()}))
+
+
 # ---- machine code ----
 
 CODE = """

@@ -79,7 +79,7 @@ class NumpyRows(Rows):
         asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}
-        names = dict.fromkeys((*registered.kind.needs, *settings["arrays"].split()))
+        names = dict.fromkeys((*registered.needs, *settings["arrays"].split()))
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
         self._task = registered.kind()

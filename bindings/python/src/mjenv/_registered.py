@@ -20,7 +20,7 @@ from mjenv import _task_abi
 from mjenv._abi import Kind, Role, Status, Type
 from mjenv._engine import Engine
 from mjenv._handle import Float64Array, Rows, encoded, pointer_to
-from mjenv.errors import InvalidValueError, OptionError, TaskError
+from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameError
 from mjenv.task import Field, Model, Random, Setting, Sim, Task
 
 # mjenv_task_api.need knows these; the other arrays are always there.
@@ -36,6 +36,21 @@ ON_DEMAND = (
     "light_xpos",
     "light_xdir",
 )
+# The columns of what mjData lists of each contact.
+CONTACT = {
+    "dist": (),
+    "pos": (3,),
+    "frame": (9,),
+    "includemargin": (),
+    "friction": (5,),
+    "solref": (2,),
+    "solimp": (5,),
+    "dim": (),
+    "geom1": (),
+    "geom2": (),
+    "exclude": (),
+    "efc_address": (),
+}
 _METHODS = ("reset", "observe", "step", "carry", "reset_info")
 _TYPES = {np.dtype(np.float64): Type.FLOAT64, np.dtype(np.float32): Type.FLOAT32}
 _FIELD_TYPES: dict[Any, Type] = {
@@ -57,7 +72,8 @@ class Registered:
         for name in (*self.settings, *kind.state):
             if hasattr(Task, name) or name in Task.__annotations__:
                 raise InvalidValueError(f"{kind.__name__}: {name!r} is a name that mjenv.Task uses itself")
-        taken = set(kind.state) & set(kind.needs)
+        self.needs = _needs_of(kind)
+        taken = set(kind.state) & {name.partition(".")[0] for name in self.needs}
         if taken:
             raise InvalidValueError(f"{kind.__name__}: {sorted(taken)[0]!r} is both in state and in needs")
         addresses = {name: _address(getattr(kind, name)) for name in _METHODS}
@@ -174,7 +190,7 @@ class Registered:
                 task = self.kind()
             self.prepare(task, model)
             numbers = task.build(model)
-            for name in self.kind.needs:
+            for name in self.needs:
                 if name in ON_DEMAND:
                     model.need(name)
             (self._describe_code if self.is_code else self._describe_numpy)(task, model)
@@ -208,7 +224,7 @@ class Registered:
 
     def _describe_numpy(self, task: Task, model: Model) -> None:
         """Calls each method once, for one row in the model's initial state, to learn what it returns."""
-        arrays = {name: np.asarray(model.array(name), np.float64)[None] for name in self.kind.needs}
+        arrays = {name: _initial(model, name)[None] for name in self.needs}
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
         sim, checked = Sim(arrays, state), Checked(self.id, task, 1)
         _, _, drawn = checked.reset(Random([np.random.default_rng(0)]))
@@ -230,6 +246,33 @@ class Registered:
             # Numbers that are float32 because the action is.
             kind = Type.ACTION if values.dtype == np.float32 else _type_of(values)
             model.describe(Role.INFO, name, values.shape[1:], kind)
+
+
+def _needs_of(kind: type[Task]) -> tuple[str, ...]:
+    """The arrays that a task needs. A NumPy task that names contacts has all that mjData lists of them."""
+    if isinstance(kind.needs, str):
+        raise OptionError(f"{kind.__name__}: needs is a sequence of names, not {kind.needs!r}", Status.E_TYPE)
+    names: list[str] = []
+    for name in kind.needs:
+        if _address(kind.observe):
+            names.append("contacts" if name.startswith("contact") else name)
+        elif name in ("contact", "contacts"):
+            names += ["ncon", *(f"contact.{part}" for part in CONTACT)]
+        elif name.startswith("contact.") and name.removeprefix("contact.") not in CONTACT:
+            known = ", ".join(("contacts", *(f"contact.{part}" for part in CONTACT)))
+            raise UnknownNameError(f"{kind.__name__}: needs has {name!r}; of contacts there are {known}", Status.E_NAME)
+        else:
+            names.append(name)
+    return tuple(dict.fromkeys(names))
+
+
+def _initial(model: Model, name: str) -> Float64Array:
+    """An array in the model's initial state; without contacts, which tasks in Python see from the first reset on."""
+    columns = CONTACT.get(name.removeprefix("contact.")) if name.startswith("contact.") else None
+    if columns is None:
+        return np.asarray(model.array(name), np.float64)
+    most = int(model.array("nconmax"))
+    return np.zeros((500 if most < 0 else most, *columns))  # MuJoCo 4.0 sets none, and then the library lists 500
 
 
 class Checked:

@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -77,7 +78,9 @@ class Task:
     options: ClassVar[Mapping[str, Any]] = {}
     """The constructor options: name and default, or name and Setting."""
     needs: ClassVar[Sequence[str]] = ("qpos", "qvel")
-    """NumPy: the arrays of mjData that `sim` has. Machine code: the arrays that task.h marks as on demand."""
+    """NumPy: the arrays of mjData that `sim` has. "contacts" means `sim.ncon` and all of `sim.contact`; a single one is
+    "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
+    count. Machine code: the arrays that task.h marks as on demand."""
     state: ClassVar[Mapping[str, tuple[int, ...]]] = {}
     """Name and shape of the numbers that a row remembers from step to step. Snapshots and copies of rows hold them."""
     observation_fields: Mapping[str, int] = {}
@@ -138,7 +141,11 @@ class Sim:
         for name, array in arrays.items():
             view = array.view()
             view.flags.writeable = False
-            self.__dict__[name] = view
+            group, _, part = name.rpartition(".")
+            if group:
+                self.__dict__.setdefault(group, SimpleNamespace()).__dict__[part] = view
+            else:
+                self.__dict__[name] = view
         self.__dict__.update(state)
 
     def __getattr__(self, name: str) -> Float64Array:
