@@ -34,9 +34,11 @@ def test_act() -> None:
 
 
 def test_every_bit_is_kept(tmp_path: Path) -> None:
-    file = tmp_path / "policy.txt"
-    SMALL.save(file)
-    assert Policy.load(file) == SMALL
+    for file in (tmp_path / "policy.txt", str(tmp_path / "other.txt")):
+        SMALL.save(file)
+        assert Policy.load(file) == SMALL
+    with pytest.raises(FileNotFoundError):
+        Policy.load("no-such-policy")
 
 
 @pytest.mark.parametrize(

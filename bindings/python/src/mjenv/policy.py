@@ -7,6 +7,7 @@ tanh is that of the C library, so that every language gives the same bits. docs/
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,9 +66,9 @@ class Policy:
         bounded = [min(max(x, low), high) for x, low, high in zip(values, self.low, self.high, strict=True)]
         return np.array(bounded, np.float32)
 
-    def save(self, path: Path) -> None:
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the policy; load gives back every bit."""
-        with path.open("w") as file:
+        with Path(path).open("w") as file:
             print(HEAD, file=file)
             print("id", self.id, file=file)
             for name in ("mean", "scale", "low", "high"):
@@ -80,10 +81,11 @@ class Policy:
                     _write(file, "weights", row)
 
     @classmethod
-    def load(cls, path: Path) -> Policy:
+    def load(cls, path: str | os.PathLike[str]) -> Policy:
         """Reads a policy. Raises InvalidValueError if the file holds none."""
         try:
-            policy = cls._parse(path.read_text().splitlines())
+            text = Path(path).read_text()
+            policy = cls._parse(text.splitlines())
         except (KeyError, IndexError, TypeError, UnicodeDecodeError, ValueError) as error:
             raise InvalidValueError(f"{path} is no policy: {error}", Status.E_VALUE) from error
         if not policy._fits():
