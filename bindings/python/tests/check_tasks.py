@@ -334,8 +334,16 @@ def test_new_task(installed: Path, tmp_path: Path) -> None:
         "test_my_puck.py",
     ]
     build(folder, f"-Dmjenv_DIR={mjenv_command('cmake-dir').stdout.strip()}")
-    tested = run("-m", "pytest", "-q", "-p", "no:cacheprovider", folder, **environment)
-    assert "4 passed" in tested.stdout, tested.stdout + tested.stderr
+    # What mjenv installs is enough for it.
+    tested = subprocess.run(
+        [sys.executable, "-m", "unittest"],
+        cwd=folder,
+        env={**os.environ, **environment},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert tested.returncode == 0, tested.stderr
+    assert "Ran 4 tests" in tested.stderr
 
     again = mjenv_command("new-task", "my_puck")
     assert again.returncode == 2
