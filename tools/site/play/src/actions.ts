@@ -102,5 +102,5 @@ function keysOf(index: number): string[] {
 /** Whether the keys write into a field. */
 export function isWriting(target: EventTarget | null): boolean {
   if (target instanceof HTMLInputElement) return !["range", "checkbox"].includes(target.type);
-  return target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
+  return target instanceof HTMLSelectElement;
 }

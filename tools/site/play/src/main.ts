@@ -9,7 +9,7 @@ import { element, find } from "./elements.js";
 import type { Episode } from "./episode.js";
 import { format, isSeed, parse, type Shown } from "./link.js";
 import { actuatorNames, observationNames } from "./names.js";
-import { Options, type Texts } from "./options.js";
+import { hasEffect, Options, type Texts } from "./options.js";
 import { Play } from "./play.js";
 import { Observation, Rewards } from "./plots.js";
 import { Stage } from "./stage.js";
@@ -76,7 +76,15 @@ class Page {
   private listRobots(): Set<string> {
     const ids = this.mjenv.ids().filter((id) => !id.endsWith("-v4"));
     this.robots.append(...ids.map((id) => element("option", { value: id, textContent: id })));
-    const names = ids.map((id) => new Set(this.mjenv.options(id).map(({ name }) => name)));
+    const names = ids.map(
+      (id) =>
+        new Set(
+          this.mjenv
+            .options(id)
+            .filter(hasEffect)
+            .map(({ name }) => name),
+        ),
+    );
     return new Set([...names[0]].filter((name) => names.every((others) => others.has(name))));
   }
 
@@ -96,7 +104,7 @@ class Page {
     this.robots.value = robot;
     this.policy.checked = this.shown.policy;
     this.speed.value = String(this.shown.speed);
-    const reported: Option[] = this.mjenv.options(robot);
+    const reported: Option[] = this.mjenv.options(robot).filter(hasEffect);
     this.options.show(reported, this.common, options);
     try {
       this.play.build(this.options.values(options));

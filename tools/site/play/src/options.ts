@@ -6,6 +6,14 @@ import { element } from "./elements.js";
 /** The text of each option that differs from its default. */
 export type Texts = Record<string, string>;
 
+/**
+ * Options that change nothing on this page: there is one row on one thread, the plots read what they show, visitors have
+ * no models of their own, and the module computes in the same way on each CPU.
+ */
+const WITHOUT_EFFECT = new Set(["num_threads", "lanes", "cpu_affinity", "arrays", "xml_string", "trust_xml", "norm"]);
+
+export const hasEffect = ({ name }: Option) => !WITHOUT_EFFECT.has(name);
+
 /** How many times the default the slider of an option without bounds goes to. */
 const REACH = 4;
 const STEPS = 200;
@@ -103,8 +111,7 @@ export class Options {
     const head = element("div", { className: "head" });
     head.append(label, back);
     field.append(head, ...inputs(option, text, id, set), doc);
-    for (const input of field.querySelectorAll("input, select, textarea"))
-      input.setAttribute("aria-describedby", doc.id);
+    for (const input of field.querySelectorAll("input, select")) input.setAttribute("aria-describedby", doc.id);
     return field;
   }
 }
@@ -130,7 +137,7 @@ function inputs(option: Option, text: string, id: string, set: (text: string) =>
     return [list];
   }
   if (option.type === "reals" || option.type === "integer") return sliders(option, text, id, set);
-  const line = option.name === "xml_string" ? element("textarea", { id, rows: 3 }) : element("input", { id });
+  const line = element("input", { id });
   line.value = text;
   line.spellcheck = false;
   line.onchange = () => set(line.value);
