@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "engine/untrusted/limits.hpp"
 #include "user/user_model.h"
 #include "xml/xml.h"
 
@@ -35,9 +36,7 @@ mjModel* load(const std::string& path, const mjVFS& files, std::int64_t hull_lim
   // MuJoCo's mjCopyError would lose the reason: it calls strncpy with the size of the destination, and where gcc 12
   // inlines that, it takes the size for the number of bytes that are read, and drops the stores into a smaller source.
   if (!model)
-    reason = mjenv_hulls_exceeded() ? std::string(
-                                          "the convex hulls of the meshes take too much work, unless you trust "
-                                          "the model and set the option \"trust_xml\"")
+    reason = mjenv_hulls_exceeded() ? std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted
                                     : std::string(parsed->GetError().message);
   return model;
 }

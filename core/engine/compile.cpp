@@ -1,5 +1,7 @@
 #include "engine/compile.hpp"
 
+#include <tinyxml2.h>
+
 #include <memory>
 #include <new>
 
@@ -25,6 +27,30 @@ mjModel* compile(const std::string& folder, const std::string& text, std::int64_
   }
   if (lacks_memory(reason.c_str())) throw std::bad_alloc();
   fail(MJENV_E_MODEL, with_version(reason));
+}
+
+std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, std::int64_t at_most) {
+  tinyxml2::XMLDocument document;
+  auto* root = document.NewElement("mujoco");
+  document.InsertEndChild(root);
+  // An error in one of MuJoCo's own threads would end the process.
+  root->InsertNewChildElement("compiler")->SetAttribute("usethread", "false");
+  auto* mesh = root->InsertNewChildElement("asset")->InsertNewChildElement("mesh");
+  mesh->SetAttribute("name", "mesh");
+  mesh->SetAttribute("file", mesh_file.c_str());
+  mesh->SetAttribute("maxhullvert", at_most);
+  mesh->SetAttribute("inertia", "shell");
+  auto* geom = root->InsertNewChildElement("worldbody")->InsertNewChildElement("geom");
+  geom->SetAttribute("type", "mesh");
+  geom->SetAttribute("mesh", "mesh");
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  try {
+    const std::unique_ptr<mjModel, void (*)(mjModel*)> model(compile("", printer.CStr(), 0), mj_deleteModel);
+    return model->mesh_graph[model->mesh_graphadr[0]];
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace mjenv::core

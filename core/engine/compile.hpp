@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
@@ -12,5 +13,9 @@ namespace mjenv::core {
 // The host's locale and random numbers do not change the model, and compiling changes neither. Fails with MJENV_E_MODEL
 // and MuJoCo's reason; other errors of MuJoCo and its libraries pass through.
 mjModel_* compile(const std::string& folder, const std::string& text, std::int64_t hull_limit);
+
+// Returns how many vertices the convex hull of a mesh's file has, but at most this number, at which MuJoCo stops. Returns
+// no value if MuJoCo finds no hull. For engines that know the attribute "maxhullvert".
+std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, std::int64_t at_most);
 
 }  // namespace mjenv::core

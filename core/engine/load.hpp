@@ -12,8 +12,7 @@ struct mjVFS_;
 
 namespace mjenv::core {
 
-// Whether load() limits the work on convex hulls. If not, the vertices of meshes are limited before the model is
-// loaded.
+// Whether load() limits the work on convex hulls. If not, the hulls' vertices are counted before the model is loaded.
 extern const bool kLoadLimitsHulls;
 // Whether the simulation with which MuJoCo finds the length ranges of muscles ends even if it diverges. If not,
 // untrusted models must state these ranges.

@@ -37,7 +37,7 @@ struct Array {
 class Model {
  public:
   // Loads a built-in model ("ant.xml") or a file. As in Gymnasium, a text that starts with ".", "/" or "~" is a path.
-  // An untrusted model can only read files in its folder, and its size is limited (engine/untrusted/mjcf.hpp).
+  // An untrusted model can only read files in its folder, and its size is limited (engine/untrusted/limits.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
   // Loads a model from MJCF text. While a model is in use, both functions return the same object for the same text,
   // unless the text refers to files.

@@ -62,6 +62,9 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
 // MuJoCo 2.2.2 has no models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel&) {}
 
+// Whether the files of an included file may be beside it.
+constexpr bool kIncludesHaveFolders = false;
+
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
 inline bool resets_diverged(const mjModel&) { return true; }
 

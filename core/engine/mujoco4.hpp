@@ -121,6 +121,9 @@ inline void check_supported(const mjModel& m) {
   if (m.nplugin > 0) refuse("the model has plugins, which keep data of their own");
 }
 
+// Whether the files of an included file may be beside it.
+constexpr bool kIncludesHaveFolders = true;
+
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
 inline bool resets_diverged(const mjModel& m) { return (m.opt.disableflags & mjDSBL_AUTORESET) == 0; }
 

@@ -78,6 +78,11 @@ constexpr Version kVersions[] = {
      "tendon.actuatorfrclimited tendon.actuatorfrcrange tendon.armature tendon.springyield"},
 };
 
+constexpr const char* kNewerEngine =
+    "load the model with the engine 4.0, which is engine=\"4.0\" in Python and Julia, the feature \"mujoco4\" in Rust "
+    "and "
+    "libmjenv-mujoco4 in C and C++";
+
 bool has_word(std::string_view words, std::string_view word) {
   for (std::size_t at = words.find(word); at != std::string_view::npos; at = words.find(word, at + 1)) {
     const std::size_t end = at + word.size();
@@ -118,7 +123,7 @@ std::string with_version(std::string reason) {
     const bool found =
         is_element ? has_word(version.elements, element)
                    : !attribute.empty() && (has_word(version.attributes, own) || has_word(version.attributes, any));
-    if (found) return reason + ", and MuJoCo " + version.number + " is the first that knows it";
+    if (found) return reason + ", and MuJoCo " + version.number + " is the first that knows it: " + kNewerEngine;
   }
   return reason;
 }

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 
+#include "engine/untrusted/limits.hpp"
 #include "error.hpp"
 #include "system/memory.hpp"
 
@@ -41,8 +42,8 @@ double sum(const std::vector<double>& values) { return std::accumulate(values.be
 
 void check_limit(bool trusted, const std::string& what, double count, const std::string& unit, double limit) {
   if (!trusted && !(count <= limit))
-    fail(MJENV_E_RENDER, what + " takes " + number(count) + " " + unit + "; the limit is " + number(limit) +
-                             ", unless you trust the model and set the option \"trust_xml\"");
+    fail(MJENV_E_RENDER,
+         what + " takes " + number(count) + " " + unit + "; the limit is " + number(limit) + kUnlessTrusted);
 }
 
 }  // namespace

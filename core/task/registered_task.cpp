@@ -236,11 +236,10 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
   if (!fixed_model_) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
-    options.flag(
-        "trust_xml", false,
-        "let the model be of any size and read any file; otherwise its size is limited, and it reads files only in its "
-        "folder (xml_string: none)",
-        Scope::service);
+    options.text("trust_xml", "auto",
+                 "whether the model may be of any size and read any file (yes), or its size is limited and it reads "
+                 "files only in its folder, with xml_string none (no); auto: yes for xml_file, no for xml_string",
+                 "auto yes no", Scope::service);
   }
   options.integer("max_episode_steps", time_limit_, 0, kMaxInteger,
                   "the number of steps after which an episode is truncated; 0: never");
@@ -257,10 +256,10 @@ Outline RegisteredTask::outline() const {
 
 std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const {
   if (!fixed_model_) {
-    const bool trusted = options.get("trust_xml").integer != 0;
     const std::string &text = options.get("xml_string").text, &file = options.get("xml_file").text;
-    if (!text.empty()) return Model::parse("xml_string", text, trusted);
-    if (file != model_) return Model::open(file, trusted);
+    const std::string& trust = options.get("trust_xml").text;
+    if (!text.empty()) return Model::parse("xml_string", text, trust == "yes");
+    if (file != model_) return Model::open(file, trust != "no");
   }
   // The task's own model is trusted, because its code is trusted.
   return model_text_.empty() ? Model::open(model_, true) : Model::parse(id_, model_text_, true);

@@ -124,6 +124,51 @@ static void test_files_beside(void** state) {
   free(xml);
 }
 
+// A file may read any other, unless the caller says that a stranger wrote it. A text may read none.
+static void test_trust(void** state) {
+  (void)state;
+  char* xml = read_file(PROJECT_FOLDER "/assets/swimmer.xml", NULL);
+  static const char including[] = "<mujoco><include file=\"../swimmer.xml\"/></mujoco>";
+  write_file("swimmer.xml", xml);
+  assert_int_equal(mkdir("parts", 0700), 0);
+  write_file("parts/all.xml", including);
+  static const struct {
+    const char *option, *trust;
+    const char* says;  // NULL: it loads
+  } cases[] = {
+      {"xml_file", NULL, NULL},
+      {"xml_file", "auto", NULL},
+      {"xml_file", "yes", NULL},
+      {"xml_file", "no", "outside of the model's folder"},
+      {"xml_string", NULL, "from memory"},
+      {"xml_string", "auto", "from memory"},
+      {"xml_string", "yes", NULL},
+      {"xml_string", "no", "from memory"},
+  };
+  for (size_t i = 0; i < COUNT(cases); ++i) {
+    const bool is_file = strcmp(cases[i].option, "xml_file") == 0;
+    mjenv_options* options = options_with("Swimmer-v5", cases[i].option, is_file ? "./parts/all.xml" : including);
+    if (cases[i].trust) assert_ok(mjenv_options_set_string(options, "trust_xml", cases[i].trust));
+    // A text's files are looked for in the working directory.
+    if (!is_file) assert_int_equal(chdir("parts"), 0);
+    if (cases[i].says) {
+      assert_no_model(options, "swimmer.xml", cases[i].says, "\"trust_xml\" to \"yes\"");
+      mjenv_options_destroy(options);
+    } else {
+      mjenv_destroy(env_of_options(options, 1));
+    }
+    if (!is_file) assert_int_equal(chdir(".."), 0);
+  }
+  mjenv_options* options = options_of_id("Swimmer-v5");
+  assert_refused(MJENV_E_VALUE, mjenv_options_set_string(options, "trust_xml", "1"), "trust_xml", "auto", "yes", "no");
+  assert_refused(MJENV_E_TYPE, mjenv_options_set_integer(options, "trust_xml", 1), "trust_xml");
+  mjenv_options_destroy(options);
+  assert_int_equal(remove("parts/all.xml"), 0);
+  assert_int_equal(rmdir("parts"), 0);
+  assert_int_equal(remove("swimmer.xml"), 0);
+  free(xml);
+}
+
 static void test_missing_files(void** state) {
   (void)state;
   static const char* const paths[] = {"./none.xml", "/nowhere/none.xml", "~/none.xml", "../none/none.xml", ".", "/"};
@@ -346,12 +391,19 @@ static void test_no_log(void** state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_built_in_names), cmocka_unit_test(test_paths),
-      cmocka_unit_test(test_files_beside),   cmocka_unit_test(test_missing_files),
-      cmocka_unit_test(test_xml_string),     cmocka_unit_test(test_malformed),
-      cmocka_unit_test(test_unfit),          cmocka_unit_test(test_missing_objects),
-      cmocka_unit_test(test_main_body),      cmocka_unit_test(test_unbounded_actuator),
-      cmocka_unit_test(test_no_actuator),    cmocka_unit_test(test_silence),
+      cmocka_unit_test(test_built_in_names),
+      cmocka_unit_test(test_paths),
+      cmocka_unit_test(test_files_beside),
+      cmocka_unit_test(test_trust),
+      cmocka_unit_test(test_missing_files),
+      cmocka_unit_test(test_xml_string),
+      cmocka_unit_test(test_malformed),
+      cmocka_unit_test(test_unfit),
+      cmocka_unit_test(test_missing_objects),
+      cmocka_unit_test(test_main_body),
+      cmocka_unit_test(test_unbounded_actuator),
+      cmocka_unit_test(test_no_actuator),
+      cmocka_unit_test(test_silence),
       cmocka_unit_test(test_no_log),
   };
   return cmocka_run_group_tests(tests, enter_folder, leave_folder);

@@ -55,6 +55,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const OptionsHandle options = options_of("InvertedPendulum-v5");
   const std::string path = folder.path / "model.xml";
   REQUIRE(mjenv_options_set_string(options.get(), "xml_file", path.c_str()) == MJENV_OK);
+  REQUIRE(mjenv_options_set_string(options.get(), "trust_xml", "no") == MJENV_OK);
   const EnvHandle env = create(options, 1);
   if (!env) return 0;
   check(mjenv_reset(env.get(), nullptr, nullptr));

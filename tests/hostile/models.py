@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import pathlib
 import random
 import re
@@ -635,11 +636,18 @@ def meshes() -> Iterator[Case]:
         "vertex-zero-times-infinity": b"v 0e999 0 0\n" + obj(),
         "vertex-long": b"v 1" + b"0" * 400 + b"e-399 0 0\n" + obj(),
         "normal-zero-times-infinity": obj("vn 0e+999 0 1\n", "f 1//1 3//1 2//1\nf 1//1 2//1 4//1\n"),
-        "line": obj("l 1 2 99\n"),
+        "line-high": obj("l 1 2 99\n"),
+        "line-low": obj("l 1 -5\n"),
+        "line-0": obj("l 0 1\n"),
+        "line-text": obj("l a b\n"),
+        "line-texcoord-high": obj("l 1/9 2/9\n"),
+        "line-short": obj("l 1\n"),
+        "line-first-normals": obj("vn 0 0 1\nl 1 2\no second\n", "f 1//1 3//1 2//1\n"),
         "points": obj("p 99999999\n"),
         "tag": obj("t name 9/9/9 1 2\n"),
         "weights": obj("vw 1 1e300 1\n"),
         "materials-above": b"mtllib ../../../../../../etc/passwd\n" + obj(),
+        "materials-above-roundabout": b"mtllib ./../../../../../../etc/passwd\n" + obj(),
         "materials-absolute": b"mtllib /etc/passwd\n" + obj(),
         "nul": b"\0" + obj(),
     }.items():
@@ -649,6 +657,14 @@ def meshes() -> Iterator[Case]:
     yield mesh("obj-quads", obj(faces="f 1 2 3 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"), "either", file="m.obj")
     yield mesh("obj-polygon-collapsed", b"v 0 0 0\nf 1 1 1 1 1\n", file="m.obj")
     yield mesh("obj-materials-missing", b"mtllib none.mtl\nusemtl a\n" + obj(), "works", file="m.obj")
+    here = mesh("obj-materials-here", b"mtllib ./m.mtl\nusemtl a\n" + obj(), "works", file="m.obj")
+    here.files["m.mtl"] = b"newmtl a\nKd 1 1 1\n"
+    yield here
+    above = mesh("obj-materials-above-own", b"mtllib ../m.mtl ./none.mtl\n" + obj(), "works", file="m.obj")
+    above.files["../m.mtl"] = b"newmtl a\nKd 1 1 1\n"
+    yield dataclasses.replace(above, arguments=("own",))
+    yield mesh("obj-lines", obj(faces="f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nl 1 2 3\nl 4 -1\n"), "works", file="m.obj")
+    yield mesh("obj-lines-alone", obj("l 1 2 3 4\n", ""), "either", file="m.obj")
     yield mesh("obj-flat", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\n", "either", file="m.obj")
     yield mesh("obj-flat-cloud", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n", file="m.obj")
     yield mesh("obj-same", b"v 1 1 1\n" * 9, file="m.obj")
@@ -767,11 +783,15 @@ def meshes() -> Iterator[Case]:
     yield field("inf", "h.bin", heights(2, 2, inf * 4))
 
     def texture(
-        name: str, content: object, expect: str = "refused", file: str = "t.png", attributes: str = 'type="2d"'
+        name: str,
+        content: object,
+        expect: str = "refused",
+        file: str = "t.png",
+        attributes: str = 'type="2d"',
+        words: tuple = (),
     ) -> Case:
-        return Case(
-            f"texture-{name}", model(assets=f'<texture name="t" file="{file}" {attributes}/>'), {file: content}, expect
-        )
+        xml = model(assets=f'<texture name="t" file="{file}" {attributes}/>')
+        return Case(f"texture-{name}", xml, {file: content}, expect, words)
 
     def bomb(size: int) -> bytes:
         return png(4, 4, rows=bytes(size))
@@ -806,24 +826,27 @@ def meshes() -> Iterator[Case]:
         yield texture(f"bytes-{number}", bytes(data), "either")
     for number in range(6):
         yield texture(f"cut-{number}", png(8, 8)[: 10 * number + 7], "refused")
+    ktx = b"\xabKTX 11\xbb\r\n\x1a\n" + bytes(99)
+    yield texture("ktx", ktx, "refused", file="t.ktx", words=("KTX",))
+    yield texture("ktx-named-otherwise", ktx, "refused", file="t.jpg", words=("no PNG image",))
 
 
 def pictures() -> Iterator[Case]:
     """What loads and steps at once, but would take OpenGL all memory or hours."""
 
     def scene(
-        name: str, world: str, words: str = "", *, assets: str = "", quality: str = "", trust: bool = False
+        name: str, world: str, words: str = "", *, assets: str = "", quality: str = "", own: bool = False
     ) -> Case:
         visual = f"<visual><quality {quality}/></visual>"
         body = '<body name="torso"><freejoint/><geom size="0.1" contype="0" conaffinity="0"/></body>'
         xml = f"<mujoco>{visual}<asset>{assets}</asset><worldbody>{world}{body}</worldbody></mujoco>"
         expect = "refused" if words else "works"
-        return Case(f"picture-{name}", xml, {}, expect, (words,) if words else (), ("trust",) if trust else ())
+        return Case(f"picture-{name}", xml, {}, expect, (words,) if words else (), ("own",) if own else ())
 
     plane, light = '<geom type="plane" size="0 0 1"/>', '<light pos="0 0 3"/>'
     yield scene("planes-2000", plane * 2000, "vertices")
     yield scene("planes-10000", plane * 10_000, "vertices")
-    yield scene("planes-10000-trusted", plane * 10_000, "GB, more than is free", trust=True)
+    yield scene("planes-10000-own", plane * 10_000, "GB, more than is free", own=True)
     yield scene("planes-infinite", '<geom type="plane" size="inf inf 1"/>' + plane * 2000, "vertices")
     yield scene("planes-small", '<geom type="plane" size="9 9 1"/>' * 2000)
     yield scene("planes-odd", "".join(f'<geom type="plane" size="{s} 1"/>' for s in ("inf 1", "1e300 1e-300", "1 0")))
@@ -838,7 +861,7 @@ def pictures() -> Iterator[Case]:
     for attribute in ("numslices", "numstacks", "numquads"):
         yield scene(f"{attribute}-129", "", attribute, quality=f'{attribute}="129"')
         yield scene(f"{attribute}-128", spheres, quality=f'{attribute}="128"')
-        yield scene(f"{attribute}-129-trusted", spheres, quality=f'{attribute}="129"', trust=True)
+        yield scene(f"{attribute}-129-own", spheres, quality=f'{attribute}="129"', own=True)
         yield scene(f"{attribute}-0", spheres, quality=f'{attribute}="0"')
 
 
@@ -870,7 +893,7 @@ def access() -> Iterator[Case]:
     )
     outside = ("outside",)
     yield include("above", "../secret.xml", {"../secret.xml": inside}, words=outside)
-    yield include("above-trusted", "../secret.xml", {"../secret.xml": inside}, "works", arguments=("trust",))
+    yield include("above-own", "../secret.xml", {"../secret.xml": inside}, "works", arguments=("own",))
     yield include("absolute", "/etc/passwd")
     yield include("double-slash", "//etc/passwd")
     yield include("link", "part.xml", {"part.xml": ("link", "../secret.xml"), "../secret.xml": inside}, words=outside)
@@ -878,11 +901,9 @@ def access() -> Iterator[Case]:
     yield include("folder-link", "up/secret.xml", {"up": ("link", ".."), "../secret.xml": inside}, words=outside)
     yield include("link-cycle", "part.xml", {"part.xml": ("link", "part.xml")})
     yield include("link-device", "part.xml", {"part.xml": ("link", "/dev/zero")})
-    yield include(
-        "device-trusted", "part.xml", {"part.xml": ("link", "/dev/zero")}, words=("regular",), arguments=("trust",)
-    )
+    yield include("device-own", "part.xml", {"part.xml": ("link", "/dev/zero")}, words=("regular",), arguments=("own",))
     yield include("pipe", "part.xml", {"part.xml": "pipe"}, words=("regular",))
-    yield include("pipe-trusted", "part.xml", {"part.xml": "pipe"}, words=("regular",), arguments=("trust",))
+    yield include("pipe-own", "part.xml", {"part.xml": "pipe"}, words=("regular",), arguments=("own",))
     yield include("folder", "parts", {"parts/part.xml": inside})
     yield include("missing", "none.xml", words=("none.xml",))
     yield include("empty-name", "")
@@ -966,7 +987,7 @@ def of_kind(kind: str, attribute: str, folder: str, content: bytes) -> Iterator[
     yield asset("below-slash", file, {f"parts/{file}": content}, "works", f'{folder}="parts/"')
     yield asset("stripped", f"/nowhere/{file}", {file: content}, "works", 'strippath="true"')
     yield asset("above", f"../{file}", {f"../{file}": content}, words=outside)
-    yield asset("above-trusted", f"../{file}", {f"../{file}": content}, "works", arguments=("trust",))
+    yield asset("above-own", f"../{file}", {f"../{file}": content}, "works", arguments=("own",))
     yield asset("folder-above", file, {f"../{file}": content}, compiler=f'{folder}=".."', words=outside)
     yield asset("folder-absolute", file, {}, compiler=f'{folder}="/etc"')
     yield asset("absolute", f"/etc/{file}", {})
@@ -987,7 +1008,7 @@ def good() -> Iterator[Case]:
     yield Case("good-rich", RICH, expect="works")
     yield Case("good-text", model(), expect="works", arguments=("text",))
     yield Case("good-rich-text", RICH, expect="works", arguments=("text",))
-    yield Case("good-rich-trusted", RICH, expect="works", arguments=("trust",))
+    yield Case("good-rich-own", RICH, expect="works", arguments=("own",))
 
 
 TODAY = """<mujoco model="today">
@@ -1060,9 +1081,9 @@ PARTS = {"parts/tetra.stl": stl(), "finger.xml": FINGER, "shapes/nail.stl": stl(
 
 def today() -> Iterator[Case]:
     """Models for MuJoCo 4.0."""
-    outside, trust = ("outside",), ("trust",)
+    outside, own = ("outside",), ("own",)
     yield Case("today-good", TODAY, PARTS, "works")
-    yield Case("today-good-trusted", TODAY, PARTS, "works", arguments=trust)
+    yield Case("today-good-own", TODAY, PARTS, "works", arguments=own)
     yield Case("today-good-text", model(), expect="works", arguments=("text",))
 
     def with_world(name: str, world: str, expect: str = "refused", words: tuple = (), **rest: str) -> Case:
@@ -1081,7 +1102,7 @@ def today() -> Iterator[Case]:
     yield parent("here", "c.xml", {"c.xml": child}, "works")
     yield parent("below", "parts/c.xml", {"parts/c.xml": child}, "works")
     yield parent("above", "../c.xml", {"../c.xml": child}, words=outside)
-    yield parent("above-trusted", "../c.xml", {"../c.xml": child}, "works", arguments=trust)
+    yield parent("above-own", "../c.xml", {"../c.xml": child}, "works", arguments=own)
     yield parent("absolute", "/etc/passwd", {}, words=outside)
     yield parent("link", "c.xml", {"c.xml": ("link", "../c.xml"), "../c.xml": child}, words=outside)
     yield parent("pipe", "c.xml", {"c.xml": "pipe"}, words=("regular",))
@@ -1089,6 +1110,40 @@ def today() -> Iterator[Case]:
     yield parent("text", "c.xml", {"c.xml": child}, words=("memory",), arguments=("text",))
     yield parent("urdf", "c.xml", {"c.xml": "<robot name='r'><link name='l'/></robot>"}, words=("MJCF",))
     yield parent("archive", "c.xml", {"c.xml": b"PK\3\4" + bytes(99)})
+    beside = {
+        "robots/arm.xml": "<m><include file='tool.xml'/></m>",
+        "robots/tool.xml": "<m><asset><mesh name='m' file='tool.stl'/></asset></m>",
+        "robots/tool.stl": stl(),
+    }
+    yield Case("today-include-beside", model(sections="<include file='robots/arm.xml'/>"), beside, "works")
+    far_tool = "<m><asset><mesh name='m' file='../../tool.stl'/></asset></m>"
+    outer = {**beside, "robots/tool.xml": far_tool, "../tool.stl": stl()}
+    yield Case(
+        "today-include-beside-above", model(sections="<include file='robots/arm.xml'/>"), outer, "refused", outside
+    )
+
+    # Convex hulls. MuJoCo would take minutes for those that are refused.
+    def hull(name: str, points: list, expect: str, words: tuple = (), copies: int = 1) -> Case:
+        assets = "".join(f"<mesh name='m{i}' file='m{i}.msh' inertia='shell'/>" for i in range(copies))
+        body = "".join(f"<geom type='mesh' mesh='m{i}' mass='1'/>" for i in range(copies))
+        content = msh(points, [(0, 1, len(points) - 1)])
+        return Case(
+            f"today-hull-{name}", model(body, "", assets), {f"m{i}.msh": content for i in range(copies)}, expect, words
+        )
+
+    chance = random.Random(5)
+    inside = [tuple(chance.uniform(-1, 1) for _ in range(3)) for _ in range(60_000)]
+    yield hull("few-of-60000", inside, "works")
+    too_much = ("convex hulls", "trust_xml")
+
+    def ring(count: int, z: float) -> list:
+        angles = (2 * math.pi * i / count for i in range(count))
+        return [(math.cos(angle), math.sin(angle), z) for angle in angles]
+
+    yield hull("cone", [*ring(50_000, 0), (0, 0, 1)], "refused", too_much)
+    yield hull("cylinder", ring(20_000, 0) + ring(20_000, 1), "refused", too_much)
+    yield hull("cones", [*ring(3_000, 0), (0, 0, 1)], "refused", too_much, copies=30)
+    yield hull("vertices", inside * 9, "refused", ("vertices in all meshes",), copies=4)
     # MuJoCo 4.0 would simulate for ever to find the range of this muscle's length.
     unstable = '<compiler><lengthrange accel="1e30" maxforce="0"/></compiler>'
     muscle = '<actuator><muscle joint="x"/></actuator>'

@@ -93,7 +93,8 @@ static char* text_of(const char* path) {
   return text;
 }
 
-// Arguments: ID PATH, and "text" for a model from memory, "trust" for one from a friend.
+// Arguments: ID PATH, and "text" for a model from memory, "own" for a file of the user's own. Without either, a stranger
+// wrote the file.
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
   mjenv_options* options = NULL;
@@ -101,15 +102,16 @@ int main(int argc, char** argv) {
   TRY(mjenv_options_set_integer(options, "strict", 0));
   TRY(mjenv_options_set_integer(options, "num_threads", 2));
   TRY(mjenv_options_set_string(options, "xml_file", argv[2]));
+  int trusts_files = 0;
   for (int i = 3; i < argc; ++i) {
     if (strcmp(argv[i], "text") == 0) {
       char* text = text_of(argv[2]);
       TRY(mjenv_options_set_string(options, "xml_string", text));
       free(text);
-    } else {
-      TRY(mjenv_options_set_integer(options, "trust_xml", 1));
     }
+    trusts_files = 1;  // the default
   }
+  if (!trusts_files) TRY(mjenv_options_set_string(options, "trust_xml", "no"));
   mjenv_env* env = NULL;
   const mjenv_status status = mjenv_create(options, 2, &env);
   mjenv_options_destroy(options);

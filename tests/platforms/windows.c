@@ -51,7 +51,7 @@ static const char model[] =
 static mjenv_status create_from(const char* path, bool trusted) {
   mjenv_options* options = options_of_id("Model-v0");
   assert_ok(mjenv_options_set_string(options, "xml_file", path));
-  assert_ok(mjenv_options_set_integer(options, "trust_xml", trusted));
+  assert_ok(mjenv_options_set_string(options, "trust_xml", trusted ? "yes" : "no"));
   mjenv_env* env = NULL;
   const mjenv_status status = mjenv_create(options, 1, &env);
   if (status == MJENV_OK) assert_true(action_count(env) == 1);

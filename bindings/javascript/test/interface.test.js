@@ -433,6 +433,9 @@ test("what is wrong is refused by an error that names it", () =>
     refused(() => mjenv.make("Ant-v5", { xml_file: "/ant.xml" }), "MJENV_E_FILE", /ant.xml/);
     refused(() => mjenv.make("Ant-v5", { xml_string: "<mujoco><worldbody><body>" }), "MJENV_E_MODEL", /XML/i);
     refused(() => mjenv.make("Ant-v5", { xml_string: "<mujoco/>" }), "MJENV_E_MODEL", /./);
+    const including = "<mujoco><include file='a.xml'/></mujoco>";
+    refused(() => mjenv.make("Ant-v5", { xml_string: including }), "MJENV_E_MODEL", /from memory.*trust_xml/);
+    refused(() => mjenv.make("Ant-v5", { xml_string: including, trust_xml: true }), "MJENV_E_TYPE", /trust_xml/);
     refused(() => mjenv.make("Model-v0"), "MJENV_E_VALUE", /xml_file/);
     refused(() => env.step(zeros), "MJENV_E_NOT_RESET", /row 0/);
     refused(() => env.reset({ seed: -1 }), "MJENV_E_VALUE", /-1/);

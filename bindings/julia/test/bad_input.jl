@@ -49,6 +49,14 @@ end
         path = joinpath(folder, "broken.xml")
         write(path, "<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>")
         @test refuses(() -> Env("Ant-v5"; xml_file = path), MJENV_E_MODEL, path)
+        hinge = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"
+        write(joinpath(folder, "above.xml"), hinge)
+        below = joinpath(mkdir(joinpath(folder, "below")), "model.xml")
+        write(below, "<mujoco><include file='../above.xml'/></mujoco>")
+        @test Env("Model-v0"; xml_file = below) isa Env
+        @test refuses(() -> Env("Model-v0"; xml_file = below, trust_xml = "no"), MJENV_E_MODEL, "outside", "trust_xml")
+        never = () -> Env("Model-v0"; xml_file = below, trust_xml = "never")
+        @test refuses(never, MJENV_E_VALUE, "trust_xml", "auto, yes, no")
         write(path, rand(UInt8, 1000))
         @test refuses(() -> Env("Ant-v5"; xml_file = path), MJENV_E_MODEL, path)
     end

@@ -1,6 +1,7 @@
 """Model-v0, the physics of a model alone. tests/live/test_model.py compares its steps with MuJoCo."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -51,6 +52,24 @@ def test_the_limit_is_an_option() -> None:
     envs = mjenv.make_vec("Model-v0", 2, xml_string=PENDULUM, max_episode_steps=4)
     envs.reset()
     assert [envs.step(np.zeros((2, 0)))[3].tolist() for _ in range(4)] == [[False] * 2] * 3 + [[True] * 2]
+
+
+def test_whose_model_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "part.xml").write_text(PENDULUM)
+    (tmp_path / "robot").mkdir()
+    path = tmp_path / "robot" / "model.xml"
+    path.write_text('<mujoco><include file="../part.xml"/></mujoco>')
+    assert mjenv.options("Model-v0")["trust_xml"].choices == ("auto", "yes", "no")
+    assert mjenv.make("Model-v0", xml_file=path).model.nq == 1
+    with pytest.raises(mjenv.ModelError, match="outside of the model's folder"):
+        mjenv.make("Model-v0", xml_file=path, trust_xml="no")
+    with pytest.raises(mjenv.ModelError, match=r'from memory.*"trust_xml" to "yes"'):
+        mjenv.make("Model-v0", xml_string=path.read_text())
+    with pytest.raises(mjenv.OptionError, match="trust_xml"):
+        mjenv.make("Model-v0", xml_file=path, trust_xml=True)
+    assert main(["info", "Model-v0", "--option", f"xml_file={path}", "--json"]) == 0
+    assert main(["info", "Model-v0", "--option", f"xml_file={path}", "--option", "trust_xml=no", "--json"]) == 2
+    assert "outside" in capsys.readouterr().err
 
 
 def test_command(capsys: pytest.CaptureFixture[str]) -> None:

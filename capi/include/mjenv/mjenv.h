@@ -440,7 +440,12 @@ MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t cap
 
 /* Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count
  * "Model-v0", which can be used like the others. "Model-v0" steps a model without a task: it needs the option xml_file
- * or xml_string, observes qpos and qvel, has the reward 0 and terminates only by the option "on_divergence". */
+ * or xml_string, observes qpos and qvel, has the reward 0 and terminates only by the option "on_divergence".
+ *
+ * A model of the option xml_file is the user's own: it may read any file and be of any size. One of xml_string may come
+ * from anywhere: it reads no file, and its size is limited. The option trust_xml says otherwise: "no" confines a file
+ * that a stranger wrote to its folder and to the same sizes, "yes" gives a text what a file has, and "auto" is the
+ * default. */
 MJENV_API int64_t mjenv_id_count(void);
 
 /* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task
@@ -769,7 +774,7 @@ MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_
  * or after the environment.
  *   settings  NULL: the defaults
  * Errors: NAME (camera_name), VALUE (a number out of its bounds, or an unknown gl), RENDER (no OpenGL; OpenGL was used
- * before this process was forked; the model has more than 2^25 vertices, and the option "trust_xml" is 0), MEMORY
+ * before this process was forked; a model that is not trusted has more than 2^25 vertices), MEMORY
  * (also: the model and the picture need more memory than is free). */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
@@ -787,7 +792,8 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
  *             model's vis.map.znear and vis.map.zfar times stat.extent
  * Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the
  * environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: drawing processes more than 2^30 vertices
- * and shadow-map pixels in total, and "trust_xml" is 0; each light that casts shadows draws everything twice). */
+ * and shadow-map pixels in total, and the model is not trusted; each light that casts shadows draws everything
+ * twice). */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
                                     size_t depth_count);
 

@@ -63,7 +63,7 @@ class Words {
 // A face consists of a normal, three corners and two unused bytes.
 constexpr std::size_t kStlFace = 50;
 
-std::int64_t check_stl(const std::string& content, const Limits& limits) {
+MeshSize check_stl(const std::string& content, const Limits& limits) {
   if (content.size() < 84) refuse("it is no binary STL file: it has no header");
   const std::int64_t faces = Words(content, 80).next<std::uint32_t>();
   check_limit(limits, "triangles", faces, kFaces);
@@ -74,10 +74,10 @@ std::int64_t check_stl(const std::string& content, const Limits& limits) {
     for (std::size_t corner = 1; corner < 4; ++corner)
       std::memcpy(&corners.emplace_back(), &content[at + corner * sizeof(Vertex)], sizeof(Vertex));
   std::sort(corners.begin(), corners.end());
-  return std::distance(corners.begin(), std::unique(corners.begin(), corners.end()));
+  return {std::distance(corners.begin(), std::unique(corners.begin(), corners.end())), faces};
 }
 
-std::int64_t check_msh(const std::string& content, const Limits& limits) {
+MeshSize check_msh(const std::string& content, const Limits& limits) {
   Words words(content);
   const std::int64_t vertices = words.next<std::int32_t>();
   const std::int64_t normals = words.next<std::int32_t>();
@@ -94,7 +94,7 @@ std::int64_t check_msh(const std::string& content, const Limits& limits) {
     const std::int64_t vertex = words.next<std::int32_t>();
     if (vertex < 0 || vertex >= vertices) refuse("a triangle has vertex " + std::to_string(vertex));
   }
-  return vertices;
+  return {vertices, faces};
 }
 
 // Reads Wavefront OBJ files as tinyobjloader does, but also checks the indices.
@@ -102,36 +102,38 @@ class Obj {
  public:
   Obj(std::string path, const Limits& limits) : path_(std::move(path)), limits_(limits) {}
 
-  std::int64_t check(const std::string& content) {
+  MeshSize check(const std::string& content) {
     for (std::size_t at = 0; at < content.size();) {
       const std::size_t end = std::min(content.find_first_of("\r\n", at), content.size());
       line(std::string_view(content).substr(at, end - at));
       at = end + 1;
     }
     // Without faces MuJoCo uses the arrays directly, so their lengths must match. Faces with more than four corners do
-    // not count, because tinyobjloader may find no triangle in them.
-    if (faces_ == 0 &&
-        (positions_ < 4 || (normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_)))
+    // not count, because tinyobjloader may find no triangle in them. If lines come first, MuJoCo may see no face, as it
+    // reads the first shape alone.
+    if ((faces_ == 0 && lines_ == 0 && positions_ < 4) ||
+        ((faces_ == 0 || begins_with_lines_) &&
+         ((normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_))))
       refuse("it has no faces, and " + std::to_string(positions_) + " vertices, " + std::to_string(normals_) +
              " normals and " + std::to_string(texcoords_) + " texture coordinates");
     // If there are normals, every corner of a face must have one; the same holds for texture coordinates.
     if ((normals_ && bare_of_normals_) || (texcoords_ && bare_of_texcoords_))
       refuse("it has normals or texture coordinates, but not for all faces");
-    return positions_;
+    return {positions_, triangles_};
   }
 
  private:
   // A positive index counts from 1, and a negative one back from the last element so far.
   static void check_index(std::int64_t index, std::int64_t count) {
     if (index == 0 || index > count || index < -count)
-      refuse("a face has index " + std::to_string(index) + " into " + std::to_string(count));
+      refuse("a face or a line has index " + std::to_string(index) + " into " + std::to_string(count));
   }
 
   std::string path_;
   const Limits& limits_;
   std::int64_t positions_ = 0, normals_ = 0, texcoords_ = 0;
-  std::int64_t faces_ = 0, triangles_ = 0;
-  bool bare_of_normals_ = false, bare_of_texcoords_ = false;
+  std::int64_t faces_ = 0, triangles_ = 0, lines_ = 0, line_ends_ = 0;
+  bool bare_of_normals_ = false, bare_of_texcoords_ = false, begins_with_lines_ = false;
 
   static bool is_blank(char c) { return c == ' ' || c == '\t'; }
   static std::string_view trimmed(std::string_view text) {
@@ -163,8 +165,10 @@ class Obj {
       if (const std::string_view second = word(text); !second.empty()) coordinate(second);
     } else if (keyword == "f") {
       face(text);
-    } else if (keyword == "l" || keyword == "p" || keyword == "t" || keyword == "vw") {
-      refuse("a line begins with \"" + std::string(keyword) + "\"; only vertices and faces can be used");
+    } else if (keyword == "l") {
+      segments(text);
+    } else if (keyword == "p" || keyword == "t" || keyword == "vw") {
+      refuse("a line begins with \"" + std::string(keyword) + "\"; only vertices, faces and lines can be used");
     }
   }
 
@@ -184,7 +188,7 @@ class Obj {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     std::int64_t value = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (read.ec != std::errc()) refuse("a face has \"" + std::string(text.substr(0, 20)) + "\" for an index");
+    if (read.ec != std::errc()) refuse("a face or a line has \"" + std::string(text.substr(0, 20)) + "\" for an index");
     text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
     return value;
   }
@@ -215,14 +219,33 @@ class Obj {
     check_limit(limits_, "triangles", triangles_, kFaces);
   }
 
+  // A polyline: MuJoCo 4.0 makes the edges of a flex of it, and other meshes ignore it.
+  void segments(std::string_view text) {
+    begins_with_lines_ = begins_with_lines_ || faces_ == 0;
+    check_limit(limits_, "lines", ++lines_, kFaces);
+    std::int64_t ends = 0;
+    for (std::string_view end = word(text); !end.empty(); end = word(text)) {
+      check_limit(limits_, "ends of lines", ++ends + line_ends_, kFaces);
+      check_index(index(end), positions_);
+      if (!end.empty() && end.front() == '/') {
+        end.remove_prefix(1);
+        check_index(index(end), texcoords_);
+      }
+      if (!end.empty()) refuse("a line has an end \"" + std::string(end.substr(0, 20)) + "\"");
+    }
+    if (ends < 2) refuse("a line has " + std::to_string(ends) + " ends");
+    line_ends_ += ends;
+  }
+
   // tinyobjloader reads the material files, although MuJoCo does not use them. It takes the path of the mesh's folder for
   // a list of paths.
   void materials(std::string_view names) {
     const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
-    if (names.find_first_of("/\\~:") != std::string_view::npos ||
-        folder.find(platform::path_separator) != std::string::npos)
-      refuse("it names materials in another folder");
     for (std::string_view name = word(names); !name.empty(); name = word(names)) {
+      while (name.substr(0, 2) == "./" || name.substr(0, 2) == ".\\") name.remove_prefix(2);
+      if (!limits_.trusted() && (name.find_first_of("/\\~:") != std::string_view::npos ||
+                                 folder.find(platform::path_separator) != std::string::npos))
+        refuse(std::string("it names materials in another folder") + kUnlessTrusted);
       const std::string file = folder + std::string(name);
       const platform::FileStatus status = platform::status_of(file);
       if (!status.exists) continue;  // tinyobjloader ignores missing files
@@ -293,7 +316,7 @@ std::string read_file(const std::string& path, std::int64_t max_bytes, const cha
   return content;
 }
 
-std::int64_t check_mesh(const std::string& path, const std::string& content, const Limits& limits) {
+MeshSize check_mesh(const std::string& path, const std::string& content, const Limits& limits) {
   const std::string kind = kind_of(path);
   if (kind == ".stl") return check_stl(content, limits);
   if (kind == ".msh") return check_msh(content, limits);
@@ -330,19 +353,22 @@ namespace {
 std::int64_t check_raw(const std::string& content, const Limits& limits, std::int64_t bytes_per_pixel) {
   Words words(content);
   const std::int64_t first = words.next<std::int32_t>(), second = words.next<std::int32_t>();
+  const auto bytes = static_cast<std::int64_t>(content.size());
+  if (first < 0 || second < 0 || (second > 0 && first > bytes / second) ||
+      8 + first * second * bytes_per_pixel != bytes)
+    refuse("it is no PNG image (.png), and not in MuJoCo's own format: that begins with two integers, here " +
+           std::to_string(first) + " and " + std::to_string(second) + ", for so many rows and columns of " +
+           std::to_string(bytes_per_pixel) + " bytes each, but the file has " + std::to_string(bytes) + " bytes");
   check_limit(limits, "rows", first, kPixels);
   check_limit(limits, "columns", second, kPixels);
   check_limit(limits, "pixels", first * second, kPixels);
-  const std::int64_t needed = 8 + first * second * bytes_per_pixel;
-  if (static_cast<std::int64_t>(content.size()) != needed)
-    refuse("it has " + std::to_string(content.size()) + " bytes; its " + std::to_string(first) + " by " +
-           std::to_string(second) + " need " + std::to_string(needed));
   return first * second;
 }
 
 }  // namespace
 
 std::int64_t check_image(const std::string& path, const std::string& content, const Limits& limits) {
+  if (kind_of(path) == ".ktx") refuse("it is a KTX image, which cannot be drawn with OpenGL; use a PNG image");
   return kind_of(path) == ".png" ? check_png(content, limits) : check_raw(content, limits, 3);
 }
 

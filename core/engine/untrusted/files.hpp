@@ -21,8 +21,10 @@ std::string read_file(const std::string& path, std::int64_t max_bytes, const cha
 // Each of these functions fails with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message
 // does not name the file.
 
-// Returns the largest number of vertices that the mesh's convex hull may have.
-std::int64_t check_mesh(const std::string& path, const std::string& content, const Limits& limits);
+struct MeshSize {
+  std::int64_t vertices, triangles;
+};
+MeshSize check_mesh(const std::string& path, const std::string& content, const Limits& limits);
 void check_skin(const std::string& content, const Limits& limits);
 // Returns the number of pixels.
 std::int64_t check_image(const std::string& path, const std::string& content, const Limits& limits);

@@ -33,17 +33,16 @@ std::string Folder::read(const std::string& file, const std::string& name, const
 
 void Folder::check_inside(const std::string& file, const std::string& name) const {
   if (!exists_)
-    refuse("the model refers to file " + quoted(name) +
-           ", but as it comes from memory it has no folder; set the option \"trust_xml\" to let it read any");
+    refuse("the model refers to file " + quoted(name) + ", but as it comes from memory it has no folder" +
+           kUnlessTrusted);
   const std::string below = file.compare(0, path_.size(), path_) == 0 ? file.substr(path_.size()) : file;
   if (platform::names_no_file(below))
     refuse("file " + quoted(name) +
-           " is refused, because such a name may stand for a device, a stream, a drive or another machine; set the "
-           "option \"trust_xml\" to let the model read any");
+           " is refused, because such a name may stand for a device, a stream, a drive or another machine" +
+           kUnlessTrusted);
   const std::string own = real_path(path_.empty() ? "." : path_), real = real_path(file);
   if (real.compare(0, own.size(), own) != 0 || (own.back() != '/' && real[own.size()] != '/'))
-    refuse("file " + quoted(file) + " is outside of the model's folder " + quoted(own) +
-           "; set the option \"trust_xml\" to let the model read any");
+    refuse("file " + quoted(file) + " is outside of the model's folder " + quoted(own) + kUnlessTrusted);
 }
 
 }  // namespace mjenv::core

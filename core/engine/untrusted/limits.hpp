@@ -13,6 +13,10 @@ struct Limit {
   std::int64_t stranger, trusted;
 };
 
+// The end of the reason why a model is refused that a trusted one is not.
+inline constexpr const char* kUnlessTrusted =
+    ", unless you trust the model and set the option \"trust_xml\" to \"yes\"";
+
 inline constexpr std::int64_t kMiB = std::int64_t{1} << 20, kBillion = 1'000'000'000;
 inline constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
 
@@ -29,8 +33,13 @@ inline constexpr Limit kMaterialBytes{16 * kMiB, 16 * kMiB};  // in each file th
 // Meshes, images and height fields.
 inline constexpr Limit kVertices{600'000, 1 << 24};
 inline constexpr Limit kFaces{200'000, 1 << 24};
+inline constexpr Limit kAllVertices{2'000'000, kNoLimit};
+inline constexpr Limit kAllTriangles{4'000'000, kNoLimit};
 // The square of the number of vertices of each hull, and more (cmake/engine/guards.c). This much work takes seconds.
 inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
+// With a shared library of MuJoCo: the sum of the cubes of the numbers of vertices of a stranger's hulls. The hulls that
+// take longest, of cones, take 4.4 s then, twice (benchmarks/meshes.py).
+inline constexpr std::int64_t kHullCubes = 500'000'000'000;
 inline constexpr double kMaxCoordinate = 1 << 30;  // MuJoCo's own limit, which it only checks in STL files
 inline constexpr Limit kFaceCorners{256, 256};
 inline constexpr Limit kPixels{1 << 26, 1 << 28};
@@ -76,7 +85,7 @@ class Limits {
     if (count <= of(limit)) return "";
     const bool trust_helps = count <= limit.trusted;
     return std::to_string(count) + " " + what + "; the limit is " + std::to_string(of(limit)) +
-           (trust_helps ? ", unless you trust the model and set the option \"trust_xml\"" : "");
+           (trust_helps ? kUnlessTrusted : "");
   }
 
  private:

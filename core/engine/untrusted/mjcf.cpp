@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/compile.hpp"
 #include "engine/load.hpp"
 #include "engine/mujoco.hpp"
 #include "engine/untrusted/element.hpp"
@@ -19,13 +20,14 @@
 #include "engine/untrusted/folder.hpp"
 #include "engine/untrusted/limits.hpp"
 #include "error.hpp"
+#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
 
 constexpr const char* kStateRanges =
     "MuJoCo's shared library may simulate for ever to find the ranges of the muscles' lengths: state each muscle's "
-    "lengthrange, or set the option \"trust_xml\"";
+    "lengthrange, or trust the model and set the option \"trust_xml\" to \"yes\"";
 
 using tinyxml2::XMLDocument;
 using tinyxml2::XMLElement;
@@ -54,7 +56,8 @@ struct Settings {
 struct File {
   enum class Kind { mesh, flex, skin, heights, texture } kind;
   std::string name;
-  int copies;  // of an image: six for the sides of a cube; of a flex: the degrees of freedom of each point
+  int copies;             // of an image: six for the sides of a cube; of a flex: the degrees of freedom of each point
+  std::string including;  // the folder of the included file that refers to it; "" for the model's own file
 };
 
 bool is_absolute(const std::string& path) {
@@ -78,6 +81,7 @@ struct Source {
     Node root;
   };
   std::string folder;
+  std::string including;                                // the folder of the included file that is being read, or ""
   std::vector<std::string> included;                    // its own path, and those of the files that it includes
   std::vector<std::unique_ptr<XMLDocument>> documents;  // of the included files and the children
   Settings settings;
@@ -105,11 +109,11 @@ class Check {
   // something in it.
   std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
   // How many samples there are of sensors that have a number of values for each pixel or vertex.
-  std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0;
+  std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0, triangles_ = 0;
   // A joint without a type has the type of its default class. Here it counts as the default class with the most degrees
   // of freedom.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
-  std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_work_ = 0;
+  std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_cubes_ = 0;
 
   // A check of all elements with this name or parent.
   struct Rule {
@@ -173,11 +177,12 @@ class Check {
   void add_pixels(std::int64_t count, const XMLElement* element = nullptr);
   void add_points(std::int64_t points, std::int64_t dofs_each);
   void add_built_in(const Element& element);
-  void add_hull(std::int64_t vertices, const XMLElement* element = nullptr);
+  void add_mesh(const MeshSize& size, const std::string& file, const XMLElement* element = nullptr);
   double real(const Element& element, const char* attribute, double fallback) const;
 
   // Checks of the whole model.
   std::string path_of(const File& file) const;
+  std::string path_of(const File& file, const std::string& given) const;
   void check_files();
   void check_file(const File& file, const std::string& path, const std::string& content);
   void check_sums();
@@ -389,13 +394,21 @@ void Check::enter_children(const Node& node) {
 
 // The elements of an included file replace <include>.
 void Check::include(const Element& element, std::int64_t level) {
-  const std::string name = element.text("file"), path = source_.folder + name;
+  const std::string name = element.text("file");
+  std::string path = source_.folder + name;
   if (name.empty()) refuse("required attribute missing: 'file'", &element.xml);
+  if (kIncludesHaveFolders && is_absolute(name))
+    path = name;
+  else if (kIncludesHaveFolders && !source_.including.empty() && !platform::status_of(path).exists)
+    path = source_.including + name;
   for (const auto& other : source_.included)
     if (strcasecmp(other.c_str(), path.c_str()) == 0)
       refuse("file " + quoted(path) + " already included", &element.xml);
   source_.included.push_back(path);
-  enter_children({&parse_file(path, name), level, element.parent});
+  const XMLElement& root = parse_file(path, name);
+  const std::string outer = std::exchange(source_.including, path.substr(0, path.find_last_of("/\\") + 1));
+  enter_children({&root, level, element.parent});
+  source_.including = outer;
 }
 
 void Check::replicate(const Element& element, std::int64_t level) {
@@ -493,8 +506,7 @@ void Check::compiler(const Element& element) {
 
 // A texture that is read when it is drawn could then be another one than the one that was checked.
 void Check::refuse_late_files(const Element& element) const {
-  if (!limits_.trusted())
-    refuse("textures must be in the model, unless you trust it and set the option \"trust_xml\"", &element.xml);
+  if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
 }
 
 // How much memory the arrays of a step may take: a number of bytes, or of the unit that follows it.
@@ -549,7 +561,7 @@ void Check::add_built_in(const Element& element) {
   counts.resize(is_square || type == "cone" ? 1 : is_flat ? 2 : 3, 1);
   std::int64_t vertices = is_square ? counts[0] : 2;
   for (const auto count : counts) check_limit("vertices", vertices *= count, kVertices, &element.xml);
-  add_hull(vertices, &element.xml);
+  add_mesh({vertices, 2 * vertices}, "", &element.xml);
 }
 
 void Check::skin(const Element& element) {
@@ -618,8 +630,7 @@ void Check::flexcomp(const Element& element) {
     has_meshes_ = true;
     add_file(element, File::Kind::flex, "file", has_nodes ? 0 : dofs_each);
   } else if (type == "gmsh") {
-    if (!limits_.trusted())
-      refuse("files of Gmsh are not read, unless you trust the model and set the option \"trust_xml\"", &element.xml);
+    if (!limits_.trusted()) refuse(std::string("files of Gmsh are not read") + kUnlessTrusted, &element.xml);
   } else if (type == "direct") {
     points = static_cast<std::int64_t>(values_of<double>(element.text("point")).size()) / 3;
   } else {
@@ -679,7 +690,7 @@ void Check::surface(const Element& element, File::Kind kind) {
   for (const auto vertex : values_of<std::int64_t>(element.text("face")))
     if (vertex < 0 || vertex >= vertices)
       refuse("a face has vertex " + std::to_string(vertex) + " of " + std::to_string(vertices), &element.xml);
-  if (kind == File::Kind::mesh) add_hull(vertices, &element.xml);
+  if (kind == File::Kind::mesh) add_mesh({vertices, 0}, "", &element.xml);
   if (element.text("file").empty()) return;
   for (const char* attribute : {"vertex", "normal", "texcoord", "face"})
     if (element.xml.Attribute(attribute)) refuse(std::string("it has a file and a ") + attribute, &element.xml);
@@ -690,7 +701,7 @@ void Check::add_file(const Element& element, File::Kind kind, const char* attrib
   const std::string name = element.text(attribute);
   if (name.empty()) return;
   check_content_type(element, name);
-  source_.files.push_back({kind, name, copies});
+  source_.files.push_back({kind, name, copies, source_.including});
 }
 
 void Check::add_numbers(const Element& element, const char* attribute) {
@@ -710,11 +721,20 @@ void Check::add_points(std::int64_t points, std::int64_t dofs_each) {
   dofs_ += dofs_each * points;
 }
 
-// Assumes that all vertices of the mesh are on its convex hull. The engine that is compiled in counts the actual work.
-void Check::add_hull(std::int64_t vertices, const XMLElement* element) {
-  vertices_ += vertices;
-  if (!kLoadLimitsHulls)
-    check_limit("squares of meshes' vertices", hull_work_ += vertices * vertices, kHullWork, element);
+// A large mesh in a file is tried, until its hull has more vertices than the limit leaves to it. Of other meshes all
+// vertices are taken to be on the hull. The engine that is compiled in counts the work itself.
+void Check::add_mesh(const MeshSize& size, const std::string& file, const XMLElement* element) {
+  check_limit("vertices in all meshes", vertices_ += size.vertices, kAllVertices, element);
+  check_limit("triangles in all meshes", triangles_ += size.triangles, kAllTriangles, element);
+  if (kLoadLimitsHulls || limits_.trusted()) return;
+  constexpr std::int64_t kSmall = 1'000;  // vertices of a hull that takes a hundredth of a second
+  const auto most = static_cast<std::int64_t>(std::cbrt(static_cast<double>(kHullCubes - hull_cubes_)));
+  std::int64_t vertices = size.vertices;
+  if (!file.empty() && vertices > std::min(kSmall, most))
+    vertices = std::min(vertices, hull_vertices(file, std::max(kSmall, most) + 1).value_or(vertices));
+  if (vertices > most)
+    refuse(std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted, element);
+  hull_cubes_ += vertices * vertices * vertices;
 }
 
 double Check::real(const Element& element, const char* attribute, double fallback) const {
@@ -741,18 +761,26 @@ void Check::check_files() {
 
 void Check::check_file(const File& file, const std::string& path, const std::string& content) {
   switch (file.kind) {
-    case File::Kind::mesh: return add_hull(check_mesh(path, content, limits_));
-    case File::Kind::flex: return add_points(check_mesh(path, content, limits_), file.copies);
+    case File::Kind::mesh: return add_mesh(check_mesh(path, content, limits_), path);
+    case File::Kind::flex: return add_points(check_mesh(path, content, limits_).vertices, file.copies);
     case File::Kind::skin: return check_skin(content, limits_);
     case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
     case File::Kind::texture: return add_pixels(file.copies * check_image(path, content, limits_));
   }
 }
 
-// Builds the path as MuJoCo does.
+// Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder first, and then from the folder of the included
+// file on.
 std::string Check::path_of(const File& file) const {
+  const std::string path = path_of(file, file.name);
+  if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
+    return path;
+  return path_of(file, file.including + file.name);
+}
+
+std::string Check::path_of(const File& file, const std::string& given) const {
   const Settings& settings = source_.settings;
-  std::string name = settings.strips_path ? file.name.substr(file.name.find_last_of("/\\") + 1) : file.name;
+  std::string name = settings.strips_path ? given.substr(given.find_last_of("/\\") + 1) : given;
   if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");
   std::string below = file.kind == File::Kind::texture ? settings.texture_folder : settings.mesh_folder;
   if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';

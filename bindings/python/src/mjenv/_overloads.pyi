@@ -42,7 +42,7 @@ class AntV4(Common, total=False):
     reset_noise_scale: float
     exclude_current_positions_from_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class AntV4Vector(AntV4, Vector, total=False): ...
 
@@ -61,7 +61,7 @@ class AntV5(Common, total=False):
     exclude_current_positions_from_observation: bool
     include_cfrc_ext_in_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class AntV5Vector(AntV5, Vector, total=False): ...
 
@@ -81,7 +81,7 @@ class HalfCheetahV5(Common, total=False):
     reset_noise_scale: float
     exclude_current_positions_from_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class HalfCheetahV5Vector(HalfCheetahV5, Vector, total=False): ...
 
@@ -111,7 +111,7 @@ class HopperV5(Common, total=False):
     reset_noise_scale: float
     exclude_current_positions_from_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class HopperV5Vector(HopperV5, Vector, total=False): ...
 
@@ -143,7 +143,7 @@ class HumanoidV5(Common, total=False):
     include_qfrc_actuator_in_observation: bool
     include_cfrc_ext_in_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class HumanoidV5Vector(HumanoidV5, Vector, total=False): ...
 class HumanoidStandupV4(Common, total=False): ...
@@ -163,7 +163,7 @@ class HumanoidStandupV5(Common, total=False):
     include_qfrc_actuator_in_observation: bool
     include_cfrc_ext_in_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class HumanoidStandupV5Vector(HumanoidStandupV5, Vector, total=False): ...
 class InvertedDoublePendulumV4(Common, total=False): ...
@@ -175,7 +175,7 @@ class InvertedDoublePendulumV5(Common, total=False):
     healthy_reward: float
     reset_noise_scale: float
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class InvertedDoublePendulumV5Vector(InvertedDoublePendulumV5, Vector, total=False): ...
 class InvertedPendulumV4(Common, total=False): ...
@@ -186,7 +186,7 @@ class InvertedPendulumV5(Common, total=False):
     frame_skip: int
     reset_noise_scale: float
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class InvertedPendulumV5Vector(InvertedPendulumV5, Vector, total=False): ...
 class PusherV4(Common, total=False): ...
@@ -199,7 +199,7 @@ class PusherV5(Common, total=False):
     reward_dist_weight: float
     reward_control_weight: float
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class PusherV5Vector(PusherV5, Vector, total=False): ...
 class ReacherV4(Common, total=False): ...
@@ -211,7 +211,7 @@ class ReacherV5(Common, total=False):
     reward_dist_weight: float
     reward_control_weight: float
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class ReacherV5Vector(ReacherV5, Vector, total=False): ...
 
@@ -231,7 +231,7 @@ class SwimmerV5(Common, total=False):
     reset_noise_scale: float
     exclude_current_positions_from_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class SwimmerV5Vector(SwimmerV5, Vector, total=False): ...
 
@@ -259,7 +259,7 @@ class Walker2dV5(Common, total=False):
     reset_noise_scale: float
     exclude_current_positions_from_observation: bool
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class Walker2dV5Vector(Walker2dV5, Vector, total=False): ...
 
@@ -267,7 +267,7 @@ class ModelV0(Common, total=False):
     xml_file: str | PathLike[str]
     frame_skip: int
     xml_string: str
-    trust_xml: bool
+    trust_xml: Literal["auto", "yes", "no"]
 
 class ModelV0Vector(ModelV0, Vector, total=False): ...
 

@@ -2370,6 +2370,11 @@ extern "C" {
     #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count"]
     #[doc = " \"Model-v0\", which can be used like the others. \"Model-v0\" steps a model without a task: it needs the option xml_file"]
     #[doc = " or xml_string, observes qpos and qvel, has the reward 0 and terminates only by the option \"on_divergence\"."]
+    #[doc = ""]
+    #[doc = " A model of the option xml_file is the user's own: it may read any file and be of any size. One of xml_string may come"]
+    #[doc = " from anywhere: it reads no file, and its size is limited. The option trust_xml says otherwise: \"no\" confines a file"]
+    #[doc = " that a stranger wrote to its folder and to the same sizes, \"yes\" gives a text what a file has, and \"auto\" is the"]
+    #[doc = " default."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
@@ -2874,7 +2879,7 @@ extern "C" {
     #[doc = " or after the environment."]
     #[doc = "   settings  NULL: the defaults"]
     #[doc = " Errors: NAME (camera_name), VALUE (a number out of its bounds, or an unknown gl), RENDER (no OpenGL; OpenGL was used"]
-    #[doc = " before this process was forked; the model has more than 2^25 vertices, and the option \"trust_xml\" is 0), MEMORY"]
+    #[doc = " before this process was forked; a model that is not trusted has more than 2^25 vertices), MEMORY"]
     #[doc = " (also: the model and the picture need more memory than is free)."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
@@ -2898,7 +2903,8 @@ extern "C" {
     #[doc = "             model's vis.map.znear and vis.map.zfar times stat.extent"]
     #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the"]
     #[doc = " environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: drawing processes more than 2^30 vertices"]
-    #[doc = " and shadow-map pixels in total, and \"trust_xml\" is 0; each light that casts shadows draws everything twice)."]
+    #[doc = " and shadow-map pixels in total, and the model is not trusted; each light that casts shadows draws everything"]
+    #[doc = " twice)."]
     pub fn mjenv_render(
         renderer: *mut mjenv_renderer,
         row: i64,

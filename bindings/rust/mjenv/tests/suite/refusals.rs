@@ -103,6 +103,7 @@ fn options() {
     refuses("num_threads", 1025.into(), ErrorKind::Value, &["num_threads", "1024"]);
     refuses("terminate_when_unhealthy", 2.into(), ErrorKind::Value, &["terminate_when_unhealthy", "2"]);
     refuses("reset_noise_scale", f64::NAN.into(), ErrorKind::Value, &["reset_noise_scale", "nan"]);
+    refuses("trust_xml", "never".into(), ErrorKind::Value, &["trust_xml", "never", "auto, yes, no"]);
     refuses("norm", "fuzed".into(), ErrorKind::Value, &["norm", "fuzed", "auto, fused, plain"]);
     refuses("xml_string", "<mujoco>\0</mujoco>".into(), ErrorKind::Argument, &["xml_string", "NUL"]);
 
@@ -132,6 +133,7 @@ fn models() {
     refuses_as(ErrorKind::File, "Ant-v5", "xml_file", "/no/such/model.xml", &["/no/such/model.xml"]);
     refuses_as(ErrorKind::File, "Ant-v5", "xml_file", "antt.xml", &["antt.xml", "ant.xml", "reacher.xml"]);
     refuses("Ant-v5", "xml_string", "<mujoco><worldbody>", &["xml_string"]);
+    refuses("Ant-v5", "xml_string", "<mujoco><include file='a.xml'/></mujoco>", &["from memory", "trust_xml"]);
     refuses("Ant-v5", "main_body", "nobody", &["nobody", "torso"]);
     refuses("Reacher-v5", "xml_file", "ant.xml", &["Reacher-v5", "ant.xml", "4 positions", "15 positions"]);
     refuses("Humanoid-v5", "xml_file", "swimmer.xml", &["Humanoid-v5", "swimmer.xml", "6 velocities", "5 velocities"]);
