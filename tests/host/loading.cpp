@@ -130,7 +130,8 @@ void test_large_hull(void**) {
 void test_newer_models(void**) {
   const auto says = [](const std::string& bodies, const char* version) {
     const std::string why = refusal_of(model_with("", bodies));
-    return why.find("MuJoCo 2.2.2") != std::string::npos && why.find(version) != std::string::npos;
+    return why.find("MuJoCo 2.2.2") != std::string::npos && why.find(version) != std::string::npos &&
+           why.find("engine=\"4.0\" in Python") != std::string::npos;
   };
   assert_true(says("<body gravcomp='1'><geom size='1'/></body>", "MuJoCo 2.3.1"));
   assert_true(says("<frame><geom size='1'/></frame>", "MuJoCo 3.1.0"));
