@@ -1140,7 +1140,7 @@ def today() -> Iterator[Case]:
         angles = (2 * math.pi * i / count for i in range(count))
         return [(math.cos(angle), math.sin(angle), z) for angle in angles]
 
-    yield hull("cone", [*ring(50_000, 0), (0, 0, 1)], "refused", too_much)
+    yield hull("cone", [*ring(20_000, 0), (0, 0, 1)], "refused", too_much)
     yield hull("cylinder", ring(20_000, 0) + ring(20_000, 1), "refused", too_much)
     yield hull("cones", [*ring(3_000, 0), (0, 0, 1)], "refused", too_much, copies=30)
     yield hull("vertices", inside * 9, "refused", ("vertices in all meshes",), copies=4)
