@@ -101,7 +101,7 @@ impl ValueType {
 }
 
 /// A term of an observation, an actuator, an info, or an array of MuJoCo.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Field<'a> {
     /// Its name in Gymnasium or MuJoCo.

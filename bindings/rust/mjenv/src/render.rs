@@ -200,7 +200,7 @@ fn empty() -> sys::mjenv_render_settings {
 }
 
 /// A picture. Its pixels are stored line by line from the top, each line from the left.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image<T> {
     width: usize,
     pixels: Vec<T>,
