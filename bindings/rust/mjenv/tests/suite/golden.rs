@@ -54,7 +54,7 @@ fn option_value(words: &[&str]) -> Value {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Info {
     pub name: String,
     pub count: usize,
@@ -162,7 +162,8 @@ impl Golden {
                 "reset_info" => golden.reset_info.push(Info::parse(&words)),
                 "array" => golden.arrays.push(take_array(&words, &mut data)),
                 "gymnasium" | "mujoco" | "numpy" | "python" | "cpu" | "kernel" | "libm" => {
-                    golden.machine += &format!("{line}, ");
+                    golden.machine.push_str(line);
+                    golden.machine.push_str(", ");
                 }
                 _ => panic!("{}: no key {key}", golden.file),
             }
