@@ -11,6 +11,15 @@
 #include "error.hpp"
 
 namespace mjenv::core {
+namespace {
+
+// mj_setConst neither reads nor writes these arrays, which can have megabytes: a skybox of 800 x 800 pixels has 11.5.
+bool is_asset(const std::string& name) {
+  static constexpr std::array beginnings{"mesh_", "skin_", "tex_", "hfield_data", "bvh_", "oct_"};
+  return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.rfind(b, 0) == 0; });
+}
+
+}  // namespace
 
 std::vector<std::string> constant_arrays(const Model& model) {
   static constexpr std::array names{
@@ -28,82 +37,98 @@ std::vector<std::string> constant_arrays(const Model& model) {
   return found;
 }
 
-void Constants::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void Constants::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Constants::Constants(const Model& model) : model_(model), writable_(model) {
-  const ErrorTrap trap(ErrorTrap::Memory::is_checked);
-  copy_.reset(mj_copyModel(nullptr, model.get()));
-  if (!copy_) throw std::bad_alloc();
-  for (const Array& array : model.arrays())
-    if (is_writable(array)) writable_.add(array.name);
+Constants::Constants(const Model& model)
+    : model_(model), blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
+  const auto kind_of = [&](const std::string& name, bool is_real) {
+    for (const Array& array : model.arrays())
+      if (array.name == name && is_writable(array)) return Part::Kind::own;
+    return is_real ? Part::Kind::unchecked : Part::Kind::shared;
+  };
+  std::vector<std::size_t> members;
+  std::size_t count = 0;  // of doubles
+  for_each_array(*blank_, [&](const char* name, const auto& data, std::int64_t rows, std::int64_t columns, bool) {
+    const auto bytes = static_cast<std::size_t>(rows * columns) * sizeof *data;
+    if (bytes == 0 || is_asset(name)) return;
+    const bool is_real = std::is_floating_point_v<std::decay_t<decltype(*data)>>;
+    parts_.push_back({name, kind_of(name, is_real), nullptr, data, bytes});
+    members.push_back(static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&data) -
+                                               reinterpret_cast<const std::byte*>(blank_.get())));
+    count += (bytes + sizeof(double) - 1) / sizeof(double);
+  });
+  copies_.resize(count);
+  auto* values = reinterpret_cast<std::byte*>(copies_.data());
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    parts_[i].values = values;
+    std::memcpy(reinterpret_cast<std::byte*>(blank_.get()) + members[i], &values, sizeof values);
+    values += (parts_[i].bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
+  }
+  const OwnArrays arrays(model);
+  for (const Array& array : model.arrays()) {
+    if (array.name.find('.') == std::string::npos || !is_writable(array)) continue;
+    const OwnArray number = arrays.describe(array.name);
+    parts_.push_back({array.name, Part::Kind::own, values_of(number), array.data, number.bytes});
+  }
+  fill(arrays, nullptr);
 }
 
 void Constants::make_data() {
   if (data_) return;
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);
-  data_.reset(mj_makeData(copy_.get()));
+  data_.reset(mj_makeData(view_.get()));
   if (!data_) throw std::bad_alloc();
 }
 
 Constants::~Constants() = default;
 
 std::byte* Constants::values_of(const OwnArray& array) const {
-  auto* member = reinterpret_cast<std::byte*>(copy_.get()) + array.member;
+  auto* member = reinterpret_cast<std::byte*>(view_.get()) + array.member;
   if (array.place == OwnArray::Place::model_number) return member;
   std::byte* values;
   std::memcpy(&values, member, sizeof values);
   return values;
 }
 
+bool Constants::is_copied(const OwnArray& array) const {
+  return array.place != OwnArray::Place::data_input && values_of(array) != array.original.data;
+}
+
 void Constants::fill(const OwnArrays& arrays, const std::byte* block) {
-  mj_copyModel(copy_.get(), model_.get());
+  *view_ = *blank_;
+  for (const Part& part : parts_) std::memcpy(part.values, part.original, part.bytes);
+  if (!block) return;
   for (const OwnArray& array : arrays.list())
-    if (block && array.place != OwnArray::Place::data_input)
-      std::memcpy(values_of(array), block + array.offset, array.bytes);
+    if (is_copied(array)) std::memcpy(values_of(array), block + array.offset, array.bytes);
 }
 
 void Constants::compute(const OwnArrays& arrays, const std::byte* block, mjData_* data) {
   const ErrorTrap trap;
   fill(arrays, block);
-  mj_setConst(copy_.get(), data);
+  mj_setConst(view_.get(), data);
 }
 
 void Constants::compute(const OwnArrays& arrays, const std::byte* block) {
   const ErrorTrap trap;
   fill(arrays, block);
-  mj_resetData(copy_.get(), data_.get());
-  mj_setConst(copy_.get(), data_.get());
-}
-
-// Fails if mj_setConst has changed an array of which rows cannot have their own values.
-void Constants::check_shared() const {
-  std::vector<const void*> originals;
-  for_each_array(*model_.get(), [&](const char*, const auto* data, auto...) { originals.push_back(data); });
-  std::size_t i = 0;
-  for_each_array(*copy_, [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool) {
-    const void* original = originals[i++];
-    const auto size = static_cast<std::size_t>(rows * columns) * sizeof *data;
-    const bool is_real = std::is_floating_point_v<std::decay_t<decltype(*data)>>;
-    if (is_real || size == 0 || std::memcmp(data, original, size) == 0 || writable_.find(name)) return;
-    fail(MJENV_E_MODEL, "mj_setConst changes " + std::string(name) + ", which all rows share: change the model file");
-  });
+  reset_for_constants(*view_, *data_);
+  mj_setConst(view_.get(), data_.get());
 }
 
 std::vector<std::string> Constants::new_arrays(const OwnArrays& arrays) const {
-  check_shared();
   std::vector<std::string> names;
-  for (const OwnArray& array : writable_.list()) {
-    if (array.place == OwnArray::Place::data_input) continue;
-    const bool same = std::memcmp(values_of(array), array.original.data, array.bytes) == 0;
-    if (!same && !arrays.find(array.original.name)) names.push_back(array.original.name);
+  for (const Part& part : parts_) {
+    if (part.kind == Part::Kind::unchecked || std::memcmp(part.values, part.original, part.bytes) == 0) continue;
+    if (part.kind == Part::Kind::shared)
+      fail(MJENV_E_MODEL, "mj_setConst changes " + part.name + ", which all rows share: change the model file");
+    if (!arrays.find(part.name)) names.push_back(part.name);
   }
   return names;
 }
 
 void Constants::save(const OwnArrays& arrays, std::byte* block) const {
   for (const OwnArray& array : arrays.list())
-    if (array.place != OwnArray::Place::data_input) std::memcpy(block + array.offset, values_of(array), array.bytes);
+    if (is_copied(array)) std::memcpy(block + array.offset, values_of(array), array.bytes);
 }
 
 }  // namespace mjenv::core

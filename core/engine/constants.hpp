@@ -13,7 +13,8 @@ namespace mjenv::core {
 // The arrays that mj_setConst computes and rows can have of their own. Not all models and versions of MuJoCo have all.
 std::vector<std::string> constant_arrays(const Model& model);
 
-// Calls mj_setConst for one row after the other, on a copy of the model, because it changes the model.
+// Calls mj_setConst for one row after the other. It changes the model, so it gets a view with copies of all arrays that
+// it may write. The view shares those with meshes, textures and heights, which are large.
 class Constants {
  public:
   explicit Constants(const Model& model);
@@ -22,7 +23,7 @@ class Constants {
   // Computes the constants of the model with a row's own arrays; block null: of the model as it was compiled. As in
   // MuJoCo, data ends in the position qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
-  // The same in an mjData of this object's own, which mj_resetData clears before.
+  // The same in an mjData of this object's own, as if it were new.
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates that mjData.
   void make_data();
@@ -34,17 +35,26 @@ class Constants {
 
  private:
   struct Delete {
-    void operator()(mjModel_* model) const;
     void operator()(mjData_* data) const;
   };
+  // A copied array, or an option or statistic of the view.
+  struct Part {
+    enum class Kind { own, shared, unchecked };
+    std::string name;
+    Kind kind;  // whether rows can have their own values; if not, whether it is an error that mj_setConst changes it
+    std::byte* values;
+    const void* original;
+    std::size_t bytes;
+  };
   const Model& model_;
-  std::unique_ptr<mjModel_, Delete> copy_;
+  std::unique_ptr<mjModel_> blank_, view_;  // blank_: what the view is before the arrays are copied
+  std::vector<double> copies_;
+  std::vector<Part> parts_;
   std::unique_ptr<mjData_, Delete> data_;
-  OwnArrays writable_;  // all arrays that can be a row's own
 
   void fill(const OwnArrays& arrays, const std::byte* block);
-  void check_shared() const;
   std::byte* values_of(const OwnArray& array) const;
+  bool is_copied(const OwnArray& array) const;
 };
 
 }  // namespace mjenv::core

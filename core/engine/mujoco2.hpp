@@ -117,6 +117,18 @@ inline void update_frame(const mjModel& m, mjData& d, int geom) {
                   m.geom_bodyid[geom], m.geom_sameframe[geom]);
 }
 
+// Makes mj_setConst compute as with a new mjData. It computes all that it uses of mjData, but for the poses of mocap
+// bodies and the stack. mj_resetData would clear all of mjData, megabytes where njmax is large.
+inline void reset_for_constants(const mjModel& m, mjData& d) {
+  clear_stack(d);
+  for (int body = 0; body < m.nbody; ++body) {
+    const int mocap = m.body_mocapid[body];
+    if (mocap < 0) continue;
+    std::copy_n(m.body_pos + 3 * body, 3, d.mocap_pos + 3 * mocap);
+    std::copy_n(m.body_quat + 4 * body, 4, d.mocap_quat + 4 * mocap);
+  }
+}
+
 // ---- Geom pairs ----
 
 // Whether collision detection sorts the geom pairs of two bodies by their types.

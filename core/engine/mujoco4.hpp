@@ -195,6 +195,9 @@ inline void update_frame(const mjModel& m, mjData& d, int geom) {
   mju_mulQuat(d.geom_xquat + 4 * geom, d.xquat + 4 * body, m.geom_quat + 4 * geom);
 }
 
+// Makes mj_setConst compute as with a new mjData.
+inline void reset_for_constants(const mjModel& m, mjData& d) { mj_resetData(&m, &d); }
+
 // ---- Geom pairs ----
 
 // Whether collision detection sorts the geom pairs of two bodies by their types.

@@ -159,3 +159,67 @@ def test_mocap_bodies(threads: int) -> None:
             for model, data in zip(models, plain, strict=True):
                 mujoco.mj_step(model, data)
             check(what)
+
+
+# All that mj_setConst computes, from masses and positions of all kinds of bodies, and assets, which it leaves alone.
+CONSTANTS = """
+<mujoco>
+  <size nuserdata="3"/>
+  <asset>
+    <mesh name="tetrahedron" vertex="0 0 0  0.2 0 0  0 0.2 0  0 0 0.2"/>
+    <hfield name="hills" nrow="3" ncol="4" size="2 2 0.1 0.1"/>
+    <texture type="skybox" builtin="gradient" rgb1="1 0 0" rgb2="0 0 1" width="64" height="64"/>
+  </asset>
+  <worldbody>
+    <light name="lamp" pos="0 0 3" mode="targetbody" target="box"/>
+    <camera name="eye" pos="0 -3 1" mode="targetbody" target="upper"/>
+    <geom type="hfield" hfield="hills" pos="3 3 0"/>
+    <body name="goal" mocap="true" pos="0.5 0 1"><geom size="0.02"/><site name="above"/></body>
+    <body name="box" pos="0 0 0.4"><freejoint/><geom type="box" size="0.1 0.15 0.2"/><site name="side" pos="0.1 0 0"/></body>
+    <body name="stone" pos="0 2 0.4"><joint type="ball"/><geom type="mesh" mesh="tetrahedron"/></body>
+    <body name="upper" pos="1 0 1">
+      <joint name="shoulder" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.04"/>
+      <geom name="pulley" size="0.06"/><camera name="track" mode="trackcom"/><light mode="track"/>
+      <body name="lower" pos="0.4 0 0">
+        <joint name="elbow" axis="0 1 0" ref="20"/><joint name="slide" type="slide" springref="0.3" stiffness="2"/>
+        <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03"/><site name="hand" pos="0.3 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <equality>
+    <connect body1="box" body2="stone" anchor="0.1 0.2 0.3"/><weld body1="lower" body2="goal"/>
+    <joint joint1="shoulder" joint2="elbow"/>
+  </equality>
+  <tendon>
+    <fixed name="both"><joint joint="shoulder" coef="1"/><joint joint="elbow" coef="-0.5"/></fixed>
+    <spatial name="rope" stiffness="3"><site site="above"/><geom geom="pulley"/><site site="hand"/></spatial>
+  </tendon>
+  <actuator>
+    <motor joint="shoulder" gear="5"/><position tendon="rope" kp="3"/><motor site="side" gear="1 2 3 0 1 0"/>
+    <motor tendon="both"/>
+  </actuator>
+</mujoco>
+"""
+
+
+def test_drawn_constants() -> None:
+    """Resets that call mj_setConst compute what MuJoCo computes with a new mjData."""
+    names = ("body_mass", "body_inertia", "body_pos", "body_ipos", "qpos0", "dof_armature", "site_pos", "cam_pos")
+    draws = {name: mjenv.Scale(0.7, 1.3, set_constants=name == "body_mass") for name in names}
+    envs = mjenv.make_vec("Model-v0", ROWS, xml_string=CONSTANTS, num_threads=2, randomize=draws)
+    model = mujoco.MjModel.from_xml_string(CONSTANTS)
+    arrays = [name for name in dir(model) if isinstance(getattr(model, name), np.ndarray) and hasattr(envs.model, name)]
+    assert {"body_invweight0", "dof_M0", "tendon_lengthspring", "eq_data", "cam_pos0", "mesh_vert"} <= set(arrays)
+    for seed in range(8):
+        envs.reset(seed=seed)
+        for row in range(ROWS):
+            own = envs.envs[row].model
+            expected = mujoco.MjModel.from_xml_string(CONSTANTS)
+            for name in names:
+                getattr(expected, name)[...] = np.asarray(getattr(own, name)).reshape(getattr(expected, name).shape)
+            mujoco.mj_setConst(expected, mujoco.MjData(expected))
+            for name in arrays:
+                ours = np.asarray(getattr(own, name))
+                assert ours.tobytes() == getattr(expected, name).astype(ours.dtype).tobytes(), (seed, row, name)
+            for name in ("meaninertia", "meanmass", "meansize", "extent"):
+                assert getattr(own.stat, name) == getattr(expected.stat, name), (seed, row, name)
