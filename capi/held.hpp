@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "env/env.hpp"
 #include "handles.hpp"
@@ -58,7 +59,8 @@ struct Link {
 struct HeldEnv {
   Env env;
   std::shared_ptr<Link> link = std::make_shared<Link>();
-  mjenv_options* options;  // those that the environment was built with
+  mjenv_options* options;    // those that the environment was built with
+  std::string lanes_reason;  // the text that mjenv_lanes returned last
 
   HeldEnv(const Options& chosen, std::int64_t rows)
       : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {

@@ -270,6 +270,17 @@ std::int64_t mjenv_frame_skip(const mjenv_env* env) {
   return count_env(env, [](const Env& e) { return e.frame_skip(); });
 }
 
+mjenv_status mjenv_lanes(mjenv_env* env, std::int64_t* lanes, const char** reason) {
+  return change(env, [&](HeldEnv& held) {
+    need(lanes, "lanes");
+    LaneChoice found = held.env.lanes();
+    *lanes = found.width;
+    if (!reason) return;
+    held.lanes_reason = std::move(found.reason);
+    *reason = held.lanes_reason.c_str();
+  });
+}
+
 const mjenv_options* mjenv_options_of(const mjenv_env* env) {
   return env ? answer<const mjenv_options*>(nullptr, [&] { return (*Reading(env)).options; }) : nullptr;
 }

@@ -244,13 +244,30 @@ void OwnArrays::add(const std::string& name) {
   has_inputs_ |= array.place == OwnArray::Place::data_input;
   change_search_ |= is_in(kSearch, name);
   change_contacts_ |= is_in(kContacts, name);
-  fit_lanes_ &= lanes::computes_own(name);
+  fit_lanes_ &= array.place == OwnArray::Place::data_input || lanes::computes_own(name);
   // mj_resetData places mocap bodies where the model has them.
   if (model_->get()->nmocap > 0 && (name == "body_pos" || name == "body_quat")) {
     add("mocap_pos");
     if (!kNormalizesMocap) add("mocap_quat");
   }
   if (name == "eq_active0") add("eq_active");  // which mj_resetData sets to it
+}
+
+std::vector<std::string> OwnArrays::beyond_lanes() const {
+  std::vector<std::string> names;
+  for (const OwnArray& array : list_)
+    if (array.place != OwnArray::Place::data_input && !lanes::computes_own(array.original.name))
+      names.push_back(array.original.name);
+  return names;
+}
+
+// -0 counts, too: -0 + -0 is -0, but lanes add nothing.
+bool OwnArrays::has_forces(const std::byte* block) const {
+  const auto is_set = [](std::byte byte) { return byte != std::byte{0}; };
+  return has_inputs_ && std::any_of(list_.begin(), list_.end(), [&](const OwnArray& array) {
+           return array.place == OwnArray::Place::data_input && !lanes::computes_own(array.original.name) &&
+                  std::any_of(block + array.offset, block + array.offset + array.bytes, is_set);
+         });
 }
 
 void OwnArrays::check(const OwnArray& array, const double* values) { check_values(array, values, true); }

@@ -49,8 +49,11 @@ class OwnArrays {
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;
 
-  // Whether lanes can compute with them.
+  // Whether lanes can compute with them, where has_forces is false; and those with which they cannot.
   bool fit_lanes() const { return fit_lanes_; }
+  std::vector<std::string> beyond_lanes() const;
+  // Whether the block has a number that is not 0 in an input of mjData that lanes take for 0, such as xfrc_applied.
+  bool has_forces(const std::byte* block) const;
   bool has_inputs() const { return has_inputs_; }
   // Whether they may change which geom pairs can touch, or how precisely MuJoCo searches for them.
   bool change_search() const { return change_search_; }

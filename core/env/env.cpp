@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "engine/constants.hpp"
-#include "engine/lanes/stepper.hpp"
 #include "error.hpp"
 #include "structs.hpp"
 #include "system/cpus.hpp"
@@ -19,7 +18,6 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMaxThreads = 1024;
-constexpr const char* kLanesVariable = "MJENV_LANES";
 
 int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   const std::int64_t chosen = options.get("num_threads").integer;
@@ -33,30 +31,6 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
     return 1;
   }
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
-}
-
-// How many rows a thread steps at once, 0 if one by one.
-int lanes_for(const Options& options, const Task& task, std::int64_t rows, int threads) {
-  const std::int64_t option = options.get("lanes").integer;
-  std::string source = "option \"lanes\"", chosen = std::to_string(option);
-  if (option == -1) {
-    chosen = platform::environment(kLanesVariable).value_or("");
-    if (chosen.empty()) return lanes::best_width(*task.model, rows / threads);
-    source = kLanesVariable;
-  }
-  std::vector<int> widths = lanes::widths();
-  widths.insert(widths.begin(), 0);
-  std::vector<std::string> names;
-  for (const int width : widths) {
-    names.push_back(std::to_string(width));
-    if (names.back() == chosen) return rows < width || !lanes::obstacle(*task.model).empty() ? 0 : width;
-  }
-  fail(MJENV_E_VALUE, source + " is " + chosen + ", but this CPU and library can do " + listed(names));
-}
-
-Workers workers_for(const Options& options, const Task& task, std::int64_t rows) {
-  const int threads = threads_for(options, task, rows);
-  return Workers(task, threads, lanes_for(options, task, rows, threads), options.get("cpu_affinity").integer != 0);
 }
 
 void check_stream(std::size_t count) {
@@ -102,7 +76,8 @@ void declare_env_options(Options& options) {
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(task_of(id_of(options_.id()))->build(options_)),
-      workers_(workers_for(options_, task_, rows)),
+      lanes_(choose_lanes(options_, *task_.model, rows, threads_for(options_, task_, rows))),
+      workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
       schema_(task_, options_.get("arrays").text, workers_.first().work()),
       rows_(*task_.model, task_.carry_count, rows),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
@@ -134,6 +109,17 @@ void Env::check_settled() const {
 
 void Env::check_actions(const Action& actions, std::int64_t actions_per_row) const {
   check_count("the action's count", actions.count, rows() * actions_per_row * task_.model->nu());
+}
+
+LaneChoice Env::lanes() const {
+  check_settled();
+  if (lanes_.width == 0) return lanes_;
+  const OwnValues& own = rows_.own();
+  if (!own.arrays().fit_lanes()) return {0, "rows have values of their own of " + listed(own.arrays().beyond_lanes())};
+  const std::int64_t alone = own.forced_rows();
+  if (alone == 0) return lanes_;
+  return {steps_together() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
+                                                     " rows have forces in qfrc_applied or xfrc_applied"};
 }
 
 // ---- Random streams ----
@@ -381,10 +367,12 @@ void Env::write(const std::string& array, std::size_t count,
   // First for all rows, because memory may run out: a call that fails must write nothing.
   for_each_written(values_of, [&](std::int64_t row, const double*) { rows_.keep(row); });
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
-    if (part)
+    if (part) {
       std::copy_n(values, count, rows_.state(row) + part->offset);
-    else
+    } else {
       OwnArrays::write(target, values, own.present(row));
+      own.note_forces(row);
+    }
     rows_.head(row).written = true;
     workers_.forget(row);
     forget_observation(row);
@@ -482,6 +470,7 @@ void Env::end_pushes() {
   for_each_pushed([&](std::int64_t row) { rows_.keep(row); });
   for_each_pushed([&](std::int64_t row) {
     perturbation_.end_pushes(rows_.perturbed(row), rows_.own().present(row));
+    rows_.own().note_forces(row);
     rows_.head(row).written = true;
     workers_.forget(row);
   });

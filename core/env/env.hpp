@@ -10,6 +10,7 @@
 
 #include "env/episodes.hpp"
 #include "env/image.hpp"
+#include "env/lane_choice.hpp"
 #include "env/order.hpp"
 #include "env/pipeline.hpp"
 #include "env/rows.hpp"
@@ -35,6 +36,8 @@ class Env {
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const mjenv_task_camera& camera() const { return task_.camera; }
+  // How many rows each thread steps together, with the values and forces that rows have now.
+  LaneChoice lanes() const;
 
   // A mask selects the rows whose element is not 0; a null mask selects all rows.
   void seed(const std::uint64_t* seeds, const std::uint8_t* mask);
@@ -84,6 +87,7 @@ class Env {
  private:
   Options options_;
   Task task_;
+  LaneChoice lanes_;
   Workers workers_;
   Schema schema_;
   Rows rows_;
@@ -100,8 +104,11 @@ class Env {
   const Identity& identity() const;
   void forget_observation(std::int64_t row);
   void end_pushes();
-  // Whether the workers of each team step rows together.
-  bool steps_together() const { return workers_.team_size() > 1 && rows_.own().arrays().fit_lanes(); }
+  // Whether the workers of each team step rows together. Those with forces are stepped alone.
+  bool steps_together() const {
+    const OwnValues& own = rows_.own();
+    return workers_.team_size() > 1 && own.arrays().fit_lanes() && own.forced_rows() + 1 < rows();
+  }
   // Throws while rows are under way between send and receive.
   void check_settled() const;
   // Writes to each row the values that values_of(row) points to; null: none. count: how many each row gets.

@@ -28,12 +28,12 @@ void report_failure(const Place& place, const Body& body) {
   }
 }
 
-// Which of the elements have a value: bit i for element i.
-template <typename T, std::size_t count>
-std::uint32_t bits_of(const std::array<std::optional<T>, count>& values) {
+// Which of the steps can be advanced together: bit i for element i.
+template <typename Begun, std::size_t count>
+std::uint32_t bits_of(const std::array<std::optional<Begun>, count>& begun) {
   std::uint32_t bits = 0;
   for (std::size_t i = 0; i < count; ++i)
-    if (values[i]) bits |= 1u << i;
+    if (begun[i] && !begun[i]->alone) bits |= 1u << i;
   return bits;
 }
 
@@ -148,7 +148,7 @@ void Episodes::step(Team& team) const {
 }
 
 Episodes::Begun Episodes::begin_step(Worker& worker, const Turn& turn) const {
-  Begun begun{Worker::random(rows_, turn.row), turn.action, nullptr, is_perturbed(turn.row)};
+  Begun begun{Worker::random(rows_, turn.row), turn.action, nullptr, is_perturbed(turn.row), false};
   if (!begun.perturbed) return begun;
   begun.seen = perturbation_.begin_step(rows_.perturbed(turn.row), rows_.head(turn.row).steps, turn.action,
                                         begun.random.rng(), worker.perturbed);
@@ -158,7 +158,8 @@ Episodes::Begun Episodes::begin_step(Worker& worker, const Turn& turn) const {
 
 Episodes::Begun Episodes::begin_step_in_team(Worker& worker, const Turn& turn) const {
   Begun begun = begin_step(worker, turn);
-  worker.begin_step(rows_, turn.row, begun.seen, begun.forces);
+  begun.alone = rows_.own().has_forces(turn.row) || (begun.forces && !begun.forces->empty());
+  if (!begun.alone) worker.begin_step(rows_, turn.row, begun.seen, begun.forces);  // else advance begins it
   return begun;
 }
 

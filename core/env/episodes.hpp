@@ -61,6 +61,7 @@ class Episodes {
     Action seen;  // the action that the task sees
     const Worker::Forces* forces;
     bool perturbed;
+    bool alone;  // the row has forces, which lanes do not compute
   };
 
   const Task& task_;

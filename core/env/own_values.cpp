@@ -1,5 +1,6 @@
 #include "env/own_values.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -40,9 +41,25 @@ void OwnValues::add(const std::vector<std::string>& names) {
       widen((past_[row].*member).get(), (pasts[row].*member).get());
     }
   for (std::size_t row = 0; row < past_.size(); ++row) pasts[row].state = std::move(past_[row].state);
+  std::vector<std::uint8_t> forced = forced_;
+  if (arrays.has_inputs()) forced.resize(rows_);  // the new arrays have no forces yet
   arrays_ = std::move(arrays);
   blocks_ = std::move(blocks);
   past_ = std::move(pasts);
+  forced_ = std::move(forced);
+}
+
+void OwnValues::clear_inputs(std::int64_t row) {
+  arrays_.clear_inputs(present(row));
+  note_forces(row);
+}
+
+std::int64_t OwnValues::forced_rows() const {
+  return std::count_if(forced_.begin(), forced_.end(), [](std::uint8_t forced) { return forced != 0; });
+}
+
+void OwnValues::note_forces(std::int64_t row) {
+  if (!forced_.empty()) forced_[static_cast<std::size_t>(row)] = arrays_.has_forces(present(row)) ? 1 : 0;
 }
 
 void OwnValues::make_pasts() {
@@ -118,6 +135,7 @@ OwnValues::Past OwnValues::copied_past(std::int64_t row) const {
 
 void OwnValues::copy(std::int64_t from, std::int64_t to, Past kept) {
   if (!empty()) std::memcpy(present(to), present(from), block_bytes());
+  if (!forced_.empty()) forced_[static_cast<std::size_t>(to)] = forced_[static_cast<std::size_t>(from)];
   if (Past* p = past(to)) *p = std::move(kept);
 }
 
@@ -136,6 +154,7 @@ OwnValues::Block OwnValues::translated(const OwnArrays& layout, const std::byte*
 
 void OwnValues::set(std::int64_t row, const OwnArrays& layout, const std::byte* block, Past kept) {
   if (!empty()) translate(layout, block, present(row));
+  note_forces(row);
   if (Past* p = past(row)) *p = std::move(kept);
 }
 

@@ -62,7 +62,12 @@ class OwnValues {
   void computed_after_step(std::int64_t row);
 
   // Clears the inputs of mjData (qfrc_applied, mocap_pos, ...: own_arrays.hpp), as mj_resetData does.
-  void clear_inputs(std::int64_t row) { arrays_.clear_inputs(present(row)); }
+  void clear_inputs(std::int64_t row);
+  // Whether the row has forces that lanes do not compute (OwnArrays::has_forces), and how many rows have. Call
+  // note_forces when inputs of mjData were written to the present values.
+  bool has_forces(std::int64_t row) const { return !forced_.empty() && forced_[static_cast<std::size_t>(row)] != 0; }
+  std::int64_t forced_rows() const;
+  void note_forces(std::int64_t row);
 
   // For copies and images of rows. What was kept of a row; a null pointer where nothing was.
   struct Past {
@@ -86,7 +91,8 @@ class OwnValues {
   OwnArrays arrays_;
   std::size_t rows_;
   std::vector<double> blocks_;
-  std::vector<Past> past_;  // empty until make_pasts or add has allocated it
+  std::vector<std::uint8_t> forced_;  // for has_forces; empty until rows have inputs of their own
+  std::vector<Past> past_;            // empty until make_pasts or add has allocated it
   std::size_t state_size_;
 
   Past* past(std::int64_t row) { return past_.empty() ? nullptr : &past_[static_cast<std::size_t>(row)]; }

@@ -47,9 +47,11 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     own.computed_after_step(row);
   else
     own.computed_all(row);
-  if (origin == Origin::step && forces_)
+  if (origin == Origin::step && forces_ && !forces_->empty()) {
     for (const Work::Force& force : *forces_)
       std::memcpy(own.present(row) + force.offset, force.values.data(), sizeof force.values);
+    own.note_forces(row);
+  }
   if (clears_inputs) {
     if (room) own.keep(row, std::move(room));
     own.clear_inputs(row);

@@ -76,15 +76,23 @@ static void roll_out(struct player* p, const double* action, size_t count) {
   assert_ok(mjenv_rollout(p->env, action, count * ROLLOUT, MJENV_DTYPE_FLOAT64, ROLLOUT, &batch));
 }
 
-// From the next reset on.
+// From the next reset on. Rows that are pushed leave their lanes for a step.
 static void perturb(mjenv_env* env) {
   static const double noises[] = {0.1};
+  static const mjenv_push push = {.struct_size = sizeof push,
+                                  .body = 1,
+                                  .min_steps = 1,
+                                  .max_steps = 3,
+                                  .low = {-9, 0, 0},
+                                  .high = {9, 0, 0, 0, 1}};
   const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
                                            .action_noise = noises,
                                            .action_noise_count = 1,
                                            .observation_noise = noises,
                                            .observation_noise_count = 1,
-                                           .action_delay = 1};
+                                           .action_delay = 1,
+                                           .pushes = &push,
+                                           .push_count = 1};
   assert_ok(mjenv_perturb(env, &perturbation));
 }
 
@@ -102,6 +110,14 @@ static void randomise(mjenv_env* env) {
                                      .effect = MJENV_EFFECT_SCALE,
                                      .constants = i == 0};
   assert_ok(mjenv_randomize(env, items, COUNT(items)));
+}
+
+static void fill_array(mjenv_env* env, int64_t row, const char* array, double value) {
+  size_t count;
+  double* values = read_array(env, row == MJENV_ALL_ROWS ? 0 : row, array, &count);
+  for (size_t i = 0; i < count; ++i) values[i] = value;
+  assert_ok(mjenv_write(env, row, array, values, count));
+  free(values);
 }
 
 static void scale_array(mjenv_env* env, int64_t row, const char* array, double factor) {
@@ -123,6 +139,11 @@ static void disturb(struct player* p, int step) {
     qvel[0] = 3e9;
     assert_ok(mjenv_write(p->env, rows - 1, "qvel", qvel, nv));
   }
+  if (step == 12) fill_array(p->env, 1, "qfrc_applied", 0.3);
+  if (step == 13) fill_array(p->env, rows / 2, "xfrc_applied", 0.2);
+  if (step == 15) fill_array(p->env, 1, "qfrc_applied", 0);
+  if (step == 22) fill_array(p->env, MJENV_ALL_ROWS, "qfrc_applied", -0.0);
+  if (step == 24) fill_array(p->env, MJENV_ALL_ROWS, "qfrc_applied", 0);
   if (step == 16) {
     assert_ok(mjenv_snapshot(p->env, rows - 1, NULL, 0, &size));
     unsigned char* image = allocate(size);
@@ -244,11 +265,145 @@ static void test_refused(void** state) {
   mjenv_options_destroy(options);
 }
 
+// The environment's answer is this number, with a reason that contains the text; "": there is none.
+static void assert_lanes(mjenv_env* env, int64_t wanted, const char* why) {
+  int64_t lanes = -1;
+  const char* reason = NULL;
+  assert_ok(mjenv_lanes(env, &lanes, &reason));
+  if (lanes != wanted || (*why ? !strstr(reason, why) : *reason != 0))
+    fail_msg("%" PRId64 " lanes (%s), not %" PRId64 " (%s)", lanes, reason, wanted, why);
+  assert_ok(mjenv_lanes(env, &lanes, NULL));
+  assert_int_equal(lanes, wanted);
+}
+
+static mjenv_options* options_with_lanes(const char* id, int64_t lanes) {
+  mjenv_options* options = options_of_id(id);
+  assert_ok(mjenv_options_set_integer(options, "lanes", lanes));
+  return options;
+}
+
+static mjenv_options* options_with_sensor(int64_t lanes) {
+  mjenv_options* options = options_with_lanes("Model-v0", lanes);
+  assert_ok(mjenv_options_set_string(options, "xml_string",
+                                     "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>"
+                                     "<sensor><jointpos joint='j'/></sensor></mujoco>"));
+  return options;
+}
+
+static void assert_lanes_of(mjenv_options* options, int64_t rows, int64_t wanted, const char* why) {
+  mjenv_env* env = env_of_options(options, rows);
+  assert_lanes(env, wanted, why);
+  mjenv_destroy(env);
+}
+
+static void assert_refused_lanes(mjenv_options* options, int64_t rows, const char* why) {
+  mjenv_env* env = NULL;
+  assert_refused(MJENV_E_VALUE, mjenv_create(options, rows, &env), "\"lanes\" is 2", why);
+  mjenv_options_destroy(options);
+}
+
+// Why environments have no lanes. The option is refused where it cannot be followed; the variable is for all
+// environments of the process, so those that cannot follow it only say so.
+static void test_reasons(void** state) {
+  (void)state;
+  const bool has = runs(2);
+  const char* const sensors = has ? "sensors" : "lanes";
+  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", 0), 64, 0, "option \"lanes\" is 0");
+  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only one row" : "this library");
+  assert_lanes_of(options_with_sensor(-1), 64, 0, sensors);
+  assert_refused_lanes(options_with_sensor(2), 64, sensors);
+  if (has)
+    assert_lanes_of(options_with_lanes("Hopper-v5", 2), 2, 2, "");
+  else
+    assert_refused_lanes(options_with_lanes("Hopper-v5", 2), 64, "this library");
+  assert_refused_lanes(options_with_lanes("Hopper-v5", 2), 1, has ? "only 1 row" : "this library");
+  set_variable("MJENV_LANES", "2");
+  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, has ? 2 : 0, has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only 1 row" : "this library");
+  assert_lanes_of(options_with_sensor(-1), 64, 0, sensors);
+  set_variable("MJENV_LANES", "0");
+  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, 0, "MJENV_LANES is 0");
+  set_variable("MJENV_LANES", NULL);
+}
+
+// Rows leave their lanes while they have forces, and come back.
+static void test_forces(void** state) {
+  (void)state;
+  if (!runs(2)) return;
+  enum { ROWS = 5 };
+  mjenv_env* env = env_of_options(options_with_lanes("Hopper-v5", 2), ROWS);
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_lanes(env, 2, "");
+  fill_array(env, 3, "qfrc_applied", 0);
+  assert_lanes(env, 2, "");
+  fill_array(env, 3, "qfrc_applied", -0.0);  // MuJoCo adds it, which can change the sign of a 0
+  assert_lanes(env, 2, "1 of 5 rows");
+  fill_array(env, 1, "xfrc_applied", 2);
+  assert_lanes(env, 2, "2 of 5 rows");
+  fill_array(env, 3, "qfrc_applied", 0);
+  assert_lanes(env, 2, "1 of 5 rows");
+  const uint8_t to[ROWS] = {1, 0, 1, 0, 0};
+  assert_ok(mjenv_copy_row(env, 1, to));
+  assert_lanes(env, 2, "3 of 5 rows");
+  fill_array(env, 3, "xfrc_applied", 1);
+  assert_lanes(env, 0, "4 of 5 rows");  // a single row is stepped alone, too
+  size_t size;
+  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
+  unsigned char* image = allocate(size);
+  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, size, &size));
+  const uint8_t mask[ROWS] = {1, 1, 0, 0, 0};
+  assert_ok(mjenv_reset(env, mask, NULL));
+  assert_lanes(env, 2, "2 of 5 rows");
+  assert_ok(mjenv_restore(env, MJENV_ALL_ROWS, image, size));
+  assert_lanes(env, 0, "4 of 5 rows");
+  free(image);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_lanes(env, 2, "");
+  size_t count;
+  double* qvel = read_array(env, 0, "qvel", &count);
+  fill_array(env, 0, "qfrc_applied", 1);
+  qvel[0] = 1e11;  // the row diverges, and MuJoCo resets it
+  assert_ok(mjenv_write(env, 0, "qvel", qvel, count));
+  free(qvel);
+  assert_lanes(env, 2, "1 of 5 rows");
+  const float action[ROWS * 3] = {0};
+  assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+  assert_lanes(env, 2, "");
+
+  const mjenv_push push = {
+      .struct_size = sizeof push, .body = 1, .min_steps = 2, .max_steps = 2, .low = {1}, .high = {2}};
+  const mjenv_perturbation pushes = {.struct_size = sizeof pushes, .pushes = &push, .push_count = 1};
+  assert_ok(mjenv_perturb(env, &pushes));
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  static const char* const reasons[] = {"", "5 of 5", "", "5 of 5"};  // the second and the fourth step push
+  for (size_t i = 0; i < COUNT(reasons); ++i) {
+    assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
+    assert_lanes(env, *reasons[i] ? 0 : 2, reasons[i]);
+  }
+  assert_ok(mjenv_perturb(env, NULL));
+  assert_lanes(env, 2, "");
+
+  assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
+  int64_t lanes, rows[ROWS];
+  assert_refused(MJENV_E_PENDING, mjenv_lanes(env, &lanes, NULL), "under way");
+  assert_ok(mjenv_recv(env, ROWS, -1, rows, ROWS, &size, NULL));
+  assert_refused(MJENV_E_ARGUMENT, mjenv_lanes(env, NULL, NULL), "lanes");
+  scale_array(env, 1, "geom_size", 1.1);
+  assert_lanes(env, 0, "geom_size");
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_lanes(env, 0, "geom_size");
+  mjenv_destroy(env);
+}
+
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  struct CMUnitTest tests[ids + 1];
+  struct CMUnitTest tests[ids + 3];
   for (int64_t i = 0; i < ids; ++i)
     tests[i] = (struct CMUnitTest){mjenv_id_at(i), test_id, NULL, NULL, (void*)(uintptr_t)mjenv_id_at(i)};
   tests[ids] = (struct CMUnitTest)cmocka_unit_test(test_refused);
+  tests[ids + 1] = (struct CMUnitTest)cmocka_unit_test(test_reasons);
+  tests[ids + 2] = (struct CMUnitTest)cmocka_unit_test(test_forces);
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

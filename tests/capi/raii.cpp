@@ -306,6 +306,15 @@ TEST(rows_are_written) {
   return "";
 }
 
+TEST(says_whether_there_are_lanes) {
+  mjenv::Options options("Hopper-v5");
+  options.set("lanes", std::int64_t{0});
+  mjenv::Env env(options, 4);
+  const mjenv::Env::Lanes lanes = env.lanes();
+  EXPECT(lanes.count == 0 && lanes.reason == "the option \"lanes\" is 0");
+  return "";
+}
+
 TEST(resets_draw) {
   mjenv::Env env("Reacher-v5", 2);
   mjenv::Batch out = env.batch();
@@ -367,6 +376,7 @@ int main() {
       cmocka_unit_test(masks_choose_rows),
       cmocka_unit_test(state_is_read_and_set),
       cmocka_unit_test(rows_are_written),
+      cmocka_unit_test(says_whether_there_are_lanes),
       cmocka_unit_test(resets_draw),
       cmocka_unit_test(automatic_resets_are_told),
   };

@@ -33,6 +33,7 @@ static void refuse_env(mjenv_env* env) {
   size_t count = 0;
   assert_int_equal(mjenv_rows(env), 0);
   assert_int_equal(mjenv_frame_skip(env), 0);
+  assert_refused(wanted, mjenv_lanes(env, &number, &name), why);
   assert_null(mjenv_options_of(env));
   assert_int_equal(mjenv_field_count(env, MJENV_ROLE_INFO), 0);
   assert_refused(wanted, mjenv_space_of(env, MJENV_ROLE_ACTION, &space), why);

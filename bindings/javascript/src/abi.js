@@ -220,6 +220,7 @@ export const mjenv_perturbation = struct(72, {
  * @property {(env: number) => void} mjenv_destroy
  * @property {(env: number) => bigint} mjenv_rows
  * @property {(env: number) => bigint} mjenv_frame_skip
+ * @property {(env: number, lanes: number, reason: number) => number} mjenv_lanes
  * @property {(env: number) => number} mjenv_options_of
  * @property {(env: number, role: number, space: number) => number} mjenv_space_of
  * @property {(env: number, role: number) => bigint} mjenv_field_count

@@ -42,7 +42,7 @@ export seed!, reset!, step!, observe, observe!
 export observation_space, action_space, seed_actions!, sample_actions, sample_actions!
 export rollout, rollout!, send!, recv!
 export object_count, object_index, object_name, set_state!, simulate!, snapshot, restore!, copy_row!, set_stream!
-export write!, write_rows!, set_constants!, randomize!, perturb!
+export write!, write_rows!, set_constants!, randomize!, perturb!, lanes
 export Renderer, render, render_depth, render_both, Window, draw!
 
 include("capi.jl")

@@ -472,6 +472,7 @@ const FUNCTIONS = (
     :mjenv_destroy,
     :mjenv_rows,
     :mjenv_frame_skip,
+    :mjenv_lanes,
     :mjenv_options_of,
     :mjenv_space_of,
     :mjenv_field_count,
@@ -704,15 +705,24 @@ mjenv_frame_skip(env) = ccall(
     env,
 )
 
-mjenv_options_of(env) = ccall(
+mjenv_lanes(env, lanes, reason) = ccall(
     address(env, 25),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Int64}, Ptr{Cstring}),
+    env,
+    lanes,
+    reason,
+)
+
+mjenv_options_of(env) = ccall(
+    address(env, 26),
     Ptr{mjenv_options},
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_space_of(env, role, space) = ccall(
-    address(env, 26),
+    address(env, 27),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
     env,
@@ -721,7 +731,7 @@ mjenv_space_of(env, role, space) = ccall(
 )
 
 mjenv_field_count(env, role) = ccall(
-    address(env, 27),
+    address(env, 28),
     Int64,
     (Ptr{mjenv_env}, mjenv_role),
     env,
@@ -729,7 +739,7 @@ mjenv_field_count(env, role) = ccall(
 )
 
 mjenv_field_at(env, role, index, field) = ccall(
-    address(env, 28),
+    address(env, 29),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
     env,
@@ -739,7 +749,7 @@ mjenv_field_at(env, role, index, field) = ccall(
 )
 
 mjenv_seed(env, seeds, mask) = ccall(
-    address(env, 29),
+    address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt64}, Ptr{UInt8}),
     env,
@@ -748,7 +758,7 @@ mjenv_seed(env, seeds, mask) = ccall(
 )
 
 mjenv_seed_digits(env, row, digits, count) = ccall(
-    address(env, 30),
+    address(env, 31),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt32}, Csize_t),
     env,
@@ -758,16 +768,6 @@ mjenv_seed_digits(env, row, digits, count) = ccall(
 )
 
 mjenv_get_stream(env, row, words, count) = ccall(
-    address(env, 31),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
@@ -777,8 +777,18 @@ mjenv_set_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_seed_actions(env, seed) = ccall(
+mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 33),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -786,7 +796,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 34),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
     env,
@@ -795,7 +805,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 35),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -804,7 +814,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 36),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -816,7 +826,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 37),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype),
     env,
@@ -828,7 +838,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 38),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Csize_t, Float64, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{mjenv_batch}),
     env,
@@ -841,7 +851,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 39),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -853,7 +863,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 40),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -861,7 +871,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 41),
+    address(env, 42),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
     env,
@@ -873,7 +883,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 42),
+    address(env, 43),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -882,7 +892,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 43),
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -892,7 +902,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 44),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -902,7 +912,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 45),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Ptr{Float64}, Csize_t),
     env,
@@ -914,7 +924,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_write(env, row, array, values, count) = ccall(
-    address(env, 46),
+    address(env, 47),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t),
     env,
@@ -925,7 +935,7 @@ mjenv_write(env, row, array, values, count) = ccall(
 )
 
 mjenv_write_rows(env, mask, array, values, count) = ccall(
-    address(env, 47),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Csize_t),
     env,
@@ -936,7 +946,7 @@ mjenv_write_rows(env, mask, array, values, count) = ccall(
 )
 
 mjenv_set_constants(env, row) = ccall(
-    address(env, 48),
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64),
     env,
@@ -944,7 +954,7 @@ mjenv_set_constants(env, row) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 49),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
     env,
@@ -955,7 +965,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, from, to_mask) = ccall(
-    address(env, 50),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
     env,
@@ -964,7 +974,7 @@ mjenv_copy_row(env, from, to_mask) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 51),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
     env,
@@ -975,7 +985,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 52),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
     env,
@@ -985,7 +995,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 53),
+    address(env, 54),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Csize_t),
     env,
@@ -994,7 +1004,7 @@ mjenv_randomize(env, items, count) = ccall(
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 54),
+    address(env, 55),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1002,7 +1012,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 55),
+    address(env, 56),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1010,7 +1020,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 56),
+    address(env, 57),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1019,21 +1029,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 57),
+    address(renderer, 58),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 58),
+    address(renderer, 59),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 59),
+    address(renderer, 60),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
     renderer,
@@ -1045,7 +1055,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 60),
+    address(env, 61),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1054,21 +1064,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 61),
+    address(window, 62),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 62),
+    address(window, 63),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 63),
+    address(window, 64),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1076,21 +1086,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 64),
+    address(engine, 65),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 65),
+    address(engine, 66),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 66),
+    address(engine, 67),
     Ptr{mjenv_task_api},
     (),
 )

@@ -94,6 +94,21 @@ function describe!(env::Env)
     return env
 end
 
+"""
+    lanes(env)
+
+How many rows each thread steps together, in the lanes of the CPU's vector unit, and why rows are stepped alone: `(count,
+reason)`. `count` is 0 if each row is stepped alone; `reason` is `""` if none is. The answer may change when rows get
+values or forces of their own.
+"""
+function lanes(env::Env)
+    count, reason = Ref{Int64}(0), Ref{Cstring}(C_NULL)
+    return inside(env) do handle
+        check(handle, mjenv_lanes(handle, count, reason))
+        return (count = Int(count[]), reason = unsafe_string(reason[]))
+    end
+end
+
 # Passes the handle to f. While f runs, the environment is neither collected nor closed by another thread.
 @inline function inside(f, env::Env)
     GC.@preserve env begin

@@ -33,6 +33,8 @@ end
     image = snapshot(many; row = 1)
     @test randomize!(many, []) === many
     @test perturb!(many) === many
+    @test lanes(Env("Hopper-v5"; rows = 4, lanes = 2)) == (count = 2, reason = "")
+    @test lanes(Env("Hopper-v5"; rows = 4, lanes = 0)) == (count = 0, reason = "the option \"lanes\" is 0")
     @test refuses(() -> restore!(many, image), MJEnv.MJENV_E_SNAPSHOT, "randomisation")
 end
 

@@ -94,6 +94,7 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["library"]["platform"].startswith(PLATFORM)
     assert found["library"]["instructions"] == platform.machine()
     assert found["library"]["lanes"] == lanes()
+    assert found["lanes"] == {"rows": 8, "together": 4 if 4 in lanes() else 2, "reason": ""}
     names = [words[0] for words in SCHEMA[id].get("option", [])]
     assert [option["name"] for option in found["options"]][: len(names)] == names
     other = {option["name"] for option in found["options"] if option["default"] != option["vector_default"]}
@@ -119,6 +120,7 @@ def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert "[given: 0.5, inf]" in text or "[given: [0.5, inf]]" in text
     assert "'disabled'; make_vec: 'next_step'" in text
     assert f"mjenv {mjenv.version()} with {MATH} math, on {PLATFORM}" in text
+    assert f"lanes: {4 if 4 in lanes() else 2} rows step together\n" in text
     assert f"instruction set {platform.machine()}, with {', '.join(map(str, lanes()))} lanes" in text
 
 
@@ -167,8 +169,11 @@ def test_bench(capsys: pytest.CaptureFixture[str]) -> None:
     assert [one["name"] for one in result["contenders"]] == ["mjenv make", "mjenv make_vec 3"]
     assert result["contenders"][0]["ratio"] == 1
     assert all(one["steps_per_second"] > 0 for one in result["contenders"])
+    assert (result["lanes"], result["lanes_reason"]) == (0, "the environment has only 3 rows for 2 threads")
     assert run(*words) == 0
-    assert "mjenv make_vec 3" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert "mjenv make_vec 3" in text
+    assert "rows step one after the other (the environment has only 3 rows for 2 threads)" in text
 
 
 def test_bench_counts_every_step(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -160,6 +160,32 @@ def test_an_infos_caller_may_change_everything(envs: mjenv.VectorEnv) -> None:
             array[...] = 1
 
 
+def test_lanes() -> None:
+    """How many rows step together, and why rows do not."""
+    envs = mjenv.make_vec("Hopper-v5", 6, lanes=2)
+    assert (envs.lanes, envs.lanes_reason) == (2, "")
+    envs.reset(seed=0)
+    envs.envs[4].data.xfrc_applied[1, 0] = 3
+    assert (envs.lanes, envs.lanes_reason) == (2, "1 of 6 rows have forces in qfrc_applied or xfrc_applied")
+    assert envs.envs[0].lanes == 2
+    envs.reset()
+    assert (envs.lanes, envs.lanes_reason) == (2, "")
+    envs.model.geom_size[:] *= 1.01
+    assert (envs.lanes, envs.lanes_reason) == (0, "rows have values of their own of geom_size")
+    assert mjenv.make_vec("Hopper-v5", 6, lanes=0).lanes_reason == 'the option "lanes" is 0'
+    single = mjenv.make("Hopper-v5")
+    assert (single.lanes, single.lanes_reason) == (0, "the environment has only one row")
+    with pytest.raises(mjenv.InvalidValueError, match="only 1 row"):
+        mjenv.make_vec("Hopper-v5", 1, lanes=2)
+    envs.send(np.zeros((6, 3)), np.arange(6))
+    with pytest.raises(mjenv.AlreadyPendingCallError):
+        _ = envs.lanes
+    envs.recv(6)
+    envs.close()
+    with pytest.raises(mjenv.ClosedError):
+        _ = envs.lanes
+
+
 def test_float32_observations() -> None:
     """Rounded to nearest; all else as with float64."""
     for mode in AutoresetMode:

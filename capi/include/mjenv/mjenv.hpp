@@ -255,6 +255,18 @@ class Env {
 
   std::size_t rows() const { return static_cast<std::size_t>(mjenv_rows(handle())); }
   std::size_t frame_skip() const { return static_cast<std::size_t>(mjenv_frame_skip(handle())); }
+  /* How many rows each thread steps together; 0: each row is stepped alone. reason: why rows are stepped alone, "" if
+   * none is. See mjenv_lanes. */
+  struct Lanes {
+    std::size_t count = 0;
+    std::string reason;
+  };
+  Lanes lanes() {
+    std::int64_t found = 0;
+    const char *reason = "";
+    keep(check(mjenv_lanes(handle(), &found, &reason)));
+    return {static_cast<std::size_t>(found), reason};
+  }
   /* A copy of the options that the environment was built with. */
   Options options() const { return Options(mjenv_options_of(handle())); }
   mjenv_space space(mjenv_role role) const {

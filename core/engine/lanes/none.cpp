@@ -1,11 +1,13 @@
-// Compiled where there is no lane code: it follows MuJoCo 2.2.2, for x86-64 and aarch64.
+// Compiled where there is no lane code: it follows MuJoCo 2.2.2, for x86-64 and aarch64. CMake says in MJENV_NO_LANES why.
 #include "engine/lanes/stepper.hpp"
 
 namespace mjenv::core::lanes {
 
 std::vector<int> widths() { return {}; }
 
-std::string obstacle(const Model& /*model*/) { return "this library"; }
+std::string absence() { return MJENV_NO_LANES; }
+
+std::string obstacle(const Model& /*model*/) { return absence(); }
 
 bool computes_own(const std::string& /*array*/) { return false; }
 

@@ -111,7 +111,7 @@ const Names kRowByRow{
     "dof_invweight0", "body_invweight0", "body_subtreemass", "tendon_length0", "tendon_invweight0", "actuator_acc0",
     "opt.impratio",   "opt.tolerance",   "actuator_length0", "opt.iterations", "stat.meaninertia",  "stat.meanmass",
     "stat.meansize",  "stat.extent",     "stat.center",      "cam_pos0",       "cam_poscom0",       "cam_mat0",
-    "light_pos0",     "light_poscom0",   "light_dir0"};
+    "light_pos0",     "light_poscom0",   "light_dir0",       "userdata"};
 
 bool is_in(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();

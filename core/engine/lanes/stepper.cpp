@@ -468,6 +468,8 @@ std::vector<int> widths() {
   return found;
 }
 
+std::string absence() { return ""; }
+
 int best_width(const Model& model, std::int64_t rows) {
   int best = 0;
   for (const int width : widths())

@@ -12,8 +12,12 @@
 
 namespace mjenv::core::lanes {
 
-// How many lanes a stepper can have on this CPU, in ascending order.
+// How many lanes a stepper can have on some CPU.
+inline const std::vector<int> kWidths{2, 4, 8};
+// The same on this CPU, in ascending order; none if the library has no lane code.
 std::vector<int> widths();
+// Why the library has no lane code, "" if it has.
+std::string absence();
 
 // What in the model has no lane code, "" if nothing.
 std::string obstacle(const Model& model);

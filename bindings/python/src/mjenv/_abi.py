@@ -328,6 +328,8 @@ class Library(CDLL):
         self.mjenv_rows.restype = c_int64
         self.mjenv_frame_skip.argtypes = (c_void_p,)
         self.mjenv_frame_skip.restype = c_int64
+        self.mjenv_lanes.argtypes = (c_void_p, POINTER(c_int64), POINTER(c_char_p))
+        self.mjenv_lanes.restype = c_int32
         self.mjenv_options_of.argtypes = (c_void_p,)
         self.mjenv_options_of.restype = c_void_p
         self.mjenv_space_of.argtypes = (c_void_p, c_int32, POINTER(mjenv_space))

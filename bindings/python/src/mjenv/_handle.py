@@ -358,6 +358,16 @@ class Rows:
         finally:
             self.leave(turn)
 
+    def lanes(self) -> tuple[int, str]:
+        """How many rows a thread steps together, and why rows are stepped alone."""
+        found, reason = c_int64(), c_char_p()
+        turn = self.enter()
+        try:
+            self.check(self.engine.mjenv_lanes(self.pointer, byref(found), byref(reason)))
+            return found.value, (reason.value or b"").decode()  # another thread's call would replace the text
+        finally:
+            self.leave(turn)
+
     def fields(self, role: Role) -> tuple[Field, ...]:
         """The fields of a role. They are kept, because DATA and MODEL have hundreds."""
         if role not in self._fields:

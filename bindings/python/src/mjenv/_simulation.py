@@ -59,6 +59,16 @@ class Simulation:
         return self._rows.engine.name
 
     @property
+    def lanes(self) -> int:
+        """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone."""
+        return self._rows.lanes()[0]
+
+    @property
+    def lanes_reason(self) -> str:
+        """Why all or some of the rows are stepped alone, not in lanes; "" if none is."""
+        return self._rows.lanes()[1]
+
+    @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
         return self._rows.timestep(self._row) * self.frame_skip

@@ -424,6 +424,19 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         return self._pool.rows.engine.name
 
     @property
+    def lanes(self) -> int:
+        """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone.
+
+        May change when rows get values or forces of their own. ``lanes_reason`` says why rows are stepped alone.
+        """
+        return self._pool.rows.lanes()[0]
+
+    @property
+    def lanes_reason(self) -> str:
+        """Why all or some of the rows are stepped alone, not in lanes; "" if none is."""
+        return self._pool.rows.lanes()[1]
+
+    @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
         return self._pool.rows.timestep() * self.frame_skip

@@ -662,6 +662,23 @@ extern "C" {
     pub fn mjenv_frame_skip(env: *const mjenv_env) -> i64;
 }
 extern "C" {
+    #[doc = " Tells how many rows each thread steps together, in the lanes of the CPU's vector unit, and why not all or none of the"]
+    #[doc = " rows are. The results are the same either way, but rows in lanes take less time."]
+    #[doc = "   lanes     receives how many; 0: each row is stepped alone"]
+    #[doc = "   reason    receives a text that says why rows are stepped alone; \"\" if none is. It lives until the next call of this"]
+    #[doc = "             function with the environment. NULL: not wanted"]
+    #[doc = " Lanes that mjenv_create refuses stay off: by the option \"lanes\" or the variable MJENV_LANES, the library, the model,"]
+    #[doc = " or too few rows for a thread. Otherwise the answer may change in each call that changes rows. After mjenv_write,"]
+    #[doc = " mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an array of the mjModel"]
+    #[doc = " that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied is stepped alone as"]
+    #[doc = " long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb) has ended."]
+    pub fn mjenv_lanes(
+        env: *mut mjenv_env,
+        lanes: *mut i64,
+        reason: *mut *const ::std::os::raw::c_char,
+    ) -> mjenv_status;
+}
+extern "C" {
     #[doc = " Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be"]
     #[doc = " changed."]
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;

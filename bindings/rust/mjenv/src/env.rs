@@ -9,8 +9,17 @@ use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
 use crate::error::{check, check_length, Error, ErrorKind, Result};
-use crate::text::{c_string, lossy};
+use crate::text::{borrowed, c_string, lossy};
 use crate::{Batch, Dtype, Field, Options, Real, Role, Space, Spec};
+
+/// How many rows each thread of an environment steps together, see [`Env::lanes`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lanes {
+    /// How many; 0: each row is stepped alone.
+    pub count: usize,
+    /// Why all or some of the rows are stepped alone; empty if none is.
+    pub reason: String,
+}
 
 /// An environment of one or many rows. Each row is an episode; rows do not influence each other.
 ///
@@ -55,6 +64,16 @@ impl Env {
     pub fn frame_skip(&self) -> usize {
         // SAFETY: the handle is alive.
         size(unsafe { sys::mjenv_frame_skip(self.raw()) })
+    }
+
+    /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
+    /// alone. The answer may change when rows get values or forces of their own.
+    pub fn lanes(&mut self) -> Result<Lanes> {
+        let (mut count, mut reason) = (0, ptr::null());
+        // SAFETY: the handle is alive.
+        check(unsafe { sys::mjenv_lanes(self.raw(), &mut count, &mut reason) })?;
+        // SAFETY: the text lives until the next call with the environment, which is borrowed.
+        Ok(Lanes { count: size(count), reason: unsafe { borrowed(reason) }.to_string() })
     }
 
     /// Returns what Gymnasium registers for the id.

@@ -106,7 +106,7 @@ mod text;
 pub use {
     batch::{Batch, Real},
     describe::{Field, Role, Space},
-    env::Env,
+    env::{Env, Lanes},
     error::{Error, ErrorKind, Result},
     options::{Kind, OptionInfo, Options, Value},
     randomization::{Distribution, Effect, Perturbation, Push, Randomization},

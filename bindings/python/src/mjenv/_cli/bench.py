@@ -115,7 +115,7 @@ def versions(engine: str | None) -> str:
 
 def measure(id: str, arguments: argparse.Namespace, advance: Callable[[], None]) -> dict[str, Any]:
     """The steps per second of each contender, and their ratio to the first contender's."""
-    contenders, refusal = _contenders(id, arguments)
+    contenders, refusal, lanes = _contenders(id, arguments)
     rates: list[list[float]] = [[] for _ in contenders]
     for turn in range(arguments.rounds):
         for place in range(len(contenders)):
@@ -129,6 +129,8 @@ def measure(id: str, arguments: argparse.Namespace, advance: Callable[[], None])
         "rows": arguments.rows,
         "threads": arguments.threads,
         "gymnasium": refusal,
+        "lanes": lanes[0],
+        "lanes_reason": lanes[1],
         "contenders": [
             {
                 "name": contender.name,
@@ -140,8 +142,8 @@ def measure(id: str, arguments: argparse.Namespace, advance: Callable[[], None])
     }
 
 
-def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender], str | None]:
-    """The contenders, Gymnasium's first; and if Gymnasium does not take part, the reason."""
+def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender], str | None, tuple[int, str]]:
+    """The contenders, Gymnasium's first; if Gymnasium does not take part, the reason; and mjenv's lanes."""
     rows, slice_seconds = arguments.rows, arguments.seconds
     found: list[Contender] = []
     refusal = "left out" if arguments.alone else None
@@ -157,7 +159,7 @@ def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender]
     found.append(Contender("mjenv make", mjenv.make(id, engine=arguments.engine), 0, slice_seconds))
     envs = mjenv.make_vec(id, rows, num_threads=arguments.threads, engine=arguments.engine)
     found.append(Contender(f"mjenv make_vec {rows}", envs, rows, slice_seconds))
-    return found, refusal
+    return found, refusal, (envs.lanes, envs.lanes_reason)
 
 
 def _show(result: dict[str, Any]) -> None:
@@ -168,5 +170,7 @@ def _show(result: dict[str, Any]) -> None:
             for one in result["contenders"]
         ]
     )
+    together = f"{result['lanes']} rows step together" if result["lanes"] else "rows step one after the other"
+    print(f"lanes of mjenv make_vec: {together}" + (f" ({result['lanes_reason']})" if result["lanes_reason"] else ""))
     if result["gymnasium"] not in (None, "left out"):
         print(f"without Gymnasium: {result['gymnasium']}")

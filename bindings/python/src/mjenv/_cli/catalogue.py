@@ -20,6 +20,7 @@ from mjenv._engine import ENGINES
 from mjenv._handle import Field, Rows
 
 LANES = (2, 4, 8)  # SSE2 or NEON, AVX2, AVX-512
+LANE_ROWS = 8  # of the vector that says whether its rows step together
 SIZES = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ncam")
 ROLES = {
     "observation": Role.OBSERVATION,
@@ -159,6 +160,7 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
             "bodies": [model.body(index).name for index in range(model.nbody)],
             "snapshot_bytes": len(rows.snapshot(0)),
         },
+        "lanes": _lanes_of(id, options, engine),
         "library": {
             "file": library.path,
             "version": library.version(),
@@ -177,10 +179,18 @@ def _lanes(engine: str | None) -> list[int]:
     found = []
     for lanes in LANES:
         try:
-            mjenv.make_vec("InvertedPendulum-v5", 1, num_threads=1, lanes=lanes, engine=engine).close()
+            mjenv.make_vec("InvertedPendulum-v5", lanes, num_threads=1, lanes=lanes, engine=engine).close()
         except mjenv.InvalidValueError:
             continue
         found.append(lanes)
+    return found
+
+
+def _lanes_of(id: str, options: dict[str, Any], engine: str | None) -> dict[str, Any]:
+    """How many of LANE_ROWS rows step together on one thread, and why not."""
+    envs = mjenv.make_vec(id, LANE_ROWS, engine=engine, **{**options, "num_threads": 1})
+    found = {"rows": LANE_ROWS, "together": envs.lanes, "reason": envs.lanes_reason}
+    envs.close()
     return found
 
 
@@ -271,11 +281,15 @@ def _show(described: dict[str, Any]) -> None:
     print(f"bodies: {', '.join(name or '(unnamed)' for name in model['bodies'])}")
     print(f"a snapshot of a row takes {model['snapshot_bytes']} bytes")
 
+    lanes = described["lanes"]
+    together = f"{lanes['together']} rows step together" if lanes["together"] else "rows step one after the other"
+    print(f"lanes: {together}" + (f" ({lanes['reason']})" if lanes["reason"] else ""))
+
     terminal.heading("Library")
     library = described["library"]
     print(f"mjenv {library['version']} with {library['math']} math, on {library['platform']}: {library['file']}")
-    lanes = ", ".join(map(str, library["lanes"])) or "no"
-    print(f"instruction set {library['instructions']}, with {lanes} lanes")
+    numbers = ", ".join(map(str, library["lanes"])) or "no"
+    print(f"instruction set {library['instructions']}, with {numbers} lanes")
 
 
 def _bounds(low: list[float], high: list[float]) -> str:

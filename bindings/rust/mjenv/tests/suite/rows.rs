@@ -1,6 +1,6 @@
 //! Tests automatic resets, rollouts and copies of rows.
 
-use mjenv::{Batch, Env};
+use mjenv::{Batch, Env, Lanes, Options};
 
 use crate::golden::{assert_bits, Actions, Golden};
 use crate::replay::{check_infos, check_step, Recording, Replay};
@@ -162,4 +162,16 @@ fn an_image_of_all_rows_brings_them_all_back() {
         assert_bits("qpos", &replay.env.read(row, "qpos").unwrap(), qpos);
     }
     (5..replay.steps()).for_each(|step| replay.step(step));
+}
+
+#[test]
+fn lanes() {
+    let lanes = |count: i64| {
+        let mut options = Options::new("Hopper-v5").unwrap();
+        options.set("lanes", count).unwrap();
+        Env::new(&options, 4).unwrap().lanes().unwrap()
+    };
+    assert_eq!(lanes(0), Lanes { count: 0, reason: r#"the option "lanes" is 0"#.to_string() });
+    let default = lanes(-1);
+    assert_eq!(default.count == 0, !default.reason.is_empty(), "{default:?}");
 }

@@ -1,0 +1,64 @@
+#include "env/lane_choice.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "engine/lanes/stepper.hpp"
+#include "error.hpp"
+#include "system/platform.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr const char* kVariable = "MJENV_LANES";
+
+std::string counted(std::int64_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+// Why no number of lanes can be had; "" if some can.
+std::string obstacle_of(const Model& model) {
+  const std::string absence = lanes::absence();
+  if (!absence.empty()) return absence;
+  const std::string obstacle = lanes::obstacle(model);
+  return obstacle.empty() ? "" : "lanes cannot compute this model: " + obstacle;
+}
+
+LaneChoice best(const Model& model, std::int64_t rows, int threads) {
+  if (std::string obstacle = obstacle_of(model); !obstacle.empty()) return {0, std::move(obstacle)};
+  const int width = lanes::best_width(model, rows / threads);
+  if (width > 0) return {width, ""};
+  if (rows == 1) return {0, "the environment has only one row"};
+  return {0, "the environment has only " + counted(rows, "row") + " for " + counted(threads, "thread")};
+}
+
+}  // namespace
+
+LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t rows, int threads) {
+  const std::int64_t option = options.get("lanes").integer;
+  const bool is_explicit = option != -1;
+  const std::string source = is_explicit ? "option \"lanes\"" : std::string("environment variable ") + kVariable;
+  const std::string chosen = is_explicit ? std::to_string(option) : platform::environment(kVariable).value_or("");
+  if (chosen.empty()) return best(model, rows, threads);
+  if (chosen == "0") return {0, "the " + source + " is 0"};
+  const auto refuse = [&](const std::string& why) { fail(MJENV_E_VALUE, source + " is " + chosen + ", but " + why); };
+  const auto find = [&](const std::vector<int>& widths) {
+    const auto found = std::find_if(widths.begin(), widths.end(), [&](int w) { return std::to_string(w) == chosen; });
+    return found == widths.end() ? 0 : *found;
+  };
+  std::vector<int> widths = lanes::widths();
+  int width = find(widths);
+  if (width == 0 && !widths.empty()) {
+    std::vector<std::string> names{"0"};
+    for (const int w : widths) names.push_back(std::to_string(w));
+    refuse("this CPU can do " + listed(names));
+  }
+  if (width == 0 && find(lanes::kWidths) == 0) refuse("lanes are 0, 2, 4 or 8");
+  std::string why = obstacle_of(model);
+  if (why.empty() && rows < width) why = "the environment has only " + counted(rows, "row");
+  if (why.empty()) return {width, ""};
+  if (is_explicit) refuse(why + "; the default, -1, takes as many lanes as there can be");
+  return {0, std::move(why)};
+}
+
+}  // namespace mjenv::core
