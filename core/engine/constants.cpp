@@ -13,9 +13,9 @@
 namespace mjenv::core {
 namespace {
 
-// mj_setConst neither reads nor writes these arrays, which can have megabytes: a skybox of 800 x 800 pixels has 11.5.
+// mj_setConst writes none of these arrays, which can have megabytes: a skybox of 800 x 800 pixels has 11.5.
 bool is_asset(const std::string& name) {
-  static constexpr std::array beginnings{"mesh_", "skin_", "tex_", "hfield_data", "bvh_", "oct_"};
+  static constexpr std::array beginnings{"mesh_", "skin_", "tex_", "hfield_data", "oct_", "bvh_child", "bvh_nodeid"};
   return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.rfind(b, 0) == 0; });
 }
 
@@ -23,11 +23,11 @@ bool is_asset(const std::string& name) {
 
 std::vector<std::string> constant_arrays(const Model& model) {
   static constexpr std::array names{
-      "body_subtreemass",   "body_invweight0",  "dof_invweight0", "dof_M0",           "tendon_length0",
-      "tendon_invweight0",  "actuator_length0", "actuator_acc0",  "eq_data",          "cam_pos0",
-      "cam_poscom0",        "cam_mat0",         "light_pos0",     "light_poscom0",    "light_dir0",
-      "stat.extent",        "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
-      "tendon_lengthspring"};
+      "body_subtreemass",    "body_invweight0",  "dof_invweight0", "dof_M0",           "tendon_length0",
+      "tendon_invweight0",   "actuator_length0", "actuator_acc0",  "eq_data",          "cam_pos0",
+      "cam_poscom0",         "cam_mat0",         "light_pos0",     "light_poscom0",    "light_dir0",
+      "stat.extent",         "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
+      "tendon_lengthspring", "dof_length"};
   std::vector<std::string> found;
   const auto is_in = [](const auto& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();

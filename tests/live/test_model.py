@@ -175,7 +175,9 @@ CONSTANTS = """
     <camera name="eye" pos="0 -3 1" mode="targetbody" target="upper"/>
     <geom type="hfield" hfield="hills" pos="3 3 0"/>
     <body name="goal" mocap="true" pos="0.5 0 1"><geom size="0.02"/><site name="above"/></body>
-    <body name="box" pos="0 0 0.4"><freejoint/><geom type="box" size="0.1 0.15 0.2"/><site name="side" pos="0.1 0 0"/></body>
+    <body name="box" pos="0 0 0.4">
+      <freejoint/><geom type="box" size="0.1 0.15 0.2"/><site name="side" pos="0.1 0 0"/>
+    </body>
     <body name="stone" pos="0 2 0.4"><joint type="ball"/><geom type="mesh" mesh="tetrahedron"/></body>
     <body name="upper" pos="1 0 1">
       <joint name="shoulder" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.04"/>
@@ -210,6 +212,8 @@ def test_drawn_constants() -> None:
     model = mujoco.MjModel.from_xml_string(CONSTANTS)
     arrays = [name for name in dir(model) if isinstance(getattr(model, name), np.ndarray) and hasattr(envs.model, name)]
     assert {"body_invweight0", "dof_M0", "tendon_lengthspring", "eq_data", "cam_pos0", "mesh_vert"} <= set(arrays)
+    if envs.engine == "4.0":  # whose rows cannot have their own
+        arrays = [name for name in arrays if name not in ("eq_data", "bvh_aabb")]
     for seed in range(8):
         envs.reset(seed=seed)
         for row in range(ROWS):

@@ -59,3 +59,15 @@ def test_every_element_and_attribute_of_today() -> None:
         )
     ]
     assert without == []
+
+
+def test_assets_stay() -> None:
+    """MuJoCo 4.0's header lists what mj_setConst writes: nothing of what mjenv lets it share between rows."""
+    folder = Path(mujoco.__file__).parent / "include" / "mujoco"
+    lines = (folder / "mjxmacro.h").read_text(encoding="utf-8").split("#define MJSETCONST_ARRAYS")[1].splitlines()
+    written = {line.split("(")[1].split(",")[0].strip() for line in lines if "mjSC_OUT" in line or "mjSC_INOUT" in line}
+    assert {"body_subtreemass", "dof_length", "bvh_aabb", "eq_data"} <= written
+    source = (Path(__file__).parents[2] / "core" / "engine" / "constants.cpp").read_text(encoding="utf-8")
+    assets = re.findall(r'"(\w+)"', source.split("beginnings{")[1].split("}")[0])
+    assert len(assets) > 4
+    assert not [name for name in written if name.startswith(tuple(assets))]
