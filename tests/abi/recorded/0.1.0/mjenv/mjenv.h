@@ -509,6 +509,18 @@ MJENV_API int64_t mjenv_rows(const mjenv_env *env);
 /* Returns how many times one step calls mj_step; 0 for NULL. */
 MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
 
+/* Tells how many rows each thread steps together, in the lanes of the CPU's vector unit, and why not all or none of the
+ * rows are. The results are the same either way, but rows in lanes take less time.
+ *   lanes     receives how many; 0: each row is stepped alone
+ *   reason    receives a text that says why rows are stepped alone; "" if none is. It lives until the next call of this
+ *             function with the environment. NULL: not wanted
+ * Lanes that mjenv_create refuses stay off: by the option "lanes" or the variable MJENV_LANES, the library, the model,
+ * or too few rows for a thread. Otherwise the answer may change in each call that changes rows. After mjenv_write,
+ * mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an array of the mjModel
+ * that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied is stepped alone as
+ * long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb) has ended. */
+MJENV_API mjenv_status mjenv_lanes(mjenv_env *env, int64_t *lanes, const char **reason);
+
 /* Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be
  * changed. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
