@@ -46,6 +46,13 @@ target_include_directories(mjenv_engine PRIVATE
 target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD_STATIC_DEFINE)
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
+else()
+  # MuJoCo's code for AVX, whose sums the official library has, for all CPUs.
+  set(avx ${CMAKE_CURRENT_LIST_DIR}/avx.h)
+  set(sums ${sources}/mujoco/src/engine/engine_util_blas.c ${sources}/mujoco/src/engine/engine_util_sparse.c)
+  set_property(SOURCE ${sums} APPEND PROPERTY COMPILE_DEFINITIONS mjUSEAVX)
+  set_property(SOURCE ${sums} APPEND PROPERTY COMPILE_OPTIONS -include ${avx})
+  set_property(SOURCE ${sums} APPEND PROPERTY OBJECT_DEPENDS ${avx})
 endif()
 if(MINGW OR EMSCRIPTEN)  # for localtime_r
   set_property(SOURCE ${sources}/mujoco/src/engine/engine_util_errmem.c APPEND PROPERTY

@@ -5,7 +5,6 @@
 //
 // Where MuJoCo branches on a number, a lane does what gives the same bits:
 // - Sums that skip zeros begin at +0 and so never become -0. Adding a product that is zero changes nothing.
-// - mju_dot adds each product to 0 first, which turns -0 into +0. Adding 0 to the sum has the same effect.
 // - Other branches are computed in both ways, and the lane takes its own.
 // These hold for finite numbers. Lanes that meet others are left to MuJoCo's own code.
 #pragma once
@@ -76,21 +75,24 @@ inline V dot3(const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] 
 // mju_dot of six numbers
 inline V dot6(const V* a, const V* b) {
   const V sum = (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3]);
-  return sum + (a[4] * b[4] + a[5] * b[5]) + V{};
+  return sum + (a[4] * b[4] + a[5] * b[5]);
 }
 
-// mju_dot
+// mju_dot. Its four sums begin with products, so they can be -0; the sum of fewer than four products begins at +0.
 template <typename T>
 inline V dot(const T* a, const V* b, int n) {
-  V res0{}, res1{}, res2{}, res3{};
+  V res{};
   int i = 0;
-  for (; i <= n - 4; i += 4) {
-    res0 += a[i] * b[i];
-    res1 += a[i + 1] * b[i + 1];
-    res2 += a[i + 2] * b[i + 2];
-    res3 += a[i + 3] * b[i + 3];
+  if (n >= 4) {
+    V res0 = a[0] * b[0], res1 = a[1] * b[1], res2 = a[2] * b[2], res3 = a[3] * b[3];
+    for (i = 4; i <= n - 4; i += 4) {
+      res0 += a[i] * b[i];
+      res1 += a[i + 1] * b[i + 1];
+      res2 += a[i + 2] * b[i + 2];
+      res3 += a[i + 3] * b[i + 3];
+    }
+    res = (res0 + res2) + (res1 + res3);
   }
-  V res = (res0 + res2) + (res1 + res3);
   if (n - i == 3)
     res += a[i] * b[i] + a[i + 1] * b[i + 1] + a[i + 2] * b[i + 2];
   else if (n - i == 2)
@@ -662,14 +664,22 @@ void reject(Lanes& d) {
 
 // ---- engine_core_smooth.c and engine_forward.c: velocities ----
 
-// The velocities of tendons and actuators, as mj_fwdVelocity computes them. Only one product of an actuator's mju_dot is
-// not zero.
+// The velocities of tendons and actuators, as mj_fwdVelocity computes them. An actuator's moment is 0 but at one degree of
+// freedom. So the other products of its mju_dot matter only where the sum is zero: they decide on its sign.
 void fwdVelocity(Lanes& d) {
   const mjModel& m = *d.model;
-  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(d.ten_J + i * m.nv, vectors(d.qvel), m.nv);
-  for (int i = 0; i < m.nu; ++i)
-    vectors(d.actuator_velocity)[i] =
-        m.actuator_gear[6 * i] * vectors(d.qvel)[m.jnt_dofadr[m.actuator_trnid[2 * i]]] + V{};
+  const V* const qvel = vectors(d.qvel);
+  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(d.ten_J + i * m.nv, qvel, m.nv);
+  for (int i = 0; i < m.nu; ++i) {
+    const int dof = m.jnt_dofadr[m.actuator_trnid[2 * i]];
+    V velocity = m.actuator_gear[6 * i] * qvel[dof];
+    if (m.nv < 4)
+      velocity += V{};
+    else if (any(velocity == V{}))
+      for (int k = 0; k < m.nv; ++k)
+        if (k != dof) velocity += 0.0 * qvel[k];
+    vectors(d.actuator_velocity)[i] = velocity;
+  }
 }
 
 // mj_comVel
