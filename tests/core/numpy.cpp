@@ -241,8 +241,10 @@ void test_permutation(void**) {
 void test_entropy(void**) { assert_true(Generator::from_entropy().words() != Generator::from_entropy().words()); }
 
 // sum N F8 F4, of numbers that mix size and sign.
+// The numbers of the lines `sum` and `norm first`.
+double term(Eigen::Index i) { return static_cast<double>((7919 * i + 13) % 1009) / 17.0 - 30.0; }
+
 void test_sums(void**) {
-  const auto term = [](Eigen::Index i) { return static_cast<double>((7919 * i + 13) % 1009) / 17.0 - 30.0; };
   int seen = 0;
   for (const auto& line : lines) {
     if (line[0] != "sum") continue;
@@ -270,7 +272,7 @@ void test_power2(void**) {
 void test_norms(void**) {
   int seen = 0, unlike = 0;
   for (const auto& line : lines) {
-    if (line[0] != "norm") continue;
+    if (line[0] != "norm" || line[2] == "first") continue;
     const bool three = line.size() == 6;
     const double x = real(line[2]), y = real(line[3]), z = three ? real(line[4]) : 0, want = real(line.back());
     const Norm norm(line[1] == "fused"), other(line[1] != "fused");
@@ -282,6 +284,24 @@ void test_norms(void**) {
     ++seen;
   }
   assert_int_equal(seen, 400);
+  assert_true(unlike > 10);
+}
+
+void test_norms_of_any_length(void**) {
+  int seen = 0, unlike = 0;
+  for (const auto& line : lines) {
+    if (line[0] != "norm" || line[2] != "first") continue;
+    const long count = std::atol(line[3].c_str());
+    Eigen::VectorXd numbers(count + 1);
+    for (long i = 0; i < count; ++i) numbers[i] = term(i);
+    numbers[count] = std::numeric_limits<double>::quiet_NaN();  // beyond the vector
+    const double want = real(line[4]);
+    const Norm norm(line[1] == "fused"), other(line[1] != "fused");
+    assert_same(line, norm(numbers.head(count)), want);
+    unlike += !same(other(numbers.head(count)), want);
+    ++seen;
+  }
+  assert_int_equal(seen, 2 * 205);
   assert_true(unlike > 10);
 }
 
@@ -358,6 +378,7 @@ int run_numpy() {
       cmocka_unit_test(test_sums),
       cmocka_unit_test(test_power2),
       cmocka_unit_test(test_norms),
+      cmocka_unit_test(test_norms_of_any_length),
       cmocka_unit_test(test_norm_follows_openblas),
       cmocka_unit_test(test_clip),
       cmocka_unit_test(test_scalar),

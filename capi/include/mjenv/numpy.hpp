@@ -70,8 +70,10 @@ inline double power2(double x) {
   return std::pow(x, two);
 }
 
-// numpy.linalg.norm of two or three numbers. NumPy calls OpenBLAS's dot product. OpenBLAS's kernels for AVX-512 fuse
-// the multiplication with the addition, which rounds once instead of twice; those for other x86 CPUs do not.
+// numpy.linalg.norm of a vector. NumPy calls OpenBLAS's dot product. OpenBLAS's kernel for AVX-512 (fused) fuses each
+// multiplication with an addition, which rounds once instead of twice. Its kernel for AVX2 (plain) does so in whole blocks
+// of 16 numbers, and not in the rest. The kernels for other CPUs give the bits of one of the two for up to 15 numbers, or
+// differ, see docs/fidelity.md. Of more than 10000 numbers, NumPy's threads add parts, and this class does not.
 class Norm {
  public:
   explicit Norm(bool fused) : fused_(fused) {}
@@ -82,12 +84,54 @@ class Norm {
   template <typename Derived>
   double operator()(const Eigen::DenseBase<Derived> &v) const {
     const auto &x = v.derived();
-    return x.size() == 2 ? (*this)(x[0], x[1]) : (*this)(x[0], x[1], x[2]);
+    const Eigen::Index n = x.size(), whole = n - n % block;
+    const auto at = [&](Eigen::Index i) -> double { return x.coeff(i); };
+    double total = whole == 0 ? 0 : fused_ ? fused_blocks(whole, at) : plain_blocks(whole, at);
+    for (Eigen::Index i = whole; i < n; ++i) total = add_square(total, at(i));
+    return std::sqrt(total);
   }
 
  private:
   bool fused_;
+  static constexpr Eigen::Index block = 16;
+  using Sums = std::array<double, block>;  // four vectors of AVX2
+
   double add_square(double total, double x) const { return fused_ ? std::fma(x, x, total) : total + x * x; }
+
+  // Adds the squares of n numbers from `first` on to sums that take turns.
+  template <std::size_t count, typename At>
+  static void add_squares(std::array<double, count> &sums, Eigen::Index first, Eigen::Index n, const At &at) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      double &sum = sums[static_cast<std::size_t>(i) % count];
+      const double value = at(first + i);
+      sum = std::fma(value, value, sum);
+    }
+  }
+
+  // Two blocks at once in vectors of AVX-512, whose halves are added; then a block that is left over in those of AVX2.
+  template <typename At>
+  static double fused_blocks(Eigen::Index n, const At &at) {
+    std::array<double, 2 * block> wide{};
+    const Eigen::Index pairs = n - n % (2 * block);
+    add_squares(wide, 0, pairs, at);
+    Sums sums{};
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const std::size_t low = i / 4 * 8 + i % 4;
+      sums[i] = wide[low] + wide[low + 4];
+    }
+    add_squares(sums, pairs, n - pairs, at);
+    const auto add = [&](std::size_t i) { return ((sums[i] + sums[i + 4]) + sums[i + 8]) + sums[i + 12]; };
+    return (add(0) + add(2)) + (add(1) + add(3));
+  }
+
+  template <typename At>
+  static double plain_blocks(Eigen::Index n, const At &at) {
+    Sums sums{};
+    add_squares(sums, 0, n, at);
+    const auto half = [&](std::size_t i) { return sums[i] + sums[i + 2]; };
+    const auto add = [&](std::size_t i) { return (half(i) + half(i + 4)) + (half(i + 8) + half(i + 12)); };
+    return add(0) + add(1);
+  }
 };
 
 // A NumPy scalar of the action's dtype. In a product with a Python float, NumPy first rounds the float to that dtype.
