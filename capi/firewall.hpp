@@ -105,6 +105,7 @@ void destroy(Handle* handle) noexcept {
   const Uncancelled uncancelled;
   std::optional<ErrorTrap> trap;
   if (prepare_thread()) trap.emplace();
+  const DefaultFloats floats;  // a task's callback `destroy` may be called
   handles<Handle>.destroy(handle);
 }
 

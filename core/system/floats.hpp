@@ -9,28 +9,16 @@
 
 namespace mjenv::core {
 
-// Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise
-// signals.
-class DefaultFloats {
+// The default environment.
+class Floats {
  public:
-  DefaultFloats() {
+  static void set_default() {
     if (is_default()) return;  // this check costs a few nanoseconds, setting the environment about a hundred
-    changed_ = true;
-    std::fegetenv(&before_);
     std::fesetenv(FE_DFL_ENV);
 #if defined(__x86_64__)
     _mm_setcsr(kDefaultMxcsr);  // because fesetenv of older C libraries does not reset FTZ and DAZ
 #endif
   }
-  ~DefaultFloats() {
-    if (changed_) std::fesetenv(&before_);
-  }
-  DefaultFloats(const DefaultFloats&) = delete;
-  DefaultFloats& operator=(const DefaultFloats&) = delete;
-
- private:
-  bool changed_ = false;
-  std::fenv_t before_;
 
 #if defined(__x86_64__)
   // The control bits of MXCSR. The bits below them record exceptions.
@@ -58,6 +46,39 @@ class DefaultFloats {
 #else
   static bool is_default() { return false; }
 #endif
+};
+
+// Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise signals.
+// Then restores the host's, whatever code of others has changed meanwhile.
+class DefaultFloats {
+ public:
+  DefaultFloats() : changed_(!Floats::is_default()) {
+    if (!changed_) return;
+    std::fegetenv(&before_);
+    Floats::set_default();
+  }
+  ~DefaultFloats() {
+    if (changed_)
+      std::fesetenv(&before_);
+    else
+      Floats::set_default();
+  }
+  DefaultFloats(const DefaultFloats&) = delete;
+  DefaultFloats& operator=(const DefaultFloats&) = delete;
+
+ private:
+  bool changed_;
+  std::fenv_t before_;
+};
+
+// Surrounds code of others that the library calls in the default environment, and that may change it: callbacks, and what
+// runs when a shared library is loaded. gcc -Ofast, for instance, makes a library that flushes subnormal numbers to zero.
+class KeptFloats {
+ public:
+  KeptFloats() = default;
+  ~KeptFloats() { Floats::set_default(); }
+  KeptFloats(const KeptFloats&) = delete;
+  KeptFloats& operator=(const KeptFloats&) = delete;
 };
 
 }  // namespace mjenv::core

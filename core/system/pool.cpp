@@ -95,7 +95,6 @@ void Pool::run(const std::function<void(int)>& job) {
 }
 
 void Pool::work(int worker) {
-  const DefaultFloats floats;
   std::uint64_t seen = 0;
   const auto called = [&] { return stop_.load() || generation_.load() != seen; };
   for (;;) {
@@ -105,7 +104,10 @@ void Pool::work(int worker) {
     }
     if (stop_) return;
     seen = generation_;
-    job_(worker);
+    {
+      const DefaultFloats floats;
+      job_(worker);
+    }
     if (running_.fetch_sub(1) == 1) {
       const std::lock_guard lock(mutex_);
       done_.notify_all();

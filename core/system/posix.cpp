@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "system/floats.hpp"
 #include "system/platform.hpp"
 #include "system/posix.hpp"
 
@@ -161,6 +162,7 @@ void* open_library(const char* file, std::string& reason) {
     reason = std::string(file) + ": " + refusal;
     return nullptr;
   }
+  const KeptFloats floats;
   void* library = dlopen(file, RTLD_NOW | RTLD_LOCAL);
   if (library) return library;
   const char* why = dlerror();
@@ -172,7 +174,10 @@ void* loaded_library(const char* file) { return dlopen(file, RTLD_NOW | RTLD_LOC
 
 bool show_library(const char* file) { return dlopen(file, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD) != nullptr; }
 
-void close_library(void* library) { dlclose(library); }
+void close_library(void* library) {
+  const KeptFloats floats;
+  dlclose(library);
+}
 
 void* symbol_of(void* library, const char* name) { return dlsym(library, name); }
 

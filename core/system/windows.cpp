@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "system/condition.hpp"
+#include "system/floats.hpp"
 #include "system/platform.hpp"
 
 namespace mjenv::core {
@@ -409,6 +410,7 @@ std::string error_text(DWORD error) {
 
 // Its own libraries are looked for beside it, but not in the current folder.
 void* open_library(const char* file, std::string& reason) {
+  const KeptFloats floats;
   const bool absolute = std::string_view(file).find_first_of("/\\") != std::string_view::npos;
   const DWORD from = LOAD_LIBRARY_SEARCH_DEFAULT_DIRS | (absolute ? LOAD_LIBRARY_SEARCH_DLL_LOAD_DIR : 0);
   HMODULE library = LoadLibraryExW(wide(with_backslashes(file)).c_str(), nullptr, from);
@@ -425,7 +427,10 @@ void* loaded_library(const char* file) {
 // On Windows each library says which one its symbols come from.
 bool show_library(const char*) { return false; }
 
-void close_library(void* library) { FreeLibrary(module_of(library)); }
+void close_library(void* library) {
+  const KeptFloats floats;
+  FreeLibrary(module_of(library));
+}
 
 void* symbol_of(void* library, const char* name) {
   return reinterpret_cast<void*>(GetProcAddress(module_of(library), name));

@@ -15,6 +15,7 @@
 #include "error.hpp"
 #include "mjenv/task.h"
 #include "structs.hpp"
+#include "system/floats.hpp"
 #include "system/platform.hpp"
 #include "task/api.hpp"
 #include "task/registered_task.hpp"
@@ -50,6 +51,7 @@ mjenv_plugin call_entry(void* handle) {
   clear_task_message();
   const mjenv_plugin* plugin = nullptr;
   try {
+    const KeptFloats floats;
     plugin = entry(&task_api());
   } catch (const std::exception& error) {
     refuse_plugin(std::string("it threw an exception: ") + error.what());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "error.hpp"
+#include "system/floats.hpp"
 #include "task/api.hpp"
 #include "task/builder.hpp"
 
@@ -60,14 +61,18 @@ Calls::Calls(std::string id, const Callbacks& callbacks, bool checks, Builder& b
     });
     if (is_unfit) fail(MJENV_E_MODEL, id_ + " cannot use model " + quoted(builder.label()) + ": " + task_message());
   } catch (...) {
-    if (built_ && callbacks_.destroy) callbacks_.destroy(self);
+    destroy(self);
     throw;
   }
   self_ = self;
 }
 
-Calls::~Calls() {
-  if (built_ && callbacks_.destroy) callbacks_.destroy(self_);
+Calls::~Calls() { destroy(self_); }
+
+void Calls::destroy(void* self) const {
+  if (!built_ || !callbacks_.destroy) return;
+  const KeptFloats floats;
+  callbacks_.destroy(self);
 }
 
 void Calls::set_counts(const Fields& fields, std::int64_t carry_count) {
@@ -146,6 +151,7 @@ void Calls::call(const char* name, const Body& body, const Random* random) const
   clear_task_message();
   std::int32_t result = 0;
   try {
+    const KeptFloats floats;
     result = body();
   } catch (const Error& error) {  // from Builder::check
     fail(error.status(), id_ + ": " + name + ": " + error.what());

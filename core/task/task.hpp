@@ -83,6 +83,7 @@ class Calls {
   std::int64_t observation_count_ = 0, info_count_ = 0, reset_info_count_ = 0;
   std::int32_t carry_count_ = 0;
 
+  void destroy(void* self) const;
   [[noreturn]] void refuse(const char* callback, const std::string& why) const;
   [[noreturn]] void fail_with(const char* callback, std::int32_t result) const;
   template <typename Body>
