@@ -113,8 +113,12 @@ void Array::read(double* values) const {
     for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<double>(from[i]);
   };
   const auto copy = [&](const auto* from) {
-    if (stride == 0) return convert(from, count(), values);
-    const auto rows = static_cast<std::size_t>(std::min<std::int64_t>(*held, shape[0]));
+    if (stride == 0) {
+      const std::size_t n = held ? std::min(static_cast<std::size_t>(held()), count()) : count();
+      convert(from, n, values);
+      return std::fill(values + n, values + count(), 0.0);
+    }
+    const auto rows = static_cast<std::size_t>(std::min<std::int64_t>(held(), shape[0]));
     const std::size_t columns = rows == 0 ? 0 : count() / static_cast<std::size_t>(shape[0]);
     const auto* row = reinterpret_cast<const char*>(from);
     for (std::size_t i = 0; i < rows; ++i, row += stride)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,10 +26,10 @@ struct Array {
   mjenv_type type;
   std::vector<std::int64_t> shape;
   const void* data;
-  // For a member of an array of structs: the bytes from one struct to the next, and how many structs hold something,
-  // while the others read as 0. An array without a stride lies in one piece.
+  // For a member of an array of structs: the bytes from one struct to the next. An array without a stride lies in one piece.
   std::size_t stride = 0;
-  const int* held = nullptr;
+  // How many of the elements, or structs, hold something, while the others read as 0, whatever MuJoCo left there. Empty: all.
+  std::function<std::int64_t()> held = {};
 
   std::size_t count() const;
   void read(double* values) const;

@@ -5,7 +5,9 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <functional>
 #include <new>
 #include <string>
 #include <vector>
@@ -85,6 +87,30 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 
 // How many contacts mjData can hold.
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
+
+// How many elements of an array the present constraints, or the sparse Jacobians of tendons, fill. Empty: the array does
+// not depend on these.
+inline std::function<std::int64_t()> held_by_constraints(const mjModel& m, const mjData& d, const std::string& name) {
+  using Count = std::int64_t;
+  const auto sparse = [](const int* rowadr, const int* rownnz, Count rows) {
+    return rows > 0 ? Count{rowadr[rows - 1]} + rownnz[rows - 1] : 0;
+  };
+  if (name == "ten_J" || name == "ten_J_colind") {
+    if (mj_isSparse(&m) == 0) return {};
+    return [&m, &d, sparse] { return sparse(d.ten_J_rowadr, d.ten_J_rownnz, m.ntendon); };
+  }
+  if (name.rfind("efc_", 0) != 0) return {};
+  if (name == "efc_J" || name == "efc_JT" || name == "efc_J_colind" || name == "efc_JT_colind")
+    return [&m, &d, sparse] {
+      return mj_isSparse(&m) ? sparse(d.efc_J_rowadr, d.efc_J_rownnz, d.nefc) : Count{d.nefc} * m.nv;
+    };
+  if (name.rfind("efc_JT_", 0) == 0) return [&m, &d] { return d.nefc > 0 ? m.nv : 0; };
+  if (name == "efc_AR" || name == "efc_AR_colind")
+    return [&m, &d, sparse] {
+      return mj_isSparse(&m) ? sparse(d.efc_AR_rowadr, d.efc_AR_rownnz, d.nefc) : Count{d.nefc} * d.nefc;
+    };
+  return [&d, columns = name == "efc_KBIP" ? 4 : 1] { return Count{d.nefc} * columns; };
+}
 
 // ---- State ----
 

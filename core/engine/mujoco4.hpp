@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <new>
 #include <string>
 #include <utility>
@@ -148,6 +149,11 @@ inline int max_contacts(const mjModel& m) {
   constexpr mjtSize kDefault = 500;
   const auto room = m.narena / static_cast<mjtSize>(sizeof(mjContact));
   return static_cast<int>(std::min(m.nconmax >= 0 ? m.nconmax : kDefault, room));
+}
+
+// No array of mjData that can be read depends on the number of constraints; those of the arena cannot be read.
+inline std::function<std::int64_t()> held_by_constraints(const mjModel&, const mjData&, const std::string&) {
+  return {};
 }
 
 // ---- State ----

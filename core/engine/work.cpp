@@ -60,6 +60,18 @@ bool contains(const Names& names, const std::string& name) {
 bool is_force(const std::string& array) { return contains(force_arrays, array); }
 bool is_frame(const std::string& array) { return contains(frame_arrays, array); }
 
+// How many points the paths of the tendons have.
+std::int64_t path_points(const mjModel& m, const mjData& d) {
+  return m.ntendon == 0 ? 0 : std::int64_t{d.ten_wrapadr[m.ntendon - 1]} + d.ten_wrapnum[m.ntendon - 1];
+}
+
+// How many elements of an array mjData holds, if that depends on the state (Array::held).
+std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, const std::string& name) {
+  if (name == "wrap_obj") return [&] { return path_points(m, d); };
+  if (name == "wrap_xpos") return [&] { return 3 * path_points(m, d); };
+  return held_by_constraints(m, d, name);
+}
+
 template <typename T>
 T* put(T* to, const T* from, std::size_t count) {
   return std::copy_n(from, count, to);
@@ -187,7 +199,8 @@ std::vector<Array> Work::arrays() const {
                      const auto type = std::is_same_v<T, int>       ? MJENV_TYPE_INT32
                                        : std::is_same_v<T, mjtBool> ? MJENV_TYPE_UINT8
                                                                     : MJENV_TYPE_FLOAT64;
-                     list.push_back({name, type, is_vector ? std::vector{rows} : std::vector{rows, columns}, data});
+                     list.push_back({name, type, is_vector ? std::vector{rows} : std::vector{rows, columns}, data, 0,
+                                     held_elements(*m, *d, name)});
                    }
                  });
   // Without mu and H, which MuJoCo computes only for elliptic cones: else they hold what was there before.
@@ -196,7 +209,7 @@ std::vector<Array> Work::arrays() const {
     const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
     std::vector<std::int64_t> shape{max_contacts(*m)};
     if (columns > 1) shape.push_back(columns);
-    list.push_back({name, type, std::move(shape), data, sizeof(mjContact), &d->ncon});
+    list.push_back({name, type, std::move(shape), data, sizeof(mjContact), [d] { return d->ncon; }});
   };
   const mjContact* contact = d->contact;
   add_of_contacts("contact.dist", &contact->dist, 1);

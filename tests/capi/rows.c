@@ -57,17 +57,12 @@ static void assert_same_row(const struct pair* p, mjenv_role role, int row) {
   free(want);
 }
 
-// How many elements mean something. MuJoCo's own scratch has leftovers; so have arrays with a row per constraint behind
-// the first nefc rows.
-static size_t written(const struct pair* p, const mjenv_field* field, int row) {
-  static const char* const scratch[] = {"efc_AR", "efc_JT", "efc_J_", "qH", "qDeriv", "qLU"};
+// MuJoCo's own scratch has leftovers.
+static bool is_scratch(const char* name) {
+  static const char* const scratch[] = {"efc_AR", "qH", "qDeriv", "qLU"};
   for (size_t i = 0; i < COUNT(scratch); ++i)
-    if (strncmp(field->name, scratch[i], strlen(scratch[i])) == 0) return 0;
-  if (strncmp(field->name, "efc_", 4) != 0) return (size_t)field->count;
-  double* nefc = read_array(p->single[row], 0, "nefc", NULL);
-  const size_t count = (size_t)(*nefc) * (size_t)(field->count / field->shape[0]);
-  free(nefc);
-  return count;
+    if (strncmp(name, scratch[i], strlen(scratch[i])) == 0) return true;
+  return false;
 }
 
 static void assert_same_array(const struct pair* p, const mjenv_field* field, int row) {
@@ -75,7 +70,7 @@ static void assert_same_array(const struct pair* p, const mjenv_field* field, in
   size_t got_count, want_count;
   double *got = read_array(p->many, row, name, &got_count), *want = read_array(p->single[row], 0, name, &want_count);
   assert_int_equal(got_count, want_count);
-  const size_t count = written(p, field, row);
+  const size_t count = is_scratch(name) ? 0 : want_count;
   char what[64];
   snprintf(what, sizeof what, "row %d, %s", row, name);
   assert_same_bits(what, got, want, count);
@@ -173,6 +168,62 @@ static void test_every_array(void** state) {
     for (int row = 0; row < ROWS; ++row) assert_same_array(p, &field, row * 2 % ROWS);
   }
   pair_free(p);
+}
+
+// A pendulum with a tendon around a ball and another over sites, and a stop.
+static const char wrapping[] =
+    "<mujoco><option JACOBIAN/><worldbody><site name='top' pos='0 0 1.3'/>"
+    "<geom name='ball' size='.2' pos='0 .05 1'/>"
+    "<body pos='0 0 1'><joint name='hinge' axis='0 1 0' limited='true' range='-90 90' frictionloss='.1'/>"
+    "<geom type='capsule' fromto='0 0 -.2 0 0 -.9' size='.05' contype='0'/><site name='tip' pos='0 0 -1'/>"
+    "<body pos='0 0 -1'><joint name='slide' type='slide' limited='true' range='-.1 .1'/><geom size='.1' "
+    "contype='0'/></body>"
+    "</body></worldbody><tendon><spatial><site site='top'/><geom geom='ball'/><site site='tip'/></spatial>"
+    "<spatial><site site='top'/><site site='tip'/></spatial>"
+    "<fixed><joint joint='hinge' coef='1'/></fixed></tendon></mujoco>";
+
+// Elements that a row's state does not fill are 0, whichever row was computed in the same memory before.
+static void test_unfilled(void** state) {
+  char xml[sizeof wrapping + 32], *end = xml;
+  const char* mark = strstr(wrapping, "JACOBIAN");
+  end += sprintf(end, "%.*s", (int)(mark - wrapping), wrapping);
+  sprintf(end, "jacobian='%s' solver='PGS'%s", (const char*)*state, mark + strlen("JACOBIAN"));
+  mjenv_options* options = options_of_id("Model-v0");
+  assert_ok(mjenv_options_set_string(options, "xml_string", xml));
+  mjenv_env* env = env_of_options(options, 2);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  // The first row has both limits, and the tendon around the ball. The second has neither.
+  static const double bent[2] = {1.6, 0.2}, straight[2] = {0, 0}, at_rest[2] = {0, 0};
+  assert_ok(mjenv_set_state(env, 0, bent, 2, at_rest, 2));
+  assert_ok(mjenv_set_state(env, 1, straight, 2, at_rest, 2));
+  int shorter = 0;
+  for (int64_t i = 0; i < mjenv_field_count(env, MJENV_ROLE_DATA); ++i) {
+    mjenv_field field = {.struct_size = sizeof field};
+    assert_ok(mjenv_field_at(env, MJENV_ROLE_DATA, i, &field));
+    const bool has_tail = strncmp(field.name, "wrap_", 5) == 0 || strncmp(field.name, "efc_", 4) == 0 ||
+                          strncmp(field.name, "ten_J", 5) == 0;
+    if (!has_tail) continue;
+    size_t count = 0;
+    free(read_array(env, 0, field.name, &count));
+    double *first = read_array(env, 1, field.name, &count), *other = read_array(env, 0, field.name, &count);
+    double* again = read_array(env, 1, field.name, &count);
+    assert_same_bits(field.name, again, first, count);
+    // A row of its own, which never had another state, holds the same.
+    mjenv_options* own = options_of_id("Model-v0");
+    assert_ok(mjenv_options_set_string(own, "xml_string", xml));
+    mjenv_env* alone = env_of_options(own, 1);
+    assert_ok(mjenv_reset(alone, NULL, NULL));
+    assert_ok(mjenv_set_state(alone, 0, straight, 2, at_rest, 2));
+    double* want = read_array(alone, 0, field.name, &count);
+    assert_same_bits(field.name, first, want, count);
+    size_t filled = 0, fewer = 0;
+    for (size_t k = 0; k < count; ++k) filled += other[k] != 0, fewer += want[k] != 0;
+    shorter += fewer < filled;
+    free(first), free(other), free(again), free(want);
+    mjenv_destroy(alone);
+  }
+  assert_true(shorter > 5);
+  mjenv_destroy(env);
 }
 
 static void test_observe(void** state) {
@@ -290,6 +341,8 @@ int main(void) {
       OF(test_observe, "Reacher-v5", 1),
       OF(test_single_outputs, "Humanoid-v5", 2),
       OF(test_single_outputs, "HalfCheetah-v5", 1),
+      {"test_unfilled, dense", test_unfilled, NULL, NULL, (void*)(uintptr_t) "dense"},
+      {"test_unfilled, sparse", test_unfilled, NULL, NULL, (void*)(uintptr_t) "sparse"},
       cmocka_unit_test(test_samples),
       cmocka_unit_test(test_unseeded_rows_differ),
   };

@@ -642,7 +642,8 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 /* ---- State of one row ---- */
 
 /* Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's
- * env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are
+ * env.unwrapped.data after the last step. Elements that the state does not fill are 0: efc_* beyond the constraints, wrap_*
+ * beyond the paths of the tendons, contact.* beyond ncon. The contents of MuJoCo's scratch arrays (efc_AR, qH, qDeriv, qLU) are
  * undefined.
  *   row       the row to read. If mjenv_write gave it values of its own in this array, those are read
  *   array     its name in MuJoCo: "xpos", "body_mass", "nq", "opt.timestep" (mjenv_field_at lists them: MJENV_ROLE_DATA

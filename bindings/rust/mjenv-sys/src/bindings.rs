@@ -862,7 +862,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's"]
-    #[doc = " env.unwrapped.data after the last step. The contents of MuJoCo's scratch arrays (efc_* beyond nefc, efc_AR, qH) are"]
+    #[doc = " env.unwrapped.data after the last step. Elements that the state does not fill are 0: efc_* beyond the constraints, wrap_*"]
+    #[doc = " beyond the paths of the tendons, contact.* beyond ncon. The contents of MuJoCo's scratch arrays (efc_AR, qH, qDeriv, qLU) are"]
     #[doc = " undefined."]
     #[doc = "   row       the row to read. If mjenv_write gave it values of its own in this array, those are read"]
     #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (mjenv_field_at lists them: MJENV_ROLE_DATA"]
