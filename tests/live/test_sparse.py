@@ -1,7 +1,7 @@
 """Model-v0 against MuJoCo's own wheel where Jacobians are sparse, and where sums are -0: bit for bit.
 
-The wheel for x86-64 adds with AVX. There, sums of four or more products have another order than in MuJoCo's code for other
-CPUs, and can be -0.
+The wheel for x86-64 adds with AVX. There, sums of four or more products have another order than in MuJoCo's code for
+other CPUs, and can be -0.
 """
 
 from __future__ import annotations
@@ -144,7 +144,8 @@ def test_robots(id: str) -> None:
 def test_negative_zeros(joints: int, jacobian: str, lanes: int) -> None:
     """Velocities of a tendon and of an actuator at rest, which are sums of products that are all -0 or 0."""
     bodies = "".join(
-        f'<body pos="{n} 0 0"><joint name="j{n}" type="slide" axis="0 0 1" limited="true" range="-1 {(n % 2 - 1) / 1000}"/><geom size="0.1"/></body>'
+        f'<body pos="{n} 0 0"><joint name="j{n}" type="slide" axis="0 0 1" limited="true" '
+        f'range="-1 {(n % 2 - 1) / 1000}"/><geom size="0.1"/></body>'
         for n in range(joints)
     )
     tendon = "".join(f'<joint joint="j{n}" coef="-1"/>' for n in range(joints))
