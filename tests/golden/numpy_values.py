@@ -173,8 +173,8 @@ def random_text(facts: dict[str, str], norms: list[str], coretypes: list[str]) -
         "# integers SEED LOW HIGH, choice SEED N, weighted SEED P...: 1000 draws. sample SEED N SIZE: choice without",
         "# replacement. permutation SEED N. Then their checksum, has_uint32, uinteger and the next raw number.",
         "# sum N F8 F4: np.sum of the first N of ((7919*i + 13) % 1009) / 17 - 30 as float64 and as float32.",
-        "# norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX. norm plain|fused first N Y: of the",
-        "# first N numbers of which `sum` has the sums.",
+        "# norm plain|fused X... Y: np.linalg.norm under the kernel Haswell|SkylakeX.",
+        "# norm plain|fused first N Y: of the first N numbers of which `sum` has the sums.",
         "# coretype CPU NAME plain|fused|other|crash: how norms are rounded with NAME in OPENBLAS_CORETYPE on a CPU",
         "# for which OpenBLAS chooses the kernel CPU if the variable is unset.",
     ]

@@ -47,7 +47,9 @@ EXTRA = """
   <tendon tendon1="sum" tendon2="rope"/>
 </equality>
 <tendon>
-  <fixed name="sum" limited="true" range="-0.1 0.1"><joint joint="j6_0" coef="1"/><joint joint="j7_1" coef="-0.7"/></fixed>
+  <fixed name="sum" limited="true" range="-0.1 0.1">
+    <joint joint="j6_0" coef="1"/><joint joint="j7_1" coef="-0.7"/>
+  </fixed>
   <fixed name="rough" frictionloss="0.03"><joint joint="j8_0" coef="1"/><joint joint="j9_2" coef="0.3"/></fixed>
   <spatial name="rope" frictionloss="0.01"><site site="foot8"/><site site="foot9"/></spatial>
   <spatial name="leash" limited="true" range="0 0.5"><site site="foot10"/><site site="foot11"/></spatial>
@@ -56,7 +58,7 @@ EXTRA = """
 
 
 def legs(options: str, extra: bool) -> str:
-    """72 degrees of freedom, for which MuJoCo chooses sparse Jacobians; with or without each other type of constraint."""
+    """72 degrees of freedom, for which MuJoCo chooses sparse Jacobians; `extra`: with each type of constraint."""
     motors = "".join(f'<motor joint="j{n}_{j}" gear="1.5"/>' for n in range(LEGS) for j in range(0, 6, 2))
     return f"""
 <mujoco>
