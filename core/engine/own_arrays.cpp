@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "engine/lanes/stepper.hpp"
 #include "engine/mujoco.hpp"
@@ -238,19 +239,24 @@ void OwnArrays::add(const std::string& name) {
   if (find(name)) return;
   OwnArray array = describe(name);
   if (array.bytes == 0) return;
-  array.offset = block_bytes_;
-  list_.push_back(array);
-  block_bytes_ += (array.bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
-  has_inputs_ |= array.place == OwnArray::Place::data_input;
-  change_search_ |= is_in(kSearch, name);
-  change_contacts_ |= is_in(kContacts, name);
-  fit_lanes_ &= array.place == OwnArray::Place::data_input || lanes::computes_own(name);
+  append(std::move(array));
   // mj_resetData places mocap bodies where the model has them.
   if (model_->get()->nmocap > 0 && (name == "body_pos" || name == "body_quat")) {
     add("mocap_pos");
     if (!kNormalizesMocap) add("mocap_quat");
   }
   if (name == "eq_active0") add("eq_active");  // which mj_resetData sets to it
+}
+
+void OwnArrays::append(OwnArray array) {
+  const std::string& name = array.original.name;
+  array.offset = block_bytes_;
+  block_bytes_ += (array.bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
+  has_inputs_ |= array.place == OwnArray::Place::data_input;
+  change_search_ |= is_in(kSearch, name);
+  change_contacts_ |= is_in(kContacts, name);
+  fit_lanes_ &= array.place == OwnArray::Place::data_input || lanes::computes_own(name);
+  list_.push_back(std::move(array));
 }
 
 std::vector<std::string> OwnArrays::beyond_lanes() const {
@@ -305,6 +311,13 @@ void OwnArrays::fill(std::size_t first, std::byte* block) const {
   for (std::size_t i = first; i < list_.size(); ++i)
     if (list_[i].original.data) std::memcpy(block + list_[i].offset, list_[i].original.data, list_[i].bytes);
   clear_inputs(block, first);
+}
+
+void OwnArrays::copy(const OwnArrays& from, const std::byte* block, std::byte* to) const {
+  fill(0, to);
+  for (const OwnArray& array : list_)
+    if (const OwnArray* found = from.find(array.original.name))
+      std::memcpy(to + array.offset, block + found->offset, array.bytes);
 }
 
 void OwnArrays::clear_inputs(std::byte* block, std::size_t first) const {

@@ -27,12 +27,17 @@ class OwnArrays {
   explicit OwnArrays(const Model& model) : model_(&model) {}
 
   const std::vector<OwnArray>& list() const { return list_; }
+  bool empty() const { return list_.empty(); }
+  // An empty layout for the same model.
+  OwnArrays none() const { return OwnArrays(*model_); }
   std::size_t block_bytes() const { return block_bytes_; }
   const OwnArray* find(const std::string& name) const;
   // Fails with MJENV_E_NAME and the reason if the array cannot be written.
   OwnArray describe(const std::string& name) const;
-  // Appends the array unless it is there.
+  // Appends the array, and the inputs that mj_resetData computes from it, unless they are there.
   void add(const std::string& name);
+  // Appends the array alone.
+  void append(OwnArray array);
 
   // Fails with MJENV_E_VALUE if MuJoCo could not compute with these values.
   static void check(const OwnArray& array, const double* values);
@@ -46,6 +51,9 @@ class OwnArrays {
   static bool checks_elements_alone(const OwnArray& array);
   // Writes the original values of the arrays from number `first` on to the block.
   void fill(std::size_t first, std::byte* block) const;
+  // Copies a block that is laid out by `from` to one that is laid out by this. Arrays that `from` lacks get their
+  // original values.
+  void copy(const OwnArrays& from, const std::byte* block, std::byte* to) const;
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;
 

@@ -114,9 +114,9 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 LaneChoice Env::lanes() const {
   check_settled();
   if (lanes_.width == 0) return lanes_;
-  const OwnValues& own = rows_.own();
-  if (!own.arrays().fit_lanes()) return {0, "rows have values of their own of " + listed(own.arrays().beyond_lanes())};
-  const std::int64_t alone = own.forced_rows();
+  if (!rows_.arrays().fit_lanes())
+    return {0, "rows have values of their own of " + listed(rows_.arrays().beyond_lanes())};
+  const std::int64_t alone = rows_.forced_rows();
   if (alone == 0) return lanes_;
   return {steps_together() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
                                                    " rows have forces in qfrc_applied or xfrc_applied"};
@@ -243,13 +243,13 @@ void Env::observe(const mjenv_batch& out) {
   schema_.check(out, rows());
   // Rows whose derived arrays are in a work space come first, because other rows would overwrite them.
   std::vector<std::uint8_t> observed(static_cast<std::size_t>(rows()));
-  const auto is_held = [&](std::int64_t row) { return workers_.of(rows_.head(row)).holds(rows_, row); };
+  const auto is_held = [&](std::int64_t row) { return workers_.of(rows_, row).holds(rows_, row); };
   const auto observe_row = [&](Worker& worker, std::int64_t row) {
     episodes_.observe(worker, row, {out, rows(), row});
   };
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_held(row)) continue;
-    Worker& holder = workers_.of(rows_.head(row));
+    Worker& holder = workers_.of(rows_, row);
     holder.attempt(row, [&] { observe_row(holder, row); });
     observed[static_cast<std::size_t>(row)] = 1;
   }
@@ -280,14 +280,14 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   check_settled();
   rows_.check(row);
   // original.data is null for inputs of mjData, which are read from a work space below.
-  if (const OwnArray* own = rows_.own().arrays().find(name); own && own->original.data) {
+  if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
-    own_array_.data = rows_.own().present(row) + own->offset;
+    own_array_.data = rows_.values(row) + own->offset;
     return own_array_;
   }
   for (const Array& array : task_.model->arrays())
     if (array.name == name) return array;
-  if (const Array* found = workers_.of(rows_.head(row)).array(rows_, row, name)) return *found;
+  if (const Array* found = workers_.of(rows_, row).array(rows_, row, name)) return *found;
   std::vector<std::string> names;
   for (const auto role : {MJENV_ROLE_DATA, MJENV_ROLE_MODEL})
     for (const auto& field : schema_.fields(role)) names.push_back(field.name);
@@ -298,7 +298,7 @@ void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjDat
   check_settled();
   rows_.check(row);
   if (!rows_.head(row).ready) fail(MJENV_E_NOT_RESET, in_row(row, "reset it before it is drawn"));
-  workers_.of(rows_.head(row)).show(rows_, row, draw);
+  workers_.of(rows_, row).show(rows_, row, draw);
 }
 
 void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv) {
@@ -309,7 +309,7 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   check_finite("qpos", qpos, nq);
   check_finite("qvel", qvel, nv);
   Rows::Head& head = rows_.head(row);
-  workers_.of(head).set_state(rows_, row, qpos, qvel);
+  workers_.of(rows_, row).set_state(rows_, row, qpos, qvel);
   head.ready = true;
   head.ended = false;
   forget_observation(row);
@@ -332,12 +332,11 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
 void Env::write(const std::string& array, std::size_t count,
                 const std::function<const double*(std::int64_t)>& values_of) {
   check_settled();
-  OwnValues& own = rows_.own();
   const auto part = rows_.layout().part(array);
   OwnArray target{};
   if (!part) {
-    const OwnArray* found = own.arrays().find(array);
-    target = found ? *found : own.arrays().describe(array);
+    const OwnArray* found = rows_.arrays().find(array);
+    target = found ? *found : rows_.arrays().describe(array);
   }
   const std::size_t needed = part ? part->count : target.original.count();
   if (needed == 0 && count > 0)
@@ -360,18 +359,17 @@ void Env::write(const std::string& array, std::size_t count,
     checked = values;
   });
   if (count == 0) return;
-  if (!part && !own.arrays().find(array)) {
+  if (!part && !rows_.arrays().find(array)) {
     make_own({array});
-    target = *own.arrays().find(array);
+    target = *rows_.arrays().find(array);
   }
-  // First for all rows, because memory may run out: a call that fails must write nothing.
-  for_each_written(values_of, [&](std::int64_t row, const double*) { rows_.keep(row); });
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
+    rows_.keep(row);
     if (part) {
       std::copy_n(values, count, rows_.state(row) + part->offset);
     } else {
-      OwnArrays::write(target, values, own.present(row));
-      own.note_forces(row);
+      OwnArrays::write(target, values, rows_.values(row));
+      rows_.note_forces(row);
     }
     rows_.head(row).written = true;
     workers_.forget(row);
@@ -387,7 +385,7 @@ void Env::for_each_written(const std::function<const double*(std::int64_t)>& val
 
 void Env::make_own(const std::vector<std::string>& arrays) {
   workers_.release();  // because add() moves the rows' values, to which work spaces point
-  rows_.own().add(arrays);
+  rows_.add_arrays(arrays);
 }
 
 void Env::set_constants(std::int64_t row) {
@@ -404,7 +402,7 @@ void Env::set_constants(std::int64_t row) {
   // One row after the other, because make_own moves the values of all rows.
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) {
-      Worker& worker = workers_.of(rows_.head(i));
+      Worker& worker = workers_.of(rows_, i);
       worker.attempt(i, [&] { set(worker, i); });
     }
   workers_.raise();
@@ -422,7 +420,7 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
 }
 
 void Env::forget_observation(std::int64_t row) {
-  if (rows_.has_perturbed()) Perturbation::forget_observation(rows_.perturbed(row));
+  if (rows_.has_perturbation()) Perturbation::forget_observation(rows_.perturbation(row));
 }
 
 // ---- Randomisation ----
@@ -438,7 +436,7 @@ void Env::randomize(const mjenv_randomization* items, std::size_t count) {
     workers_.for_each([](Worker& worker) { worker.prepare_constants(); });
   }
   if (!arrays.empty()) make_own(arrays);
-  next.place(rows_.own().arrays());
+  next.place(rows_.arrays());
   randomization_ = std::move(next);
 }
 
@@ -447,33 +445,29 @@ void Env::perturb(const mjenv_perturbation* given) {
   Perturbation next;
   if (given) next = Perturbation(read_struct(given, "perturbation"), model(), schema_.observation_count());
   // First what allocates memory: a call that fails must change nothing.
-  std::vector<double> records = rows_.make_perturbed(next.record_count());
+  std::vector<double> records = rows_.make_perturbation(next.record_count());
   std::vector<Perturbation::Step> steps;
   workers_.for_each([&](Worker& /*worker*/) { steps.push_back(next.make_step()); });
   if (next.pushes()) make_own({"xfrc_applied"});
   end_pushes();
   workers_.for_each(
       [&](Worker& worker) { worker.perturbed = std::move(steps[static_cast<std::size_t>(worker.index)]); });
-  next.place(rows_.own().arrays());
-  rows_.set_perturbed(std::move(records), next.record_count());
+  next.place(rows_.arrays());
+  rows_.set_perturbation(std::move(records), next.record_count());
   perturbation_ = std::move(next);
 }
 
 // Sets to 0 the forces that each row's last step has left.
 void Env::end_pushes() {
   if (!perturbation_.pushes()) return;
-  const auto for_each_pushed = [&](const auto& body) {
-    for (std::int64_t row = 0; row < rows(); ++row)
-      if (perturbation_.is_pushed(rows_.perturbed(row))) body(row);
-  };
-  // First for all rows, because memory may run out.
-  for_each_pushed([&](std::int64_t row) { rows_.keep(row); });
-  for_each_pushed([&](std::int64_t row) {
-    perturbation_.end_pushes(rows_.perturbed(row), rows_.own().present(row));
-    rows_.own().note_forces(row);
+  for (std::int64_t row = 0; row < rows(); ++row) {
+    if (!perturbation_.is_pushed(rows_.perturbation(row))) continue;
+    rows_.keep(row);
+    perturbation_.end_pushes(rows_.perturbation(row), rows_.values(row));
+    rows_.note_forces(row);
     rows_.head(row).written = true;
     workers_.forget(row);
-  });
+  }
 }
 
 // ---- Images ----
@@ -481,19 +475,11 @@ void Env::end_pushes() {
 void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
   check_settled();
   rows_.check(from);
-  const auto for_each_target = [&](const auto& body) {
-    for (std::int64_t to = 0; to < rows(); ++to)
-      if (is_selected(to_mask, to) && to != from) body(to);
-  };
-  // First for all rows, because memory may run out: a call that fails must copy nothing.
-  const OwnValues& own = rows_.own();
-  std::vector<OwnValues::Past> pasts;
-  if (own.past(from)) for_each_target([&](std::int64_t) { pasts.push_back(own.copied_past(from)); });
-  std::size_t copied = 0;
-  for_each_target([&](std::int64_t to) {
-    rows_.copy(from, to, pasts.empty() ? OwnValues::Past() : std::move(pasts[copied++]));
+  for (std::int64_t to = 0; to < rows(); ++to) {
+    if (!is_selected(to_mask, to) || to == from) continue;
+    rows_.copy(from, to);
     workers_.forget(to);
-  });
+  }
 }
 
 std::size_t Env::snapshot_size(std::int64_t row) const {
@@ -509,7 +495,7 @@ void Env::snapshot(std::int64_t row, void* image) const {
 void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
-  if (!rows_.own().empty()) workers_.release();
+  if (!rows_.arrays().empty()) workers_.release();
   read_image(rows_, model(), perturbation_, identity(), options_.id(), row, image, size);
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);

@@ -106,8 +106,7 @@ class Env {
   void end_pushes();
   // Whether the workers of each team step rows together. Those with forces are stepped alone.
   bool steps_together() const {
-    const OwnValues& own = rows_.own();
-    return workers_.team_size() > 1 && own.arrays().fit_lanes() && own.forced_rows() + 1 < rows();
+    return workers_.team_size() > 1 && rows_.arrays().fit_lanes() && rows_.forced_rows() + 1 < rows();
   }
   // Throws while rows are under way between send and receive.
   void check_settled() const;

@@ -76,7 +76,7 @@ void Episodes::begin(Worker& worker, std::int64_t row) const {
   head.steps = 0;
   head.ready = true;
   head.ended = false;
-  if (rows_.has_perturbed()) perturbation_.begin(rows_.perturbed(row), head.rng);
+  if (rows_.has_perturbation()) perturbation_.begin(rows_.perturbation(row), head.rng);
 }
 
 void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const {
@@ -111,7 +111,8 @@ void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, con
   if (!is_perturbed(row) || !perturbation_.changes_observations()) return worker.write_observation(to, place);
   Rows::Head& head = rows_.head(row);
   const double* observation = worker.observation();
-  worker.write_observation(perturbation_.observe(rows_.perturbed(row), head.steps, observation, head.rng), to, place);
+  worker.write_observation(perturbation_.observe(rows_.perturbation(row), head.steps, observation, head.rng), to,
+                           place);
 }
 
 void Episodes::step(Worker& worker, const Turn& turn) const {
@@ -150,7 +151,7 @@ void Episodes::step(Team& team) const {
 Episodes::Begun Episodes::begin_step(Worker& worker, const Turn& turn) const {
   Begun begun{Worker::random(rows_, turn.row), turn.action, nullptr, is_perturbed(turn.row), false};
   if (!begun.perturbed) return begun;
-  begun.seen = perturbation_.begin_step(rows_.perturbed(turn.row), rows_.head(turn.row).steps, turn.action,
+  begun.seen = perturbation_.begin_step(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
                                         begun.random.rng(), worker.perturbed);
   begun.forces = &worker.perturbed.forces;
   return begun;
@@ -158,7 +159,7 @@ Episodes::Begun Episodes::begin_step(Worker& worker, const Turn& turn) const {
 
 Episodes::Begun Episodes::begin_step_in_team(Worker& worker, const Turn& turn) const {
   Begun begun = begin_step(worker, turn);
-  begun.alone = rows_.own().has_forces(turn.row) || (begun.forces && !begun.forces->empty());
+  begun.alone = rows_.has_forces(turn.row) || (begun.forces && !begun.forces->empty());
   if (!begun.alone) worker.begin_step(rows_, turn.row, begun.seen, begun.forces);  // else advance begins it
   return begun;
 }
@@ -176,7 +177,7 @@ Episodes::Ends Episodes::end_step(Worker& worker, const Turn& turn, Begun& begun
   place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row, begun.random);
-  if (begun.perturbed) perturbation_.end_step(rows_.perturbed(row), head.steps, turn.action, worker.perturbed);
+  if (begun.perturbed) perturbation_.end_step(rows_.perturbation(row), head.steps, turn.action, worker.perturbed);
 
   ++head.steps;
   const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
@@ -273,7 +274,7 @@ void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const 
 
 void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) const {
   worker.hold(rows_, row);
-  const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbed(row)) : nullptr;
+  const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbation(row)) : nullptr;
   if (last)
     worker.write_observation(last, place.out.obs, place);
   else

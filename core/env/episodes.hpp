@@ -78,7 +78,7 @@ class Episodes {
   bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
   // True from the first reset after mjenv_perturb on.
   bool is_perturbed(std::int64_t row) const {
-    return rows_.has_perturbed() && Perturbation::has_begun(rows_.perturbed(row));
+    return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }
   void begin(Worker& worker, std::int64_t row) const;
   // A step has three parts: begin_step delays the action and draws its noise and the pushes, Worker::step or Team::step

@@ -1,8 +1,11 @@
 #include "env/image.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -15,38 +18,44 @@ namespace {
 
 // An image consists of
 //   - an ImageHeader
-//   - the names of the arrays that rows have of their own, each followed by a 0 byte; then 0 bytes to a multiple of 8
-//   - for each row, a RowHeader, the row's record and its own values; then, if ImageHeader::has_past, what OwnValues
-//     keeps: three blocks of values and a state, which hold zeros where RowHeader::kept says that nothing was kept;
-//     then the row's record of noise, delays and pushes.
+//   - an Entry for each part that some row of the image has, in the order of kParts, with the bytes that one row has
+//   - an Entry for each array in which some row has own values that are not the model's, in alphabetical order, with
+//     its bytes in a block of own values, where the arrays follow each other at multiples of 8 bytes
+//   - each row's parts, one after the other. Head::kept says which of the kept parts the row has.
+// So one state has one image, however the row came to it: arrays that were written to the model's own values are left
+// out, and so are kept values that equal those which stand for them where none are kept.
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
-  std::uint16_t version = 4;
+  std::uint16_t version = 5;
   std::uint16_t engine = 0;  // the version of MuJoCo: 10000 * major + 100 * minor + patch
   Identity::Rounding rounding = Identity::Rounding::any;
   std::uint16_t has_portable_math = 0;
   std::uint64_t identity = 0;
   std::uint64_t rows = 0;
-  std::uint32_t names_bytes = 0, has_past = 0;
-  std::uint64_t randomization = 0, perturbation = 0, perturbed_bytes = 0;
-  std::uint64_t checksum = 0;  // of everything after the header
+  std::uint64_t randomization = 0, perturbation = 0;
+  std::uint32_t parts = 0, arrays = 0;  // how many entries there are
+  std::uint64_t checksum = 0;           // of everything after the header
 };
+static_assert(sizeof(ImageHeader) == 64, "padding would put undefined bytes into an image");
 
-struct RowHeader {
-  Rng rng;
-  std::int64_t steps = 0;
-  std::uint8_t origin = 0, seeded = 0, ready = 0, ended = 0, written = 0, has_constants = 0;
-  std::uint8_t kept = 0;  // bits of Kept
-  std::uint8_t unused = 0;
+struct Entry {
+  std::array<char, 36> name{};  // ends with 0 bytes
+  std::uint32_t kept = 0;       // the bit of Head::kept that says whether a row has this part; 0: all rows have it
+  std::uint64_t bytes = 0;
 };
-static_assert(std::is_trivially_copyable_v<RowHeader> && sizeof(RowHeader) == 56,
+static_assert(sizeof(Entry) == 48, "padding would put undefined bytes into an image");
+
+using Head = Rows::Head;
+static_assert(std::is_trivially_copyable_v<Head> && std::is_standard_layout_v<Head> && sizeof(Head) == 56,
               "padding would put undefined bytes into an image");
-static_assert(sizeof(ImageHeader) == 72, "padding would put undefined bytes into an image");
 
-enum Kept : std::uint8_t { kept_computed = 1, kept_stepped = 2, kept_constants = 4, kept_state = 8 };
-
-// More steps than any episode has. A larger count means that the image is damaged, and could overflow.
-constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
+Entry entry_of(const std::string& name, std::uint32_t kept, std::size_t bytes) {
+  Entry entry{{}, kept, bytes};
+  if (name.size() >= entry.name.size())
+    fail(MJENV_E_INTERNAL, "the name " + quoted(name) + " is too long for an image");
+  std::copy(name.begin(), name.end(), entry.name.begin());
+  return entry;
+}
 
 // A half-open range of rows.
 struct Range {
@@ -54,82 +63,170 @@ struct Range {
 
   Range(const Rows& rows, std::int64_t row)
       : first(row == MJENV_ALL_ROWS ? 0 : row), end(row == MJENV_ALL_ROWS ? rows.count() : row + 1) {}
-  std::uint64_t count() const { return static_cast<std::uint64_t>(end - first); }
+  std::int64_t count() const { return end - first; }
 };
 
-// Where the parts of an image lie.
-struct Layout {
-  std::size_t names, record, block, state, perturbed;  // bytes
-  bool has_past;
-
-  std::size_t row() const { return sizeof(RowHeader) + record + (has_past ? 4 * block + state : block) + perturbed; }
-  std::size_t rows_start() const { return sizeof(ImageHeader) + names; }
-};
-
-std::string names_of(const OwnArrays& arrays) {
-  std::string names;
-  for (const OwnArray& array : arrays.list()) names += array.original.name + '\0';
-  names.resize((names.size() + 7) / 8 * 8);
-  return names;
+// The bytes of a part in an image whose rows have own values of these arrays.
+std::size_t bytes_of(const PartKind& kind, const Rows& rows, const OwnArrays& arrays) {
+  return kind.content == Content::values ? arrays.block_bytes() : rows.bytes_of(kind.content);
 }
 
-Layout layout_of(const Rows& rows, const Range& range) {
-  bool has_past = false;
-  for (std::int64_t i = range.first; i < range.end && !has_past; ++i) {
-    const OwnValues::Past* past = rows.own().past(i);
-    has_past = past && (past->computed || past->stepped || past->constants || past->state);
-  }
-  return {names_of(rows.own().arrays()).size(), rows.record_bytes(),    rows.own().block_bytes(),
-          rows.layout().size * sizeof(double),  rows.perturbed_bytes(), has_past};
-}
-
-// Adds the arrays that an image names. Returns false if rows cannot have one of them as their own, or if names_of would
-// not give exactly these bytes (a name stands twice, or the padding is wrong).
-bool read_names(const char* from, std::size_t size, OwnArrays& arrays) {
-  try {
-    for (std::size_t start = 0; start < size;) {
-      const std::string name(from + start, strnlen(from + start, size - start));
-      if (!name.empty()) arrays.add(name);
-      start += name.size() + 1;
+// What an image of these rows contains.
+class Plan {
+ public:
+  Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().none()) {
+    if (!rows.arrays().empty()) choose_arrays(range);
+    size_ = sizeof(ImageHeader) + arrays_.list().size() * sizeof(Entry);
+    std::uint16_t present = 0;
+    for (std::int64_t row = range.first; row < range.end; ++row) {
+      const std::uint16_t kept = kept_of(row);
+      present |= kept;
+      for (const PartKind& kind : kParts)
+        if (is_in(kind, kept)) size_ += bytes_of(kind, rows_, arrays_);
     }
+    for (const PartKind& kind : kParts)
+      if (is_in(kind, present)) parts_.push_back(&kind);
+    size_ += parts_.size() * sizeof(Entry);
+  }
+
+  std::size_t size() const { return size_; }
+  const OwnArrays& arrays() const { return arrays_; }
+  const std::vector<const PartKind*>& parts() const { return parts_; }
+  bool is_in(const PartKind& kind, std::uint16_t kept) const {
+    return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
+  }
+  // The row's Head::kept in the image: without values that equal those which stand for them where none are kept.
+  std::uint16_t kept_of(std::int64_t row) const {
+    std::uint16_t kept = rows_.head(row).kept;
+    if (kept == 0) return 0;
+    const auto drop_if_equal = [&](Part part, const std::byte* other) {
+      if ((kept & kept_bit(part)) == 0) return;
+      if (std::memcmp(rows_.bytes(part, row), other, rows_.block_bytes()) == 0)
+        kept &= static_cast<std::uint16_t>(~kept_bit(part));
+    };
+    drop_if_equal(Part::stepped_values, rows_.values(row, Version::computed));
+    drop_if_equal(Part::computed_values, rows_.values(row));
+    if (!originals_.empty()) drop_if_equal(Part::constants_values, originals_.data());
+    return kept;
+  }
+
+ private:
+  const Rows& rows_;
+  OwnArrays arrays_;
+  std::vector<std::byte> originals_;  // a block with the model's values
+  std::vector<const PartKind*> parts_;
+  std::size_t size_ = 0;
+
+  void choose_arrays(const Range& range) {
+    originals_.resize(rows_.block_bytes());
+    rows_.arrays().fill(0, originals_.data());
+    std::vector<const OwnArray*> chosen;
+    for (const OwnArray& array : rows_.arrays().list())
+      if (differs(array, range)) chosen.push_back(&array);
+    std::sort(chosen.begin(), chosen.end(),
+              [](const OwnArray* a, const OwnArray* b) { return a->original.name < b->original.name; });
+    for (const OwnArray* array : chosen) arrays_.append(*array);
+  }
+
+  // Whether the array differs from the model's in any version of any row.
+  bool differs(const OwnArray& array, const Range& range) const {
+    for (std::int64_t row = range.first; row < range.end; ++row)
+      for (const PartKind& kind : kParts)
+        if (kind.content == Content::values && rows_.has(row, kind) &&
+            std::memcmp(rows_.bytes(kind.part, row) + array.offset, originals_.data() + array.offset, array.bytes) != 0)
+          return true;
+    return false;
+  }
+};
+
+// Checks bytes that may come from a stranger. They may lie at any address.
+class Checks {
+ public:
+  Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Perturbation& perturbation)
+      : rows_(rows), arrays_(arrays), model_(model), perturbation_(perturbation) {}
+
+  // Whether MuJoCo and the library can compute with this part.
+  bool is_valid(const PartKind& kind, const std::byte* part) {
+    const StateLayout& layout = rows_.layout();
+    switch (kind.content) {
+      case Content::head: return is_valid_head(part);
+      // MuJoCo computes with any numbers in a state, even if the results are not finite, except with those that it uses
+      // as indices.
+      case Content::state: return is_valid_rest(part + (layout.size - layout.more) * sizeof(double));
+      case Content::rest: return is_valid_rest(part);
+      case Content::values: return is_valid_block(part);
+      case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::carried: break;
+    }
+    return true;
+  }
+
+ private:
+  // More steps than any episode has. A larger count means that the image is damaged, and could overflow.
+  static constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
+
+  const Rows& rows_;
+  const OwnArrays& arrays_;
+  const Model& model_;
+  const Perturbation& perturbation_;
+  std::vector<double> numbers_, values_;
+
+  const double* aligned(const std::byte* part, std::size_t size) {
+    numbers_.resize(size / sizeof(double));
+    if (size > 0) std::memcpy(numbers_.data(), part, size);
+    return numbers_.data();
+  }
+
+  bool is_valid_head(const std::byte* part) const {
+    for (const std::size_t flag : {offsetof(Head, seeded), offsetof(Head, ready), offsetof(Head, ended),
+                                   offsetof(Head, written), offsetof(Head, has_constants)})
+      if (part[flag] > std::byte{1}) return false;  // no bool
+    Head head;
+    std::memcpy(&head, part, sizeof head);
+    std::uint16_t possible = 0;
+    for (const PartKind& kind : kParts)
+      if (bytes_of(kind, rows_, arrays_) > 0) possible |= kind.kept;
+    // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might
+    // never end.
+    const bool is_even = head.seeded && head.rng.words()[2] % 2 == 0;
+    const auto lacks = [&](Part needed, Content content) {
+      return rows_.bytes_of(content) > 0 && (head.kept & kept_bit(needed)) == 0;
+    };
+    return (head.kept & ~possible) == 0 && head.origin <= Origin::set && head.steps >= 0 && head.steps <= kMaxSteps &&
+           !is_even && !(head.origin == Origin::set && lacks(Part::stepped_state, Content::state)) &&
+           !(head.has_constants && lacks(Part::constants_rest, Content::rest));
+  }
+
+  bool is_valid_rest(const std::byte* rest) {
+    const std::size_t size = rows_.bytes_of(Content::rest);
+    return size == 0 || model_.is_valid_more(aligned(rest, size));
+  }
+
+  bool is_valid_block(const std::byte* part) {
+    const auto* block = reinterpret_cast<const std::byte*>(aligned(part, arrays_.block_bytes()));
+    try {
+      for (const OwnArray& array : arrays_.list()) {
+        values_.resize(array.original.count());
+        OwnArrays::read(array, block, values_.data());
+        OwnArrays::check(array, values_.data());
+      }
+    } catch (const Error&) {
+      return false;
+    }
+    return true;
+  }
+};
+
+// Appends the array that an image names. Returns false if rows cannot have own values of it, or it has other bytes.
+bool append(const std::string& name, std::uint64_t bytes, OwnArrays& arrays) {
+  try {
+    OwnArray array = arrays.describe(name);
+    if (array.bytes == 0 || array.bytes != bytes) return false;
+    arrays.append(std::move(array));
+    return true;
   } catch (const Error&) {
     return false;
   }
-  const std::string names = names_of(arrays);
-  return names.size() == size && std::memcmp(names.data(), from, size) == 0;
-}
-
-// Whether MuJoCo can compute with these values. The block may lie at any address.
-bool are_valid(const OwnArrays& arrays, const std::byte* block) {
-  std::vector<double> values, aligned(arrays.block_bytes() / sizeof(double));
-  if (!aligned.empty()) std::memcpy(aligned.data(), block, arrays.block_bytes());
-  try {
-    for (const OwnArray& array : arrays.list()) {
-      values.resize(array.original.count());
-      OwnArrays::read(array, reinterpret_cast<const std::byte*>(aligned.data()), values.data());
-      OwnArrays::check(array, values.data());
-    }
-  } catch (const Error&) {
-    return false;
-  }
-  return true;
-}
-
-// Whether MuJoCo can compute with this StateLayout::rest, of which it uses some numbers as indices. It can compute with
-// any other numbers in a state, even if the results are not finite.
-bool is_valid_rest(const Model& model, const StateLayout& layout, const std::byte* rest) {
-  if (layout.more == 0) return true;
-  std::vector<double> numbers(layout.more);
-  std::memcpy(numbers.data(), rest, layout.more * sizeof(double));
-  return model.is_valid_more(numbers.data());
-}
-
-bool is_valid(const RowHeader& header) {
-  // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might never
-  // end.
-  const bool even = header.seeded != 0 && header.rng.words()[2] % 2 == 0;
-  return header.origin <= static_cast<std::uint8_t>(Origin::set) && header.steps >= 0 && header.steps <= kMaxSteps &&
-         header.written <= 1 && header.has_constants <= 1 && header.kept < 16 && !even;
 }
 
 std::uint16_t engine_number() {
@@ -191,58 +288,49 @@ Identity identity_of(const Options& options, const Task& task) {
 
 std::size_t image_size(const Rows& rows, std::int64_t row) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
-  const Range range(rows, row);
-  const Layout layout = layout_of(rows, range);
-  return layout.rows_start() + range.count() * layout.row();
+  return Plan(rows, Range(rows, row)).size();
 }
 
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image) {
   const Range range(rows, row);
-  const Layout layout = layout_of(rows, range);
-  const OwnValues& own = rows.own();
-  auto* to = static_cast<unsigned char*>(image) + sizeof(ImageHeader);
+  const Plan plan(rows, range);
+  auto* to = static_cast<std::byte*>(image) + sizeof(ImageHeader);
   const auto append = [&](const void* from, std::size_t size) {
-    if (size > 0 && from)
-      std::memcpy(to, from, size);
-    else
-      std::memset(to, 0, size);
+    std::memcpy(to, from, size);
     to += size;
   };
-  append(names_of(own.arrays()).data(), layout.names);
+  const auto append_entry = [&](const std::string& name, std::uint32_t kept, std::size_t bytes) {
+    const Entry entry = entry_of(name, kept, bytes);
+    append(&entry, sizeof entry);
+  };
+  for (const PartKind* kind : plan.parts()) append_entry(kind->name, kind->kept, bytes_of(*kind, rows, plan.arrays()));
+  for (const OwnArray& array : plan.arrays().list()) append_entry(array.original.name, 0, array.bytes);
+  std::vector<double> block(plan.arrays().block_bytes() / sizeof(double));
   for (std::int64_t i = range.first; i < range.end; ++i) {
-    const Rows::Head& head = rows.head(i);
-    RowHeader header{head.rng, head.steps};
-    header.origin = static_cast<std::uint8_t>(head.origin);
-    header.seeded = head.seeded, header.ready = head.ready, header.ended = head.ended;
-    header.written = head.written, header.has_constants = head.has_constants;
-    const OwnValues::Past* past = own.past(i);
-    if (past)
-      header.kept =
-          static_cast<std::uint8_t>((past->computed ? kept_computed : 0) | (past->stepped ? kept_stepped : 0) |
-                                    (past->constants ? kept_constants : 0) | (past->state ? kept_state : 0));
-    append(&header, sizeof header);
-    append(rows.state(i), layout.record);
-    append(own.empty() ? nullptr : own.present(i), layout.block);
-    if (layout.has_past) {
-      append(past ? past->computed.get() : nullptr, layout.block);
-      append(past ? past->stepped.get() : nullptr, layout.block);
-      append(past ? past->constants.get() : nullptr, layout.block);
-      append(past ? past->state.get() : nullptr, layout.state);
+    Head head = rows.head(i);
+    head.kept = plan.kept_of(i);
+    for (const PartKind* kind : plan.parts()) {
+      if (!plan.is_in(*kind, head.kept)) continue;
+      const void* from = rows.bytes(kind->part, i);
+      if (kind->content == Content::head) from = &head;
+      if (kind->content == Content::values) {
+        plan.arrays().copy(rows.arrays(), rows.bytes(kind->part, i), reinterpret_cast<std::byte*>(block.data()));
+        from = block.data();
+      }
+      append(from, bytes_of(*kind, rows, plan.arrays()));
     }
-    append(rows.perturbed(i), layout.perturbed);
   }
   ImageHeader header;
   header.engine = engine_number();
-  header.identity = identity.hash;
   header.rounding = identity.rounding;
   header.has_portable_math = math_is_portable();
-  header.rows = range.count();
-  header.names_bytes = static_cast<std::uint32_t>(layout.names);
-  header.has_past = layout.has_past;
+  header.identity = identity.hash;
+  header.rows = static_cast<std::uint64_t>(range.count());
   header.randomization = identity.randomization;
   header.perturbation = identity.perturbation;
-  header.perturbed_bytes = layout.perturbed;
-  header.checksum = hash(static_cast<unsigned char*>(image) + sizeof header, image_size(rows, row) - sizeof header);
+  header.parts = static_cast<std::uint32_t>(plan.parts().size());
+  header.arrays = static_cast<std::uint32_t>(plan.arrays().list().size());
+  header.checksum = hash(static_cast<const std::byte*>(image) + sizeof header, plan.size() - sizeof header);
   std::memcpy(image, &header, sizeof header);
 }
 
@@ -252,7 +340,7 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
   const ImageHeader expected;
   ImageHeader header;
   if (size < sizeof header) fail(MJENV_E_SNAPSHOT, "an image of " + std::to_string(size) + " bytes is too short");
-  const auto* from = static_cast<const unsigned char*>(image);
+  const auto* from = static_cast<const std::byte*>(image);
   std::memcpy(&header, from, sizeof header);
   if (header.magic != expected.magic) fail(MJENV_E_SNAPSHOT, "this is not an image that mjenv_snapshot wrote");
   if (header.version != expected.version)
@@ -266,94 +354,80 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
   check_settings("randomisation", "mjenv_randomize", header.randomization, identity.randomization);
   check_settings("noise, delays or pushes", "mjenv_perturb", header.perturbation, identity.perturbation);
   const Range range(rows, row);
-  if (header.rows != range.count())
+  if (header.rows != static_cast<std::uint64_t>(range.count()))
     fail(MJENV_E_SNAPSHOT,
          "the image holds " + std::to_string(header.rows) + " row(s), not " + std::to_string(range.count()));
   const auto damaged = [] { fail(MJENV_E_SNAPSHOT, "the image is damaged, or size_bytes is not its size"); };
-  OwnArrays arrays(model);
-  if (header.has_portable_math > 1 || header.has_past > 1 || header.names_bytes > size - sizeof header ||
-      !read_names(reinterpret_cast<const char*>(from) + sizeof header, header.names_bytes, arrays))
-    damaged();
-  const Layout layout{header.names_bytes,     rows.record_bytes(),
-                      arrays.block_bytes(),   rows.layout().size * sizeof(double),
-                      rows.perturbed_bytes(), header.has_past != 0};
-  if (header.perturbed_bytes != layout.perturbed || size != layout.rows_start() + range.count() * layout.row() ||
-      header.rounding > Identity::Rounding::fused ||
+  if (header.has_portable_math > 1 || header.rounding > Identity::Rounding::fused ||
       (header.rounding == Identity::Rounding::any) != (identity.rounding == Identity::Rounding::any) ||
       header.checksum != hash(from + sizeof header, size - sizeof header))
     damaged();
 
-  struct RowImage {
-    RowHeader header;
-    const std::byte *record, *present, *computed, *stepped, *constants, *state, *perturbed;
-  };
-  const auto row_image = [&](std::int64_t i) {
-    RowImage r{};
-    const auto* start = reinterpret_cast<const std::byte*>(from) + layout.rows_start() +
-                        static_cast<std::size_t>(i - range.first) * layout.row();
-    std::memcpy(&r.header, start, sizeof r.header);
-    r.record = start + sizeof r.header;
-    r.present = r.record + layout.record;
-    r.computed = r.present + layout.block;
-    r.stepped = r.computed + layout.block;
-    r.constants = r.stepped + layout.block;
-    r.state = r.constants + layout.block;
-    r.perturbed = start + layout.row() - layout.perturbed;
-    return r;
-  };
   // All of the image is checked, and all memory is allocated, before any row changes.
-  std::vector<double> record(layout.perturbed / sizeof(double));  // aligned
-  for (std::int64_t i = range.first; i < range.end; ++i) {
-    const RowImage r = row_image(i);
-    const unsigned kept = r.header.kept;
-    const std::size_t rest = rows.layout().more * sizeof(double);
-    const auto is_valid_before = [&](const std::byte* end) { return is_valid_rest(model, rows.layout(), end - rest); };
-    const auto is_valid_state = [&](const std::byte* state) { return is_valid_before(state + layout.state); };
-    const std::byte* record_end = r.record + layout.record;  // a record ends with two more StateLayout::rest
-    if (!is_valid(r.header) || (kept != 0 && !layout.has_past) || !is_valid_state(r.record) ||
-        !is_valid_state(r.record + layout.state) || !is_valid_before(record_end) ||
-        !is_valid_before(record_end - rest) || !are_valid(arrays, r.present) ||
-        (kept & kept_computed && !are_valid(arrays, r.computed)) ||
-        (kept & kept_stepped && !are_valid(arrays, r.stepped)) ||
-        (kept & kept_constants && !are_valid(arrays, r.constants)) || (kept & kept_state && !is_valid_state(r.state)))
-      damaged();
-    if (record.empty()) continue;
-    std::memcpy(record.data(), r.perturbed, layout.perturbed);
-    if (!perturbation.is_valid(record.data())) damaged();
-  }
-  check_rounding(header.rounding, identity.rounding);
-  OwnValues& own = rows.own();
+  const std::byte *at = from + sizeof header, *const end = from + size;
+  const auto take = [&](std::size_t bytes) {
+    if (bytes > static_cast<std::size_t>(end - at)) damaged();
+    return std::exchange(at, at + bytes);
+  };
+  const auto take_entry = [&] {
+    Entry entry;
+    std::memcpy(&entry, take(sizeof entry), sizeof entry);
+    if (entry.name.back() != 0) damaged();
+    return entry;
+  };
+  std::vector<Entry> parts;
+  for (std::uint32_t i = 0; i < header.parts; ++i) parts.push_back(take_entry());
+  OwnArrays arrays = rows.arrays().none();
   std::vector<std::string> names;
-  for (const OwnArray& array : arrays.list()) names.push_back(array.original.name);
-  own.add(names);
-  if (layout.has_past) own.make_pasts();
-  std::vector<OwnValues::Past> pasts(layout.has_past ? range.count() : 0);
-  for (std::int64_t i = range.first; i < range.end && layout.has_past; ++i) {
-    const RowImage r = row_image(i);
-    OwnValues::Past& past = pasts[static_cast<std::size_t>(i - range.first)];
-    if (r.header.kept & kept_computed) past.computed = own.translated(arrays, r.computed);
-    if (r.header.kept & kept_stepped) past.stepped = own.translated(arrays, r.stepped);
-    if (r.header.kept & kept_constants) past.constants = own.translated(arrays, r.constants);
-    if (r.header.kept & kept_state) {
-      past.state = std::make_unique<double[]>(layout.state / sizeof(double));
-      std::memcpy(past.state.get(), r.state, layout.state);
+  for (std::uint32_t i = 0; i < header.arrays; ++i) {
+    const Entry entry = take_entry();
+    names.emplace_back(entry.name.data());
+    if ((i > 0 && names[i] <= names[i - 1]) || !append(names[i], entry.bytes, arrays)) damaged();
+  }
+  std::vector<const PartKind*> kinds;
+  for (const PartKind& kind : kParts) {
+    if (kinds.size() == parts.size()) break;
+    const Entry& entry = parts[kinds.size()];
+    if (entry.name.data() == std::string(kind.name) && entry.kept == kind.kept &&
+        entry.bytes == bytes_of(kind, rows, arrays))
+      kinds.push_back(&kind);
+  }
+  if (kinds.size() != parts.size()) damaged();
+
+  struct Found {
+    const PartKind* kind;
+    std::int64_t row;
+    const std::byte* bytes;
+  };
+  std::vector<Found> found;
+  Checks checks(rows, arrays, model, perturbation);
+  for (std::int64_t i = range.first; i < range.end; ++i) {
+    std::uint16_t kept = 0;
+    for (const PartKind& kind : kParts) {
+      const std::size_t bytes = bytes_of(kind, rows, arrays);
+      if (bytes == 0 || !kind.is_in(kept)) continue;
+      if (std::find(kinds.begin(), kinds.end(), &kind) == kinds.end()) damaged();
+      const std::byte* const part = take(bytes);
+      if (!checks.is_valid(kind, part)) damaged();
+      if (kind.part == Part::head) std::memcpy(&kept, part + offsetof(Head, kept), sizeof kept);
+      found.push_back({&kind, i, part});
     }
   }
-  for (std::int64_t i = range.first; i < range.end; ++i) {
-    const RowImage r = row_image(i);
-    std::memcpy(rows.state(i), r.record, layout.record);
-    if (layout.perturbed > 0) std::memcpy(rows.perturbed(i), r.perturbed, layout.perturbed);
-    OwnValues::Past past;
-    if (layout.has_past) past = std::move(pasts[static_cast<std::size_t>(i - range.first)]);
-    own.set(i, arrays, r.present, std::move(past));
-    Rows::Head& head = rows.head(i);
-    head = {};
-    head.rng = r.header.rng;
-    head.steps = r.header.steps;
-    head.origin = static_cast<Origin>(r.header.origin);
-    head.seeded = r.header.seeded != 0, head.ready = r.header.ready != 0, head.ended = r.header.ended != 0;
-    head.written = r.header.written != 0, head.has_constants = r.header.has_constants != 0;
+  if (at != end) damaged();
+  check_rounding(header.rounding, identity.rounding);
+  rows.add_arrays(names);
+  for (const PartKind* kind : kinds)
+    if (kind->kept != 0) rows.make_room({kind->part});
+
+  for (std::int64_t i = range.first; i < range.end; ++i) rows.arrays().fill(0, rows.bytes(Part::values, i));
+  for (const Found& one : found) {
+    std::byte* to = rows.bytes(one.kind->part, one.row);
+    if (one.kind->content == Content::values)
+      rows.arrays().copy(arrays, one.bytes, to);
+    else
+      std::memcpy(to, one.bytes, rows.bytes_of(one.kind->content));
   }
+  for (std::int64_t i = range.first; i < range.end; ++i) rows.note_forces(i);
 }
 
 }  // namespace mjenv::core

@@ -1,5 +1,6 @@
 #include "env/rows.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -9,14 +10,18 @@
 namespace mjenv::core {
 
 Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
-    : layout_(model),
-      state_size_(layout_.size),
-      carry_count_(static_cast<std::size_t>(carry_count)),
-      record_size_(2 * state_size_ + carry_count_ + layout_.nq + layout_.nv + 2 * layout_.more),
-      own_(model, count, state_size_) {
-  check_memory(count, " rows", sizeof(Head) + record_bytes());
-  heads_.resize(static_cast<std::size_t>(count));
-  records_.resize(static_cast<std::size_t>(count) * record_size_);
+    : layout_(model), carry_count_(static_cast<std::size_t>(carry_count)), arrays_(model) {
+  std::size_t each = sizeof(Head) + sizeof workers_[0];
+  for (const PartKind& kind : kParts)
+    if (kind.kept == 0 && kind.part != Part::head) {
+      sizes_[index_of(kind.part)] = bytes_of(kind.content) / sizeof(double);
+      each += bytes_of(kind.content);
+    }
+  check_memory(count, " rows", each);
+  const auto rows = static_cast<std::size_t>(count);
+  heads_.resize(rows);
+  workers_.resize(rows);
+  for (std::size_t part = 0; part < kPartCount; ++part) numbers_[part].resize(rows * sizes_[part]);
 }
 
 void Rows::check(std::int64_t row) const {
@@ -24,29 +29,132 @@ void Rows::check(std::int64_t row) const {
     fail(MJENV_E_VALUE, "row " + std::to_string(row) + " is outside 0.." + std::to_string(count() - 1));
 }
 
-void Rows::keep(std::int64_t row) {
-  if (head(row).origin == Origin::cleared) return;
-  if (!own_.empty()) own_.keep(row);
-  // Derived arrays of `set` are computed from this state; those of other origins from before(row), which no write
-  // changes.
-  if (head(row).origin == Origin::set) own_.keep_state(row, state(row));
+std::size_t Rows::bytes_of(Content content) const {
+  switch (content) {
+    case Content::head: return sizeof(Head);
+    case Content::state: return layout_.size * sizeof(double);
+    case Content::rest: return layout_.more * sizeof(double);
+    case Content::carried: return carry_count_ * sizeof(double);
+    case Content::values: return arrays_.block_bytes();
+    case Content::perturbation: break;
+  }
+  return sizes_[index_of(Part::perturbation)] * sizeof(double);
 }
 
-std::vector<double> Rows::make_perturbed(std::size_t size) const {
+std::byte* Rows::bytes(Part part, std::int64_t row) {
+  return part == Part::head ? reinterpret_cast<std::byte*>(&head(row))
+                            : reinterpret_cast<std::byte*>(numbers(part, row));
+}
+
+std::byte* Rows::values(std::int64_t row, Version version) {
+  switch (version) {
+    case Version::constants: return is_kept(row, Part::constants_values) ? bytes(Part::constants_values, row) : nullptr;
+    case Version::stepped:
+      if (is_kept(row, Part::stepped_values)) return bytes(Part::stepped_values, row);
+      [[fallthrough]];
+    case Version::computed:
+      if (is_kept(row, Part::computed_values)) return bytes(Part::computed_values, row);
+      [[fallthrough]];
+    case Version::now: break;
+  }
+  return bytes(Part::values, row);
+}
+
+void Rows::add_arrays(const std::vector<std::string>& names) {
+  OwnArrays arrays = arrays_;
+  for (const std::string& name : names) arrays.add(name);
+  const std::size_t first = arrays_.list().size(), old_bytes = arrays_.block_bytes();
+  if (arrays.list().size() == first) return;
+  const std::size_t size = arrays.block_bytes() / sizeof(double);
+  // Threads that step rows keep computed values, so there must be room for them from the beginning.
+  const auto grows = [&](const PartKind& kind) {
+    const bool is_needed = kind.part == Part::values || kind.part == Part::computed_values;
+    return kind.content == Content::values && (is_needed || sizes_[index_of(kind.part)] > 0);
+  };
+  check_memory(count(), " rows with arrays of their own",
+               static_cast<std::size_t>(std::count_if(kParts.begin(), kParts.end(), grows)) * arrays.block_bytes());
+  std::vector<std::pair<std::size_t, std::vector<double>>> wider;  // parts, by index
+  for (const PartKind& kind : kParts) {
+    if (!grows(kind)) continue;
+    std::vector<double> numbers(heads_.size() * size);
+    for (std::int64_t row = 0; row < count(); ++row) {
+      auto* to = reinterpret_cast<std::byte*>(numbers.data() + static_cast<std::size_t>(row) * size);
+      if (old_bytes > 0) std::memcpy(to, bytes(kind.part, row), old_bytes);
+      arrays.fill(first, to);
+    }
+    wider.emplace_back(index_of(kind.part), std::move(numbers));
+  }
+  std::vector<std::uint8_t> forced = forced_;
+  if (arrays.has_inputs()) forced.resize(heads_.size());  // the new arrays have no forces yet
+  for (auto& [part, numbers] : wider) {
+    numbers_[part] = std::move(numbers);
+    sizes_[part] = size;
+  }
+  arrays_ = std::move(arrays);
+  forced_ = std::move(forced);
+}
+
+void Rows::clear_inputs(std::int64_t row) {
+  arrays_.clear_inputs(values(row));
+  note_forces(row);
+}
+
+std::int64_t Rows::forced_rows() const {
+  return std::count_if(forced_.begin(), forced_.end(), [](std::uint8_t forced) { return forced != 0; });
+}
+
+void Rows::note_forces(std::int64_t row) {
+  if (!forced_.empty()) forced_[static_cast<std::size_t>(row)] = arrays_.has_forces(values(row)) ? 1 : 0;
+}
+
+void Rows::make_room(std::initializer_list<Part> parts) {
+  for (const Part part : parts) {
+    const std::size_t size = bytes_of(kParts[index_of(part)].content) / sizeof(double);
+    if (sizes_[index_of(part)] == size) continue;
+    check_memory(count(), " rows whose state is set, or for which mj_setConst is called", size * sizeof(double));
+    numbers_[index_of(part)].resize(heads_.size() * size);
+    sizes_[index_of(part)] = size;
+  }
+}
+
+void Rows::keep_as(std::int64_t row, Part part, const void* from) {
+  const std::size_t size = sizes_[index_of(part)];
+  if (size == 0) return;
+  std::memcpy(numbers(part, row), from, size * sizeof(double));
+  head(row).kept |= kept_bit(part);
+}
+
+void Rows::keep(std::int64_t row) {
+  if (head(row).origin == Origin::cleared || is_kept(row, Part::computed_values)) return;
+  keep_as(row, Part::computed_values, values(row));
+}
+
+void Rows::keep_step(std::int64_t row) {
+  if (head(row).origin != Origin::set) keep_as(row, Part::stepped_state, computed_state(row));
+  if (!is_kept(row, Part::stepped_values) && is_kept(row, Part::computed_values))
+    keep_as(row, Part::stepped_values, bytes(Part::computed_values, row));
+}
+
+void Rows::keep_constants(std::int64_t row) {
+  keep_as(row, Part::constants_rest, layout_.rest(state(row)));
+  keep_as(row, Part::constants_values, values(row));
+}
+
+void Rows::copy(std::int64_t from, std::int64_t to) {
+  for (const PartKind& kind : kParts)
+    if (const std::size_t size = bytes_of(kind.content); size > 0 && has(from, kind))
+      std::memcpy(bytes(kind.part, to), bytes(kind.part, from), size);
+  note_forces(to);
+}
+
+std::vector<double> Rows::make_perturbation(std::size_t size) const {
   check_memory(count(), " rows with noise, delays or pushes", size * sizeof(double));
   return std::vector<double>(heads_.size() * size);
 }
 
-void Rows::set_perturbed(std::vector<double> records, std::size_t size) noexcept {
-  perturbed_ = std::move(records);
-  perturbed_size_ = size;
-}
-
-void Rows::copy(std::int64_t from, std::int64_t to, OwnValues::Past kept) {
-  own_.copy(from, to, std::move(kept));
-  std::memcpy(state(to), state(from), record_bytes());
-  if (has_perturbed()) std::memcpy(perturbed(to), perturbed(from), perturbed_bytes());
-  head(to) = head(from);
+void Rows::set_perturbation(std::vector<double> records, std::size_t size) noexcept {
+  numbers_[index_of(Part::perturbation)] = std::move(records);
+  sizes_[index_of(Part::perturbation)] = size;
 }
 
 }  // namespace mjenv::core

@@ -1,12 +1,16 @@
-// The rows of an environment. Each has a head (random stream, counters, flags) and a record (its simulation state).
+// The rows of an environment: the memory of their parts.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <string>
 #include <vector>
 
+#include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
-#include "env/own_values.hpp"
+#include "env/parts.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
@@ -21,7 +25,6 @@ class Rows {
   struct Head {
     Rng rng;
     std::int64_t steps = 0;
-    std::int32_t worker = 0;  // the worker that last computed this row
     Origin origin = Origin::cleared;
     bool seeded = false;  // rng is seeded
     bool ready = false;   // the row can be stepped: it was reset, or its state was set
@@ -31,54 +34,99 @@ class Rows {
     // mj_setConst was called after the derived arrays were computed. It also changes mjData, so Worker::hold must call
     // it again.
     bool has_constants = false;
+    std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
 
   Rows(const Model& model, std::int64_t carry_count, std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
-  Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
-  const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
-
-  // A record has five parts, one after the other:
-  // 1. the state;
-  // 2. the state before the computation that Origin names (for `set`: before the last mj_step), so that Worker can
-  //    compute it again;
-  // 3. the numbers that the task keeps for the row's next step (Work::carried);
-  // 4. for `set`: qpos, qacc_warmstart and StateLayout::rest as its mj_forward got them, because it changes them;
-  // 5. StateLayout::rest as it was when mj_setConst was called.
-  double* state(std::int64_t row) { return records_.data() + static_cast<std::size_t>(row) * record_size_; }
-  const double* state(std::int64_t row) const { return const_cast<Rows*>(this)->state(row); }
-  double* before(std::int64_t row) { return state(row) + state_size_; }
-  double* carried(std::int64_t row) { return before(row) + state_size_; }
-  double* changed(std::int64_t row) { return carried(row) + carry_count_; }
-  double* of_constants(std::int64_t row) { return changed(row) + layout_.nq + layout_.nv + layout_.more; }
-  std::size_t record_bytes() const { return record_size_ * sizeof(double); }
   const StateLayout& layout() const { return layout_; }
 
-  OwnValues& own() { return own_; }
-  const OwnValues& own() const { return own_; }
-  // Call before the row's state or own values are written. Keeps the old ones as long as the derived arrays need them.
+  Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
+  const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
+  // The worker that last computed the row. It is no part of the row: what a row does next does not depend on it.
+  std::int32_t& worker(std::int64_t row) { return workers_[static_cast<std::size_t>(row)]; }
+  std::int32_t worker(std::int64_t row) const { return workers_[static_cast<std::size_t>(row)]; }
+  double* state(std::int64_t row) { return numbers(Part::state, row); }
+  // The state before the computation that Origin names, so that a worker can compute it again.
+  double* computed_state(std::int64_t row) { return numbers(Part::computed_state, row); }
+  double* stepped_state(std::int64_t row) { return numbers(Part::stepped_state, row); }
+  double* constants_rest(std::int64_t row) { return numbers(Part::constants_rest, row); }
+  double* carried(std::int64_t row) { return numbers(Part::carried, row); }
+  double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
+  const double* perturbation(std::int64_t row) const { return numbers(Part::perturbation, row); }
+  bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
+
+  // The arrays of which rows have own values.
+  const OwnArrays& arrays() const { return arrays_; }
+  std::size_t block_bytes() const { return arrays_.block_bytes(); }
+  // A row's own values in this version. Null for `constants` if they are not kept.
+  std::byte* values(std::int64_t row, Version version = Version::now);
+  const std::byte* values(std::int64_t row, Version version = Version::now) const {
+    return const_cast<Rows*>(this)->values(row, version);
+  }
+  // Gives all rows own values of these arrays, at first the model's; for inputs of mjData, those that mj_resetData
+  // sets. Changes nothing if it fails. Own values move in memory.
+  void add_arrays(const std::vector<std::string>& names);
+
+  // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
+  void clear_inputs(std::int64_t row);
+  // Whether the row has forces that lanes do not compute (OwnArrays::has_forces), and how many rows have. Call
+  // note_forces when inputs of mjData were written to the present values.
+  bool has_forces(std::int64_t row) const { return !forced_.empty() && forced_[static_cast<std::size_t>(row)] != 0; }
+  std::int64_t forced_rows() const;
+  void note_forces(std::int64_t row);
+
+  // Allocates the memory that keep_step needs, and that keep_constants needs. keep needs none.
+  void prepare_keep_step() { make_room({Part::stepped_state, Part::stepped_values}); }
+  void prepare_keep_constants() { make_room({Part::constants_rest, Part::constants_values}); }
+  // Gives all rows memory for these parts.
+  void make_room(std::initializer_list<Part> parts);
+  // Call before the row's state or own values are written. Keeps the old values, with which the derived arrays were
+  // computed.
   void keep(std::int64_t row);
+  // Call before set_state computes after a step, which replaces the computed version. Keeps that of the step.
+  void keep_step(std::int64_t row);
+  // Call before mj_setConst's results replace the present state and values. Replaces what an earlier call has kept.
+  void keep_constants(std::int64_t row);
+  // Call when everything was computed from the present state and values.
+  void drop_kept(std::int64_t row) { head(row).kept = 0; }
+  // The same after set_state has computed after a step: what keep_step has kept stays.
+  void drop_all_but_step(std::int64_t row) {
+    head(row).kept &= kept_bit(Part::stepped_state) | kept_bit(Part::stepped_values);
+  }
 
-  // What a row needs for noise, delays and pushes; nothing without them (Perturbation).
-  bool has_perturbed() const { return perturbed_size_ > 0; }
-  double* perturbed(std::int64_t row) { return perturbed_.data() + static_cast<std::size_t>(row) * perturbed_size_; }
-  const double* perturbed(std::int64_t row) const { return const_cast<Rows*>(this)->perturbed(row); }
-  std::size_t perturbed_bytes() const { return perturbed_size_ * sizeof(double); }
-  std::vector<double> make_perturbed(std::size_t size) const;
-  void set_perturbed(std::vector<double> records, std::size_t size) noexcept;
+  // For copies, images, and new settings: any part of a row.
+  bool has(std::int64_t row, const PartKind& kind) const { return kind.is_in(head(row).kept); }
+  std::size_t bytes_of(Content content) const;
+  std::byte* bytes(Part part, std::int64_t row);
+  const std::byte* bytes(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->bytes(part, row); }
+  void copy(std::int64_t from, std::int64_t to);
 
-  // kept: what OwnValues::copied_past returned for `from`, or empty.
-  void copy(std::int64_t from, std::int64_t to, OwnValues::Past kept);
+  // records: of all rows, `size` numbers each.
+  std::vector<double> make_perturbation(std::size_t size) const;
+  void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
 
  private:
   StateLayout layout_;
-  std::size_t state_size_, carry_count_, record_size_;
-  OwnValues own_;
+  std::size_t carry_count_;
+  OwnArrays arrays_;
   std::vector<Head> heads_;
-  std::vector<double> records_, perturbed_;
-  std::size_t perturbed_size_ = 0;
+  std::vector<std::int32_t> workers_;
+  // Of each part but the head: the numbers of all rows, and how many one row has. Parts that are kept have 0 until they
+  // are needed.
+  std::array<std::vector<double>, kPartCount> numbers_;
+  std::array<std::size_t, kPartCount> sizes_{};
+  std::vector<std::uint8_t> forced_;  // for has_forces; empty until rows have inputs of their own
+
+  double* numbers(Part part, std::int64_t row) {
+    return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];
+  }
+  const double* numbers(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->numbers(part, row); }
+  bool is_kept(std::int64_t row, Part part) const { return (head(row).kept & kept_bit(part)) != 0; }
+  // Copies a row's numbers to another of its parts of as many numbers, which it then keeps.
+  void keep_as(std::int64_t row, Part part, const void* numbers);
 };
 
 }  // namespace mjenv::core

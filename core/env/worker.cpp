@@ -24,41 +24,30 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  // What may fail comes first, before the row changes: carry, and the allocation of room.
-  task_.calls->carry(work_);
-  OwnValues& own = rows.own();
-  // True if MuJoCo reset the simulation during this step, which clears the inputs. If the last mj_step did so, its
-  // inputs are kept, to compute it again. If an earlier mj_step did, the last one began without inputs.
-  const bool clears_inputs = origin == Origin::step && own.arrays().has_inputs() && work_.was_reset();
-  OwnValues::Block room;
-  if (clears_inputs && !work_.diverged_early()) room = own.room();
-  const StateLayout& layout = work_.layout();
-  double* start = before_.data();
+  task_.calls->carry(work_);  // first, because it may fail
   if (origin == Origin::set) {
-    double* to = std::copy_n(layout.qpos(start), layout.nq, rows.changed(row));
-    to = std::copy_n(layout.warmstart(start), layout.nv, to);
-    std::copy_n(layout.rest(start), layout.more, to);
+    rows.keep_step(row);
+    rows.drop_all_but_step(row);
   } else {
-    std::copy_n(start, layout.size, rows.before(row));
+    rows.drop_kept(row);
   }
+  std::copy_n(before_.data(), before_.size(), rows.computed_state(row));
   work_.save(rows.state(row));
   std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
-  if (origin == Origin::set)
-    own.computed_after_step(row);
-  else
-    own.computed_all(row);
-  if (origin == Origin::step && forces_ && !forces_->empty()) {
-    for (const Work::Force& force : *forces_)
-      std::memcpy(own.present(row) + force.offset, force.values.data(), sizeof force.values);
-    own.note_forces(row);
-  }
-  if (clears_inputs) {
-    if (room) own.keep(row, std::move(room));
-    own.clear_inputs(row);
-  }
   Rows::Head& head = rows.head(row);
   head.origin = origin;
-  head.worker = index;
+  if (origin == Origin::step && forces_ && !forces_->empty()) {
+    for (const Work::Force& force : *forces_)
+      std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
+    rows.note_forces(row);
+  }
+  // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did so, its inputs are
+  // kept, to compute it again. If an earlier mj_step did, the last one began without inputs.
+  if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
+    if (!work_.diverged_early()) rows.keep(row);
+    rows.clear_inputs(row);
+  }
+  rows.worker(row) = index;
   head.written = head.has_constants = false;
   if (work_.is_whole())
     resident_ = row;
@@ -66,9 +55,8 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
     release();  // hold() computes the rest
 }
 
-void Worker::use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t)) {
-  OwnValues& own = rows.own();
-  if (!own.empty()) work_.use(own.arrays(), (own.*values)(row));
+void Worker::use(Rows& rows, std::int64_t row, Version version) {
+  if (!rows.arrays().empty()) work_.use(rows.arrays(), rows.values(row, version));
 }
 
 void Worker::hold(Rows& rows, std::int64_t row) {
@@ -82,7 +70,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
     work_.load(rows.state(row));
   }
   load_carried(rows, row);
-  rows.head(row).worker = index;
+  rows.worker(row) = index;
   resident_ = row;
 }
 
@@ -90,30 +78,22 @@ void Worker::compute(Rows& rows, std::int64_t row) {
   switch (rows.head(row).origin) {
     case Origin::cleared: use(rows, row); return work_.clear();
     case Origin::forward:
-      use(rows, row, &OwnValues::computed);
+      use(rows, row, Version::computed);
       work_.begin();
-      use(rows, row, &OwnValues::computed);  // the inputs again, which begin may have cleared
-      work_.load(rows.before(row));
+      use(rows, row, Version::computed);  // the inputs again, which begin may have cleared
+      work_.load(rows.computed_state(row));
       return work_.forward();
     case Origin::step:
-      use(rows, row, &OwnValues::computed);
-      work_.load(rows.before(row));
+      use(rows, row, Version::computed);
+      work_.load(rows.computed_state(row));
       return work_.repeat_step();
     case Origin::set:
-      use(rows, row, &OwnValues::stepped);
-      work_.load(rows.before(row));
+      use(rows, row, Version::stepped);
+      work_.load(rows.stepped_state(row));
       work_.repeat_step();
       work_.complete_forces();
-      use(rows, row, &OwnValues::computed);
-      const StateLayout& layout = work_.layout();
-      const double* kept = rows.own().state(row);
-      double* start = before_.data();
-      std::copy_n(kept ? kept : rows.state(row), layout.size, start);
-      const double* changed = rows.changed(row);
-      std::copy_n(changed, layout.nq, layout.qpos(start));
-      std::copy_n(changed + layout.nq, layout.nv, layout.warmstart(start));
-      std::copy_n(changed + layout.nq + layout.nv, layout.more, layout.rest(start));
-      work_.load(start);
+      use(rows, row, Version::computed);
+      work_.load(rows.computed_state(row));
       return work_.forward();
   }
 }
@@ -121,40 +101,35 @@ void Worker::compute(Rows& rows, std::int64_t row) {
 // Calls mj_setConst as set_constants did: with the own values and the poses of mocap bodies that the row had then,
 // because both may have been written since.
 void Worker::repeat_constants(Rows& rows, std::int64_t row) {
-  const OwnValues& own = rows.own();
-  const std::byte* values = own.of_constants(row);
-  if (!own.empty()) {
-    inputs_.resize(own.block_bytes());
+  const std::byte* values = rows.values(row, Version::constants);
+  if (!rows.arrays().empty()) {
+    inputs_.resize(rows.block_bytes());
     if (values)
       std::copy_n(values, inputs_.size(), inputs_.data());
     else
-      own.arrays().fill(0, inputs_.data());
-    work_.use(own.arrays(), inputs_.data());
+      rows.arrays().fill(0, inputs_.data());
+    work_.use(rows.arrays(), inputs_.data());
   }
-  work_.load_rest(rows.of_constants(row));
+  work_.load_rest(rows.constants_rest(row));
   compute_constants(rows, values);
 }
 
 void Worker::compute_constants(const Rows& rows, const std::byte* values) {
   if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
-  constants_->compute(rows.own().arrays(), values, work_.data());
+  constants_->compute(rows.arrays(), values, work_.data());
 }
 
 std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
   hold(rows, row);
   work_.complete();
   release();  // in case MuJoCo fails
-  OwnValues& own = rows.own();
-  const StateLayout& layout = work_.layout();
-  compute_constants(rows, own.empty() ? nullptr : own.present(row));
-  std::vector<std::string> names = constants_->new_arrays(own.arrays());
+  rows.prepare_keep_constants();
+  compute_constants(rows, rows.arrays().empty() ? nullptr : rows.values(row));
+  std::vector<std::string> names = constants_->new_arrays(rows.arrays());
   if (!names.empty()) return names;
   rows.keep(row);
-  if (!own.empty()) {
-    own.keep_constants(row);
-    constants_->save(own.arrays(), own.present(row));
-  }
-  std::copy_n(layout.rest(rows.state(row)), layout.more, rows.of_constants(row));
+  rows.keep_constants(row);
+  if (!rows.arrays().empty()) constants_->save(rows.arrays(), rows.values(row));
   work_.save(rows.state(row));
   rows.head(row).written = rows.head(row).has_constants = true;
   return names;
@@ -171,12 +146,11 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   double* start = before_.data();
   release();
   drawn_.clear();
-  kept_.reset();
-  OwnValues& own = rows.own();
-  if (own.arrays().has_inputs()) {  // cleared in a copy, because the task may fail
-    inputs_.assign(own.present(row), own.present(row) + own.block_bytes());
-    own.arrays().clear_inputs(inputs_.data());
-    work_.use(own.arrays(), inputs_.data());
+  const OwnArrays& arrays = rows.arrays();
+  if (arrays.has_inputs()) {  // cleared in a copy, because the task may fail
+    inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
+    arrays.clear_inputs(inputs_.data());
+    work_.use(arrays, inputs_.data());
   } else {
     use(rows, row);
   }
@@ -192,30 +166,28 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   work_.load(start);
   work_.forward();
   save(rows, row, Origin::forward);
-  if (!own.arrays().has_inputs()) return;
-  own.clear_inputs(row);
+  if (!arrays.has_inputs()) return;
+  rows.clear_inputs(row);
   use(rows, row);
 }
 
-// Draws into drawn_ and allocates kept_, so that adopt cannot fail. Of the row, only the stream changes.
+// Of the row, only the stream changes.
 void Worker::draw(Rows& rows, std::int64_t row, const Randomization& randomization) {
-  const OwnValues& own = rows.own();
-  drawn_.assign(own.present(row), own.present(row) + own.block_bytes());
-  own.arrays().clear_inputs(drawn_.data());
+  const OwnArrays& arrays = rows.arrays();
+  drawn_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
+  arrays.clear_inputs(drawn_.data());
   randomization.draw(rows.head(row).rng, drawn_.data());
-  if (randomization.computes_constants()) {
-    constants_->compute(own.arrays(), drawn_.data());
-    const std::vector<std::string> more = constants_->new_arrays(own.arrays());
-    if (!more.empty()) fail(MJENV_E_MODEL, "mj_setConst changes " + listed(more) + ", which all rows share");
-    constants_->save(own.arrays(), drawn_.data());
-  }
-  kept_ = own.room();
+  if (!randomization.computes_constants()) return;
+  constants_->compute(arrays, drawn_.data());
+  const std::vector<std::string> more = constants_->new_arrays(arrays);
+  if (!more.empty()) fail(MJENV_E_MODEL, "mj_setConst changes " + listed(more) + ", which all rows share");
+  constants_->save(arrays, drawn_.data());
 }
 
 void Worker::adopt(Rows& rows, std::int64_t row) noexcept {
   if (drawn_.empty()) return;
-  rows.own().keep(row, std::move(kept_));
-  std::memcpy(rows.own().present(row), drawn_.data(), drawn_.size());
+  rows.keep(row);
+  std::copy(drawn_.begin(), drawn_.end(), rows.values(row));
   drawn_.clear();
   rows.head(row).written = true;
   forget(row);
@@ -269,6 +241,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   const bool has_stepped = last == Origin::step || last == Origin::set;
   if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the task may read the last step's forces in carry
   const bool has_forces = has_stepped && holds(rows, row);
+  if (has_stepped) rows.prepare_keep_step();
   double* start = before_.data();
   std::copy_n(rows.state(row), layout.size, start);
   std::copy_n(qpos, layout.nq, layout.qpos(start));

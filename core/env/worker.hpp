@@ -37,7 +37,7 @@ class Worker {
   void prepare(const Schema& schema);
 
   // True if the work space holds the row's derived arrays.
-  bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.head(row).worker == index; }
+  bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
   // Makes the work space hold the row's derived arrays.
   void hold(Rows& rows, std::int64_t row);
   // Records that the work space holds no row.
@@ -101,14 +101,13 @@ class Worker {
   const Task& task_;
   Work work_;
   std::int64_t resident_ = kNone;
-  // The state before the mj_step or mj_forward whose result save() stores. compute() also uses it as scratch memory.
+  // The state before the mj_step or mj_forward whose result save() stores.
   std::vector<double> before_;
   std::vector<double> observation_;
   // Own values that the work space uses instead of the row's present ones: in begin with cleared inputs, in
   // repeat_constants those with which mj_setConst was called.
   std::vector<std::byte> inputs_;
   std::vector<std::byte> drawn_;    // a row's own values with those that its reset has drawn; empty after adopt
-  OwnValues::Block kept_;           // memory in which adopt keeps the row's own values from before the draw
   const Forces* forces_ = nullptr;  // of the last step, for commit
   std::unique_ptr<Constants> constants_;
   std::vector<Array> arrays_;
@@ -124,8 +123,8 @@ class Worker {
   void repeat_constants(Rows& rows, std::int64_t row);
   // Calls mj_setConst with these values of the row; null: the model's.
   void compute_constants(const Rows& rows, const std::byte* values);
-  // Makes the work space use the row's values: the present ones, those of the last computation, or of the last mj_step.
-  void use(Rows& rows, std::int64_t row, std::byte* (OwnValues::*values)(std::int64_t) = &OwnValues::present);
+  // Makes the work space use the row's own values, if it has any.
+  void use(Rows& rows, std::int64_t row, Version version = Version::now);
   void fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept;
 };
 

@@ -21,8 +21,8 @@ class Workers {
   // The first worker of the thread that calls the library.
   Worker& first() { return team(0).first(); }
   // The worker that last computed the row.
-  Worker& of(const Rows::Head& head) {
-    const auto index = static_cast<std::size_t>(head.worker);
+  Worker& of(const Rows& rows, std::int64_t row) {
+    const auto index = static_cast<std::size_t>(rows.worker(row));
     return team(index / team_size())[index % team_size()];
   }
   std::size_t threads() const { return teams_.size(); }

@@ -117,6 +117,31 @@ double* read_array(mjenv_env* env, int64_t row, const char* array, size_t* count
 
 // ---- Outputs ----
 
+// The layout of an image, as core/env/image.cpp describes it.
+enum { IMAGE_PARTS = 48, IMAGE_ARRAYS = 52, IMAGE_CHECKSUM = 56, IMAGE_HEADER = 64, IMAGE_NAME = 40, IMAGE_ENTRY = 48 };
+
+unsigned char* image_part(unsigned char* image, const char* name, size_t* size) {
+  uint32_t parts, arrays;
+  memcpy(&parts, image + IMAGE_PARTS, sizeof parts);
+  memcpy(&arrays, image + IMAGE_ARRAYS, sizeof arrays);
+  unsigned char *entry = image + IMAGE_HEADER, *part = entry + (size_t)(parts + arrays) * IMAGE_ENTRY;
+  for (uint32_t i = 0; i < parts; ++i, entry += IMAGE_ENTRY) {
+    uint64_t bytes;
+    memcpy(&bytes, entry + IMAGE_NAME, sizeof bytes);
+    *size = (size_t)bytes;
+    if (strcmp((const char*)entry, name) == 0) return part;
+    part += bytes;
+  }
+  fail_msg("the image has no part \"%s\"", name);
+  return NULL;
+}
+
+void image_seal(unsigned char* image, size_t size) {
+  uint64_t sum = 0xcbf29ce484222325;  // FNV-1a
+  for (size_t i = IMAGE_HEADER; i < size; ++i) sum = (sum ^ image[i]) * 0x100000001b3;
+  memcpy(image + IMAGE_CHECKSUM, &sum, sizeof sum);
+}
+
 struct outputs* outputs_of(const mjenv_env* env) {
   struct outputs* out = allocate(sizeof *out);
   mjenv_space space = {.struct_size = sizeof space};

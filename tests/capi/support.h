@@ -61,6 +61,13 @@ int64_t role_count(const mjenv_env* env, mjenv_role role);
 // The array by mjenv_read, to be freed.
 double* read_array(mjenv_env* env, int64_t row, const char* array, size_t* count);
 
+// ---- Images ----
+
+// A part of an image of one row, by its name. size: receives its bytes.
+unsigned char* image_part(unsigned char* image, const char* name, size_t* size);
+// Gives an image that was changed the checksum that fits.
+void image_seal(unsigned char* image, size_t size);
+
 // ---- Outputs ----
 
 // Buffers for all that a step or a reset writes, filled with a pattern.

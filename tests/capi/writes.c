@@ -66,20 +66,37 @@ static mjenv_env* env_with_threads(const char* id, int threads, int64_t rows) {
   return env_of_options(options, rows);
 }
 
+struct image {
+  unsigned char* bytes;
+  size_t size;
+};
+
+static struct image image_of(mjenv_env* env, int64_t row) {
+  struct image image;
+  assert_ok(mjenv_snapshot(env, row, NULL, 0, &image.size));
+  image.bytes = allocate(image.size);
+  assert_ok(mjenv_snapshot(env, row, image.bytes, image.size, &image.size));
+  return image;
+}
+
+// One state has one image, whichever environment it is in and however it came there.
+static void assert_same_image(mjenv_env* env, int64_t row, mjenv_env* other, int64_t other_row) {
+  struct image got = image_of(env, row), want = image_of(other, other_row);
+  assert_int_equal(got.size, want.size);
+  assert_memory_equal(got.bytes, want.bytes, want.size);
+  free(got.bytes);
+  free(want.bytes);
+}
+
 // Moves a row's state through an image: to itself, or to another environment that was never written, and back.
 static void through_an_image(mjenv_env* env, int row, mjenv_env* other) {
-  size_t size;
-  assert_ok(mjenv_snapshot(env, row, NULL, 0, &size));
-  unsigned char* image = allocate(size);
-  assert_ok(mjenv_snapshot(env, row, image, size, &size));
-  assert_ok(mjenv_restore(other, 1, image, size));
-  size_t again;
-  assert_ok(mjenv_snapshot(other, 1, NULL, 0, &again));
-  image = realloc(image, again);
-  assert_non_null(image);
-  assert_ok(mjenv_snapshot(other, 1, image, again, &again));
-  assert_ok(mjenv_restore(env, row, image, again));
-  free(image);
+  struct image image = image_of(env, row);
+  assert_ok(mjenv_restore(other, 1, image.bytes, image.size));
+  assert_same_image(env, row, other, 1);
+  free(image.bytes);
+  image = image_of(other, 1);
+  assert_ok(mjenv_restore(env, row, image.bytes, image.size));
+  free(image.bytes);
 }
 
 static void test_rows(void** state) {
@@ -131,6 +148,7 @@ static void test_rows(void** state) {
         break;
       default: break;
     }
+    assert_same_image(many, row, single[row], 0);
     for (size_t i = 0; i < ROWS * nu; ++i) action[i] = uniform(-1, 1);
     assert_ok(mjenv_step(many, NULL, action, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->batch));
     for (int i = 0; i < ROWS; ++i) {
@@ -142,6 +160,7 @@ static void test_rows(void** state) {
   write_both(many, 0, single[0]);
   uint8_t mask[ROWS] = {0, 1, 1, 0, 0};
   assert_ok(mjenv_copy_row(many, 0, mask));
+  for (int row = 0; row < 3; ++row) assert_same_image(many, row, single[0], 0);
   for (int t = 0; t < 5; ++t) {
     for (size_t i = 0; i < ROWS * nu; ++i) action[i] = uniform(-1, 1);
     memcpy(action + nu, action, nu * sizeof *action);
@@ -385,6 +404,42 @@ static void test_divergence_of_another(void** state) {
   mjenv_destroy(alone);
 }
 
+// The image does not tell in which order arrays were written, what was written in between, or what other rows have.
+static void test_one_image(void** state) {
+  (void)state;
+  static const double action[2 * 2] = {0.3, -0.2, 0.3, -0.2};
+  mjenv_env *env = env_with_threads("Swimmer-v4", 1, 1), *other = env_with_threads("Swimmer-v4", 1, 2);
+  static const uint64_t seeds[] = {8, 8};
+  assert_ok(mjenv_seed(env, seeds, NULL));
+  assert_ok(mjenv_seed(other, seeds, NULL));
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_reset(other, NULL, NULL));
+  size_t masses, gears, sizes;
+  double *mass = read_array(env, 0, "body_mass", &masses), *gear = read_array(env, 0, "actuator_gear", &gears),
+         *size = read_array(env, 0, "geom_size", &sizes);
+  assert_ok(mjenv_write(other, 0, "geom_size", size, sizes));  // the model's own values
+  mass[1] *= 1.5, gear[0] *= 0.5;
+  assert_ok(mjenv_write(env, 0, "body_mass", mass, masses));
+  assert_ok(mjenv_write(env, 0, "actuator_gear", gear, gears));
+  assert_ok(mjenv_write(other, 0, "actuator_gear", gear, gears));
+  mass[1] *= 2;
+  assert_ok(mjenv_write(other, MJENV_ALL_ROWS, "body_mass", mass, masses));
+  mass[1] /= 2;
+  assert_ok(mjenv_write(other, 0, "body_mass", mass, masses));
+  assert_same_image(env, 0, other, 0);
+  assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL));
+  assert_ok(mjenv_step(other, NULL, action, 4, MJENV_DTYPE_FLOAT64, NULL));
+  assert_same_image(env, 0, other, 0);
+  assert_ok(mjenv_set_constants(env, 0));
+  assert_ok(mjenv_set_constants(other, 0));
+  assert_same_image(env, 0, other, 0);
+  const uint8_t second[] = {0, 1};
+  assert_ok(mjenv_copy_row(other, 0, second));
+  assert_same_image(env, 0, other, 1);
+  free(mass), free(gear), free(size);
+  mjenv_destroy(env), mjenv_destroy(other);
+}
+
 // An image has the state that set_state set and that was written since: a copy of the restored row has it, too.
 static void test_copy_of_a_restored_row(void** state) {
   (void)state;
@@ -441,6 +496,7 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_empty_arrays),
       cmocka_unit_test(test_empty_state),
       cmocka_unit_test(test_divergence_of_another),
+      cmocka_unit_test(test_one_image),
       cmocka_unit_test(test_copy_of_a_restored_row),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -124,9 +124,9 @@ void test_rows_in_turn(void** state) {
       qpos[0] += 0.01;
       const std::vector<double> qvel = draw(task.model->nv(), 1);
       expected.set_state(qpos, qvel);
-      (rows.head(row).worker == 0 ? worker : other).set_state(rows, row, qpos.data(), qvel.data());
+      (rows.worker(row) == 0 ? worker : other).set_state(rows, row, qpos.data(), qvel.data());
     } else {
-      Worker& reader = rows.head(target).worker == 0 ? worker : other;
+      Worker& reader = rows.worker(target) == 0 ? worker : other;
       computed_again += !reader.holds(rows, target);
       assert_string_equal(difference(reader, rows, target, *plain[static_cast<std::size_t>(target)]).c_str(), "");
       assert_true(reader.holds(rows, target));

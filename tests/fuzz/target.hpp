@@ -72,7 +72,7 @@ inline std::vector<unsigned char> image_of(mjenv_env* env, std::int64_t row) {
 
 // Gives a damaged image the checksum of what it now holds.
 inline void put_checksum(std::vector<unsigned char>& image) {
-  constexpr std::size_t kHeader = 72, kChecksum = 64;
+  constexpr std::size_t kHeader = 64, kChecksum = 56;
   if (image.size() < kHeader) return;
   const std::uint64_t sum = mjenv::core::hash(image.data() + kHeader, image.size() - kHeader);
   std::memcpy(&image[kChecksum], &sum, sizeof sum);

@@ -409,7 +409,7 @@ def test_every_field_of_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture
         [row] = json.loads(capsys.readouterr().out)["rows"]
         assert before.any()
         assert row["history"] == env.data.history.tolist()
-        assert row["before.history"] == before.tolist()
+        assert row["computed.history"] == before.tolist()
         assert (row["qpos"], row["ctrl"], row["carried"]) == (env.data.qpos.tolist(), [0.5], [])
 
 

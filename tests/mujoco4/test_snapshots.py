@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import struct
 import sys
-from ctypes import byref, c_size_t, c_void_p, create_string_buffer
+from ctypes import byref, c_double, c_size_t, c_void_p, create_string_buffer
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from mjenv import _abi
+from mjenv._cli import snapshots
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "golden"))
 from episodes import Checksum
@@ -70,35 +71,49 @@ DELAYS = """<mujoco>
   <actuator><motor joint="j"/><motor joint="j" delay="0.01" nsample="4" interp="linear"/></actuator>
   <sensor><jointpos joint="j" delay="0.01" nsample="3"/><framepos objtype="body" objname="world"/></sensor>
 </mujoco>"""
-HEADER, ROW, CHECKSUM = 72, 56, 64  # bytes
 HISTORY = 1 + 1 + 1 + 0 + 1 + 2  # after time, qpos, qvel, act, qacc_warmstart, ctrl
-STATE = HISTORY + (2 + 2 * 4) + (2 + 2 * 3)
-SET = STATE + 1 + 1 + (STATE - HISTORY)  # qpos and qvel come before these histories
 # A cursor comes after a number, and before the times and values of the samples.
-CURSORS = {HISTORY + 1: 4, HISTORY + (2 + 2 * 4) + 1: 3}
+CURSORS = {1: 4, (2 + 2 * 4) + 1: 3}
+CHECKSUM = snapshots.STAMP.size - 8
 
 
-def forged(image: bytes, number: int, value: float) -> bytes:
-    """The image of a row with another number in its record, under a checksum that fits."""
+def offset_of(image: bytes, part: str) -> int:
+    """Where the histories in a part of the image's row begin."""
+    *_, part_count, array_count, _ = snapshots.STAMP.unpack_from(image)
+    start = snapshots.STAMP.size + (part_count + array_count) * snapshots.ENTRY.size
+    for index in range(part_count):
+        name, _, size = snapshots._entry(image, index)
+        if name == part:
+            return start + (0 if part == "constants_rest" else 8 * HISTORY)
+        start += size
+    raise AssertionError(f"the image has no part {part}")
+
+
+def forged(image: bytes, offset: int, value: float) -> bytes:
+    """The image of a row with another number, under a checksum that fits."""
     changed = bytearray(image)
-    struct.pack_into("d", changed, HEADER + ROW + 8 * number, value)
+    struct.pack_into("d", changed, offset, value)
     checksum = Checksum()
-    for byte in changed[HEADER:]:
+    for byte in changed[snapshots.STAMP.size :]:
         checksum.add_word(byte)
     struct.pack_into("Q", changed, CHECKSUM, checksum.value)
     return bytes(changed)
 
 
-# The present state, that before the last step, and the histories when set_state and mj_setConst were called.
-@pytest.mark.parametrize("state", [0, STATE, SET, SET + STATE - HISTORY])
+# The present state, that before the last mj_forward, that before the last mj_step, and what mj_setConst was called with.
+@pytest.mark.parametrize("part", ["state", "computed_state", "stepped_state", "constants_rest"])
 @pytest.mark.parametrize(("cursor", "samples"), CURSORS.items())
-def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, state: int) -> None:
+def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, part: str) -> None:
     env = Env("4.0.0", "Model-v0", DELAYS)
+    library, numbers = env.library, (c_double * 2)(0, 0)
+    env.check(library.mjenv_step(env.handle, None, numbers, 2, _abi.Dtype.FLOAT64, None))
+    env.check(library.mjenv_set_state(env.handle, 0, numbers, 1, numbers, 1))
+    env.check(library.mjenv_set_constants(env.handle, 0))
     image = env.image()
-    found = struct.unpack_from("d", image, HEADER + ROW + 8 * cursor)[0]
-    assert found == samples - 1  # what mj_resetData writes
+    offset = offset_of(image, part) + 8 * cursor
+    assert struct.unpack_from("d", image, offset)[0] in range(samples)
     for good in range(samples):
-        assert env.restore(forged(image, state + cursor, good)) == ""
+        assert env.restore(forged(image, offset, good)) == ""
         env.reset()
     for bad in (-1, -0.5, 0.5, samples, 2**31 - 1, -(2.0**31), 1e300, float("inf"), -float("inf"), float("nan")):
-        assert "damaged" in env.restore(forged(image, state + cursor, bad)), bad
+        assert "damaged" in env.restore(forged(image, offset, bad)), bad

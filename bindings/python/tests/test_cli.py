@@ -290,12 +290,23 @@ def test_bad_snapshots(envs: mjenv.VectorEnv, tmp_path: Path, capsys: pytest.Cap
     assert "can be compared" in refusal(capsys, "snapshot", "diff", other, kept(envs, file))
 
 
-def test_every_field_of_an_image_is_compared(envs: mjenv.VectorEnv) -> None:
-    """The named parts and the head make up the whole of a row."""
+def test_every_byte_of_a_row_is_compared(envs: mjenv.VectorEnv, tmp_path: Path) -> None:
+    """The head and the fields make up the whole of a row, whose parts the image names with their lengths."""
+    rows = envs._pool.rows
+    rows.write(0, "body_mass", 2 * rows.read(0, rows.array(Role.MODEL, "body_mass")))
+    rows.set_constants(0)
     image = envs.snapshot(0)
-    row = snapshots._row(image[snapshots.STAMP.size :], snapshots._parts(envs._pool.rows))
+    *_, part_count, array_count, _ = snapshots.STAMP.unpack_from(image)
+    entries = [snapshots._entry(image, index) for index in range(part_count + array_count)]
+    parts, arrays = entries[:part_count], entries[part_count:]
+    assert [name for name, _, _ in parts] == [
+        "head", "state", "carried", "values", "computed_state", "computed_values", "constants_values",
+    ]  # fmt: skip
+    start = len(image) - sum(size for _, _, size in parts)
+    row, end = snapshots._row(image, start, parts, snapshots._contents(rows, [name for name, _, _ in arrays]))
+    assert end == len(image)
     doubles = sum(value.size for value in row.values() if isinstance(value, np.ndarray))
-    assert snapshots.STAMP.size + snapshots.HEAD.size + 8 * doubles == len(image)
+    assert snapshots.HEAD.size + 8 * doubles == sum(size for _, _, size in parts)
     assert row["carried"].size == 2  # x and y of the torso
 
 
@@ -309,7 +320,9 @@ def test_a_snapshot_shows_the_arrays_of_a_row(
     assert [row["own.opt.timestep"] for row in found["rows"][:2]] == [[0.01], [0.004]]
     envs.step(envs.action_space.sample())
     other = output(capsys, "snapshot", "diff", tmp_path / "own", kept(envs, tmp_path / "later"), status=1)
-    assert not any("own" in difference["field"] for difference in other["differences"])
+    named = {difference["field"]: difference for difference in other["differences"] if "own" in difference["field"]}
+    assert list(named) == ["computed.own.opt.timestep"]  # kept from the write to the step
+    assert named["computed.own.opt.timestep"]["second"] == "absent"
 
 
 @needs_bash

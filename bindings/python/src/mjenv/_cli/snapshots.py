@@ -16,18 +16,31 @@ from mjenv._abi import ALL_ROWS, Role
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 from mjenv._engine import ENGINES, Engine, name_of
-from mjenv._handle import DTYPES, Field, Rows, open_rows
+from mjenv._handle import DTYPES, Rows, open_rows
 from mjenv.errors import SnapshotError
 
-# A snapshot begins with the stamp, and the names of the arrays that rows have of their own. Then each row has a head, a
-# record of doubles, and its own values; at its end, a record of noise, delays and pushes.
-# magic, version, engine, rounding of norms, math, identity, rows, bytes of names, whether older values are kept,
-# randomisation, perturbation, bytes of its records, checksum
-STAMP = struct.Struct("<8sHHHHQQIIQQQQ")
-# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags
-HEAD = struct.Struct("<4Q2Iq8B")
-VERSION = 4
+# A snapshot begins with the stamp. Then come entries: one for each part of a row, then one for each array of which rows
+# have own values. Then come the rows, each with its parts one after the other, of which the head is the first.
+# magic, version, engine, rounding of norms, math, identity, rows, randomisation, perturbation, how many entries there are
+# for parts and for arrays, checksum
+STAMP = struct.Struct("<8sHHHHQQQQIIQ")
+# name, the bit of the head's `kept` that says whether a row has the part (0: all rows have it), bytes
+ENTRY = struct.Struct("<36sIQ")
+# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags; kept
+HEAD = struct.Struct("<4Q2Iq6BH")
+VERSION = 5
 FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants")
+# What stands before the names of the fields of a part.
+PREFIXES = {
+    "state": "",
+    "values": "own.",
+    "computed_state": "computed.",
+    "computed_values": "computed.own.",
+    "stepped_state": "stepped.",
+    "stepped_values": "stepped.own.",
+    "constants_rest": "constants.",
+    "constants_values": "constants.own.",
+}
 
 Row = dict[str, Any]  # an int, or an array of float64, by name
 
@@ -81,30 +94,32 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
         if not data.startswith(b"mjenvrow"):
             raise SnapshotError(f"{path} is no snapshot of rows")
         data += file.read()
-    _, version, engine, _, _, _, count, names, has_past, _, _, perturbed, _ = STAMP.unpack_from(data)
+    _, version, engine, _, _, _, count, _, _, part_count, array_count, _ = STAMP.unpack_from(data)
     if version != VERSION:
         raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
-    size, rest = divmod(len(data) - STAMP.size - names, max(count, 1))
-    if count < 1 or rest or size < HEAD.size:
+    # The library would refuse more rows than there are bytes, but only after it had made them.
+    start = STAMP.size + (part_count + array_count) * ENTRY.size
+    if not 1 <= count <= (len(data) - start) // HEAD.size:
         raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
     mujoco = f"{engine // 10000}.{engine // 100 % 100}.{engine % 100}"
     library = ENGINES.get(arguments.engine or name_of(mujoco))
     rows = _owner(library, path, data, count, arguments)
     try:
-        own = _own_fields(rows, data[STAMP.size : STAMP.size + names].decode().split("\0"))
-        parts = _parts(rows)
-        block = sum(-(-field.count * np.dtype(DTYPES[field.type]).itemsize // 8) * 8 for field in own)
-        state = 8 * sum(length for name, length in parts if not name.startswith("before."))
-        tail = perturbed + (4 * block + state if has_past else block)
+        entries = [_entry(data, index) for index in range(part_count + array_count)]
+        parts, arrays = entries[:part_count], entries[part_count:]
+        contents = _contents(rows, [name for name, _, _ in arrays])
         found = []
-        for index in range(count):
-            start = STAMP.size + names + index * size
-            row = _row(data[start : start + size - tail], parts)
-            row |= {f"own.{f.name}": rows.read(index, f).reshape(-1).astype(np.float64) for f in own}
+        for _ in range(count):
+            row, start = _row(data, start, parts, contents)
             found.append(row)
         return Image(library.name, rows.id, found)
     finally:
         rows.close()
+
+
+def _entry(data: bytes, index: int) -> tuple[str, int, int]:
+    name, kept, size = ENTRY.unpack_from(data, STAMP.size + index * ENTRY.size)
+    return name.rstrip(b"\0").decode(), kept, size
 
 
 def _owner(engine: Engine, path: Path, data: bytes, count: int, arguments: argparse.Namespace) -> Rows:
@@ -134,52 +149,57 @@ def _owner(engine: Engine, path: Path, data: bytes, count: int, arguments: argpa
 REST = ("history", "plastic", "mocap_quat")
 
 
-def _parts(rows: Rows) -> list[tuple[str, int]]:
-    """The names and lengths of the parts of a record of doubles."""
+Fields = list[tuple[str, int, str]]  # the names, lengths and dtypes of the fields of a part
+
+
+def _contents(rows: Rows, arrays: list[str]) -> dict[str, Fields]:
+    """The fields of each part whose fields have names."""
     nq, nv, na, nu = (int(rows.value(Role.MODEL, name)) for name in ("nq", "nv", "na", "nu"))
-    lengths = {"time": 1, "qpos": nq, "qvel": nv, "act": na, "qacc_warmstart": nv, "ctrl": nu}
+    state = [("time", 1), ("qpos", nq), ("qvel", nv), ("act", na), ("qacc_warmstart", nv), ("ctrl", nu)]
+    rest = []
     for name in REST:
         if name == "mocap_quat":
             count = 0 if rows.array(Role.MODEL, "nhistory") else 4 * int(rows.value(Role.MODEL, "nmocap"))
         else:
             count = int(rows.value(Role.MODEL, f"n{name}")) if rows.array(Role.MODEL, f"n{name}") else 0
         if count:
-            lengths[name] = count
-    return [*lengths.items(), *((f"before.{name}", length) for name, length in lengths.items())]
+            rest.append((name, count))
+    own = (rows.array(Role.MODEL, name) or rows.array(Role.DATA, name) for name in arrays)
+    values = [(field.name, field.count, np.dtype(DTYPES[field.type]).newbyteorder("<").str) for field in own if field]
+    states = [(name, length, "<f8") for name, length in state + rest]
+    found = {}
+    for part in PREFIXES:
+        found[part] = values if part.endswith("values") else states
+    found["constants_rest"] = [(name, length, "<f8") for name, length in rest]
+    return found
 
 
-def _own_fields(rows: Rows, names: list[str]) -> list[Field]:
-    """The arrays that rows have of their own."""
-    found = (rows.array(Role.MODEL, name) or rows.array(Role.DATA, name) for name in names if name)
-    return [field for field in found if field]
-
-
-def _row(data: bytes, parts: list[tuple[str, int]]) -> Row:
-    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags = HEAD.unpack_from(data)
+def _row(data: bytes, start: int, parts: list[tuple[str, int, int]], contents: dict[str, Fields]) -> tuple[Row, int]:
+    """The fields of the row that begins at `start`, and where the next row begins."""
+    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags, all_kept = HEAD.unpack_from(
+        data, start
+    )
     row: Row = {
         "stream.state": state_low | state_high << 64,
         "stream.increment": increment_low | increment_high << 64,
         "stream.uinteger": half,
         "stream.has_uint32": has_half,
         "steps": steps,
-        **dict(zip(FLAGS, flags, strict=False)),
+        **dict(zip(FLAGS, flags, strict=True)),
     }
-    record = np.frombuffer(data, "<f8", -1, HEAD.size)
-    at = 0
-    for name, length in parts:
-        row[name] = record[at : at + length]
-        at += length
-    lengths = dict(parts)
-    rest = [(name, lengths[name]) for name in REST if name in lengths]
-    # What set_state changed, and what else mj_setConst was called with. Before them, what the task carries.
-    last = [(f"set.{name}", lengths[name]) for name in ("qpos", "qacc_warmstart")]
-    last += [(f"{prefix}.{name}", length) for prefix in ("set", "constants") for name, length in rest]
-    start = len(record) - sum(length for _, length in last)
-    row["carried"] = record[at:start]
-    for name, length in last:
-        row[name] = record[start : start + length]
-        start += length
-    return row
+    for name, kept, size in parts:
+        if kept and not all_kept & kept:
+            continue
+        if name in contents:
+            at = start
+            for field, length, dtype in contents[name]:
+                values = np.frombuffer(data, dtype, length, at)
+                row[PREFIXES[name] + field] = values.astype(np.float64)
+                at += -(-values.nbytes // 8) * 8
+        elif name != "head":
+            row[name] = np.frombuffer(data, "<f8", size // 8, start)
+        start += size
+    return row, start
 
 
 def run_show(arguments: argparse.Namespace) -> int:
@@ -221,12 +241,16 @@ def compare(first: Image, second: Image) -> list[dict[str, Any]]:
     return [
         {"row": index, "field": name, **difference}
         for index, (a, b) in enumerate(zip(first.rows, second.rows, strict=True))
-        for name in a
-        if (difference := _difference(a[name], b[name]))
+        for name in dict.fromkeys([*a, *b])
+        if (difference := _difference(a.get(name), b.get(name)))
     ]
 
 
 def _difference(a: Any, b: Any) -> dict[str, Any] | None:
+    """Where two values of a field differ. None stands for a field that a row lacks."""
+    if a is None or b is None:
+        first, second = ("absent" if value is None else "present" for value in (a, b))
+        return {"index": None, "first": first, "second": second, "differing": None, "greatest": None}
     if isinstance(a, int):
         if a == b:
             return None

@@ -1,0 +1,79 @@
+// The parts of which a row consists. Whatever a row keeps from one call to the next is a part, and the rows' memory,
+// copies of rows, and images are loops over this table.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace mjenv::core {
+
+enum class Part : std::uint8_t {
+  head,
+  state,
+  carried,
+  values,
+  perturbation,
+  computed_state,
+  computed_values,
+  stepped_state,
+  stepped_values,
+  constants_rest,
+  constants_values,
+};
+
+// What a part consists of. Rows::bytes_of says how many bytes that is, and read_image how foreign bytes are checked.
+enum class Content : std::uint8_t {
+  head,          // Rows::Head
+  state,         // a state (StateLayout)
+  rest,          // StateLayout::rest
+  carried,       // the numbers that the task keeps for the row's next step (Work::carried)
+  values,        // a block of own values (OwnArrays)
+  perturbation,  // the record of noise, delays and pushes (Perturbation)
+};
+
+struct PartKind {
+  Part part;
+  const char* name;  // in images
+  Content content;
+  // The bit of Head::kept that says whether a row has the part. A reset or a step clears it. 0: all rows have the part.
+  std::uint16_t kept = 0;
+
+  bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
+};
+
+constexpr std::size_t kPartCount = 11;
+constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part); }
+
+// In the order of Part.
+constexpr std::array<PartKind, kPartCount> kParts{{
+    {Part::head, "head", Content::head},
+    {Part::state, "state", Content::state},
+    {Part::carried, "carried", Content::carried},
+    {Part::values, "values", Content::values},
+    {Part::perturbation, "perturbation", Content::perturbation},
+    {Part::computed_state, "computed_state", Content::state},
+    {Part::computed_values, "computed_values", Content::values, 1},
+    {Part::stepped_state, "stepped_state", Content::state, 2},
+    {Part::stepped_values, "stepped_values", Content::values, 4},
+    {Part::constants_rest, "constants_rest", Content::rest, 8},
+    {Part::constants_values, "constants_values", Content::values, 16},
+}};
+constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
+
+// As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But rows
+// do not store their derived arrays: a worker computes them again when they are needed (Worker::hold), and after a write
+// this must give what it gave before the write. So a row has up to four versions of what MuJoCo computes with:
+//
+//   version    state           own values        its own values are kept            what Worker::hold does with it
+//   now        state           values            always                             loads it last; steps go on from it
+//   computed   computed_state  computed_values   if written since the computation   repeats the last mj_step or mj_forward
+//   stepped    stepped_state   stepped_values    if computed_values were kept when  repeats the last mj_step before that
+//                                                set_state was called               mj_forward, for that step's forces
+//   constants  constants_rest  constants_values  from mj_setConst until the next    repeats mj_setConst
+//                                                computation
+//
+// Own values that are not kept are those of the version above; those of `constants` are then the model's.
+enum class Version : std::uint8_t { now, computed, stepped, constants };
+
+}  // namespace mjenv::core
