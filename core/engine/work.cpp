@@ -312,7 +312,7 @@ void Work::forward() {
   frames_lag_ = contacts_lag_ = is_whole_ = true;
 }
 
-void Work::begin_step(const Action& action) {
+void Work::act(const Action& action) {
   clear_warnings();
   sim_.action_dtype = action.dtype;
   for (std::int64_t i = 0; i < action.count; ++i) data_->ctrl[i] = action[i];
@@ -327,7 +327,7 @@ void Work::step(std::int64_t frames, double* before) {
 
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
-  end_step();
+  note_step();
 }
 
 bool Work::after_every_step(const std::string& array) { return contains(shown_arrays, array) || is_frame(array); }

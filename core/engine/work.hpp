@@ -108,11 +108,11 @@ class Work {
 
   // Calls mj_forward, as Gymnasium's set_state does.
   void forward();
-  // A step is `frames` calls of mj_step with an action: begin_step, then step, which writes the state before the last
-  // call to `before`. Where lanes::Stepper advances mjData instead, it calls end_step.
-  void begin_step(const Action& action);
+  // A step is `frames` calls of mj_step with an action: act, then step, which writes the state before the last call to
+  // `before`. Where lanes::Stepper advances mjData instead, it calls note_step.
+  void act(const Action& action);
   void step(std::int64_t frames, double* before);
-  void end_step(bool is_whole = true) {
+  void note_step(bool is_whole = true) {
     forces_lag_ = frames_lag_ = contacts_lag_ = true;
     is_whole_ = is_whole;
   }

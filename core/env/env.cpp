@@ -118,7 +118,7 @@ LaneChoice Env::lanes() const {
     return {0, "rows have values of their own of " + listed(rows_.arrays().beyond_lanes())};
   const std::int64_t alone = rows_.forced_rows();
   if (alone == 0) return lanes_;
-  return {steps_together() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
+  return {alone + 1 < rows() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
                                                    " rows have forces in qfrc_applied or xfrc_applied"};
 }
 
@@ -201,20 +201,15 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
     episodes_.check_steppable(row, episodes_.autoresets());
     episodes_.check_finite(row, actions.part(row * nu, nu));
   }
-  const auto turn = [&](std::int64_t row) { return Turn{row, actions.part(row * nu, nu), {out, rows(), row}}; };
-  if (steps_together()) {
-    order_.arrange();
-    return workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
-      team.turns().clear();
-      for (std::int64_t place = first; place < last; ++place)
-        if (const std::int64_t row = order_.row(place); is_selected(mask, row)) team.turns().push_back(turn(row));
-      episodes_.step(team);
-      for (std::size_t i = 0; i < team.turns().size(); ++i)
-        order_.note(team.turns()[i].row, team[i].work().constraint_count());
-    });
-  }
-  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (is_selected(mask, row)) episodes_.step(worker, turn(row));
+  order_.arrange();
+  workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
+    std::vector<Turn>& turns = team.turns();
+    turns.clear();
+    for (std::int64_t place = first; place < last; ++place)
+      if (const std::int64_t row = order_.row(place); is_selected(mask, row))
+        turns.push_back({row, actions.part(row * nu, nu), {out, rows(), row}});
+    episodes_.step(team);
+    for (std::size_t i = 0; i < turns.size(); ++i) order_.note(turns[i].row, team[i].work().constraint_count());
   });
 }
 
@@ -229,12 +224,9 @@ void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& 
     episodes_.check_steppable(row, false);
     episodes_.check_finite(row, actions.part(row * steps * nu, steps * nu));
   }
-  if (steps_together())
-    return workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
-      episodes_.rollout(team, first, last, actions, steps, out);
-    });
-  workers_.for_rows(rows(),
-                    [&](Worker& worker, std::int64_t row) { episodes_.rollout(worker, row, actions, steps, out); });
+  workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
+    episodes_.rollout(team, first, last, actions, steps, out);
+  });
 }
 
 void Env::observe(const mjenv_batch& out) {
@@ -414,7 +406,8 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
   check_count("count", ctrl.count, task_.model->nu());
   if (frames < 1) fail(MJENV_E_VALUE, "frames is " + std::to_string(frames) + ", less than 1");
   Worker& worker = workers_.first();
-  worker.step(rows_, row, ctrl, frames);
+  worker.load(rows_, row, ctrl);
+  worker.advance(frames);
   worker.commit(rows_, row);
   forget_observation(row);
 }

@@ -104,10 +104,6 @@ class Env {
   const Identity& identity() const;
   void forget_observation(std::int64_t row);
   void end_pushes();
-  // Whether the workers of each team step rows together. Those with forces are stepped alone.
-  bool steps_together() const {
-    return workers_.team_size() > 1 && rows_.arrays().fit_lanes() && rows_.forced_rows() + 1 < rows();
-  }
   // Throws while rows are under way between send and receive.
   void check_settled() const;
   // Writes to each row the values that values_of(row) points to; null: none. count: how many each row gets.

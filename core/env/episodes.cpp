@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "error.hpp"
@@ -26,15 +25,6 @@ void report_failure(const Place& place, const Body& body) {
     place.put_status(MJENV_E_PHYSICS);
     throw;
   }
-}
-
-// Which of the steps can be advanced together: bit i for element i.
-template <typename Begun, std::size_t count>
-std::uint32_t bits_of(const std::array<std::optional<Begun>, count>& begun) {
-  std::uint32_t bits = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    if (begun[i] && !begun[i]->alone) bits |= 1u << i;
-  return bits;
 }
 
 }  // namespace
@@ -80,14 +70,15 @@ void Episodes::begin(Worker& worker, std::int64_t row) const {
 }
 
 void Episodes::reset(Worker& worker, std::int64_t row, const Place& place) const {
-  const mjenv_batch& out = place.out;
-  report_failure(place, [&] {
-    begin(worker, row);
-    place.put_result(0, false, false);
-    place.put_status(MJENV_OK);
-    place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
-    write_reset(worker, row, place);
-  });
+  report_failure(place, [&] { reset_row(worker, row, place); });
+}
+
+void Episodes::reset_row(Worker& worker, std::int64_t row, const Place& place) const {
+  begin(worker, row);
+  place.put_result(0, false, false);
+  place.put_status(MJENV_OK);
+  place.clear(schema_.fields(MJENV_ROLE_INFO), place.out.info);
+  write_reset(worker, row, place);
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
@@ -115,69 +106,65 @@ void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, con
                            place);
 }
 
-void Episodes::step(Worker& worker, const Turn& turn) const {
-  if (awaits_reset(turn.row)) return reset(worker, turn.row, turn.place);
-  report_failure(turn.place, [&] {
-    Begun begun = begin_step(worker, turn);
-    advance(worker, turn, begun);
-    end_step_and_reset(worker, turn, begun);
-  });
+template <typename Body>
+void Episodes::for_turns(Team& team, std::uint32_t& turns, const Body& body) const {
+  for (std::size_t i = 0; turns >> i != 0; ++i) {
+    if ((turns >> i & 1) == 0) continue;
+    const Turn& turn = team.turns()[i];
+    if (!team[i].attempt(turn.row, [&] { report_failure(turn.place, [&] { body(i); }); })) turns &= ~(1u << i);
+  }
 }
 
 void Episodes::step(Team& team) const {
-  const std::vector<Turn>& turns = team.turns();
-  std::array<std::optional<Begun>, Team::kMaxSize> begun;
-  for (std::size_t i = 0; i < turns.size(); ++i) {
-    const Turn& turn = turns[i];
-    team[i].attempt(turn.row, [&] {
-      if (awaits_reset(turn.row)) return reset(team[i], turn.row, turn.place);
-      report_failure(turn.place, [&] { begun[i] = begin_step_in_team(team[i], turn); });
-    });
-  }
-  const std::uint32_t advanced = team.step(bits_of(begun), task_.frame_skip);
-  for (std::size_t i = 0; i < turns.size(); ++i) {
-    if (!begun[i]) continue;
-    const Turn& turn = turns[i];
-    team[i].attempt(turn.row, [&] {
-      report_failure(turn.place, [&] {
-        if (!(advanced >> i & 1)) advance(team[i], turn, *begun[i]);
-        end_step_and_reset(team[i], turn, *begun[i]);
-      });
-    });
-  }
+  std::vector<Turn>& turns = team.turns();
+  std::uint32_t all = (1u << turns.size()) - 1, moving = 0;
+  for_turns(team, all, [&](std::size_t i) {
+    if (awaits_reset(turns[i].row)) return reset_row(team[i], turns[i].row, turns[i].place);
+    begin_step(team[i], turns[i]);
+    moving |= 1u << i;
+  });
+  advance(team, moving);
+  for_turns(team, moving, [&](std::size_t i) { end_step_and_reset(team[i], turns[i]); });
   team.gather_failures();
 }
 
-Episodes::Begun Episodes::begin_step(Worker& worker, const Turn& turn) const {
-  Begun begun{Worker::random(rows_, turn.row), turn.action, nullptr, is_perturbed(turn.row), false};
-  if (!begun.perturbed) return begun;
-  begun.seen = perturbation_.begin_step(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
-                                        begun.random.rng(), worker.perturbed);
-  begun.forces = &worker.perturbed.forces;
-  return begun;
+void Episodes::advance(Team& team, std::uint32_t& moving) const {
+  const auto load = [&](std::size_t i) {
+    const Turn& turn = team.turns()[i];
+    team[i].load(rows_, turn.row, turn.seen, turn.forces);
+  };
+  const auto attempt = [&](std::size_t i, const auto& body) {
+    std::uint32_t turn = 1u << i;
+    for_turns(team, turn, [&](std::size_t) { body(); });
+    return turn != 0;
+  };
+  std::uint32_t together = team.steps_together(rows_.arrays()) ? moving : 0;
+  for (std::size_t i = 0; together >> i != 0; ++i)
+    if (const Turn& turn = team.turns()[i]; rows_.has_forces(turn.row) || (turn.forces && !turn.forces->empty()))
+      together &= ~(1u << i);  // lanes compute no forces
+  team.advance(moving, together, task_.frame_skip, load, attempt);
 }
 
-Episodes::Begun Episodes::begin_step_in_team(Worker& worker, const Turn& turn) const {
-  Begun begun = begin_step(worker, turn);
-  begun.alone = rows_.has_forces(turn.row) || (begun.forces && !begun.forces->empty());
-  if (!begun.alone) worker.begin_step(rows_, turn.row, begun.seen, begun.forces);  // else advance begins it
-  return begun;
-}
-
-void Episodes::advance(Worker& worker, const Turn& turn, const Begun& begun) const {
-  worker.step(rows_, turn.row, begun.seen, task_.frame_skip, begun.forces);
+void Episodes::begin_step(Worker& worker, Turn& turn) const {
+  turn.random = Worker::random(rows_, turn.row);
+  turn.is_perturbed = is_perturbed(turn.row);
+  turn.seen = turn.action;
+  if (!turn.is_perturbed) return;
+  turn.seen = perturbation_.act(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
+                                turn.random.rng(), worker.perturbed);
+  turn.forces = &worker.perturbed.forces;
 }
 
 // Writes the step's reward, flags, status and info.
-Episodes::Ends Episodes::end_step(Worker& worker, const Turn& turn, Begun& begun) const {
+Episodes::Ends Episodes::end_step(Worker& worker, Turn& turn) const {
   const std::int64_t row = turn.row;
   const Place& place = turn.place;
   Rows::Head& head = rows_.head(row);
-  const mjenv_outcome outcome = task_.calls->step(worker.work(), begun.seen, begun.random);
+  const mjenv_outcome outcome = task_.calls->step(worker.work(), turn.seen, turn.random);
   place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
-  worker.commit(rows_, row, begun.random);
-  if (begun.perturbed) perturbation_.end_step(rows_.perturbation(row), head.steps, turn.action, worker.perturbed);
+  worker.commit(rows_, row, turn.random);
+  if (turn.is_perturbed) perturbation_.commit(rows_.perturbation(row), head.steps, turn.action, worker.perturbed);
 
   ++head.steps;
   const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
@@ -188,10 +175,10 @@ Episodes::Ends Episodes::end_step(Worker& worker, const Turn& turn, Begun& begun
   return {terminated, truncated};
 }
 
-void Episodes::end_step_and_reset(Worker& worker, const Turn& turn, Begun& begun) const {
+void Episodes::end_step_and_reset(Worker& worker, Turn& turn) const {
   const Place& place = turn.place;
   const mjenv_batch& out = place.out;
-  const Ends ends = end_step(worker, turn, begun);
+  const Ends ends = end_step(worker, turn);
   const bool resets = autoresets_in_same_step() && ends.any();
   write_observation(worker, turn.row, resets ? out.final_obs : out.obs, place);
   if (!resets) {
@@ -210,13 +197,6 @@ Turn Episodes::rollout_turn(std::int64_t row, const Action& actions, std::int64_
   return {row, actions.part(element * nu, nu), {out, rows_.count() * steps, element}};
 }
 
-Episodes::Ends Episodes::end_step_in_rollout(Worker& worker, const Turn& turn, Begun& begun) const {
-  const Ends ends = end_step(worker, turn, begun);
-  write_observation(worker, turn.row, turn.place.out.obs, turn.place);
-  worker.write_arrays(schema_, turn.place);
-  return ends;
-}
-
 void Episodes::stay(Worker& worker, const Turn& turn, Ends ends) const {
   const Place& place = turn.place;
   place.put_result(0, ends.terminated, ends.truncated);
@@ -225,49 +205,29 @@ void Episodes::stay(Worker& worker, const Turn& turn, Ends ends) const {
   observe(worker, turn.row, place);
 }
 
-void Episodes::rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
-                       const mjenv_batch& out) const {
-  Ends ends{};
-  for (std::int64_t t = 0; t < steps; ++t) {
-    const Turn turn = rollout_turn(row, actions, steps, t, out);
-    report_failure(turn.place, [&] {
-      turn.place.put<std::uint8_t>(out.was_reset, 0);
-      if (ends.any()) return stay(worker, turn, ends);
-      Begun begun = begin_step(worker, turn);
-      advance(worker, turn, begun);
-      ends = end_step_in_rollout(worker, turn, begun);
-    });
-  }
-}
-
 void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
                        const mjenv_batch& out) const {
-  const auto count = static_cast<std::size_t>(last - first);
+  std::vector<Turn>& turns = team.turns();
   std::array<Ends, Team::kMaxSize> ends{};
-  std::uint32_t playing = (1u << count) - 1;  // the rows, as bits, that have not failed
+  std::uint32_t playing = (1u << (last - first)) - 1;  // the rows, as bits, that have not failed
   for (std::int64_t t = 0; t < steps; ++t) {
-    std::vector<Turn>& turns = team.turns();
     turns.clear();
     for (std::int64_t row = first; row < last; ++row) turns.push_back(rollout_turn(row, actions, steps, t, out));
-    const auto for_playing = [&](const auto& body) {
-      for (std::size_t i = 0; i < count; ++i) {
-        if (!(playing >> i & 1)) continue;
-        const bool is_well =
-            team[i].attempt(turns[i].row, [&] { report_failure(turns[i].place, [&] { body(i, team[i], turns[i]); }); });
-        if (!is_well) playing &= ~(1u << i);
-      }
-    };
-    std::array<std::optional<Begun>, Team::kMaxSize> begun;
-    for_playing([&](std::size_t i, Worker& worker, const Turn& turn) {
-      turn.place.put<std::uint8_t>(out.was_reset, 0);
-      if (!ends[i].any()) begun[i] = begin_step_in_team(worker, turn);
+    std::uint32_t moving = 0;
+    for_turns(team, playing, [&](std::size_t i) {
+      turns[i].place.put<std::uint8_t>(out.was_reset, 0);
+      if (ends[i].any()) return stay(team[i], turns[i], ends[i]);
+      begin_step(team[i], turns[i]);
+      moving |= 1u << i;
     });
-    const std::uint32_t advanced = team.step(bits_of(begun), task_.frame_skip);
-    for_playing([&](std::size_t i, Worker& worker, const Turn& turn) {
-      if (!begun[i]) return stay(worker, turn, ends[i]);
-      if (!(advanced >> i & 1)) advance(worker, turn, *begun[i]);
-      ends[i] = end_step_in_rollout(worker, turn, *begun[i]);
+    const std::uint32_t begun = moving;
+    advance(team, moving);
+    for_turns(team, moving, [&](std::size_t i) {
+      ends[i] = end_step(team[i], turns[i]);
+      write_observation(team[i], turns[i].row, out.obs, turns[i].place);
+      team[i].write_arrays(schema_, turns[i].place);
     });
+    playing &= ~(begun & ~moving);
   }
   team.gather_failures();
 }

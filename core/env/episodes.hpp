@@ -24,16 +24,11 @@ class Episodes {
 
   // Begins an episode and writes the outputs of a reset.
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
-  // Plays one step and writes its outputs. An automatic reset takes the step's place (next_step) or follows it
-  // (same_step).
-  void step(Worker& worker, const Turn& turn) const;
-  // The same for the team's turns. Failures go to the team's first worker.
+  // Plays the steps of the team's turns and writes their outputs. An automatic reset takes the step's place (next_step)
+  // or follows it (same_step). Failures go to the team's first worker.
   void step(Team& team) const;
-  // Plays up to `steps` steps without resets. After the end of the episode the row keeps its state. Writes the outputs
-  // of step t to element row * steps + t. The actions are those of all rows of the environment.
-  void rollout(Worker& worker, std::int64_t row, const Action& actions, std::int64_t steps,
-               const mjenv_batch& out) const;
-  // The same for rows first to last - 1.
+  // Plays up to `steps` steps of rows first to last - 1, without resets. After the end of its episode a row keeps its
+  // state. Writes the outputs of step t to element row * steps + t. The actions are those of all rows of the environment.
   void rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
   // Writes the observation and the exported arrays of the row's present state.
@@ -56,14 +51,6 @@ class Episodes {
     bool any() const { return terminated || truncated; }
   };
 
-  struct Begun {
-    Random random;
-    Action seen;  // the action that the task sees
-    const Worker::Forces* forces;
-    bool perturbed;
-    bool alone;  // the row has forces, which lanes do not compute
-  };
-
   const Task& task_;
   const Schema& schema_;
   const Randomization& randomization_;
@@ -81,14 +68,16 @@ class Episodes {
     return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }
   void begin(Worker& worker, std::int64_t row) const;
-  // A step has three parts: begin_step delays the action and draws its noise and the pushes, Worker::step or Team::step
-  // advances the simulation, and end_step_and_reset or end_step_in_rollout does the rest.
-  Begun begin_step(Worker& worker, const Turn& turn) const;
-  Begun begin_step_in_team(Worker& worker, const Turn& turn) const;
-  void advance(Worker& worker, const Turn& turn, const Begun& begun) const;
-  Ends end_step(Worker& worker, const Turn& turn, Begun& begun) const;
-  void end_step_and_reset(Worker& worker, const Turn& turn, Begun& begun) const;
-  Ends end_step_in_rollout(Worker& worker, const Turn& turn, Begun& begun) const;
+  void reset_row(Worker& worker, std::int64_t row, const Place& place) const;
+  // Calls body(i) for the team's turns, given as bits. Clears the bits of those that fail, and writes their status.
+  template <typename Body>
+  void for_turns(Team& team, std::uint32_t& turns, const Body& body) const;
+  // A step has three parts: begin_step delays the action and draws its noise and the pushes, advance simulates the
+  // turns that have begun (as bits), and end_step calls the task and saves the new state.
+  void begin_step(Worker& worker, Turn& turn) const;
+  void advance(Team& team, std::uint32_t& moving) const;
+  Ends end_step(Worker& worker, Turn& turn) const;
+  void end_step_and_reset(Worker& worker, Turn& turn) const;
   // A step of a rollout after the episode has ended: the row keeps the state in which it ended.
   void stay(Worker& worker, const Turn& turn, Ends ends) const;
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,

@@ -11,8 +11,9 @@ namespace mjenv::core {
 
 class Order {
  public:
-  // rows: how many. share: how many of them a thread steps. Rows change places within windows of at most as many, so that
-  // those which are stepped together stay near in memory, and with the same thread.
+  // rows: how many; 0: each row stays at its own place. share: how many of them a thread steps. Rows change places only
+  // within windows of at most `share` rows, so that rows which are stepped together stay near each other in memory, and
+  // with the same thread.
   Order(std::int64_t rows, std::int64_t share)
       : constraints_(static_cast<std::size_t>(rows)), offsets_(constraints_.size()) {
     while (window_ < kMaxWindow && 2 * static_cast<std::int64_t>(window_) <= share) window_ *= 2;
@@ -37,12 +38,14 @@ class Order {
 
   // The row at a place of the order.
   std::int64_t row(std::int64_t place) const {
+    if (offsets_.empty()) return place;
     const auto at = static_cast<std::size_t>(place);
     return static_cast<std::int64_t>((at & ~(window_ - 1)) + offsets_[at]);
   }
 
   // How many constraints the row had in its last step.
   void note(std::int64_t row, int constraints) {
+    if (constraints_.empty()) return;
     constraints_[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(std::min(constraints, 255));
   }
 

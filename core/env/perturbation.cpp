@@ -115,8 +115,8 @@ Perturbation::Step Perturbation::make_step() const {
   return step;
 }
 
-Action Perturbation::begin_step(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
-                                Step& step) const {
+Action Perturbation::act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
+                         Step& step) const {
   const bool narrow = action.dtype == MJENV_DTYPE_FLOAT32;
   const bool is_delayed = action_delay_ > 0;
   const double* delayed =
@@ -146,7 +146,7 @@ Action Perturbation::begin_step(const double* record, std::int64_t steps, const 
   return {seen, action.dtype, action.count};
 }
 
-void Perturbation::end_step(double* record, std::int64_t steps, const Action& action, const Step& step) const {
+void Perturbation::commit(double* record, std::int64_t steps, const Action& action, const Step& step) const {
   record[0] = kBegun;  // until observe has computed this step's observation, which may fail
   std::copy(step.pushes.begin(), step.pushes.end(), record + kPushes);
   if (action_delay_ == 0) return;

@@ -46,21 +46,20 @@ class Perturbation {
   // Begins an episode.
   void begin(double* record, np::Generator& rng) const;
 
-  // What begin_step computes for a step.
+  // What act computes for a step.
   struct Step {
     std::vector<double> action;        // that the task sees, if it is float64
     std::vector<float> narrow_action;  // that the task sees, if it is float32
     std::vector<double> pushes;        // the part of the record with the pushes, as it will be after the step
     std::vector<Work::Force> forces;
   };
-  // Allocates the memory that begin_step uses.
+  // Allocates the memory that act uses.
   Step make_step() const;
   // Returns the action that the task sees: delayed, and with the noise that this draws. Also draws the pushes.
   // steps: how many the episode has had.
-  Action begin_step(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
-                    Step& step) const;
+  Action act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng, Step& step) const;
   // Call this when the step has succeeded: stores the state of the pushes, and the caller's action if it is delayed.
-  void end_step(double* record, std::int64_t steps, const Action& action, const Step& step) const;
+  void commit(double* record, std::int64_t steps, const Action& action, const Step& step) const;
   // Returns what the caller sees instead of the task's observation, after `steps` steps.
   const double* observe(double* record, std::int64_t steps, const double* observation, np::Generator& rng) const;
 

@@ -95,7 +95,7 @@ void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Actio
 // A team steps several rows together, but leaves the other threads their share.
 void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
   const std::size_t share = (waiting_count_ + workers_.threads() - 1) / workers_.threads();
-  const std::size_t count = rows_.arrays().fit_lanes() ? std::min(team.size(), share) : 1;
+  const std::size_t count = team.steps_together(rows_.arrays()) ? std::min(team.size(), share) : 1;
   std::vector<Turn>& turns = team.turns();
   turns.clear();
   for (std::size_t i = 0; i < count; ++i) {
@@ -111,13 +111,9 @@ void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
     turn.place.put_result(0, false, false);
     turn.place.put<std::uint8_t>(turn.place.out.was_reset, 0);
   }
-  Worker& worker = team.first();
-  if (count > 1)
-    episodes_.step(team);
-  else
-    worker.attempt(turns[0].row, [&] { episodes_.step(worker, turns[0]); });
+  episodes_.step(team);
   lock.lock();
-  failures_.take(worker.failures);
+  failures_.take(team.first().failures);
   for (const Turn& turn : turns) ready_.push_back(turn.row);
   done_.notify_one();
 }

@@ -11,18 +11,17 @@ Team::Team(std::int32_t index, const Task& task, int lanes) {
   turns_.reserve(size());
 }
 
-std::uint32_t Team::step(std::uint32_t begun, std::int64_t frames) {
+std::uint32_t Team::step_together(std::uint32_t ready, std::int64_t frames) {
   std::array<Work*, kMaxSize> works{};
   std::array<double*, kMaxSize> before{};
   std::array<std::size_t, kMaxSize> workers{};
   int count = 0;
   for (std::size_t i = 0; i < size(); ++i) {
-    if (!(begun >> i & 1)) continue;
+    if (!(ready >> i & 1)) continue;
     works[count] = &workers_[i]->work();
     before[count] = workers_[i]->before();
     workers[count++] = i;
   }
-  if (count < 2) return 0;  // one row is faster without lanes
   const std::uint32_t done = stepper_->step(works.data(), count, frames, before.data());
   std::uint32_t advanced = 0;
   for (int i = 0; i < count; ++i)

@@ -20,6 +20,12 @@ struct Turn {
   std::int64_t row;
   Action action;
   Place place;
+
+  // Known when the step has begun:
+  Random random{nullptr};
+  Action seen{};  // the action that the task sees
+  const Worker::Forces* forces = nullptr;
+  bool is_perturbed = false;
 };
 
 class Team {
@@ -33,15 +39,22 @@ class Team {
 
   std::size_t size() const { return workers_.size(); }
   Worker& operator[](std::size_t index) { return *workers_[index]; }
-  // The worker that computes rows one by one, where the team does not step them together. gather_failures moves the
-  // failures of all workers to it.
+  // The worker that computes rows one by one, where these are no steps. gather_failures moves the failures of all
+  // workers to it.
   Worker& first() { return *workers_[0]; }
 
   // The steps to play next. Worker i plays the one at index i. There is room for size() of them.
   std::vector<Turn>& turns() { return turns_; }
-  // begun: the workers, as bits, in which a step has begun. Advances their simulations, and returns, as bits, those
-  // that have advanced. The others must begin the step again.
-  std::uint32_t step(std::uint32_t begun, std::int64_t frames);
+  // Whether it can step rows together that have own values of these arrays.
+  bool steps_together(const OwnArrays& arrays) const { return stepper_ && arrays.fit_lanes(); }
+  // Advances the simulations of some turns by `frames` calls of mj_step.
+  //   moving    these turns, as bits. advance clears the bits of those that fail
+  //   together  those of them that can be stepped together. The others are stepped one by one
+  //   load      load(i) makes worker i ready for the step of its turn (Worker::load)
+  //   attempt   attempt(i, body) calls body, and returns false if it has failed
+  template <typename Load, typename Attempt>
+  void advance(std::uint32_t& moving, std::uint32_t together, std::int64_t frames, const Load& load,
+               const Attempt& attempt);
   // Moves the workers' failures to the first.
   void gather_failures();
 
@@ -49,6 +62,27 @@ class Team {
   std::vector<std::unique_ptr<Worker>> workers_;
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
+
+  // Advances what it can of the workers that are ready, as bits, and returns these. The others must be loaded again.
+  std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);
 };
+
+template <typename Load, typename Attempt>
+void Team::advance(std::uint32_t& moving, std::uint32_t together, std::int64_t frames, const Load& load,
+                   const Attempt& attempt) {
+  const auto for_moving = [&](std::uint32_t turns, const auto& body) {
+    for (std::size_t i = 0; turns >> i != 0; ++i)
+      if ((turns >> i & 1) != 0 && !attempt(i, [&] { body(i); })) moving &= ~(1u << i);
+  };
+  std::uint32_t advanced = 0;
+  if ((together & (together - 1)) != 0) {  // one row is faster without lanes
+    for_moving(together, load);
+    advanced = step_together(together & moving, frames);
+  }
+  for_moving(moving & ~advanced, [&](std::size_t i) {
+    load(i);
+    workers_[i]->advance(frames);
+  });
+}
 
 }  // namespace mjenv::core

@@ -198,10 +198,10 @@ void Worker::prepare_constants() {
   constants_->make_data();
 }
 
-void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
+void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
   if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
-    // Only commit gives the row these numbers. So if the step begins again (Team::step), carry starts from the row's
+    // Only commit gives the row these numbers. So if the row is loaded again (Team::advance), carry starts from the row's
     // old numbers once more, not from its own result.
     task_.calls->carry(work_);
   } else {
@@ -212,13 +212,8 @@ void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, cons
   if (forces)
     for (const Work::Force& force : *forces) work_.apply(force);
   work_.load(rows.state(row));
-  work_.begin_step(action);
+  work_.act(action);
   forces_ = forces;
-}
-
-void Worker::step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces) {
-  begin_step(rows, row, action, forces);
-  work_.step(frames, before());
 }
 
 void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }

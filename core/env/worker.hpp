@@ -53,13 +53,13 @@ class Worker {
   // mj_forward computes the derived arrays, still with the row's old values. adopt replaces these by those drawn.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
-  // Loads the row's state and the action. If the row's state or own values were written since its derived arrays were
-  // computed, the numbers that the task carries are first computed again. forces: replace those in the row's
-  // xfrc_applied; they must outlive commit.
-  void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
-  // Calls begin_step, then mj_step `frames` times. The new state reaches the row in commit.
-  void step(Rows& rows, std::int64_t row, const Action& action, std::int64_t frames, const Forces* forces = nullptr);
-  // Where a step that has begun writes the state before its last mj_step.
+  // Makes the work space ready for a step: loads the row's state and the action. If the row's state or own values were
+  // written since its derived arrays were computed, the numbers that the task carries are first computed again.
+  // forces: replace those in the row's xfrc_applied; they must outlive commit.
+  void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
+  // Calls mj_step `frames` times. The new state reaches the row in commit.
+  void advance(std::int64_t frames) { work_.step(frames, before()); }
+  // Where advance writes the state before the last mj_step.
   double* before() { return before_.data(); }
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);

@@ -297,7 +297,7 @@ Task RegisteredTask::build(const Options& options) const {
   // A trial step: a model that MuJoCo cannot step is refused now.
   const std::vector<double> zeros(work.layout().nu);
   std::vector<double> before(work.layout().size);
-  work.begin_step({zeros.data(), MJENV_DTYPE_FLOAT64, task.model->nu()});
+  work.act({zeros.data(), MJENV_DTYPE_FLOAT64, task.model->nu()});
   work.step(1, before.data());
   return task;
 }

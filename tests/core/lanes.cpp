@@ -177,7 +177,7 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
     const std::vector<double>& state = states[i];
     if (!own.list().empty()) work.use(own, reinterpret_cast<std::byte*>(blocks[i].data()));
     work.load(state.data());
-    work.begin_step({state.data() + layout.size - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
+    work.act({state.data() + layout.size - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
   };
   for (int i = 0; i < count; ++i) {
     states.push_back(random_state(m, layout, kind, noise));

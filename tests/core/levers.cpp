@@ -154,7 +154,7 @@ std::string play(const std::shared_ptr<const Model>& model) {
       for (double& a : action) a = noise();
       work.save(state.data());
       work.load(state.data());
-      work.begin_step({action.data(), MJENV_DTYPE_FLOAT64, m->nu});
+      work.act({action.data(), MJENV_DTYPE_FLOAT64, m->nu});
       work.step(kFrames, before.data());
       std::copy(action.begin(), action.end(), d->ctrl);
       for (int k = 0; k < kFrames; ++k) mj_step(m, d);

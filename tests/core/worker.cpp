@@ -117,7 +117,8 @@ void test_rows_in_turn(void** state) {
     } else if (kind < 10) {
       const std::vector<double> action = draw(task.model->nu(), 1);
       expected.step(action);
-      chosen.step(rows, row, {action.data(), MJENV_DTYPE_FLOAT64, task.model->nu()}, task.frame_skip);
+      chosen.load(rows, row, {action.data(), MJENV_DTYPE_FLOAT64, task.model->nu()});
+      chosen.advance(task.frame_skip);
       chosen.commit(rows, row);
     } else if (kind < 12) {
       std::vector<double> qpos(expected.data().qpos, expected.data().qpos + task.model->nq());

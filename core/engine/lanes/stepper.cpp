@@ -344,7 +344,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
       std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
     }
-    works[row]->end_step(is_whole_);
+    works[row]->note_step(is_whole_);
   }
   return live();
 }
