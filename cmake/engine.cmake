@@ -1,6 +1,6 @@
 # Defines mjenv_engine, which is MuJoCo: 2.2.2 compiled from its sources, a library of 2.2.2 that is there already, or 4.0,
 # whose library is opened at run time. Sets MJENV_ENGINE_VERSION, MJENV_ENGINE_MAJOR, MJENV_LIBRARY_NAME, and MJENV_LOADER,
-# the source files in core/engine that only this kind of engine needs.
+# the folders of core that only this kind of engine needs.
 set(MJENV_ENGINE auto CACHE STRING "MuJoCo: source (2.2.2, compiled into the library), system (the installed 2.2.2), auto \
 (source where the sources can be had, else system), or the folder of an unpacked official release or wheel of 2.2.2 or 4.0")
 set(MJENV_ENGINE_SOURCES "" CACHE PATH "Folder with mujoco, libccd, lodepng, qhull, tinyxml2 and tinyobjloader; empty: \
@@ -105,14 +105,14 @@ endif()
 string(REGEX MATCH "^[0-9]+" MJENV_ENGINE_MAJOR ${MJENV_ENGINE_VERSION})
 if(MJENV_ENGINE_MAJOR EQUAL 4)
   set(MJENV_LIBRARY_NAME mjenv-mujoco4)
-  set(MJENV_LOADER load_shared mujoco4)
+  set(MJENV_LOADER engine/shared engine/mujoco4)
 else()
   set(MJENV_LIBRARY_NAME mjenv)
   get_target_property(engine_type mjenv_engine TYPE)
   if(engine_type STREQUAL STATIC_LIBRARY)  # brings its own loader of models, cmake/engine/load.cc
     set(MJENV_LOADER "")
   else()
-    set(MJENV_LOADER load_shared)
+    set(MJENV_LOADER engine/shared)
   endif()
 endif()
 

@@ -3,7 +3,6 @@
 # is no lane code. MuJoCo's code for AVX, which official releases contain and MJENV_ARCH can choose, gives some zeros
 # another sign, so rows are then stepped one by one.
 file(GLOB lane_sources CONFIGURE_DEPENDS core/engine/lanes/*.cpp)
-list(REMOVE_ITEM core_sources ${lane_sources})
 set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes)
 set(of_x86 sse2 avx2 avx512)
 set(of_aarch64 neon)

@@ -38,25 +38,23 @@ foreach(header math.h math_private.h fenv_private.h math-underflow.h math-barrie
   file(CONFIGURE OUTPUT ${math_generated}/${header} CONTENT "#include \"${CMAKE_CURRENT_LIST_DIR}/math/glibc.h\"\n")
 endforeach()
 
-# mjenv_fused(NAME FUNCTIONS [PATTERN REPLACEMENT COUNT]...)
+# Copies of the functions, in which cmake/math/glibc.patch changes some statements and says why.
+find_program(MJENV_PATCH patch REQUIRED)
+set(math_patched ${math_generated}/glibc)
+foreach(name s_sin s_tan e_asin e_atan2 e_exp e_log s_log1p e_pow)
+  configure_file(${math_glibc}/${name}.c ${math_patched}/${name}.c COPYONLY)
+endforeach()
+execute_process(COMMAND ${MJENV_PATCH} --silent --strip=1 --fuzz=0 --directory=${math_patched}
+                        --input=${CMAKE_CURRENT_LIST_DIR}/math/glibc.patch COMMAND_ERROR_IS_FATAL ANY)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/math/glibc.patch)
+
+# mjenv_fused(NAME FUNCTIONS)
 #
-# Writes NAME.cpp, which is glibc's NAME.c with Real in place of double, and the functions for doubles, "sin(double x)" for
-# instance.
-# Real fuses within an expression. COUNT places that match the regular expression PATTERN are replaced: where glibc's build
-# fuses a product with an addition in a later statement, where it computes a product once for two branches and so fuses it
-# in neither, and where C++ demands a conversion.
+# Writes NAME.cpp, which is the patched NAME.c with Real in place of double, and the functions for doubles,
+# "sin(double x)" for instance.
 function(mjenv_fused name functions)
-  file(READ ${math_glibc}/${name}.c text)
-  while(ARGN)
-    list(POP_FRONT ARGN pattern replacement count)
-    string(REGEX MATCHALL "${pattern}" matches "${text}")
-    list(LENGTH matches found)
-    if(NOT found EQUAL count)
-      message(FATAL_ERROR "${math_glibc}/${name}.c has ${found} of ${count} places like ${pattern}")
-    endif()
-    string(REGEX REPLACE "${pattern}" "${replacement}" text "${text}")
-  endwhile()
-  set(before "// glibc's ${name}.c, changed by cmake/math.cmake: Real in place of double, and some statements.
+  file(READ ${math_patched}/${name}.c text)
+  set(before "// glibc's ${name}.c, changed by cmake/math.cmake and cmake/math/glibc.patch: Real in place of double, and some statements.
 #include \"${CMAKE_CURRENT_FUNCTION_LIST_DIR}/math/arithmetic.hpp\"
 #include \"${CMAKE_CURRENT_FUNCTION_LIST_DIR}/math/glibc.h\"
 #define __branred MJENV_NAME(branred_of_${name})
@@ -101,37 +99,13 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
 endif()
 set(math_files "")
 mjenv_fused(s_sin "sin(double x);cos(double x)")
-mjenv_fused(s_tan "tan(double x)"
-  "t2 \\*= x \\* x2" "const auto product = t2 * (x * x2)" 1
-  "y = x \\+ t2" "y = x + product" 1)
-mjenv_fused(e_asin "asin(double x);acos(double x)"
-  "t = (asncs[^;]*)" "const auto product = \\1" 10
-  "t\\+=p" "t = product + p" 10
-  "t = (\\(+f6[^;]*)" "const auto product = \\1" 2
-  "res = x\\+t" "res = x + product" 1
-  "\\+hp1\\.x\\)-t" "+ hp1.x) - product" 1
-  "-\\(y\\+cc\\)\\*p" "- (double)((y + cc) * p)" 1
-  "cc\\+p\\*\\(y\\+cc\\)" "cc + (double)(p * (y + cc))" 1
-  "0:2\\.0\\*hp0\\.x" "0:(double)(2.0 * hp0.x)" 1)
-mjenv_fused(e_atan2 "atan2(double y, double x)"
-  "i = (\\(TWO52[^;]*)" "i = (int)(\\1)" 4)
-# In `specialcase`, exp and pow use one product in two branches.
-set(in_specialcase
-  "y = scale \\+ scale \\* tmp" "y = scale + (double)(scale * tmp)" 1
-  "scale - y \\+ scale \\* tmp" "scale - y + (double)(scale * tmp)" 1)
-mjenv_fused(e_exp "exp(double x)" ${in_specialcase}
-  "z \\+ Shift" "InvLn2N * x + Shift" 1)
-mjenv_fused(e_log "log(double x)"
-  "y = r3 \\*" "const auto product = r3 *" 1
-  "y \\+= lo" "y = product + lo" 1)
-mjenv_fused(s_log1p "log1p(double x)"
-  "R1 = z \\* Lp" "const auto product = z * Lp" 1
-  "R = R1" "R = product" 1
-  "s \\* \\(hfsq \\+ R\\)" "(double)(s * (hfsq + R))" 2)
-mjenv_fused(e_pow "pow(double x, double y)" ${in_specialcase}
-  "z \\+ Shift" "InvLn2N * x + Shift" 1
-  "p = \\(ar3" "const auto product = (ar3" 1
-  "lo4 \\+ p" "lo4 + product" 1)
+mjenv_fused(s_tan "tan(double x)")
+mjenv_fused(e_asin "asin(double x);acos(double x)")
+mjenv_fused(e_atan2 "atan2(double y, double x)")
+mjenv_fused(e_exp "exp(double x)")
+mjenv_fused(e_log "log(double x)")
+mjenv_fused(s_log1p "log1p(double x)")
+mjenv_fused(e_pow "pow(double x, double y)")
 
 # glibc compiles these without FMA, and tables.
 foreach(name branred sincostab e_exp_data e_log_data e_pow_log_data)

@@ -1,5 +1,5 @@
 // MuJoCo's loader of models. Each kind of engine has its own: cmake/engine/load.cc for the engine that is compiled in,
-// load_shared.cpp for a shared library.
+// shared/load_shared.cpp for a shared library.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "system/cgroups.hpp"
+#include "system/linux/cgroups.hpp"
 #include "system/condition.hpp"
 #include "system/platform.hpp"
 #include "system/posix.hpp"

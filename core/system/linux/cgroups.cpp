@@ -1,4 +1,4 @@
-#include "system/cgroups.hpp"
+#include "system/linux/cgroups.hpp"
 
 #include <algorithm>
 #include <fstream>
