@@ -79,7 +79,7 @@ class Work {
   void need(const std::string& what);
   // Says that this array of mjData is read after each step.
   void expect(const std::string& array);
-  // Whether others are read after each step than those that after_every_step names.
+  // Whether arrays are read after each step that after_every_step does not name.
   bool reads_all() const { return reads_all_ || needs_.contacts || needs_.forces; }
   // Whether the last step has left all of mjData as MuJoCo does. If not, only what after_every_step names may be read.
   bool is_whole() const { return is_whole_; }

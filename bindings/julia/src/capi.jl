@@ -445,8 +445,7 @@ Base.@kwdef struct mjenv_builder
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
 end
 
-# In the order of the indices given to address, whose other argument says of which library it is the
-# function: a handle that the library has made, or an engine.
+# address(of, index) is the address of the function at this index, in the library of an engine or a handle.
 const FUNCTIONS = (
     :mjenv_abi_version,
     :mjenv_version,

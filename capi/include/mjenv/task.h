@@ -273,10 +273,10 @@ typedef struct mjenv_task {
 /* Registers a task for the rest of the process. Any thread may call it at any time.
  * task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay
  *       valid until the process ends
- * Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry
- * without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only
- * excludes, or RESET_INFO fields without reset_info and without physics_only, or neither build nor an OBSERVATION
- * field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among
+ * Errors: ARGUMENT (a required pointer, name or callback is missing; destroy is given without build; carry is given
+ * without build while carry_count is 0; model and model_text are both given, or neither is; a callback is given that
+ * physics_only excludes; there are RESET_INFO fields without reset_info and without physics_only; or there is neither
+ * build nor an OBSERVATION field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among
  * its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role). */
 MJENV_API mjenv_status mjenv_register_task(const mjenv_task *task);
 

@@ -23,7 +23,7 @@ struct ModelTables {
   bool constrains_tendons;  // tendons have limits or friction
 };
 
-// The greatest number whose root is not greater than the radius; below 0 if the radius is.
+// The greatest x with sqrt(x) <= radius, as double precision rounds the root; a negative number if the radius is negative.
 double largest_square(double radius);
 
 }  // namespace mjenv::core::lanes

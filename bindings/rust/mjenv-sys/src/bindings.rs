@@ -1537,10 +1537,10 @@ extern "C" {
     #[doc = " Registers a task for the rest of the process. Any thread may call it at any time."]
     #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay"]
     #[doc = "       valid until the process ends"]
-    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing, or destroy is given without build, or carry"]
-    #[doc = " without build and with carry_count 0, or both or none of model and model_text, or a callback that physics_only"]
-    #[doc = " excludes, or RESET_INFO fields without reset_info and without physics_only, or neither build nor an OBSERVATION"]
-    #[doc = " field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among"]
+    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing; destroy is given without build; carry is given"]
+    #[doc = " without build while carry_count is 0; model and model_text are both given, or neither is; a callback is given that"]
+    #[doc = " physics_only excludes; there are RESET_INFO fields without reset_info and without physics_only; or there is neither"]
+    #[doc = " build nor an OBSERVATION field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among"]
     #[doc = " its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
