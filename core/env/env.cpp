@@ -119,7 +119,7 @@ LaneChoice Env::lanes() const {
   const std::int64_t alone = rows_.forced_rows();
   if (alone == 0) return lanes_;
   return {alone + 1 < rows() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
-                                                   " rows have forces in qfrc_applied or xfrc_applied"};
+                                                     " rows have forces in qfrc_applied or xfrc_applied"};
 }
 
 // ---- Random streams ----

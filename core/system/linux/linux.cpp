@@ -17,10 +17,10 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "system/linux/cgroups.hpp"
 #include "system/condition.hpp"
+#include "system/linux/cgroups.hpp"
 #include "system/platform.hpp"
-#include "system/posix.hpp"
+#include "system/posix/posix.hpp"
 
 namespace mjenv::core {
 

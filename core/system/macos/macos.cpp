@@ -10,7 +10,7 @@
 
 #include "system/condition.hpp"
 #include "system/platform.hpp"
-#include "system/posix.hpp"
+#include "system/posix/posix.hpp"
 
 // What C++'s own atomic waits call on macOS. Apple's headers do not declare them.
 extern "C" int __ulock_wait(std::uint32_t operation, void* address, std::uint64_t value, std::uint32_t microseconds);

@@ -15,7 +15,7 @@
 
 #include "system/floats.hpp"
 #include "system/platform.hpp"
-#include "system/posix.hpp"
+#include "system/posix/posix.hpp"
 
 namespace mjenv::core::platform {
 
