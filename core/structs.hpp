@@ -51,23 +51,33 @@ inline constexpr std::size_t kOldestSize<mjenv_task> = by_pointers(168, 120);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_plugin> = 24;
 
+// The caller's struct_size. theirs: may lie at any address, so its members must not be read before they are copied.
+template <typename T>
+std::uint32_t struct_size(const T* theirs, const char* name) {
+  static_assert(offsetof(T, struct_size) == 0);
+  if (!theirs) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
+  std::uint32_t size = 0;
+  std::memcpy(&size, theirs, sizeof size);
+  return size;
+}
+
 // How many bytes of a struct both the caller and the library know.
 template <typename T>
 std::size_t shared_size(const T* theirs, const char* name) {
   constexpr std::size_t kWord = sizeof(void*);  // whole words only: half of a pointer is not a valid pointer
   static_assert(kOldestSize<T> > 0 && kOldestSize<T> % kWord == 0 && sizeof(T) % kWord == 0);
-  if (!theirs) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
-  if (theirs->struct_size < kOldestSize<T>)
-    fail(MJENV_E_ARGUMENT, std::string(name) + "->struct_size is " + std::to_string(theirs->struct_size) +
-                               ", less than " + std::to_string(kOldestSize<T>) + "; set it to sizeof");
-  return std::min<std::size_t>(theirs->struct_size / kWord * kWord, sizeof(T));
+  const std::uint32_t size = struct_size(theirs, name);
+  if (size < kOldestSize<T>)
+    fail(MJENV_E_ARGUMENT, std::string(name) + "->struct_size is " + std::to_string(size) + ", less than " +
+                               std::to_string(kOldestSize<T>) + "; set it to sizeof");
+  return std::min<std::size_t>(size / kWord * kWord, sizeof(T));
 }
 
 // Copies the fields that both sides know to the caller's struct, which keeps its struct_size.
 template <typename T>
 void write_struct(T* theirs, const char* name, T ours) {
   const std::size_t size = shared_size(theirs, name);
-  ours.struct_size = theirs->struct_size;
+  ours.struct_size = struct_size(theirs, name);
   std::memcpy(theirs, &ours, size);
 }
 
@@ -78,20 +88,29 @@ T read_struct(const T* theirs, const char* name, T defaults = {}) {
   return defaults;
 }
 
-// Calls visit(element) for each struct of a caller's array, whose elements all have the struct_size of the first.
-// most: the greatest count. count_name, name: of the count and of the array, for messages.
+// Calls visit(element) for each struct of a caller's array. most: the greatest count. count_name, name: of the count and
+// of the array, for messages.
 template <typename T, typename Visit>
 void for_each_struct(const T* array, std::int64_t count, std::int64_t most, const char* count_name,
                      const std::string& name, const Visit& visit) {
   if (count < 0 || count > most)
     fail(MJENV_E_VALUE,
          std::string(count_name) + " is " + std::to_string(count) + ", not 0 to " + std::to_string(most));
-  if (count > 0 && !array) fail(MJENV_E_ARGUMENT, name + " is NULL");
+  if (count == 0) return;
+  const std::uint32_t step = struct_size(array, name.c_str());  // from one element to the next
+  // A greater struct_size would make us read beyond the element.
+  const auto check_size = [&](const std::string& element, std::uint32_t size) {
+    if (size != step)
+      fail(MJENV_E_ARGUMENT, element + ".struct_size is " + std::to_string(size) + ", but " + name +
+                                 "[0].struct_size is " + std::to_string(step) + "; set each to sizeof");
+  };
   const auto* at = reinterpret_cast<const unsigned char*>(array);
-  std::uint32_t step = 0;
-  if (count > 0) std::memcpy(&step, at, sizeof step);
-  for (std::int64_t i = 0; i < count; ++i, at += step)
-    visit(read_struct(reinterpret_cast<const T*>(at), (name + "[" + std::to_string(i) + "]").c_str()));
+  for (std::int64_t i = 0; i < count; ++i, at += step) {
+    const auto* element = reinterpret_cast<const T*>(at);
+    const std::string element_name = name + "[" + std::to_string(i) + "]";
+    check_size(element_name, struct_size(element, element_name.c_str()));
+    visit(read_struct(element, element_name.c_str()));
+  }
 }
 
 }  // namespace mjenv::core
