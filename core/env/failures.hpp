@@ -1,6 +1,7 @@
 // Collects the errors of rows that one call computes, so that the call reports them together.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "mjenv/mjenv.h"
@@ -13,12 +14,18 @@ class Failures {
   void add(mjenv_status status, const std::string& what) noexcept;
   // Moves the other's failures here and empties it.
   void take(Failures& other) noexcept;
-  // Throws one error that names all failures, and forgets them. Does nothing if there are none.
+  // Throws one error that names the first failures and counts the others, and forgets them. Does nothing if there are
+  // none.
   void raise();
 
  private:
+  static constexpr std::size_t kMostText = 4096;  // bytes: a million rows may fail at once
+
   mjenv_status status_ = MJENV_OK;
   std::string text_;
+  std::size_t named_ = 0, unnamed_ = 0;  // how many failures the text names, and how many it does not
+
+  void add(mjenv_status status, const std::string& what, std::size_t named, std::size_t unnamed) noexcept;
 };
 
 }  // namespace mjenv::core

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   const std::string_view topic = argc == 2 ? argv[1] : "";
   if (topic == "chars") return run_chars();
   if (topic == "cpus") return run_cpus();
+  if (topic == "failures") return run_failures();
   if (topic == "info") return run_info();
 #ifdef LANES
   if (topic == "lanes") return run_lanes(false);
@@ -25,6 +26,6 @@ int main(int argc, char** argv) {
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core chars|cpus|info|lanes|few-lanes|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core chars|cpus|failures|info|lanes|few-lanes|levers|numpy|worker\n", stderr);
   return 2;
 }

@@ -35,11 +35,11 @@
  *   mjenv_last_error and mjenv_error_of return the reason as text. A call that fails changes and writes nothing, with
  *   one exception: if some rows fail (PHYSICS, TASK or MEMORY; also MODEL in mjenv_set_constants, and VALUE or MODEL in
  *   resets: see mjenv_randomize), the call still computes the other rows, writes their outputs, and then returns an
- *   error. mjenv_batch.status, which mjenv_observe does not write, tells which rows failed. If MuJoCo fails in a row,
- *   the row keeps the state that it had before the failed step or reset.
+ *   error. Its text names the first rows that failed, and counts the others; mjenv_batch.status, which mjenv_observe does
+ *   not write, tells all. If MuJoCo fails in a row, the row keeps the state that it had before the failed step or reset.
  *   The comments below list errors without their prefix MJENV_E_, and leave out those that any function may return:
- *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, or a struct_size is too
- *               small
+ *     ARGUMENT  a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a struct_size is too
+ *               small, or the elements of an array of structs differ in it
  *     BUSY      another thread is inside a call with the same handle
  *     MEMORY    there is not enough memory
  *     INTERNAL  the library has a bug
