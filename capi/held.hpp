@@ -8,6 +8,7 @@
 #include <string>
 
 #include "env/env.hpp"
+#include "fork_lock.hpp"
 #include "handles.hpp"
 #include "mjenv/mjenv.h"
 #include "render/renderer.hpp"
@@ -52,7 +53,7 @@ namespace mjenv::core {
 
 // Leads renderers and windows to their environment, which may be destroyed before them.
 struct Link {
-  std::mutex mutex;          // one of them at a time reads a row
+  ForkLock lock;             // one of them at a time reads a row
   mjenv_env* env = nullptr;  // null once the environment is destroyed
 };
 
@@ -68,7 +69,7 @@ struct HeldEnv {
   }
   ~HeldEnv() {
     handles<mjenv_options>.destroy(options);
-    const std::lock_guard lock(link->mutex);
+    const std::lock_guard lock(link->lock);
     link->env = nullptr;
   }
   HeldEnv(const HeldEnv&) = delete;

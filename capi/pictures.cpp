@@ -26,7 +26,7 @@ void check_room(const char* name, const void* to, std::size_t count, std::size_t
 // Entered refuses the call.
 template <typename Painter>
 void look_at(Link& link, std::int64_t row, Painter& painter) {
-  const std::lock_guard lock(link.mutex);
+  const std::lock_guard lock(link.lock);
   if (!link.env || !link.env->object) fail(MJENV_E_ARGUMENT, "the environment that is to be drawn was destroyed");
   const Entered env(link.env);
   (*env).env.show(row, [&](const mjModel_& model, mjData_* data) { painter.look_at(model, data); });

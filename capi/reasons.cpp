@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <thread>
+#include <mutex>
 #include <utility>
 
 #include "engine/thread_locals.hpp"
-#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -85,19 +84,10 @@ void keep_last_reason(const char* reason) noexcept {
   text[length] = '\0';
 }
 
-void Reason::lock() noexcept {
-  const std::int32_t self = platform::process_id();
-  for (std::int32_t seen = 0; !holder_.compare_exchange_weak(seen, self, std::memory_order_acquire);) {
-    if (seen != self) continue;  // free after all, or left by the parent: the next exchange takes it
-    seen = 0;
-    std::this_thread::yield();
-  }
-}
-
 void Reason::replace(char* text) noexcept {
-  lock();
+  lock_.lock();
   std::swap(text_, text);
-  unlock();
+  lock_.unlock();
   discard(text);
 }
 
@@ -108,7 +98,7 @@ void Reason::clear() noexcept {
 }
 
 std::size_t Reason::copy(char* to, std::size_t capacity) noexcept {
-  lock();
+  const std::lock_guard lock(lock_);
   const char* text = text_ ? text_ : "";
   const std::size_t length = std::strlen(text);
   if (capacity > 0) {
@@ -116,7 +106,6 @@ std::size_t Reason::copy(char* to, std::size_t capacity) noexcept {
     std::memcpy(to, text, fits);
     to[fits] = '\0';
   }
-  unlock();
   return length + 1;
 }
 

@@ -1,9 +1,9 @@
 // Why calls failed: the last reason of each thread and of each handle.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
-#include <cstdint>
+
+#include "fork_lock.hpp"
 
 namespace mjenv::core {
 
@@ -27,13 +27,9 @@ class Reason {
   std::size_t copy(char* to, std::size_t capacity) noexcept;
 
  private:
-  // The process that reads or replaces text_ now, or 0. A child that was forked meanwhile takes over from its parent,
-  // because the thread that would let go of it is not in the child.
-  std::atomic<std::int32_t> holder_{0};
+  ForkLock lock_;  // of text_
   char* text_ = nullptr;
 
-  void lock() noexcept;
-  void unlock() noexcept { holder_.store(0, std::memory_order_release); }
   void replace(char* text) noexcept;
 };
 

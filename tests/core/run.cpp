@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   if (topic == "chars") return run_chars();
   if (topic == "cpus") return run_cpus();
   if (topic == "failures") return run_failures();
+  if (topic == "forks") return run_forks();
   if (topic == "info") return run_info();
 #ifdef LANES
   if (topic == "lanes") return run_lanes(false);
@@ -26,6 +27,6 @@ int main(int argc, char** argv) {
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core chars|cpus|failures|info|lanes|few-lanes|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core chars|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker\n", stderr);
   return 2;
 }

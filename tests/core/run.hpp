@@ -9,6 +9,7 @@ std::string odd_model(const std::string& name);
 int run_chars();
 int run_cpus();
 int run_failures();
+int run_forks();
 int run_info();
 int run_lanes(bool few);  // few: with a fifth of the states, for emulators
 int run_levers();
