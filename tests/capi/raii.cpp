@@ -226,6 +226,20 @@ TEST(rows_are_sent_received_masked_and_rolled_out) {
   return "";
 }
 
+// The state of np.random.default_rng(42) in NumPy after integers(0, 10), which has used half of a draw.
+TEST(streams_with_half_a_draw) {
+  const std::vector<std::uint64_t> words{
+      0xb05a'c563'5702'c3e7, 0x47c0'e8d1'1a13'4fa4, 0x66ca'f2e2'8d25'abff, 0xfa50'5436'c9a8'416e, 1, 3324115917};
+  mjenv::Env env("Hopper-v5", 2);
+  env.set_stream(0, words);
+  EXPECT(env.stream(0) == words);
+  env.set_stream(1, env.stream(0));
+  EXPECT(env.stream(1) == words);
+  env.set_stream(1, {words.data(), 4});
+  EXPECT((env.stream(1) == std::vector<std::uint64_t>{words[0], words[1], words[2], words[3], 0, 0}));
+  return "";
+}
+
 TEST(handles_move) {
   mjenv::Env first("Hopper-v5"), second("Reacher-v5");
   mjenv_env* const handle = first.handle();
@@ -371,6 +385,7 @@ int main() {
       cmocka_unit_test(batches_are_assigned_and_serve_resets_and_steps),
       cmocka_unit_test(rows_are_received_although_one_fails),
       cmocka_unit_test(rows_are_sent_received_masked_and_rolled_out),
+      cmocka_unit_test(streams_with_half_a_draw),
       cmocka_unit_test(handles_move),
       cmocka_unit_test(rows_are_copied_and_continued),
       cmocka_unit_test(masks_choose_rows),

@@ -185,25 +185,26 @@ end
 """
     MJEnv.stream(env; row = 1)
 
-Returns a row's random stream, a PCG64 as NumPy has it, as a tuple of four `UInt64`: the low and high half of the state,
-the low and high half of the increment. Throws an `MJEnvError` if the row was neither seeded nor reset.
+Returns a row's random stream, a PCG64 as NumPy has it, as a tuple of six `UInt64`: the low and high half of the state,
+the low and high half of the increment, and `has_uint32` and `uinteger`, which keep the half of a 64-bit draw that is
+not used yet. Throws an `MJEnvError` if the row was neither seeded nor reset.
 """
 function stream(env::Env; row::Integer = 1)
-    index, words = row_index(env, row), zeros(UInt64, 4)
-    check(env.handle, inside(handle -> mjenv_get_stream(handle, index, words, 4), env))
+    index, words = row_index(env, row), zeros(UInt64, 6)
+    check(env.handle, inside(handle -> mjenv_get_stream(handle, index, words, 6), env))
     return Tuple(words)
 end
 
 """
     set_stream!(env, words; row = 1)
 
-Replaces a row's random stream by `words`, four `UInt64` in the order of [`MJEnv.stream`](@ref); the increment must be
+Replaces a row's random stream by `words`, six `UInt64` in the order of [`MJEnv.stream`](@ref); the increment must be
 odd. Returns `env`.
 """
-function set_stream!(env::Env, words::Union{NTuple{4,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
+function set_stream!(env::Env, words::Union{NTuple{6,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
     index = row_index(env, row)
-    check_length(env, "words", length(words), 4)
-    check(env.handle, inside(handle -> mjenv_set_stream(handle, index, collect(UInt64, words), 4), env))
+    check_length(env, "words", length(words), 6)
+    check(env.handle, inside(handle -> mjenv_set_stream(handle, index, collect(UInt64, words), 6), env))
     return env
 end
 

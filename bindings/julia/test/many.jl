@@ -263,16 +263,21 @@ end
     @test refuses(() -> MJEnv.stream(env), MJENV_E_NOT_RESET, "row 0")
     seed!(env, 42)
     state, increment = 274674114334540486603088602300644985544, 332724090758049132448979897138935081983
-    words = Tuple(UInt64(x >> shift & typemax(UInt64)) for x in (state, increment) for shift in (0, 64))
+    halves(x) = (UInt64(x & typemax(UInt64)), UInt64(x >> 64))
+    words = (halves(state)..., halves(increment)..., UInt64(0), UInt64(0))
     @test MJEnv.stream(env) === words
     @test set_stream!(env, MJEnv.stream(env); row = 2) === env
     reset!(env)
     @test same(read(env, :qpos; row = 1), read(env, :qpos; row = 2))
     @test MJEnv.stream(env; row = 1) === MJEnv.stream(env; row = 2)
     @test MJEnv.stream(env; row = 1) !== words
-    @test refuses(() -> set_stream!(env, (UInt64(1), UInt64(2), UInt64(4), UInt64(3))), MJENV_E_VALUE, "odd")
-    @test refuses(() -> set_stream!(env, UInt64[1, 2, 3]), DimensionMismatch, "words", "4")
+    @test refuses(() -> set_stream!(env, (UInt64(1), UInt64(2), UInt64(4), UInt64(3), UInt64(0), UInt64(0))), MJENV_E_VALUE, "odd")
+    @test refuses(() -> set_stream!(env, UInt64[1, 2, 3]), DimensionMismatch, "words", "6")
     @test refuses(() -> set_stream!(env, words; row = 3), ArgumentError, "row 3")
+    # After integers(0, 10), which uses half of a draw.
+    half = (halves(95376830783351682500486580248632280039)..., halves(increment)..., UInt64(1), UInt64(3324115917))
+    set_stream!(env, half)
+    @test MJEnv.stream(env) === half
 end
 
 @testset "exported arrays" begin

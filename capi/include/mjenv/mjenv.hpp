@@ -415,12 +415,13 @@ class Env {
   mjenv_status simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
     return keep(check(mjenv_simulate(handle(), row, ctrl.data(), ctrl.size(), frames)));
   }
-  /* The four words of mjenv_get_stream. */
+  /* All six words of mjenv_get_stream. */
   std::vector<std::uint64_t> stream(std::int64_t row) {
-    std::vector<std::uint64_t> words(4);
+    std::vector<std::uint64_t> words(6);
     if (keep(check(mjenv_get_stream(handle(), row, words.data(), words.size()))) != MJENV_OK) words.clear();
     return words;
   }
+  /* words: four or six. */
   mjenv_status set_stream(std::int64_t row, Span<const std::uint64_t> words) {
     return keep(check(mjenv_set_stream(handle(), row, words.data(), words.size())));
   }

@@ -182,10 +182,11 @@ impl Env {
     }
 
     /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
-    /// high half of the increment. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row
-    /// was neither seeded nor reset).
-    pub fn stream(&self, row: usize) -> Result<[u64; 4]> {
-        let mut words = [0; 4];
+    /// high half of the increment, and `has_uint32` and `uinteger`, which keep the half of a 64-bit draw that is not
+    /// used yet. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row was neither seeded
+    /// nor reset).
+    pub fn stream(&self, row: usize) -> Result<[u64; 6]> {
+        let mut words = [0; 6];
         // SAFETY: the pointer is valid for the given number of words.
         check(unsafe { sys::mjenv_get_stream(self.raw(), int64(row), words.as_mut_ptr(), words.len()) })?;
         Ok(words)
@@ -193,7 +194,7 @@ impl Env {
 
     /// Replaces the random stream of a row by `words`, in the order of [`Env::stream`]. Errors: [`ErrorKind::Value`]
     /// (there is no such row, or the increment is even).
-    pub fn set_stream(&mut self, row: usize, words: &[u64; 4]) -> Result<()> {
+    pub fn set_stream(&mut self, row: usize, words: &[u64; 6]) -> Result<()> {
         // SAFETY: the pointer is valid for the given number of words.
         check(unsafe { sys::mjenv_set_stream(self.raw(), int64(row), words.as_ptr(), words.len()) })
     }

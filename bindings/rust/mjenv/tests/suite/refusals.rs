@@ -250,7 +250,7 @@ fn rollouts() {
 fn streams_and_simulations() {
     let mut pair = Pair::new("Swimmer-v4", 2);
     pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.stream(2));
-    pair.refuses(ErrorKind::Value, &["increment", "2"], |env, _| env.set_stream(0, &[0, 0, 2, 0]));
+    pair.refuses(ErrorKind::Value, &["increment", "2"], |env, _| env.set_stream(0, &[0, 0, 2, 0, 0, 0]));
     pair.refuses(ErrorKind::Size, &["1", "2"], |env, _| env.simulate(0, &[0.0], 1));
     pair.refuses(ErrorKind::Value, &["frames", "0"], |env, _| env.simulate(0, &[0.0; 2], 0));
     let fresh = Env::new(&Options::new("Swimmer-v4").unwrap(), 1).unwrap();

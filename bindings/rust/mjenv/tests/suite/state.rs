@@ -66,7 +66,7 @@ fn a_stream_is_numpys_and_can_be_replaced() {
     assert!(words.len() > 3);
     for ((seed, state), increment) in words {
         env.seed(&[0, seed]).unwrap();
-        let expected = [state as u64, (state >> 64) as u64, increment as u64, (increment >> 64) as u64];
+        let expected = [state as u64, (state >> 64) as u64, increment as u64, (increment >> 64) as u64, 0, 0];
         assert_eq!(env.stream(1).unwrap(), expected, "seed {seed}");
     }
 
@@ -77,6 +77,12 @@ fn a_stream_is_numpys_and_can_be_replaced() {
     let mut batch = env.batch();
     env.reset(&mut batch).unwrap();
     assert_bits("obs", batch.obs(0), golden.table("reset_obs").row(0));
+
+    // The state of np.random.default_rng(42) in NumPy after integers(0, 10), which has used half of a draw.
+    let words =
+        [0xb05a_c563_5702_c3e7, 0x47c0_e8d1_1a13_4fa4, 0x66ca_f2e2_8d25_abff, 0xfa50_5436_c9a8_416e, 1, 3_324_115_917];
+    env.set_stream(0, &words).unwrap();
+    assert_eq!(env.stream(0).unwrap(), words);
 }
 
 #[test]
