@@ -5,6 +5,11 @@
 
 namespace mjenv::core {
 
+std::size_t Team::bytes(const Model& model, int lanes) {
+  const std::size_t work_spaces = model.work_bytes() * static_cast<std::size_t>(std::max(lanes, 1));
+  return lanes > 0 ? work_spaces + lanes::stepper_bytes(model, lanes) : work_spaces;
+}
+
 Team::Team(std::int32_t index, const Task& task, int lanes) {
   for (std::int32_t i = 0; i < std::max(lanes, 1); ++i) workers_.push_back(std::make_unique<Worker>(index + i, task));
   if (lanes > 0) stepper_ = lanes::make_stepper(*task.model, *lanes::code_of(lanes));

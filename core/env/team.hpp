@@ -32,6 +32,9 @@ class Team {
  public:
   static constexpr std::size_t kMaxSize = 8;
 
+  // How much memory the work spaces of a team and its lanes take.
+  static std::size_t bytes(const Model& model, int lanes);
+
   // index: that of the first worker. lanes: how many; 0: none.
   Team(std::int32_t index, const Task& task, int lanes);
 

@@ -10,7 +10,7 @@ namespace mjenv::core {
 
 Workers::Workers(const Task& task, int threads, int lanes, bool pinned) {
   const int size = std::max(lanes, 1);
-  check_memory(threads, " thread(s)", task.model->work_bytes() * static_cast<std::size_t>(size));
+  check_memory(threads, " thread(s)", Team::bytes(*task.model, lanes));
   for (int i = 0; i < threads; ++i) teams_.push_back(std::make_unique<Team>(i * size, task, lanes));
   pool_ = std::make_unique<Pool>(threads, pinned);
   std::atomic<bool> prepared{true};

@@ -174,6 +174,50 @@ static void test_little_address_space(void** state) {
   in_child(little_address_space);
 }
 
+// Newton's method in lanes needs a matrix of nv x nv numbers for each lane, which is given only when it is written to. So
+// too little memory for it is found when the environment is created, not when the system ends the process.
+static bool too_many_dofs(void) {
+  // There is room for the model and one mjData, whose stack is as large as one such matrix.
+  enum { DOFS = 3000, LANES = 2, MATRICES = LANES * DOFS * DOFS * 8, ROOM = MATRICES / 6 * 5 };
+  static const char head[] =
+      "<mujoco><compiler inertiafromgeom='false'/><option jacobian='dense' solver='Newton'/>"
+      "<size njmax='1' nconmax='1' nstack='9200000'/><worldbody><body><inertial pos='0 0 0' mass='1' diaginertia='1 1 "
+      "1'/>"
+      "<joint type='slide'/></body>";
+  static const char body[] = "<body><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><joint type='slide'/></body>";
+  static const char tail[] = "</worldbody></mujoco>";
+  char* text = malloc(sizeof head + DOFS * sizeof body + sizeof tail);
+  if (!text) return false;
+  char* end = text + sprintf(text, "%s", head);
+  for (int i = 1; i < DOFS; ++i) end += sprintf(end, "%s", body);
+  sprintf(end, "%s", tail);
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  bool fine = mjenv_options_create("Model-v0", &options) == MJENV_OK;
+  fine = fine && mjenv_options_set_string(options, "xml_string", text) == MJENV_OK;
+  fine = fine && mjenv_options_set_integer(options, "trust_xml", 1) == MJENV_OK;
+  free(text);
+  if (fine && mjenv_options_set_integer(options, "lanes", LANES) != MJENV_OK) return false;
+  mjenv_status status = mjenv_create(options, LANES, &env);
+  if (status == MJENV_E_VALUE) return works(1);  // no lanes here
+  fine = fine && status == MJENV_OK;
+  mjenv_destroy(env);
+  env = NULL;
+  const struct rlimit limit = {address_space() + ROOM, RLIM_INFINITY};
+  fine = fine && setrlimit(RLIMIT_AS, &limit) == 0;
+  status = mjenv_create(options, LANES, &env);
+  fine = fine && status == MJENV_E_MEMORY && !env && strstr(mjenv_last_error(), "1 thread(s) need");
+  if (!fine) printf("%s: %s\n", mjenv_status_name(status), mjenv_last_error());
+  const struct rlimit none = {RLIM_INFINITY, RLIM_INFINITY};
+  mjenv_options_destroy(options);
+  return fine && setrlimit(RLIMIT_AS, &none) == 0 && works(2);
+}
+
+static void test_too_many_dofs(void** state) {
+  (void)state;
+  in_child(too_many_dofs);
+}
+
 // Everything that MuJoCo itself reports by printing and by writing MUJOCO_LOG.TXT.
 static bool complaints(void) {
   mjenv_options* options = NULL;
@@ -258,6 +302,7 @@ int main(void) {
       cmocka_unit_test(test_no_threads),
       cmocka_unit_test(test_no_more_processes),
       cmocka_unit_test(test_little_address_space),
+      cmocka_unit_test(test_too_many_dofs),
       cmocka_unit_test(test_nothing_is_written),
       cmocka_unit_test(test_full_disk),
       cmocka_unit_test(test_no_files),

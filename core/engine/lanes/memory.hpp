@@ -12,24 +12,30 @@
 
 namespace mjenv::core::lanes {
 
+// How many numbers each array of a struct has in a lane.
+template <typename Struct>
+using Counts = std::vector<std::pair<double * Struct::*, std::size_t>>;
+
 // The memory of the arrays of Lanes, Contacts or Constraints. They begin as zeros.
 template <typename Struct>
 class Memory {
  public:
-  // counts: how many numbers each array has in a lane
-  Memory(Struct& arrays, int width, const std::vector<std::pair<double * Struct::*, int>>& counts) {
-    std::size_t total = kAlignment;
-    for (const auto& [array, count] : counts) total += static_cast<std::size_t>(count * width);
+  Memory(Struct& arrays, int width, const Counts<Struct>& counts) {
+    std::size_t room = bytes(width, counts);
     // Most rows have far fewer constraints than there is room for. The system gives calloc's pages when they are written to.
-    block_.reset(std::calloc(total, sizeof(double)));
+    block_.reset(std::calloc(1, room));
     if (!block_) throw std::bad_alloc();
     void* start = block_.get();
-    std::size_t room = total * sizeof(double);
     auto* at = static_cast<double*>(std::align(kAlignment * sizeof(double), sizeof(double), start, room));
     for (const auto& [array, count] : counts) {
       arrays.*array = at;
-      at += count * width;
+      at += count * static_cast<std::size_t>(width);
     }
+  }
+  static std::size_t bytes(int width, const Counts<Struct>& counts) {
+    std::size_t numbers = kAlignment;
+    for (const auto& [array, count] : counts) numbers += count * static_cast<std::size_t>(width);
+    return numbers * sizeof(double);
   }
 
  private:

@@ -15,6 +15,8 @@ int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }
 
 const Code* code_of(int /*width*/) { return nullptr; }
 
+std::size_t stepper_bytes(const Model& /*model*/, int /*width*/) { return 0; }
+
 std::unique_ptr<Stepper> make_stepper(const Model& /*model*/, const Code& /*code*/) { return nullptr; }
 
 }  // namespace mjenv::core::lanes

@@ -7,37 +7,42 @@
 namespace mjenv::core::lanes {
 namespace {
 
-using Counts = std::vector<std::pair<double * Constraints::*, int>>;
-
-Counts counts(int places, int nv, bool is_dual) {
+Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual) {
   using C = Constraints;
-  Counts result{{&C::J, places * nv}, {&C::D, places},     {&C::vel, places},   {&C::aref, places},
-                {&C::b, places},      {&C::jar, places},   {&C::force, places}, {&C::damping, places},
-                {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},  {&C::meaninertia, 1}};
-  const Counts primal{{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv},  {&C::Mv, nv},
-                      {&C::grad, nv},   {&C::search, nv},       {&C::vec, nv}, {&C::H, nv * nv}};
-  const Counts dual{
+  Counts<Constraints> result{{&C::J, places * nv}, {&C::D, places},     {&C::vel, places},   {&C::aref, places},
+                             {&C::b, places},      {&C::jar, places},   {&C::force, places}, {&C::damping, places},
+                             {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},  {&C::meaninertia, 1}};
+  const Counts<Constraints> primal{{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv},  {&C::Mv, nv},
+                                   {&C::grad, nv},   {&C::search, nv},       {&C::vec, nv}, {&C::H, nv * nv}};
+  const Counts<Constraints> dual{
       {&C::R, places}, {&C::JM2, places * nv}, {&C::AR, places * places}, {&C::ARinv, places}, {&C::A, places}};
-  const Counts& own = is_dual ? dual : primal;
+  const Counts<Constraints>& own = is_dual ? dual : primal;
   result.insert(result.end(), own.begin(), own.end());
   return result;
+}
+
+bool is_solved(const mjModel& m) {
+  const bool is_known = m.opt.solver == mjSOL_PGS || m.opt.solver == mjSOL_NEWTON;
+  return is_known && m.opt.cone == mjCONE_PYRAMIDAL && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m) &&
+         !(m.opt.disableflags & mjDSBL_WARMSTART);
 }
 
 }  // namespace
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
-  const bool is_known = m.opt.solver == mjSOL_PGS || m.opt.solver == mjSOL_NEWTON;
-  if (!is_known || m.opt.cone != mjCONE_PYRAMIDAL || m.opt.noslip_iterations > 0 || mj_isSparse(&m) ||
-      (m.opt.disableflags & mjDSBL_WARMSTART))
-    return nullptr;
-  return std::unique_ptr<Solver>(new Solver(code, m));
+  return is_solved(m) ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
+}
+
+std::size_t Solver::bytes(int width, const mjModel& m) {
+  if (!is_solved(m)) return 0;
+  return Memory<Constraints>::bytes(width, counts(kPlaces, static_cast<std::size_t>(m.nv), m.opt.solver == mjSOL_PGS));
 }
 
 Solver::Solver(const Code& code, const mjModel& m)
     : code_(code),
       nv_(m.nv),
       is_dual_(m.opt.solver == mjSOL_PGS),
-      memory_(constraints_, code.width, counts(kPlaces, m.nv, is_dual_)),
+      memory_(constraints_, code.width, counts(kPlaces, static_cast<std::size_t>(m.nv), is_dual_)),
       bits_(2 * kPlaces),
       columns_(static_cast<std::size_t>(kPlaces * (m.nv + 1))),
       zeros_(static_cast<std::size_t>(m.nv)) {

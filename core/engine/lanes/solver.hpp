@@ -19,6 +19,8 @@ class Solver {
  public:
   // Null if lanes cannot solve the constraints of this model.
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
+  // How much memory its arrays take.
+  static std::size_t bytes(int width, const mjModel& m);
 
   // Whether lanes can solve the constraints of this row.
   bool solves(const mjData& d) const { return d.nefc > 0 && d.nf == 0 && can_solve(d, d.nefc); }

@@ -81,53 +81,24 @@ class RowModel {
   }
 };
 
-class LaneStepper final : public Stepper {
+// The arrays of the lanes, and those of mjData and mjModel that belong to them.
+class LaneArrays {
  public:
-  LaneStepper(const Model& model, const Code& code);
-  std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) override;
+  explicit LaneArrays(const mjModel& model);
 
- private:
-  const Code& code_;
+  std::size_t bytes(int width) const { return Memory<Lanes>::bytes(width, counts_); }
+
+ protected:
   const mjModel& m_;
-  ModelTables tables_;
   std::vector<Array> state_, input_, shown_, others_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
       warmstart_, of_euler_;
   std::vector<OwnNumbers> own_;
-  Lanes lanes_{};
-  std::unique_ptr<Memory<Lanes>> memory_;
-  std::vector<std::unique_ptr<RowModel>> models_;
-  const bool searches_;                     // MuJoCo searches for pairs of geoms
-  std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
-  std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
-  bool makes_ = false;                      // whether the maker makes those of the rows of this step
-  bool is_whole_ = true;                    // whether this step must leave all of mjData as MuJoCo does
-  std::vector<unsigned char> hits_;
-  std::vector<double> spare_;  // lanes without a row write here
-  std::array<const mjModel*, kMaxWidth> row_models_{};
-  std::array<mjData*, kMaxWidth> data_{};
-  int count_ = 0;
-  std::uint32_t all_ = 0;  // the rows, as bits
-
-  void set_up_arrays();
-  void set_world();
-  void gather_own();
-  void gather(const std::vector<Array>& arrays);
-  void scatter(const std::vector<Array>& arrays);
-  void scatter_derived();
-  std::uint32_t live() const { return all_ & ~lanes_.left; }
-  template <typename Body>
-  void for_live_rows(const Body& body);
-  void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
-
-  void forward(bool is_last);
-  bool constrain_in_lanes();
-  void collide();
-  void constrain(bool is_last);
-  void integrate(bool is_last);
+  Counts<Lanes> counts_;
+  int longest_ = 1;  // of the arrays of mjData
 };
 
 // The order of the lists is that of mj_forward. shown_ has what mjenv_sim shows.
-void LaneStepper::set_up_arrays() {
+LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;
   const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
@@ -165,7 +136,6 @@ void LaneStepper::set_up_arrays() {
              {&L::qfrc_smooth, &D::qfrc_smooth, nv},
              {&L::qacc_smooth, &D::qacc_smooth, nv}};
   for_limits_ = {{&L::qpos, &D::qpos, nq}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
-  if (tables_.constrains_tendons) for_limits_.push_back({&L::ten_length, &D::ten_length, m_.ntendon});
   for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
   for_contacts_ = {{&L::subtree_com, &D::subtree_com, 3 * nbody}, {&L::cdof, &D::cdof, 6 * nv}};
   for_solver_ = {{&L::qvel, &D::qvel, nv},
@@ -178,23 +148,22 @@ void LaneStepper::set_up_arrays() {
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
 
-  const int fluid_bodies = static_cast<int>(tables_.fluid_bodies.size());
-  std::vector<std::pair<double * Lanes::*, int>> sizes{{&L::angle, njnt},
-                                                       {&L::sine, njnt},
-                                                       {&L::cosine, njnt},
-                                                       {&L::cacc, 6 * nbody},
-                                                       {&L::cfrc_body, 6 * nbody},
-                                                       {&L::MhB, nM},
-                                                       {&L::qacc_euler, nv},
-                                                       {&L::X_qpos, nq},
-                                                       {&L::X_qvel, 4 * nv},
-                                                       {&L::F, 4 * nv},
-                                                       {&L::dX, 2 * nv},
-                                                       {&L::com_scale, nbody},
-                                                       {&L::viscous_torque, fluid_bodies},
-                                                       {&L::viscous_force, fluid_bodies},
-                                                       {&L::torque_drag, 3 * fluid_bodies},
-                                                       {&L::force_drag, 3 * fluid_bodies}};
+  const std::vector<std::pair<double * Lanes::*, int>> more{{&L::angle, njnt},
+                                                            {&L::sine, njnt},
+                                                            {&L::cosine, njnt},
+                                                            {&L::cacc, 6 * nbody},
+                                                            {&L::cfrc_body, 6 * nbody},
+                                                            {&L::MhB, nM},
+                                                            {&L::qacc_euler, nv},
+                                                            {&L::X_qpos, nq},
+                                                            {&L::X_qvel, 4 * nv},
+                                                            {&L::F, 4 * nv},
+                                                            {&L::dX, 2 * nv},
+                                                            {&L::com_scale, nbody},
+                                                            {&L::viscous_torque, nbody},
+                                                            {&L::viscous_force, nbody},
+                                                            {&L::torque_drag, 3 * nbody},
+                                                            {&L::force_drag, 3 * nbody}};
   own_ = {
       {&L::body_mass, nbody, [](const mjModel& m) -> const mjtNum* { return m.body_mass; }},
       {&L::body_inertia, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_inertia; }},
@@ -209,16 +178,57 @@ void LaneStepper::set_up_arrays() {
       {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
       {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
-  for (const OwnNumbers& own : own_) sizes.emplace_back(own.numbers, own.count);
-  int longest = 1;
+  const auto add = [&](double* Lanes::*array, int count) {
+    counts_.emplace_back(array, static_cast<std::size_t>(count));
+  };
+  for (const auto& [array, count] : more) add(array, count);
+  for (const OwnNumbers& own : own_) add(own.numbers, own.count);
   for (const auto* list : {&input_, &shown_, &others_, &from_solver_, &of_euler_})
     for (const Array& array : *list) {
-      sizes.emplace_back(array.numbers, array.count);
-      longest = std::max(longest, array.count);
+      add(array.numbers, array.count);
+      longest_ = std::max(longest_, array.count);
     }
-  memory_ = std::make_unique<Memory<Lanes>>(lanes_, code_.width, sizes);
-  spare_.resize(static_cast<std::size_t>(longest));
 }
+
+class LaneStepper final : public Stepper, private LaneArrays {
+ public:
+  LaneStepper(const Model& model, const Code& code);
+  std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) override;
+
+ private:
+  const Code& code_;
+  ModelTables tables_;
+  Lanes lanes_{};
+  Memory<Lanes> memory_;
+  std::vector<std::unique_ptr<RowModel>> models_;
+  const bool searches_;                     // MuJoCo searches for pairs of geoms
+  std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
+  std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
+  bool makes_ = false;                      // whether the maker makes those of the rows of this step
+  bool is_whole_ = true;                    // whether this step must leave all of mjData as MuJoCo does
+  std::vector<unsigned char> hits_;
+  std::vector<double> spare_;  // lanes without a row write here
+  std::array<const mjModel*, kMaxWidth> row_models_{};
+  std::array<mjData*, kMaxWidth> data_{};
+  int count_ = 0;
+  std::uint32_t all_ = 0;  // the rows, as bits
+
+  void set_world();
+  void gather_own();
+  void gather(const std::vector<Array>& arrays);
+  void scatter(const std::vector<Array>& arrays);
+  void scatter_derived();
+  std::uint32_t live() const { return all_ & ~lanes_.left; }
+  template <typename Body>
+  void for_live_rows(const Body& body);
+  void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
+
+  void forward(bool is_last);
+  bool constrain_in_lanes();
+  void collide();
+  void constrain(bool is_last);
+  void integrate(bool is_last);
+};
 
 // The world's frame, which mj_kinematics sets and nothing changes.
 void LaneStepper::set_world() {
@@ -228,14 +238,16 @@ void LaneStepper::set_world() {
 }
 
 LaneStepper::LaneStepper(const Model& model, const Code& code)
-    : code_(code),
-      m_(*model.stepped()),
+    : LaneArrays(*model.stepped()),
+      code_(code),
       tables_(model),
+      memory_(lanes_, code.width, counts_),
       searches_(!model.pairs()),
       solver_(Solver::make(code, m_)),
       maker_(solver_ ? ConstraintMaker::make(code, m_, tables_) : nullptr),
-      hits_(tables_.pairs.size()) {
-  set_up_arrays();
+      hits_(tables_.pairs.size()),
+      spare_(static_cast<std::size_t>(longest_)) {
+  if (tables_.constrains_tendons) for_limits_.push_back({&Lanes::ten_length, &mjData::ten_length, m_.ntendon});
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
@@ -475,6 +487,12 @@ int best_width(const Model& model, std::int64_t rows) {
   for (const int width : widths())
     if (width <= kBestWidth && width <= rows) best = width;
   return obstacle(model).empty() ? best : 0;
+}
+
+std::size_t stepper_bytes(const Model& model, int width) {
+  const mjModel& m = *model.stepped();
+  const auto tables = static_cast<std::size_t>(m.ntendon + m.nu) * static_cast<std::size_t>(m.nv);  // of ModelTables
+  return LaneArrays(m).bytes(width) + Solver::bytes(width, m) + tables * sizeof(double);
 }
 
 const Code* code_of(int width) {

@@ -2,6 +2,7 @@
 // bit. docs/lanes.md explains how.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -38,6 +39,9 @@ class Stepper {
   // are left to MuJoCo's own code: load them again and step them one by one.
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) = 0;
 };
+
+// How much memory the large arrays of a stepper take.
+std::size_t stepper_bytes(const Model& model, int width);
 
 // The functions of an instruction set, by its number of lanes, which must be one of widths().
 struct Code;
