@@ -52,10 +52,13 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
   take_pushes(given, model);
   has_observations_ = !observation_noise_.empty() || observation_delay_ > 0;
   if (action_noise_.empty() && action_delay_ == 0 && !has_observations_ && pushes_.empty()) return;
+  // In 64 bits, because a delay may need more memory than 32 bits can address, which Rows::make_perturbed refuses.
+  const std::uint64_t actions = std::uint64_t{action_delay_} * actuators_;
+  const std::uint64_t observations = std::uint64_t{observation_delay_} * observation_count_;
   actions_ = kPushes + 2 * pushes_.size();
-  observations_ = actions_ + action_delay_ * actuators_;
-  last_ = observations_ + observation_delay_ * observation_count_;
-  record_count_ = last_ + (has_observations_ ? observation_count_ : 0);
+  observations_ = actions_ + static_cast<std::size_t>(actions);
+  last_ = observations_ + static_cast<std::size_t>(observations);
+  record_count_ = actions_ + actions + observations + (has_observations_ ? observation_count_ : 0);
   const std::array delays{action_delay_, observation_delay_, action_noise_.size(), pushes_.size()};
   fingerprint_ = hash(delays.data(), sizeof delays);
   for (const auto* noise : {&action_noise_, &observation_noise_})

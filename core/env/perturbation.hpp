@@ -25,8 +25,8 @@ class Perturbation {
   bool empty() const { return record_count_ == 0; }
   bool pushes() const { return !pushes_.empty(); }
   bool changes_observations() const { return has_observations_; }
-  // How many doubles a row's record has.
-  std::size_t record_count() const { return record_count_; }
+  // How many doubles a row's record has. Perhaps more than can be addressed: allocate them before anything else.
+  std::uint64_t record_count() const { return record_count_; }
   // A hash of the settings; 0 if there are none.
   std::uint64_t fingerprint() const { return fingerprint_; }
   // Call this when rows have xfrc_applied of their own.
@@ -87,8 +87,8 @@ class Perturbation {
   bool has_observations_ = false;
   // A record begins with the phase, then for each push how many steps are left until it comes and whether the last step
   // had it. Where the other parts begin, and the size of a record:
-  std::size_t actions_ = 0, observations_ = 0, last_ = 0, record_count_ = 0;
-  std::uint64_t fingerprint_ = 0;
+  std::size_t actions_ = 0, observations_ = 0, last_ = 0;
+  std::uint64_t record_count_ = 0, fingerprint_ = 0;
 
   void take_pushes(const mjenv_perturbation& given, const Model& model);
   static double interval(const Push& push, np::Generator& rng);

@@ -147,9 +147,9 @@ void Rows::copy(std::int64_t from, std::int64_t to) {
   note_forces(to);
 }
 
-std::vector<double> Rows::make_perturbation(std::size_t size) const {
+std::vector<double> Rows::make_perturbation(std::uint64_t size) const {
   check_memory(count(), " rows with noise, delays or pushes", size * sizeof(double));
-  return std::vector<double>(heads_.size() * size);
+  return std::vector<double>(heads_.size() * static_cast<std::size_t>(size));
 }
 
 void Rows::set_perturbation(std::vector<double> records, std::size_t size) noexcept {

@@ -105,7 +105,7 @@ class Rows {
   void copy(std::int64_t from, std::int64_t to);
 
   // records: of all rows, `size` numbers each.
-  std::vector<double> make_perturbation(std::size_t size) const;
+  std::vector<double> make_perturbation(std::uint64_t size) const;
   void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
 
  private:

@@ -1,6 +1,9 @@
 #include "system/memory.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 #include "error.hpp"
 #include "system/platform.hpp"
@@ -15,10 +18,10 @@ constexpr double kSmall = 1 << 26;
 
 double free_memory() { return platform::available_memory(""); }
 
-void check_memory(std::int64_t count, const char* what, std::size_t bytes_each) {
+void check_memory(std::int64_t count, const char* what, std::uint64_t bytes_each) {
   const double needed = static_cast<double>(count) * static_cast<double>(bytes_each);
   if (needed < kSmall) return;
-  const double free = free_memory();
+  const double free = std::min(free_memory(), static_cast<double>(std::numeric_limits<std::size_t>::max()));
   if (needed > free)
     fail(MJENV_E_MEMORY, std::to_string(count) + what + " need " + number(std::ceil(needed / 1e6)) + " MB, but only " +
                              number(std::floor(free / 1e6)) + " MB are free for this process");

@@ -221,6 +221,22 @@ test("states and model values can be written", () =>
     assert.deepEqual(env.read("body_mass", 1), masses);
   }));
 
+// A million steps of 4300 numbers have more bytes than 32 bits can count.
+test("a delay that needs more memory than there is", () => {
+  const body = "<body><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><joint type='slide'/></body>".repeat(2150);
+  const xml = `<mujoco><compiler inertiafromgeom='false'/><worldbody>${body}</worldbody></mujoco>`;
+  withEnv("Model-v0", { xml_string: xml, trust_xml: true }, (env) => {
+    env.reset();
+    refused(
+      () => env.perturb({ observationDelay: 1_000_000 }),
+      "MJENV_E_MEMORY",
+      /noise, delays or pushes need 34401 MB/,
+    );
+    env.perturb({ observationDelay: 1 });
+    env.reset();
+  });
+});
+
 test("resets draw what randomize says, and perturb adds noise", () =>
   withEnv("Ant-v5", {}, (env) => {
     const [mass] = env.read("body_mass").slice(1);
