@@ -133,36 +133,51 @@ void convert(const OwnArray& array, const double* values, std::size_t first, std
   fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
 }
 
-// accepts_originals: whether an element may have the model's own value in any case, for instance an infinite bound.
-void check_values(const OwnArray& array, const double* values, bool accepts_originals) {
+double element(mjenv_type type, const void* data, std::size_t index) {
+  const auto read = [&](auto value) {
+    std::memcpy(&value, static_cast<const std::byte*>(data) + index * sizeof value, sizeof value);
+    return static_cast<double>(value);
+  };
+  switch (type) {
+    case MJENV_TYPE_FLOAT32: return read(float{});
+    case MJENV_TYPE_INT32: return read(int{});
+    case MJENV_TYPE_UINT8: return read(mjtByte{});
+    default: return read(double{});
+  }
+}
+
+// value_of(i): element i. accepts_originals: whether an element may have the model's own value in any case, for instance
+// an infinite bound. Allocates nothing unless it fails, because resets check what they draw.
+template <typename Value>
+void check_values(const OwnArray& array, const Value& value_of, bool accepts_originals) {
   const std::string& name = array.original.name;
   const std::size_t count = array.original.count();
   const auto refuse = [&](std::size_t i, const std::string& why) {
-    fail(MJENV_E_VALUE, element_is(name, i, values[i]) + why);
+    fail(MJENV_E_VALUE, element_is(name, i, value_of(i)) + why);
   };
   const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
   const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
-  std::vector<double> originals(array.original.data ? count : 0);
-  if (array.original.data) array.original.read(originals.data());
+  const bool has_sign = is_in(kSlotParameters, name);
   for (std::size_t i = 0; i < count; ++i) {
-    const double value = values[i];
-    if (accepts_originals && array.original.data && value == originals[i]) continue;
+    const double value = value_of(i);
+    const double original = array.original.data ? element(array.original.type, array.original.data, i) : 0;
+    if (accepts_originals && array.original.data && value == original) continue;
     if (!std::isfinite(value)) refuse(i, ", but must be finite");
     if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
-    if (is_in(kSlotParameters, name) && (value > 0) - (value < 0) != (originals[i] > 0) - (originals[i] < 0))
-      refuse(i, ", but must have the sign of the model's own " + number(originals[i]) +
+    if (has_sign && (value > 0) - (value < 0) != (original > 0) - (original < 0))
+      refuse(i, ", but must have the sign of the model's own " + number(original) +
                     ", which says what the actuator's state consists of");
     if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
       refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
     if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
       refuse(i, ", more than a float32 can hold");
     if (not_negative && value < 0) refuse(i, ", but must not be negative");
-    if (positive && value == 0 && originals[i] > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");
+    if (positive && value == 0 && original > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");
   }
   const std::size_t columns = is_in(kQuaternions, name) ? 4 : is_in(kDirections, name) ? 3 : 0;
   for (std::size_t i = 0; columns > 0 && i < count; i += columns) {
     double square = 0;
-    for (std::size_t j = i; j < i + columns; ++j) square += values[j] * values[j];
+    for (std::size_t j = i; j < i + columns; ++j) square += value_of(j) * value_of(j);
     if (square < mjMINVAL)
       refuse(i, std::string(", which begins a ") + (columns == 4 ? "quaternion" : "direction") + " that is too short");
   }
@@ -276,13 +291,20 @@ bool OwnArrays::has_forces(const std::byte* block) const {
          });
 }
 
-void OwnArrays::check(const OwnArray& array, const double* values) { check_values(array, values, true); }
+void OwnArrays::check(const OwnArray& array, const double* values) {
+  check_values(
+      array, [values](std::size_t i) { return values[i]; }, true);
+}
+
+void OwnArrays::check(const OwnArray& array, const std::byte* block) {
+  check_values(
+      array, [&](std::size_t i) { return element(array.original.type, block + array.offset, i); }, true);
+}
 
 bool OwnArrays::refuses_originals(const OwnArray& array) {
-  std::vector<double> originals(array.original.count());
-  array.original.read(originals.data());
+  const auto original = [&](std::size_t i) { return element(array.original.type, array.original.data, i); };
   try {
-    check_values(array, originals.data(), false);
+    check_values(array, original, false);
   } catch (const Error&) {
     return true;
   }

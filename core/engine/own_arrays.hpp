@@ -41,6 +41,8 @@ class OwnArrays {
 
   // Fails with MJENV_E_VALUE if MuJoCo could not compute with these values.
   static void check(const OwnArray& array, const double* values);
+  // The same for the values in a block.
+  static void check(const OwnArray& array, const std::byte* block);
   static void write(const OwnArray& array, const double* values, std::byte* block);
   // The same for one element of an array, and for reading all of them.
   static void write(const OwnArray& array, std::size_t element, double value, std::byte* block);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -378,11 +379,18 @@ void Env::for_each_written(const std::function<const double*(std::int64_t)>& val
 void Env::make_own(const std::vector<std::string>& arrays) {
   workers_.release();  // because add() moves the rows' values, to which work spaces point
   rows_.add_arrays(arrays);
+  prepare_workers();
+}
+
+// Allocates what workers need to compute with the rows' own values, because steps and resets allocate nothing.
+void Env::prepare_workers() {
+  if (!rows_.arrays().empty()) workers_.for_each([&](Worker& worker) { worker.prepare(rows_.arrays()); });
 }
 
 void Env::set_constants(std::int64_t row) {
   check_settled();
   if (row != MJENV_ALL_ROWS) rows_.check(row);
+  workers_.for_each([](Worker& worker) { worker.prepare_constants(); });  // any may compute the row's next step
   const auto set = [&](Worker& worker, std::int64_t i) {
     const auto names = worker.set_constants(rows_, i);
     if (!names.empty()) {
@@ -426,7 +434,7 @@ void Env::randomize(const mjenv_randomization* items, std::size_t count) {
     for (const std::string& name : constant_arrays(model())) arrays.push_back(name);
     check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)",
                  model().work_bytes() * workers_.team_size());
-    workers_.for_each([](Worker& worker) { worker.prepare_constants(); });
+    workers_.for_each([](Worker& worker) { worker.prepare_constants_of_draws(); });
   }
   if (!arrays.empty()) make_own(arrays);
   next.place(rows_.arrays());
@@ -446,7 +454,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   workers_.for_each(
       [&](Worker& worker) { worker.perturbed = std::move(steps[static_cast<std::size_t>(worker.index)]); });
   next.place(rows_.arrays());
-  rows_.set_perturbation(std::move(records), next.record_count());
+  rows_.set_perturbation(std::move(records), static_cast<std::size_t>(next.record_count()));
   perturbation_ = std::move(next);
 }
 
@@ -490,6 +498,10 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
   if (!rows_.arrays().empty()) workers_.release();
   read_image(rows_, model(), perturbation_, identity(), options_.id(), row, image, size);
+  try {
+    prepare_workers();
+  } catch (const std::bad_alloc&) {  // the rows are restored: what is missing is allocated by their first step
+  }
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);
 }

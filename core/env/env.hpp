@@ -112,6 +112,7 @@ class Env {
   void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;
   // Gives each row its own copy of these arrays.
   void make_own(const std::vector<std::string>& arrays);
+  void prepare_workers();
   void check_actions(const Action& actions, std::int64_t actions_per_row) const;
 };
 

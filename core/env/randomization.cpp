@@ -214,10 +214,8 @@ void Randomization::draw(np::Generator& rng, std::byte* block) const {
       OwnArrays::write(item.array, item.elements[i], item.value(i, drawn), block);
     }
     if (!item.is_checked) continue;
-    std::vector<double> values(item.array.original.count());
-    OwnArrays::read(item.array, block, values.data());
     try {
-      OwnArrays::check(item.array, values.data());
+      OwnArrays::check(item.array, block);
     } catch (const Error& error) {
       fail(error.status(), std::string("a value was drawn that MuJoCo cannot compute with: ") + error.what());
     }

@@ -115,7 +115,7 @@ void Worker::repeat_constants(Rows& rows, std::int64_t row) {
 }
 
 void Worker::compute_constants(const Rows& rows, const std::byte* values) {
-  if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
+  prepare_constants();
   constants_->compute(rows.arrays(), values, work_.data());
 }
 
@@ -193,8 +193,20 @@ void Worker::adopt(Rows& rows, std::int64_t row) noexcept {
   forget(row);
 }
 
+void Worker::prepare(const OwnArrays& arrays) {
+  release();
+  drawn_.reserve(arrays.block_bytes());
+  inputs_.resize(arrays.block_bytes());
+  arrays.fill(0, inputs_.data());
+  work_.use(arrays, inputs_.data());
+}
+
 void Worker::prepare_constants() {
   if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
+}
+
+void Worker::prepare_constants_of_draws() {
+  prepare_constants();
   constants_->make_data();
 }
 

@@ -66,8 +66,11 @@ class Worker {
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
-  // Allocates what begin needs to call mj_setConst.
+  // Allocate what begin and load need, which allocate nothing themselves: if rows have arrays of their own; if
+  // mj_setConst was called for a row; and if resets call it.
+  void prepare(const OwnArrays& arrays);
   void prepare_constants();
+  void prepare_constants_of_draws();
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
 

@@ -199,6 +199,124 @@ static void test_perturbed_steps(void** state) {
   mjenv_destroy(env);
 }
 
+// Nor do resets that draw values and compute constants, or steps after them, in lanes and one by one, whatever resets.
+static void test_randomised(void** state) {
+  const char* autoreset = *state;
+  enum { ROWS = 4, STEPS = 40 };
+  static const double scale[] = {0.9, 1.1}, around[] = {1, 0.02}, quat[] = {1, 0.01}, choices[] = {0, 1};
+  const mjenv_randomization items[] = {{.struct_size = sizeof *items,
+                                        .distribution = MJENV_DISTRIBUTION_UNIFORM,
+                                        .effect = MJENV_EFFECT_SCALE,
+                                        .array = "body_mass",
+                                        .parameters = scale,
+                                        .parameter_count = 2,
+                                        .constants = 1},
+                                       {.struct_size = sizeof *items,
+                                        .distribution = MJENV_DISTRIBUTION_NORMAL,
+                                        .effect = MJENV_EFFECT_SCALE,
+                                        .array = "geom_friction",
+                                        .parameters = around,
+                                        .parameter_count = 2},
+                                       {.struct_size = sizeof *items,
+                                        .distribution = MJENV_DISTRIBUTION_NORMAL,
+                                        .effect = MJENV_EFFECT_SCALE,
+                                        .array = "body_quat",
+                                        .parameters = quat,
+                                        .parameter_count = 2},
+                                       {.struct_size = sizeof *items,
+                                        .distribution = MJENV_DISTRIBUTION_CHOICE,
+                                        .effect = MJENV_EFFECT_VALUE,
+                                        .array = "jnt_limited",
+                                        .parameters = choices,
+                                        .parameter_count = 2}};
+  const double noise[] = {0.1}, action[3 * ROWS] = {0};
+  const mjenv_push push = {
+      .struct_size = sizeof push, .body = 1, .min_steps = 1, .max_steps = 2, .low = {-1}, .high = {1}};
+  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
+                                           .action_noise = noise,
+                                           .action_noise_count = 1,
+                                           .observation_noise = noise,
+                                           .observation_noise_count = 1,
+                                           .action_delay = 2,
+                                           .observation_delay = 2,
+                                           .pushes = &push,
+                                           .push_count = 1};
+  for (int together = 0; together < 2; ++together) {
+    for (size_t count = 1; count <= COUNT(items); ++count) {  // with few arrays of their own, lanes can compute them
+      mjenv_options* options = options_of_id("Hopper-v5");
+      assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
+      assert_ok(mjenv_options_set_integer(options, "max_episode_steps", 3));
+      if (!together) assert_ok(mjenv_options_set_integer(options, "lanes", 0));
+      mjenv_env* env = env_of_options(options, ROWS);
+      struct outputs* out = outputs_of(env);
+      seed_rows(env, 5);
+      assert_ok(mjenv_reset(env, NULL, &out->batch));
+      assert_ok(mjenv_set_constants(env, 1));
+      assert_ok(mjenv_randomize(env, items, count));
+      assert_ok(mjenv_perturb(env, &perturbation));
+      mjenv_status status = MJENV_OK;
+      start_counting();  // from the first reset on
+      status = mjenv_reset(env, NULL, &out->batch);
+      for (int step = 0; status == MJENV_OK && step < STEPS; ++step) {
+        if (strcmp(autoreset, "disabled") == 0 && step % 3 == 0) status = mjenv_reset(env, NULL, &out->batch);
+        if (status == MJENV_OK) status = mjenv_step(env, NULL, action, 3 * ROWS, MJENV_DTYPE_FLOAT64, &out->batch);
+      }
+      stop_counting();
+      assert_ok(status);
+      assert_int_equal(counted.ours, 0);
+
+      // After mjenv_set_constants, an image, a copied row and other arrays.
+      size_t size;
+      uint8_t to[ROWS] = {0, 0, 0, 1}, ended[ROWS];
+      const double timestep[] = {0.002};
+      assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
+      void* image = allocate(size);
+      assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+      assert_ok(mjenv_set_constants(env, 1));
+      assert_ok(mjenv_restore(env, 2, image, size));
+      assert_ok(mjenv_copy_row(env, 1, to));
+      assert_ok(mjenv_write(env, 0, "opt.timestep", timestep, 1));
+      free(image);
+      start_counting();
+      for (int step = 0; status == MJENV_OK && step < STEPS; ++step) {
+        for (int row = 0; row < ROWS; ++row) ended[row] = out->terminated[row] || out->truncated[row];
+        if (strcmp(autoreset, "disabled") == 0) status = mjenv_reset(env, ended, &out->batch);
+        if (status == MJENV_OK) status = mjenv_step(env, NULL, action, 3 * ROWS, MJENV_DTYPE_FLOAT64, &out->batch);
+      }
+      stop_counting();
+      assert_ok(status);
+      assert_int_equal(counted.ours, 0);
+      outputs_free(out);
+      mjenv_destroy(env);
+    }
+  }
+}
+
+// Nor do steps of rows with inputs that MuJoCo clears because their simulation diverges.
+static void test_divergence(void** state) {
+  (void)state;
+  mjenv_options* options = options_of_id("Hopper-v5");
+  assert_ok(mjenv_options_set_integer(options, "strict", 0));
+  mjenv_env* env = env_of_options(options, 2);
+  const double force[6] = {1e30}, action[6] = {0};
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_ok(mjenv_write(env, MJENV_ALL_ROWS, "qfrc_applied", force, 6));
+  mjenv_status status = MJENV_OK;
+  int diverged = 0;
+  int32_t statuses[2] = {0};
+  const mjenv_batch out = {.struct_size = sizeof out, .rows = 2, .status = statuses};
+  start_counting();
+  for (int step = 0; status == MJENV_OK && step < 5; ++step) {
+    status = mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &out);
+    diverged += statuses[0] == MJENV_E_PHYSICS;
+  }
+  stop_counting();
+  assert_ok(status);
+  assert_true(diverged > 0);
+  assert_int_equal(counted.ours, 0);
+  mjenv_destroy(env);
+}
+
 // The counters see our allocations and those of the library, so that none means none.
 static void test_counter_counts(void** state) {
   (void)state;
@@ -237,13 +355,17 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  enum { FIRST = 4 };
+  enum { FIRST = 8 };
   struct CMUnitTest tests[FIRST + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
   tests[1] = (struct CMUnitTest)cmocka_unit_test(test_send_and_recv);
   tests[2] = (struct CMUnitTest)cmocka_unit_test(test_own_values);
   tests[3] = (struct CMUnitTest)cmocka_unit_test(test_perturbed_steps);
+  tests[4] = (struct CMUnitTest){"randomised, reset by the caller", test_randomised, NULL, NULL, "disabled"};
+  tests[5] = (struct CMUnitTest){"randomised, next_step", test_randomised, NULL, NULL, "next_step"};
+  tests[6] = (struct CMUnitTest){"randomised, same_step", test_randomised, NULL, NULL, "same_step"};
+  tests[7] = (struct CMUnitTest)cmocka_unit_test(test_divergence);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);
