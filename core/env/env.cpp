@@ -497,7 +497,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
   if (!rows_.arrays().empty()) workers_.release();
-  read_image(rows_, model(), perturbation_, identity(), options_.id(), row, image, size);
+  read_image(rows_, model(), *task_.calls, perturbation_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
   } catch (const std::bad_alloc&) {  // the rows are restored: what is missing is allocated by their first step

@@ -142,8 +142,9 @@ class Plan {
 // Checks bytes that may come from a stranger. They may lie at any address.
 class Checks {
  public:
-  Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Perturbation& perturbation)
-      : rows_(rows), arrays_(arrays), model_(model), perturbation_(perturbation) {}
+  Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Calls& calls,
+         const Perturbation& perturbation)
+      : rows_(rows), arrays_(arrays), model_(model), calls_(calls), perturbation_(perturbation) {}
 
   // Whether MuJoCo and the library can compute with this part.
   bool is_valid(const PartKind& kind, const std::byte* part) {
@@ -158,7 +159,7 @@ class Checks {
       case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::carried: break;
     }
-    return true;
+    return calls_.is_valid_carried(part);
   }
 
  private:
@@ -168,6 +169,7 @@ class Checks {
   const Rows& rows_;
   const OwnArrays& arrays_;
   const Model& model_;
+  const Calls& calls_;
   const Perturbation& perturbation_;
   std::vector<double> numbers_;
 
@@ -330,8 +332,9 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
   std::memcpy(image, &header, sizeof header);
 }
 
-void read_image(Rows& rows, const Model& model, const Perturbation& perturbation, const Identity& identity,
-                const std::string& id, std::int64_t row, const void* image, std::size_t size) {
+void read_image(Rows& rows, const Model& model, const Calls& calls, const Perturbation& perturbation,
+                const Identity& identity, const std::string& id, std::int64_t row, const void* image,
+                std::size_t size) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
   const ImageHeader expected;
   ImageHeader header;
@@ -396,7 +399,7 @@ void read_image(Rows& rows, const Model& model, const Perturbation& perturbation
     const std::byte* bytes;
   };
   std::vector<Found> found;
-  Checks checks(rows, arrays, model, perturbation);
+  Checks checks(rows, arrays, model, calls, perturbation);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     std::uint16_t kept = 0;
     for (const PartKind& kind : kParts) {

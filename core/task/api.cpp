@@ -95,6 +95,13 @@ void carry(mjenv_builder* builder, std::int64_t count) {
   });
 }
 
+void carry_bounds(mjenv_builder* builder, std::int64_t first, std::int64_t count, double low, double high) {
+  cast(builder).attempt(0, [&] {
+    cast(builder).carry_bounds({first, count, low, high});
+    return 0;
+  });
+}
+
 // ---- Functions for the random stream ----
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
@@ -191,6 +198,7 @@ constexpr mjenv_task_api api{sizeof(mjenv_task_api),
                              array,
                              field,
                              carry,
+                             carry_bounds,
                              random_real,
                              uniform,
                              normal,

@@ -26,6 +26,16 @@ void Builder::carry(std::int64_t count) {
   work_.carry(static_cast<std::size_t>(count));
 }
 
+void Builder::carry_bounds(const CarryBounds& bounds) {
+  if (bounds.first < 0 || bounds.first > kMaxCarried || bounds.count < 0 || bounds.count > kMaxCarried)
+    fail(MJENV_E_VALUE, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
+                            std::to_string(bounds.count) + ", not 0 to " + std::to_string(kMaxCarried));
+  if (!(bounds.low <= 0 && 0 <= bounds.high))
+    fail(MJENV_E_VALUE, "carry_bounds: [" + number(bounds.low) + ", " + number(bounds.high) +
+                            "] does not contain 0, which a row carries until its first reset");
+  bounds_.push_back(bounds);
+}
+
 void Builder::check() const {
   if (status_ == MJENV_E_MEMORY) throw std::bad_alloc();
   if (status_ != MJENV_OK) fail(status_, message_);

@@ -11,6 +11,7 @@
 #include "mjenv/task.h"
 #include "task/options.hpp"
 #include "task/random.hpp"
+#include "task/task.hpp"
 #include "task/task_field.hpp"
 
 namespace mjenv::core {
@@ -40,11 +41,13 @@ class Builder : public mjenv_builder {
   void describe(const mjenv_task_field& field) { replace_or_add(fields_, task_field(field)); }
 
   void carry(std::int64_t count);
+  void carry_bounds(const CarryBounds& bounds);
 
   // The name of the model, for messages.
   const std::string& label() const { return model_.label(); }
 
   std::int64_t carry_count() const { return static_cast<std::int64_t>(work_.carry_count()); }
+  const std::vector<CarryBounds>& bounds() const { return bounds_; }
   const std::vector<TaskField>& fields() const { return fields_; }
   // The rounding of norms, if the task has asked for it.
   const std::optional<np::Norm>& rounding() const { return norm_; }
@@ -54,6 +57,7 @@ class Builder : public mjenv_builder {
   const Model& model_;
   Work& work_;
   std::vector<TaskField> fields_;
+  std::vector<CarryBounds> bounds_;
   std::optional<np::Norm> norm_;
   Rng trial_stream_ = Rng::from_seed(0);
   Random trial_{&trial_stream_};

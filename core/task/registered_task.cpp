@@ -291,7 +291,7 @@ Task RegisteredTask::build(const Options& options) const {
   task.needs = work.needs();
   task.needs.info = static_cast<std::size_t>(std::max(total(task.fields.info), total(task.fields.reset_info)));
   task.carry_count = builder.carry_count();
-  calls->set_counts(task.fields, task.carry_count);
+  calls->set_counts(task.fields, task.carry_count, builder.bounds());
   task.calls = calls;
 
   // A trial step: a model that MuJoCo cannot step is refused now.
@@ -311,6 +311,11 @@ Fields RegisteredTask::described(const Builder& builder) const {
         with_offsets(builder.fields(), MJENV_ROLE_STRUCTURE)};
     if (fields.observation.empty() && !built_in_) fail(MJENV_E_TASK, "there is no field of the observation");
     if (callbacks_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
+    for (const CarryBounds& bounds : builder.bounds())
+      if (bounds.first + bounds.count > builder.carry_count())
+        fail(MJENV_E_TASK, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
+                               std::to_string(bounds.count) + ", but carry_count is " +
+                               std::to_string(builder.carry_count()));
     if (!fields.reset_info.empty() && !callbacks_.reset_info && !physics_only_)
       fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
     if (fields.reward.empty()) fields.reward = {{"reward", meaning("reward"), MJENV_TYPE_FLOAT64, {}, 0, 1}};

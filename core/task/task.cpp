@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <utility>
@@ -75,11 +77,30 @@ void Calls::destroy(void* self) const {
   callbacks_.destroy(self);
 }
 
-void Calls::set_counts(const Fields& fields, std::int64_t carry_count) {
+void Calls::set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds) {
   observation_count_ = total(fields.observation);
   info_count_ = total(fields.info);
   reset_info_count_ = total(fields.reset_info);
   carry_count_ = static_cast<std::int32_t>(carry_count);
+  bounds_ = std::move(bounds);
+}
+
+std::optional<Calls::Unbounded> Calls::find_unbounded(const void* numbers) const {
+  for (const CarryBounds& bounds : bounds_)
+    for (std::int64_t i = bounds.first; i < bounds.first + bounds.count; ++i) {
+      double value = 0;
+      std::memcpy(&value, static_cast<const std::byte*>(numbers) + i * sizeof value, sizeof value);
+      const bool is_within = bounds.low <= value && value <= bounds.high;  // not if it is NaN
+      if (!is_within) return Unbounded{i, value, bounds.low, bounds.high};
+    }
+  return std::nullopt;
+}
+
+// Fails if the callback has written a number out of its bounds, because an image of the row would be refused.
+void Calls::check_carried(const char* callback, const double* numbers) const {
+  if (const auto found = find_unbounded(numbers))
+    refuse(callback, element_is("carried", static_cast<std::size_t>(found->index), found->value) + ", not " +
+                         number(found->low) + " to " + number(found->high));
 }
 
 void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random) const {
@@ -88,6 +109,7 @@ void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random) cons
                  start.carried, sim.arrays, sim.nq,      sim.nv,  sim.na,    carry_count_};
   call(
       "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
+  check_carried("reset", start.carried);
   if (!checks_) return;
   const auto check_finite = [&](const char* name, const double* values, int count) {
     for (int i = 0; i < count; ++i)
@@ -110,6 +132,7 @@ void Calls::carry(Work& work) const {
   if (!callbacks_.carry) return;
   work.complete_needs();
   call("carry", [&] { return callbacks_.carry(self_, &work.sim(), work.carried()); });
+  check_carried("carry", work.carried());
 }
 
 void Calls::observe(Work& work, double* to) const {
@@ -131,6 +154,7 @@ mjenv_outcome Calls::step(Work& work, const Action& action, Random& random) cons
   const Shown shown(work, action);
   call(
       "step", [&] { return callbacks_.step(self_, &work.sim(), &to); }, &random);
+  check_carried("step", work.carried());
   if (checks_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
   return to;
 }

@@ -47,6 +47,12 @@ struct Start {
   double *qpos, *qvel, *act, *carried;
 };
 
+// Numbers that a row carries, which always lie in [low, high].
+struct CarryBounds {
+  std::int64_t first, count;
+  double low, high;
+};
+
 class Builder;
 
 // Calls the callbacks with the `self` that build made, or with `user` if the task has no build. Destroys that `self` in
@@ -60,8 +66,11 @@ class Calls {
   Calls(const Calls&) = delete;
   Calls& operator=(const Calls&) = delete;
 
-  // Called once, with the task's fields, as build has completed them.
-  void set_counts(const Fields& fields, std::int64_t carry_count);
+  // Called once, with the task's fields and the bounds of what it carries, as build has completed them.
+  void set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds);
+
+  // Whether all numbers that an image carries are within the task's bounds. They may lie at any address.
+  bool is_valid_carried(const void* numbers) const { return !find_unbounded(numbers); }
 
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
 
@@ -82,8 +91,16 @@ class Calls {
   void* self_;
   std::int64_t observation_count_ = 0, info_count_ = 0, reset_info_count_ = 0;
   std::int32_t carry_count_ = 0;
+  std::vector<CarryBounds> bounds_;  // of what rows carry
 
   void destroy(void* self) const;
+  // The first of the carried numbers that is out of its bounds.
+  struct Unbounded {
+    std::int64_t index;
+    double value, low, high;
+  };
+  std::optional<Unbounded> find_unbounded(const void* numbers) const;
+  void check_carried(const char* callback, const double* numbers) const;
   [[noreturn]] void refuse(const char* callback, const std::string& why) const;
   [[noreturn]] void fail_with(const char* callback, std::int32_t result) const;
   template <typename Body>

@@ -422,6 +422,7 @@ int main(void) {
   FIELD(mjenv_task_api, array);
   FIELD(mjenv_task_api, field);
   FIELD(mjenv_task_api, carry);
+  FIELD(mjenv_task_api, carry_bounds);
   FIELD(mjenv_task_api, random);
   FIELD(mjenv_task_api, uniform);
   FIELD(mjenv_task_api, normal);

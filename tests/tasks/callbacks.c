@@ -99,6 +99,12 @@ static const mjenv_task_field fields[] = {
     {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_RESET_INFO, .name = "x"},
 };
 
+// If count is not 0, the bounds of these carried numbers.
+static struct {
+  int64_t first, count;
+  double low, high;
+} bounds;
+
 static int32_t build(mjenv_builder* builder, void* user, void** self) {
   const mjenv_task_api* api = builder->api;
   const char* mode = mjenv_build_text(builder, "mode");
@@ -129,6 +135,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   if (strcmp(mode, "build_draw") == 0) mjenv_random_integers(builder->random, 5, 5);
   if (strcmp(mode, "build_length") != 0)
     mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "action", builder->sim->nu);
+  if (bounds.count > 0) mjenv_build_carry_bounds(builder, bounds.first, bounds.count, bounds.low, bounds.high);
   if (strcmp(mode, "build_late") == 0) mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, NULL, 1);
   s->tip = mjenv_build_index(builder, "site", "tip");
   s->box = mjenv_build_index(builder, "geom", "ball");
@@ -616,6 +623,105 @@ static void test_carried(void** state) {
   free(image);
 }
 
+static mjenv_env* bounded_env(int64_t first, int64_t count, double low, double high) {
+  bounds.first = first, bounds.count = count, bounds.low = low, bounds.high = high;
+  mjenv_env* env = env_of_options(probe("none"), ROWS);
+  bounds.count = 0;
+  seed_rows(env, 5);
+  return env;
+}
+
+// An image may come from a stranger. It is refused if a number that a row carries is not within the task's bounds.
+static void test_bounds_of_images(void** state) {
+  (void)state;
+  struct played *before = played(), *after = played();
+  mjenv_env* unbounded = bounded_env(0, 0, 0, 0);
+  assert_ok(mjenv_reset(unbounded, NULL, NULL));
+  assert_ok(step_all(unbounded, before));
+  double greatest = 0;
+  for (int row = 0; row < ROWS; ++row) greatest = fmax(greatest, before->obs[row][DRAWN]);
+  assert_true(greatest > 1 && before->obs[0][STEPS] == 1);
+  size_t size = 0;
+  assert_ok(mjenv_snapshot(unbounded, MJENV_ALL_ROWS, NULL, 0, &size));
+  // At an odd address, as in a file.
+  unsigned char* image = (unsigned char*)allocate(size + 1) + 1;
+  assert_ok(mjenv_snapshot(unbounded, MJENV_ALL_ROWS, image, size, &size));
+
+  const struct {
+    int64_t first, count;
+    double low, high;
+    bool fits;
+  } cases[] = {{DRAWN, 1, 0, greatest, true},
+               {DRAWN, 1, 0, greatest - 1, false},
+               {DRAWN, 1, -1e300, INFINITY, true},
+               {STEPS, 1, -1, 1, true},
+               {STEPS, 1, 0, 0.5, false},
+               {0, CARRIED, -1e9, 1e9, true},
+               {0, CARRIED, -1e9, greatest - 1, false}};
+  for (size_t i = 0; i < COUNT(cases); ++i) {
+    mjenv_env* env = bounded_env(cases[i].first, cases[i].count, cases[i].low, cases[i].high);
+    assert_ok(mjenv_observe(env, &before->batch));
+    if (cases[i].fits) {
+      assert_ok(mjenv_restore(env, MJENV_ALL_ROWS, image, size));
+    } else {
+      assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, MJENV_ALL_ROWS, image, size), "damaged");
+      assert_ok(mjenv_observe(env, &after->batch));
+      assert_memory_equal(before->obs, after->obs, sizeof before->obs);
+    }
+    mjenv_destroy(env);
+  }
+
+  // Rows that were never reset carry zeros, which all bounds contain.
+  mjenv_env* fresh = bounded_env(0, CARRIED, 0, 0);
+  assert_ok(mjenv_snapshot(fresh, MJENV_ALL_ROWS, image, size, &size));
+  assert_ok(mjenv_restore(fresh, MJENV_ALL_ROWS, image, size));
+  mjenv_destroy(fresh);
+  free(image - 1);
+  free(before);
+  free(after);
+  mjenv_destroy(unbounded);
+}
+
+// A callback that writes another number fails, and its row keeps its state.
+static void test_bounds_of_callbacks(void** state) {
+  (void)state;
+  struct played* p = played();
+  mjenv_env* env = bounded_env(DRAWN, 1, 0, 0);
+  assert_refused(MJENV_E_TASK, mjenv_reset(env, NULL, NULL), "Probe-v0: reset: carried[1] is ", ", not 0 to 0");
+  mjenv_destroy(env);
+  env = bounded_env(CARRIES, 1, 0, 0);
+  assert_refused(MJENV_E_TASK, mjenv_reset(env, NULL, NULL), "Probe-v0: carry: carried[4] is 1, not 0 to 0");
+  mjenv_destroy(env);
+  env = bounded_env(STEPS, 1, 0, 2);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int t = 0; t < 2; ++t) assert_ok(step_all(env, p));
+  assert_refused(MJENV_E_TASK, step_all(env, p), "row 0: Probe-v0: step: carried[0] is 3, not 0 to 2");
+  assert_int_equal(p->status[ROWS - 1], MJENV_E_TASK);
+  assert_ok(mjenv_observe(env, &p->batch));
+  assert_true(p->obs[0][STEPS] == 2);
+  mjenv_destroy(env);
+  free(p);
+}
+
+static void refused_bounds(mjenv_status status, int64_t first, int64_t count, double low, double high,
+                           const char* word) {
+  bounds.first = first, bounds.count = count, bounds.low = low, bounds.high = high;
+  refused_build("none", status, "carry_bounds: ", word);
+  bounds.count = 0;
+}
+
+static void test_bad_bounds(void** state) {
+  (void)state;
+  refused_bounds(MJENV_E_VALUE, -1, 1, 0, 1, "first is -1");
+  refused_bounds(MJENV_E_VALUE, INT64_MAX, 1, 0, 1, "first is 9223372036854775807");
+  refused_bounds(MJENV_E_VALUE, 0, INT64_MAX, 0, 1, "count 9223372036854775807");
+  refused_bounds(MJENV_E_TASK, CARRIED, 1, 0, 1, "carry_count is 5");
+  refused_bounds(MJENV_E_VALUE, 0, 1, 1, 3, "[1, 3] does not contain 0");
+  refused_bounds(MJENV_E_VALUE, 0, 1, 3, -3, "[3, -3] does not contain 0");
+  refused_bounds(MJENV_E_VALUE, 0, 1, NAN, 1, "does not contain 0");
+  refused_bounds(MJENV_E_VALUE, 0, 1, 0, NAN, "does not contain 0");
+}
+
 static void test_model_option(void** state) {
   (void)state;
   mjenv_options* chosen = options_of_id("Probe-v0");
@@ -651,6 +757,9 @@ int main(void) {
       cmocka_unit_test(test_lenient),
       cmocka_unit_test(test_extras),
       cmocka_unit_test(test_carried),
+      cmocka_unit_test(test_bounds_of_images),
+      cmocka_unit_test(test_bounds_of_callbacks),
+      cmocka_unit_test(test_bad_bounds),
       cmocka_unit_test(test_model_option),
       cmocka_unit_test(test_all_are_destroyed),
   };

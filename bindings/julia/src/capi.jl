@@ -339,6 +339,7 @@ Base.@kwdef struct mjenv_task_api
     array::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     field::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     carry::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    carry_bounds::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     random::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     uniform::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     normal::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
@@ -1203,6 +1204,17 @@ task_carry(api, builder, count) = ccall(
     (Ptr{mjenv_builder}, Int64),
     builder,
     count,
+)
+
+task_carry_bounds(api, builder, first, count, low, high) = ccall(
+    unsafe_load(api).carry_bounds,
+    Cvoid,
+    (Ptr{mjenv_builder}, Int64, Int64, Float64, Float64),
+    builder,
+    first,
+    count,
+    low,
+    high,
 )
 
 task_random(api, random) = ccall(

@@ -267,6 +267,40 @@ MJEnv.register(
     time_limit = 400,
 )
 
+# Carries an index, which is at most this in environments that are built now.
+const GREATEST = Ref(4)
+
+struct Bounded
+    target::Int
+    places::UnitRange{Int}
+end
+
+MJEnv.build(::Type{Bounded}, b; options...) =
+    Bounded(MJEnv.keep!(b; low = 0, high = GREATEST[]), MJEnv.keep!(b, 2; high = 9))
+
+function MJEnv.reset!(task::Bounded, start, rng)
+    start.carried[task.target] = 3
+    start.carried[task.places] .= -1e300
+end
+
+MJEnv.observe(task::Bounded, sim) = (place = (0.5, 1.5, 2.5, 3.5, 4.5)[Int(sim.carried[task.target]) + 1],)
+MJEnv.step!(task::Bounded, sim, row) = (reward = 0.0, terminated = false)
+MJEnv.register("Bounded-v0", Bounded; model = PROBE_MODEL)
+
+@testset "an image with a number out of bounds" begin
+    wide = Env("Bounded-v0")
+    @test reset!(wide).obs == [3.5]
+    image = snapshot(wide)
+    restore!(wide, image)
+    GREATEST[] = 2
+    narrow = Env("Bounded-v0")
+    @test refuses(() -> restore!(narrow, image), MJENV_E_SNAPSHOT, "damaged")
+    @test refuses(() -> reset!(narrow), MJENV_E_TASK, "reset: carried[0] is 3, not 0 to 2")
+    GREATEST[] = -1
+    @test refuses(() -> Env("Bounded-v0"), MJENV_E_VALUE, "does not contain 0")
+    GREATEST[] = 4
+end
+
 # What NumPy 2.2.6 gives: draws of default_rng(7), as in reset!, and sums of 1/1 to 1/count and of their squares.
 const DRAWN = [
     0x1.400c8353e3ca9p-1, 0x1.3e378257b5e00p+1, -0x1.18b7980d81558p-2, 7, 2, 2, 5, 6, 2, 1, 2, 3, 4,

@@ -329,6 +329,38 @@ def test_bad_needs() -> None:
         mjenv.register("Taken-v0", changed(needs=("contact.dist",), state={"contact": ()}))
 
 
+def test_bounds_of_the_state() -> None:
+    class Bounded(Pendulum):
+        greatest = 4.0
+
+        def build(self, model: Any) -> None:
+            self.state_bounds = {"count": (0, self.greatest)}
+
+    mjenv.register("Bounded-v0", Bounded)
+    wide = mjenv.make_vec("Bounded-v0", 8)
+    wide.reset(seed=1)
+    image, row = wide.snapshot(), wide.snapshot(0)
+    wide.restore(image)
+    Bounded.greatest = 0.0
+    narrow = mjenv.make_vec("Bounded-v0", 8)
+    fresh = narrow.snapshot()
+    with pytest.raises(mjenv.SnapshotError, match=r"the state 'count' has .*, not 0 to 0.0"):
+        narrow.restore(image)
+    with pytest.raises(mjenv.SnapshotError, match="the state 'count' has"):
+        narrow.restore(row, 1)
+    assert narrow.snapshot() == fresh
+    with pytest.raises(mjenv.TaskError, match="reset: the state 'count' has"):
+        narrow.reset(seed=1)
+    for bounds, error, message in (
+        ({"counts": (0, 1)}, mjenv.OptionError, "'counts', which is not in state"),
+        ({"count": (1, 2)}, mjenv.InvalidValueError, "must contain 0"),
+        ({"count": (0, np.nan)}, mjenv.InvalidValueError, "must contain 0"),
+    ):
+        Bounded.build = lambda self, model, bounds=bounds: setattr(self, "state_bounds", bounds)  # type: ignore[assignment, misc]
+        with pytest.raises(error, match=message):
+            mjenv.make_vec("Bounded-v0", 1)
+
+
 # ---- machine code ----
 
 CODE = """
@@ -411,6 +443,15 @@ def test_functions_of_a_shared_object(tmp_path: Path) -> None:
     assert flat(envs.step(np.full((4, 1), 0.5))) == flat(first)
     with pytest.raises(mjenv.TaskError, match="too strong"):
         envs.step(np.ones((4, 1)))
+
+    class Bounded(Coded):
+        state_bounds = {"b": (0, 2)}  # noqa: RUF012
+
+    mjenv.register("BoundedCode-v0", Bounded)
+    bounded = mjenv.make_vec("BoundedCode-v0", 1)
+    bounded.reset(seed=1)
+    with pytest.raises(mjenv.TaskError, match=r"step: carried\[1\] is 3, not 0 to 2"):
+        bounded.step(np.zeros((1, 1)))
 
     class Refused(Coded):
         def build(self, model: Any) -> Any:

@@ -11,7 +11,8 @@
  *   threads that step the rows; if the task asks for it (caller_thread), only on the thread that calls the library.
  *   One call concerns one row, and calls for different rows run at the same time. So a callback must not change
  *   anything but the memory that it is given to write. Numbers that a task needs to remember from step to step are
- *   "carried" by the row (carry_count): snapshots save them, and mjenv_copy_row copies them.
+ *   "carried" by the row (carry_count): snapshots save them, and mjenv_copy_row copies them. Images of rows can come
+ *   from strangers, so a task bounds the numbers that it uses as indices or sizes (mjenv_build_carry_bounds).
  * Errors
  *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. Any number but 0 is a failure. The
  *   function of mjenv.h that the program called then returns MJENV_E_TASK with a message that names the id, the
@@ -214,7 +215,8 @@ typedef struct mjenv_task {
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
   double reward_threshold;         /* the return from which the task counts as solved */
   int64_t time_limit;              /* the number of steps after which an episode is truncated; 0: never */
-  int64_t carry_count;             /* how many numbers a row carries for the task; build may replace it */
+  int64_t carry_count;             /* how many numbers a row carries for the task; build may replace it, and must bound
+                                      those that are used as indices or sizes (mjenv_build_carry_bounds) */
   const mjenv_task_camera *camera; /* NULL: MuJoCo's default camera */
   const mjenv_task_option *options;
   int64_t option_count;
@@ -320,6 +322,7 @@ struct mjenv_task_api {
   int32_t (*array)(mjenv_builder *builder, const char *name, mjenv_field *field);
   void (*field)(mjenv_builder *builder, const mjenv_task_field *field);
   void (*carry)(mjenv_builder *builder, int64_t count);
+  void (*carry_bounds)(mjenv_builder *builder, int64_t first, int64_t count, double low, double high);
 
   double (*random)(mjenv_random *random);
   double (*uniform)(mjenv_random *random, double low, double high);
@@ -429,6 +432,16 @@ static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_fi
 
 /* Replaces the task's carry_count. */
 static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { builder->api->carry(builder, count); }
+
+/* Says that count of the numbers that a row carries, from number first on, always lie in [low, high], so that the task
+ * can use them as indices or sizes. Without it, mjenv_restore gives a row any numbers that an image has, and an image
+ * may come from a stranger. mjenv_restore refuses images with other numbers (MJENV_E_SNAPSHOT), and a callback that
+ * writes one fails. The numbers need not be integers, but NaN is refused. [low, high] must contain 0, which a row
+ * carries until its first reset. Where several bounds concern a number, all of them hold. */
+static inline void mjenv_build_carry_bounds(mjenv_builder *builder, int64_t first, int64_t count, double low,
+                                            double high) {
+  builder->api->carry_bounds(builder, first, count, low, high);
+}
 
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {

@@ -652,10 +652,13 @@ class Robot {
   }
 
   /* Makes the row carry count numbers from step to step. They are 0 at the start of an episode. reset changes them with
-   * start[carry] and step with row[carry]; all lambdas that take a Sim s read them with s[carry]. */
-  Carry carry(int count) {
+   * start[carry] and step with row[carry]; all lambdas that take a Sim s read them with s[carry].
+   * low and high are closed bounds, which contain 0: a lambda that writes another number fails, and images with another
+   * number are refused. Bound what the task uses as an index or a size, because an image may come from a stranger. */
+  Carry carry(int count, double low = -kInfinity, double high = kInfinity) {
     const Carry added{carry_count_, count};
     carry_count_ += count;
+    if (low != -kInfinity || high != kInfinity) carry_bounds_.push_back({added, low, high});
     return added;
   }
 
@@ -692,6 +695,8 @@ class Robot {
     if (builder_->failed) throw std::logic_error("build has failed"); /* the library knows why */
     if (!functions_.reset || !functions_.step) throw std::logic_error("a definition must call reset and step");
     mjenv_build_carry(builder_, carry_count_);
+    for (const auto &[numbers, low, high] : carry_bounds_)
+      mjenv_build_carry_bounds(builder_, numbers.first, numbers.count, low, high);
     const Sim sim(builder_->sim, builder_);
     if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", skipped_qpos_);
     for (auto &term : functions_.terms) {
@@ -720,6 +725,11 @@ class Robot {
   int skipped_qpos_ = -1;
   Eigen::Index carry_count_ = 0;
   Carry carried_;
+  struct CarryBounds {
+    Carry numbers;
+    double low, high;
+  };
+  std::vector<CarryBounds> carry_bounds_;
 
   static int version_of(const char *id) {
     const std::string text = id;

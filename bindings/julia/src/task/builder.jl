@@ -84,19 +84,23 @@ or `:light_xdir`.
 need!(b::Builder, name::Union{AbstractString,Symbol}) = task_need(b.api, b.raw, text(name))
 
 """
-    MJEnv.keep!(b)
-    MJEnv.keep!(b, count)
+    MJEnv.keep!(b; low = -Inf, high = Inf)
+    MJEnv.keep!(b, count; low = -Inf, high = Inf)
 
 Declares one or `count` numbers that a row remembers from step to step, which are 0 at the start of an episode. Returns
 the index or the range of indices of `sim.carried`, `start.carried` and `row.carried`.
-"""
-keep!(b::Builder) = first(keep!(b, 1))
 
-function keep!(b::Builder, count::Integer)
+`low` and `high` are closed bounds, which contain 0: a method that writes another number fails, and images with another
+number are refused. Bound what the task uses as an index or a size, because an image may come from a stranger.
+"""
+keep!(b::Builder; low::Real = -Inf, high::Real = Inf) = first(keep!(b, 1; low, high))
+
+function keep!(b::Builder, count::Integer; low::Real = -Inf, high::Real = Inf)
     count >= 0 || throw(ArgumentError("the count $count is negative"))
     before = b.carry_count
     b.carry_count += count
     task_carry(b.api, b.raw, b.carry_count)
+    (low, high) == (-Inf, Inf) || task_carry_bounds(b.api, b.raw, before, count, low, high)
     b.sim = Sim(member(b.raw, Val(:sim)), b.carry_count)
     return (before + 1):(b.carry_count)
 end

@@ -22,7 +22,7 @@ from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
 from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
-from mjenv._registered import Checked, Registered
+from mjenv._registered import Checked, Registered, out_of_bounds
 from mjenv._step import views
 from mjenv._turns import Turn
 from mjenv.errors import OptionError, ResetNeeded, SnapshotError, TaskError
@@ -165,7 +165,7 @@ class NumpyRows(Rows):
         reward, terminated, infos = self._checked.step(self._sim, action)
         # Copies, because the task may have returned views of what carry and resets change.
         reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
-        self._task.carry(self._sim)
+        self._carry(stepped)
         if self._strict and np.isnan(reward[stepped]).any():
             row = int(np.argmax(np.isnan(reward) & stepped))
             raise TaskError(f"row {row}: {self.id}: step: the reward is NaN", Status.E_TASK)
@@ -222,6 +222,7 @@ class NumpyRows(Rows):
         rows: list[int] = chosen.tolist()
         streams = self._load_streams(rows)
         qpos, qvel, state = self._checked.reset(Random(streams))
+        self._checked.bounded("reset", state)
         qpos, qvel = np.ascontiguousarray(qpos), np.ascontiguousarray(qvel)
         words = [_words(stream) for stream in streams]
         image, size, nq, nv = self._pristine, len(self._pristine), qpos.shape[1], qvel.shape[1]
@@ -240,8 +241,13 @@ class NumpyRows(Rows):
         for name, values in state.items():
             self._state[name][chosen] = values
         self._ended[chosen] = False
-        self._task.carry(self._sim)
+        self._carry(resets)
         return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
+
+    def _carry(self, rows: BoolArray) -> None:
+        """Calls the task's carry. Only these rows' numbers are used."""
+        self._task.carry(self._sim)
+        self._checked.bounded("step or carry", {name: values[rows] for name, values in self._state.items()})
 
     def _infos(self, role: Role, method: str, infos: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Copies of the infos, which must be those that the method returned when the environment was built."""
@@ -352,11 +358,16 @@ class NumpyRows(Rows):
         own = image[max(split, 0) : -4]
         if split < 0 or zlib.crc32(own).to_bytes(4, "little") != image[-4:]:
             raise SnapshotError("the image is damaged or belongs to another environment", Status.E_SNAPSHOT)
-        super().restore(row, image[:split])
+        restored: list[NDArray[Any]] = []
         start = 0
         for values in arrays:
-            values[...] = np.frombuffer(own, values.dtype, values.size, start).reshape(values.shape)
+            restored.append(np.frombuffer(own, values.dtype, values.size, start).reshape(values.shape))
             start += values.nbytes
+        if outside := out_of_bounds(self._task, dict(zip(self._state, restored, strict=False))):
+            raise SnapshotError(f"the image is damaged: {outside}", Status.E_SNAPSHOT)
+        super().restore(row, image[:split])
+        for values, numbers in zip(arrays, restored, strict=True):
+            values[...] = numbers
         turn = self.enter()
         try:
             if row == _abi.ALL_ROWS:

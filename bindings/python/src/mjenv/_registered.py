@@ -190,6 +190,7 @@ class Registered:
                 task = self.kind()
             self.prepare(task, model)
             numbers = task.build(model)
+            _check_bounds(task)
             for name in self.needs:
                 if name in ON_DEMAND:
                     model.need(name)
@@ -211,6 +212,12 @@ class Registered:
             setattr(task, name, model.option(name, setting.default))
 
     def _describe_code(self, task: Task, model: Model) -> None:
+        first = 0
+        for name, shape in self.kind.state.items():
+            count = math.prod(shape)
+            if name in task.state_bounds:
+                model.bound_carried(first, count, *task.state_bounds[name])
+            first += count
         for name, length in task.observation_fields.items():
             model.describe(Role.OBSERVATION, name, (length,), Type.FLOAT64)
         for role, fields in ((Role.INFO, task.info_fields), (Role.RESET_INFO, task.reset_info_fields)):
@@ -299,14 +306,15 @@ class Checked:
         if not isinstance(given, dict) or set(given) != set(names):
             shown = sorted(given) if isinstance(given, dict) else _kind(given)
             raise self._wrong("reset", f"the state is {shown}, not a dict of {sorted(names)}")
-        return (
-            qpos,
-            qvel,
-            {
-                name: self._floats("reset", name, values, (rows, *self.kind.state[name]))
-                for name, values in given.items()
-            },
-        )
+        state = {
+            name: self._floats("reset", name, values, (rows, *self.kind.state[name])) for name, values in given.items()
+        }
+        return qpos, qvel, state
+
+    def bounded(self, method: str, state: Mapping[str, Float64Array]) -> None:
+        """Fails if the method has written a number out of its bounds, because a snapshot would be refused."""
+        if outside := out_of_bounds(self.task, state):
+            raise self._wrong(method, outside)
 
     def observe(self, sim: Sim) -> NDArray[Any]:
         obs = np.asarray(self.task.observe(sim))
@@ -346,6 +354,24 @@ class Checked:
 
     def _wrong(self, method: str, why: str) -> TaskError:
         return TaskError(f"{self._id}: {method}: {why}", Status.E_TASK)
+
+
+def _check_bounds(task: Task) -> None:
+    for name, (low, high) in task.state_bounds.items():
+        if name not in task.state:
+            raise OptionError(f"state_bounds has {name!r}, which is not in state", Status.E_NAME)
+        if not low <= 0 <= high:
+            raise InvalidValueError(f"state_bounds of {name!r} are {(low, high)}, but must contain 0")
+
+
+def out_of_bounds(task: Task, state: Mapping[str, Float64Array]) -> str:
+    """Says which number of a NumPy task's state is not within the task's bounds; "" if all are."""
+    for name, (low, high) in task.state_bounds.items():
+        values = state[name]
+        outside = values[~((low <= values) & (values <= high))]  # NaN, too
+        if outside.size:
+            return f"the state {name!r} has {outside[0]}, not {low} to {high}"
+    return ""
 
 
 def _kind(value: Any) -> str:

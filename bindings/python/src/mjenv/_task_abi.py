@@ -114,6 +114,7 @@ class mjenv_task_api(Structure):
         ("array", CFUNCTYPE(c_int32, c_void_p, c_char_p, POINTER(mjenv_field))),
         ("field", CFUNCTYPE(None, c_void_p, POINTER(mjenv_task_field))),
         ("carry", CFUNCTYPE(None, c_void_p, c_int64)),
+        ("carry_bounds", CFUNCTYPE(None, c_void_p, c_int64, c_int64, c_double, c_double)),
         ("random", CFUNCTYPE(c_double, c_void_p)),
         ("uniform", CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
         ("normal", CFUNCTYPE(c_double, c_void_p)),

@@ -83,6 +83,10 @@ class Task:
     count. Machine code: the arrays that task.h marks as on demand."""
     state: ClassVar[Mapping[str, tuple[int, ...]]] = {}
     """Name and shape of the numbers that a row remembers from step to step. Snapshots and copies of rows hold them."""
+    state_bounds: Mapping[str, tuple[float, float]] = {}
+    """Names in state and their bounds (low, high), which contain 0. build may set it. A method that writes another
+    number fails, and snapshots with another number are refused. Bound what the task uses as an index or a size,
+    because a snapshot may come from a stranger."""
     observation_fields: Mapping[str, int] = {}
     """Names and lengths of the observation's parts. build may set it. A NumPy task may leave it empty."""
     info_fields: Mapping[str, Field | tuple[int, ...]] = {}
@@ -241,6 +245,9 @@ class Model:
 
     def need(self, name: str) -> None:
         self._api.need(self._builder, name.encode())
+
+    def bound_carried(self, first: int, count: int, low: float, high: float) -> None:
+        self._api.carry_bounds(self._builder, first, count, low, high)
 
     def option(self, name: str, default: Any) -> Any:
         """The value of an option that a task has declared with that default."""

@@ -1442,7 +1442,8 @@ pub struct mjenv_task {
     pub reward_threshold: f64,
     #[doc = " the number of steps after which an episode is truncated; 0: never"]
     pub time_limit: i64,
-    #[doc = " how many numbers a row carries for the task; build may replace it"]
+    #[doc = " how many numbers a row carries for the task; build may replace it, and must bound"]
+    #[doc = "those that are used as indices or sizes (mjenv_build_carry_bounds)"]
     pub carry_count: i64,
     #[doc = " NULL: MuJoCo's default camera"]
     pub camera: *const mjenv_task_camera,
@@ -1640,6 +1641,15 @@ pub struct mjenv_task_api {
         unsafe extern "C" fn(builder: *mut mjenv_builder, field: *const mjenv_task_field),
     >,
     pub carry: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, count: i64)>,
+    pub carry_bounds: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            first: i64,
+            count: i64,
+            low: f64,
+            high: f64,
+        ),
+    >,
     pub random: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
     pub uniform: ::std::option::Option<
         unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64,

@@ -99,7 +99,8 @@
 //!
 //! One value of the task serves all rows of an environment, from several threads at the same time. So [`Task`] requires
 //! `Send + Sync`, and the methods take `&self`. Numbers that a row has to remember from step to step are declared with
-//! [`Builder::carry`]; snapshots save them. Do not remember them in the task by a `Mutex` or an atomic, because then
+//! [`Builder::carry`]; snapshots save them. A snapshot may come from a stranger, so numbers that are used as indices or
+//! sizes are declared with [`Builder::carry_within`]. Do not remember them in the task by a `Mutex` or an atomic, because then
 //! rows would influence each other, and results would depend on the number of threads.
 //!
 //! # Errors

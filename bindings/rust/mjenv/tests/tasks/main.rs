@@ -5,7 +5,7 @@ mod equal;
 #[path = "../plugin/hopper/src/hopper.rs"]
 mod hopper;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
 use mjenv::task::*;
 use mjenv::{load_tasks, register, Env, Error, ErrorKind, Options, Role};
@@ -315,6 +315,61 @@ fn fields_must_be_the_same_in_each_call() {
         let error = step(wrong).unwrap_err();
         assert!(error.kind() == ErrorKind::Task && error.message().contains(text), "{wrong}: {error}");
     }
+}
+
+/// The greatest target in environments that are built now.
+static GREATEST: AtomicI32 = AtomicI32::new(4);
+
+/// Carries an index.
+struct Reach {
+    target: Carry<1>,
+}
+
+impl Task for Reach {
+    const ID: &'static str = "Bounded-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        let greatest = f64::from(GREATEST.load(Ordering::SeqCst));
+        Ok(Self { target: b.carry_within(0.0..=greatest) })
+    }
+
+    fn reset(&self, start: &mut Start, _: &mut Rng) -> Result {
+        start.carried.set(self.target, [3.0]);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        let place = [0.5, 1.5, 2.5, 3.5, 4.5];
+        observation.put("place", place[sim.carried(self.target)[0] as usize]);
+        Ok(())
+    }
+
+    fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn an_image_with_a_number_out_of_bounds_is_refused() {
+    register::<Reach>().unwrap();
+    let mut wide = env(Reach::ID).unwrap();
+    let mut batch = wide.batch();
+    wide.reset(&mut batch).unwrap();
+    assert_eq!(batch.obs(0), [3.5]);
+    let image = wide.snapshot(0).unwrap();
+    wide.restore(1, &image).unwrap();
+
+    GREATEST.store(2, Ordering::SeqCst);
+    let mut narrow = env(Reach::ID).unwrap();
+    assert_eq!(narrow.restore(0, &image).unwrap_err().kind(), ErrorKind::Snapshot);
+    let error = narrow.reset(&mut batch).unwrap_err();
+    assert!(
+        error.kind() == ErrorKind::Task && error.message().contains("reset: carried[0] is 3, not 0 to 2"),
+        "{error}"
+    );
+    GREATEST.store(-1, Ordering::SeqCst);
+    assert_eq!(env(Reach::ID).unwrap_err().kind(), ErrorKind::Value);
 }
 
 static DROPPED: AtomicUsize = AtomicUsize::new(0);
