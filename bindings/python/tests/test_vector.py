@@ -843,7 +843,7 @@ def test_recv_of_a_row_that_mujoco_fails_in(threads: int) -> None:
             others = rows != 1
             assert given[others].tobytes() == of_all[rows[others]].tobytes()
         for name in ("x_position", "_x_position", "reward_ctrl"):
-            assert results[4][name][rows[others]].tobytes() == wanted[4][name][rows[others]].tobytes()
+            assert results[4][name][others].tobytes() == wanted[4][name][rows[others]].tobytes()
     (failure,) = failures
     assert failure.status == Status.E_PHYSICS
     assert 1 in pickle.loads(pickle.dumps(failure)).results[0]
