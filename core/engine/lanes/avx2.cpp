@@ -4,6 +4,6 @@
 
 namespace mjenv::core::lanes {
 
-constexpr Code avx2 = code_where([] { return __builtin_cpu_supports("avx2") > 0; });
+constexpr Code avx2 = make_code();
 
 }  // namespace mjenv::core::lanes

@@ -4,7 +4,6 @@
 
 namespace mjenv::core::lanes {
 
-constexpr Code avx512 =
-    code_where([] { return __builtin_cpu_supports("avx512f") > 0 && __builtin_cpu_supports("avx512dq") > 0; });
+constexpr Code avx512 = make_code();
 
 }  // namespace mjenv::core::lanes

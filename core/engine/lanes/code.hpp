@@ -9,11 +9,13 @@
 namespace mjenv::core::lanes {
 namespace {
 
-constexpr Code code_where(bool (*runs_here)()) {
-  return {kWidth,       runs_here,       adopt,  kinematics,  comPos,           tendon,    crb,
-          factorM,      transmission,    reject, fwdVelocity, comVel,           passive,   rne,
-          fwdActuation, fwdAcceleration, Euler,  RungeKutta,  instantiateLimit, collision, makeConstraint,
-          solNewton,    solPGS,          bad,    gather,      scatter};
+constexpr Code make_code() {
+  Code code{};
+  code.width = kWidth;
+#define MJENV_SET(result, name, parameters) code.name = name;
+  MJENV_LANES_FUNCTIONS(MJENV_SET)
+#undef MJENV_SET
+  return code;
 }
 
 }  // namespace

@@ -134,49 +134,51 @@ struct Constraints {
   double *R, *JM2, *AR, *ARinv, *A;
 };
 
-// The functions of one instruction set, named after those of MuJoCo 2.2.2 that they follow. No function needs more than
-// what `Lanes` holds.
+// The functions of an instruction set, named after those of MuJoCo 2.2.2 that they follow: their result, name and
+// parameters. None needs more than what `Lanes` holds.
+#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                     \
+  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                \
+  FUNCTION(void, adopt, (Lanes&))                                                                           \
+  FUNCTION(void, kinematics, (Lanes&))                                                                      \
+  FUNCTION(void, comPos, (Lanes&))                                                                          \
+  FUNCTION(void, tendon, (Lanes&))                                                                          \
+  FUNCTION(void, crb, (Lanes&))                                                                             \
+  FUNCTION(void, factorM, (Lanes&))                                                                         \
+  FUNCTION(void, transmission, (Lanes&))                                                                    \
+  FUNCTION(void, reject, (Lanes&))                                                                          \
+  FUNCTION(void, fwdVelocity, (Lanes&))                                                                     \
+  FUNCTION(void, comVel, (Lanes&))                                                                          \
+  FUNCTION(void, passive, (Lanes&))                                                                         \
+  FUNCTION(void, rne, (Lanes&))                                                                             \
+  FUNCTION(void, fwdActuation, (Lanes&))                                                                    \
+  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \
+  FUNCTION(void, Euler, (Lanes&))                                                                           \
+  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \
+  FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                           \
+  /* These return false if a row meets a case that is left to MuJoCo's functions. */                        \
+  FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                               \
+  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                      \
+  FUNCTION(void, makeConstraint, (const Lanes&, const Contacts&, Constraints&))                             \
+  /* From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint. */                   \
+  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
+  FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                            \
+  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */               \
+  FUNCTION(unsigned, bad, (const double* numbers, int count))                                               \
+  /* Copy `count` numbers of each lane. */                                                                  \
+  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                \
+  FUNCTION(void, scatter, (double* const* to, const double* from, int count))
+
+// An instruction set: how many lanes it has, and pointers to its functions.
 struct Code {
   int width;
-  bool (*runs_here)();
-
-  // Call this when numbers of mjModel have changed. Computes what depends on them alone.
-  void (*adopt)(Lanes&);
-  void (*kinematics)(Lanes&);
-  void (*comPos)(Lanes&);
-  void (*tendon)(Lanes&);
-  void (*crb)(Lanes&);
-  void (*factorM)(Lanes&);
-  void (*transmission)(Lanes&);
-  void (*reject)(Lanes&);
-  void (*fwdVelocity)(Lanes&);
-  void (*comVel)(Lanes&);
-  void (*passive)(Lanes&);
-  void (*rne)(Lanes&);
-  void (*fwdActuation)(Lanes&);
-  void (*fwdAcceleration)(Lanes&);
-  void (*Euler)(Lanes&);
-  // Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step.
-  void (*RungeKutta)(Lanes&, int stage);
-
-  // These return false if a row meets a case that is left to MuJoCo's functions.
-  bool (*instantiateLimit)(const Lanes&, Contacts&);
-  bool (*collision)(const Lanes&, Contacts&);
-  void (*makeConstraint)(const Lanes&, const Contacts&, Constraints&);
-  // From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint.
-  void (*solNewton)(Lanes&, Constraints&);
-  void (*solPGS)(Lanes&, Constraints&);
-
-  // The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad).
-  unsigned (*bad)(const double* numbers, int count);
-  // Copy `count` numbers of each lane.
-  void (*gather)(double* to, const double* const* from, int count);
-  void (*scatter)(double* const* to, const double* from, int count);
+#define MJENV_POINTER(result, name, parameters) result(*name) parameters;
+  MJENV_LANES_FUNCTIONS(MJENV_POINTER)
+#undef MJENV_POINTER
 };
 
 extern const Code sse2, avx2, avx512, neon;
 
-// Of the processors that this library is compiled for, in ascending order of their lanes.
+// The instruction sets of this CPU, in ascending order of their lanes. The function is in a file that every CPU can run.
 std::vector<const Code*> codes();
 
 }  // namespace mjenv::core::lanes

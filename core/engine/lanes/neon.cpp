@@ -4,8 +4,6 @@
 
 namespace mjenv::core::lanes {
 
-constexpr Code neon = code_where([] { return true; });
-
-std::vector<const Code*> codes() { return {&neon}; }
+constexpr Code neon = make_code();
 
 }  // namespace mjenv::core::lanes

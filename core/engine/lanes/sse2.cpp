@@ -4,6 +4,6 @@
 
 namespace mjenv::core::lanes {
 
-constexpr Code sse2 = code_where([] { return __builtin_cpu_supports("sse2") > 0; });
+constexpr Code sse2 = make_code();
 
 }  // namespace mjenv::core::lanes

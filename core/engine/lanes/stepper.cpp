@@ -475,8 +475,7 @@ void LaneStepper::integrate(bool is_last) {
 
 std::vector<int> widths() {
   std::vector<int> found;
-  for (const Code* code : codes())
-    if (code->runs_here()) found.push_back(code->width);
+  for (const Code* code : codes()) found.push_back(code->width);
   return found;
 }
 

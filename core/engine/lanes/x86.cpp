@@ -1,8 +1,13 @@
-// The instruction sets of x86-64.
+// The instruction sets of x86-64. This file is compiled for every such CPU, because it asks what this one can run.
 #include "engine/lanes/lanes.hpp"
 
 namespace mjenv::core::lanes {
 
-std::vector<const Code*> codes() { return {&sse2, &avx2, &avx512}; }
+std::vector<const Code*> codes() {
+  std::vector<const Code*> found{&sse2};
+  if (__builtin_cpu_supports("avx2")) found.push_back(&avx2);
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) found.push_back(&avx512);
+  return found;
+}
 
 }  // namespace mjenv::core::lanes
