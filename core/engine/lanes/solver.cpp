@@ -135,14 +135,8 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
       lanes.qfrc_constraint[i * width + lane] = 0;
     }
   }
-  for (int lane = 0; lane < width; ++lane) {
-    if (!(contacts.rows >> lane & 1)) continue;
-    mjData& d = *data[lane];
-    d.nefc = contacts.constraints[lane];
-    d.maxuse_con = std::max(d.maxuse_con, contacts.found[lane]);
-    d.maxuse_efc = std::max(d.maxuse_efc, contacts.constraints[lane]);
-    if (rows >> lane & 1) d.solver_nnz = is_dual_ ? contacts.constraints[lane] * contacts.constraints[lane] : nv_ * nv_;
-  }
+  for (int lane = 0; lane < width; ++lane)
+    if (contacts.rows >> lane & 1) data[lane]->nefc = contacts.constraints[lane];
 }
 
 void Solver::gather_J(const RowData& from) {
@@ -187,7 +181,6 @@ void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const
     d.qfrc_constraint[i] = lanes.qfrc_constraint[i * code_.width + lane];
   }
   d.solver_iter = c.iterations[lane];
-  d.solver_nnz = is_dual_ ? d.nefc * d.nefc : nv_ * nv_;
   if (!is_last) return;
   for (int i = 0; i < d.nefc; ++i) {
     const int at = place(i, d.nefc), number = at * code_.width + lane;
