@@ -152,8 +152,15 @@ static void test_derived_arrays(void** state) {
       size_t count = 0;
       double *want = read_array(first, 0, arrays[k], &count), *got = read_array(second, 1, arrays[k], NULL);
       assert_same_bits(arrays[k], got, want, count);
+      // The row that a work space holds comes back, too.
+      assert_ok(mjenv_reset(first, NULL, NULL));
+      free(read_array(first, 0, arrays[k], NULL));
+      assert_ok(mjenv_restore(first, 0, image.bytes, image.size));
+      double* back = read_array(first, 0, arrays[k], NULL);
+      assert_same_bits(arrays[k], back, want, count);
       free(want);
       free(got);
+      free(back);
     }
     free(image.bytes);
     free(copy.bytes);

@@ -474,6 +474,85 @@ static void test_copy_of_a_restored_row(void** state) {
   mjenv_destroy(other);
 }
 
+// Of row 0: the inertia depends on the masses, the forces on gravity.
+static void scale_model(mjenv_env* env, double factor) {
+  static const char* const arrays[] = {"body_mass", "opt.gravity"};
+  for (size_t k = 0; k < COUNT(arrays); ++k) {
+    size_t count;
+    double* values = read_array(env, 0, arrays[k], &count);
+    for (size_t i = 0; i < count; ++i) values[i] *= factor;
+    assert_ok(mjenv_write(env, 0, arrays[k], values, count));
+    free(values);
+  }
+}
+
+// Through an image to row 0 of another environment, and from there to row 1.
+static void assert_same_in_image(mjenv_env* env, mjenv_env* other, const char* array, const double* want) {
+  size_t size, count;
+  assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
+  unsigned char* image = allocate(size);
+  assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+  assert_ok(mjenv_restore(other, 0, image, size));
+  assert_ok(mjenv_copy_row(other, 0, (const uint8_t[]){0, 1}));
+  for (int row = 0; row < 2; ++row) {
+    double* got = read_array(other, row, array, &count);
+    assert_same_bits(array, got, want, count);
+    free(got);
+  }
+  free(image);
+}
+
+// Three versions of the own values count at once: the last step's forces are those of the first, the arrays that set_state has
+// computed are those of the second, and the third was written since. Images and copies have all of them.
+static void test_older_values(void** state) {
+  (void)state;
+  static const double action[6] = {0.3, -0.2, 0.1};
+  mjenv_env *env = env_with_threads("HalfCheetah-v5", 1, 1), *other = env_with_threads("HalfCheetah-v5", 1, 2);
+  size_t nq, nv, count;
+  seed_rows(env, 4);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  scale_model(env, 1.2);
+  assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, NULL));
+  double *forces = read_array(env, 0, "cfrc_int", &count), *qpos = read_array(env, 0, "qpos", &nq);
+  double* qvel = read_array(env, 0, "qvel", &nv);
+  scale_model(env, 1.5);
+  assert_same_in_image(env, other, "cfrc_int", forces);
+  assert_ok(mjenv_set_state(env, 0, qpos, nq, qvel, nv));
+  double* inertia = read_array(env, 0, "qM", &count);
+  scale_model(env, 2);
+  assert_same_in_image(env, other, "cfrc_int", forces);
+  assert_same_in_image(env, other, "qM", inertia);
+  free(forces);
+  free(inertia);
+  free(qpos);
+  free(qvel);
+  mjenv_destroy(env);
+  mjenv_destroy(other);
+}
+
+// An image has what mj_setConst left in the row's mjData, also if the model's values were written since.
+static void test_image_with_constants(void** state) {
+  (void)state;
+  static const char* const arrays[] = {"qpos", "xpos", "subtree_com", "qM", "ten_length", "dof_M0", "body_mass"};
+  static const double action[8] = {0.3, -0.2, 0.1};
+  mjenv_env *env = env_with_threads("Ant-v5", 1, 1), *other = env_with_threads("Ant-v5", 1, 2);
+  seed_rows(env, 4);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  for (int i = 0; i < 9; ++i) assert_ok(mjenv_step(env, NULL, action, 8, MJENV_DTYPE_FLOAT64, NULL));
+  size_t size;
+  scale_model(env, 1.5);
+  assert_ok(mjenv_set_constants(env, 0));
+  scale_model(env, 1.5);
+  assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
+  unsigned char* image = allocate(size);
+  assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+  assert_ok(mjenv_restore(other, 1, image, size));
+  for (size_t i = 0; i < COUNT(arrays); ++i) assert_same_array(other, 1, env, arrays[i]);
+  free(image);
+  mjenv_destroy(env);
+  mjenv_destroy(other);
+}
+
 int main(int argc, char** argv) {
   (void)argc, (void)argv;
 #define WITH(id, threads) \
@@ -498,6 +577,8 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_divergence_of_another),
       cmocka_unit_test(test_one_image),
       cmocka_unit_test(test_copy_of_a_restored_row),
+      cmocka_unit_test(test_older_values),
+      cmocka_unit_test(test_image_with_constants),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
