@@ -2,7 +2,7 @@
 // rows end, are reset, diverge, are perturbed, written, copied and restored at different steps.
 #include "support.h"
 
-enum { STEPS = 50, ROLLOUT = 5 };
+enum { STEPS = 50, LIMIT = 9, ROLLOUT = 12 };  // a rollout goes on after the ends of episodes
 
 struct way {
   int64_t lanes, threads;
@@ -11,7 +11,10 @@ struct way {
 struct player {
   mjenv_env* env;
   struct outputs* out;
-  double *obs, *reward;  // of a rollout
+  // Of a rollout:
+  double *obs, *reward, *info;
+  uint8_t *terminated, *truncated;
+  int32_t* status;
 };
 
 static bool runs(int64_t lanes) {
@@ -29,7 +32,7 @@ static mjenv_options* options_for(const char* id, struct way way, const char* au
   mjenv_options* options = options_of_id(id);
   assert_ok(mjenv_options_set_integer(options, "lanes", way.lanes));
   assert_ok(mjenv_options_set_integer(options, "num_threads", way.threads));
-  assert_ok(mjenv_options_set_integer(options, "max_episode_steps", 9));
+  assert_ok(mjenv_options_set_integer(options, "max_episode_steps", LIMIT));
   assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
   return options;
 }
@@ -37,8 +40,13 @@ static mjenv_options* options_for(const char* id, struct way way, const char* au
 static struct player player_of(const char* id, struct way way, const char* autoreset, int64_t rows) {
   struct player p = {.env = env_of_options(options_for(id, way, autoreset), rows)};
   p.out = outputs_of(p.env);
-  p.obs = allocate((size_t)(rows * ROLLOUT * p.out->obs_count) * sizeof(double));
-  p.reward = allocate((size_t)(rows * ROLLOUT) * sizeof(double));
+  const size_t count = (size_t)(rows * ROLLOUT);
+  p.obs = allocate(count * (size_t)p.out->obs_count * sizeof(double));
+  p.reward = allocate(count * sizeof(double));
+  p.info = allocate(count * (size_t)p.out->info_count * sizeof(double));
+  p.terminated = allocate(count);
+  p.truncated = allocate(count);
+  p.status = allocate(count * sizeof *p.status);
   seed_rows(p.env, 11);
   assert_ok(mjenv_reset(p.env, NULL, &p.out->batch));
   return p;
@@ -47,6 +55,10 @@ static struct player player_of(const char* id, struct way way, const char* autor
 static void player_free(struct player* p) {
   free(p->obs);
   free(p->reward);
+  free(p->info);
+  free(p->terminated);
+  free(p->truncated);
+  free(p->status);
   outputs_free(p->out);
   mjenv_destroy(p->env);
 }
@@ -70,8 +82,13 @@ static void roll_out(struct player* p, const double* action, size_t count) {
                              .obs_dtype = MJENV_DTYPE_FLOAT64,
                              .rows = p->out->rows * ROLLOUT,
                              .obs_count = p->out->obs_count,
+                             .info_count = p->out->info_count,
                              .obs = p->obs,
-                             .reward = p->reward};
+                             .reward = p->reward,
+                             .info = p->info,
+                             .terminated = p->terminated,
+                             .truncated = p->truncated,
+                             .status = p->status};
   assert_ok(mjenv_reset(p->env, NULL, NULL));
   assert_ok(mjenv_rollout(p->env, action, count * ROLLOUT, MJENV_DTYPE_FLOAT64, ROLLOUT, &batch));
 }
@@ -128,6 +145,15 @@ static void scale_array(mjenv_env* env, int64_t row, const char* array, double f
   free(values);
 }
 
+// Gives a row friction, where the model has none.
+static void rub(mjenv_env* env, int64_t row) {
+  size_t count;
+  double* values = read_array(env, row, "dof_frictionloss", &count);
+  values[count - 1] = 0.1;
+  assert_ok(mjenv_write(env, row, "dof_frictionloss", values, count));
+  free(values);
+}
+
 // What happens to rows between two steps, at some of the steps.
 static void disturb(struct player* p, int step) {
   const int64_t rows = p->out->rows;
@@ -169,6 +195,7 @@ static void disturb(struct player* p, int step) {
     perturb(p->env);
     assert_ok(mjenv_reset(p->env, NULL, NULL));
   }
+  if (step == 43) rub(p->env, 1);
   if (step == 46) scale_array(p->env, 1, "geom_size", 1.1);  // from now on one by one
   free(qpos);
   free(qvel);
@@ -198,6 +225,16 @@ static void compare_arrays(struct player* want, struct player* got) {
     }
 }
 
+static void compare_rollouts(const struct player* want, const struct player* got) {
+  const size_t count = (size_t)(want->out->rows * ROLLOUT);
+  assert_same_bits("observations", got->obs, want->obs, count * (size_t)want->out->obs_count);
+  assert_same_bits("rewards", got->reward, want->reward, count);
+  assert_same_bits("infos", got->info, want->info, count * (size_t)want->out->info_count);
+  assert_memory_equal(got->terminated, want->terminated, count);
+  assert_memory_equal(got->truncated, want->truncated, count);
+  assert_memory_equal(got->status, want->status, count * sizeof *got->status);
+}
+
 static void play(const char* id, struct way way, const char* autoreset, int64_t rows) {
   struct player players[] = {player_of(id, (struct way){0, 1}, autoreset, rows), player_of(id, way, autoreset, rows)};
   const size_t nu = (size_t)action_count(players[0].env), count = (size_t)rows * nu;
@@ -219,10 +256,7 @@ static void play(const char* id, struct way way, const char* autoreset, int64_t 
         assert_ok(mjenv_step(p->env, step % 4 == 1 ? mask : NULL, action, count, MJENV_DTYPE_FLOAT64, &p->out->batch));
     }
     compare_outputs(&players[0], &players[1], records);
-    if (step == 30) {
-      assert_same_bits("rollout", players[1].obs, players[0].obs, (size_t)(rows * ROLLOUT * players[0].out->obs_count));
-      assert_same_bits("rollout", players[1].reward, players[0].reward, (size_t)(rows * ROLLOUT));
-    }
+    if (step == 30) compare_rollouts(&players[0], &players[1]);
     if (step % 6 == 5) compare_arrays(&players[0], &players[1]);
   }
   free(mask);

@@ -37,7 +37,7 @@ namespace {
 
 constexpr int kRows = 120, kFewRows = 48;  // of each kind of state
 int share = 1;                             // of these rows, one of so many is stepped
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
 
 class Noise {
  public:
@@ -107,7 +107,9 @@ std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Ki
 std::size_t length(const Array& array, const mjModel& m, const mjData& d) {
   if (array.name.rfind("efc_", 0) != 0) return array.count();
   const auto rows = static_cast<std::size_t>(d.nefc);
-  if (array.name == "efc_J") return mj_isSparse(&m) ? 0 : rows * static_cast<std::size_t>(m.nv);
+  if (array.name == "efc_J" && mj_isSparse(&m)) return rows ? d.efc_J_rowadr[rows - 1] + d.efc_J_rownnz[rows - 1] : 0;
+  if (array.name == "efc_J") return rows * static_cast<std::size_t>(m.nv);
+  if (array.name == "efc_KBIP") return 4 * rows;
   static const char* const ones[] = {"efc_type",       "efc_id",    "efc_pos",  "efc_margin", "efc_frictionloss",
                                      "efc_diagApprox", "efc_D",     "efc_R",    "efc_vel",    "efc_aref",
                                      "efc_b",          "efc_force", "efc_state"};
@@ -142,16 +144,21 @@ std::string difference(Work& got, Work& want) {
   return "";
 }
 
-// Values of their own for a row: those of the model, changed at random.
+// Values of their own for a row: those of the model, changed at random. Half of the rows have numbers in an array where the
+// model has zeros.
 std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
   std::vector<double> block(own.block_bytes() / sizeof(double));
   auto* bytes = reinterpret_cast<std::byte*>(block.data());
   for (const OwnArray& array : own.list()) {
+    const bool is_raised = noise.below(2 * own.list().size()) == 0;
     std::vector<double> values(array.original.count());
     array.original.read(values.data());
     const bool is_cleared = array.original.name == "dof_damping" && noise.below(8) == 0;
     const bool is_shifted = array.original.name == "jnt_stiffness" && noise.below(8) == 0;
-    for (double& value : values) value = is_cleared ? 0 : value * (1 + 0.3 * noise()) + (is_shifted ? 1 : 0);
+    for (double& value : values) {
+      value = is_cleared ? 0 : value * (1 + 0.3 * noise()) + (is_shifted ? 1 : 0);
+      if (is_raised && value == 0 && noise.below(2)) value = 0.1 + 0.1 * noise();
+    }
     // In a fluid, MuJoCo passes over bodies without a mass.
     if (array.original.name == "body_mass" && noise.below(8) == 0) values[noise.below(values.size())] = 0;
     OwnArrays::write(array, values.data(), bytes);
@@ -318,7 +325,15 @@ void test_odd(void** /*state*/) {
   // With these affinities, geoms touch the floor alone, so their pairs can be listed.
   const std::string listed = with("<worldbody>", "<default><geom conaffinity=\"0\"/></default><worldbody>", text);
   const std::string smooth = without(" frictionloss=\"", text), smooth_listed = without(" frictionloss=\"", listed);
-  const std::vector<std::string> few{"<option", "<option integrator=\"RK4\"", "<option solver=\"PGS\""},
+  // Zeros that are negative in axes alone, in positions alone, and nowhere.
+  const std::string of_axes = with("pos=\"0.02 -0 0.01\"", "pos=\"0.02 0 0.01\"", smooth_listed);
+  const auto without_axes = [](const std::string& from) {
+    return with("axis=\"1 -0 0\"", "axis=\"1 0 0\"", with("axis=\"-0 0 1\"", "axis=\"0 0 1\"", from));
+  };
+  const std::string thin = with("density=\"30\" ", "", smooth_listed),
+                    slick = with("viscosity=\"0.2\" ", "", smooth_listed);
+  const std::string of_positions = without_axes(smooth_listed), of_none = without_axes(of_axes);
+  const std::vector<std::string> one{"<option"}, few{"<option", "<option integrator=\"RK4\"", "<option solver=\"PGS\""},
       all{"<option",
           "<option integrator=\"RK4\"",
           "<option solver=\"PGS\"",
@@ -332,12 +347,25 @@ void test_odd(void** /*state*/) {
           "<option solver=\"PGS\" iterations=\"0\"",
           "<option solver=\"PGS\" iterations=\"-1\" tolerance=\"0\"",
           "<option cone=\"elliptic\"",
+          "<option noslip_iterations=\"3\"",
+          "<option><flag gravity=\"disable\"/></option><option",
+          "<option><flag clampctrl=\"disable\"/></option><option",
+          "<option><flag constraint=\"disable\"/></option><option",
+          "<option><flag warmstart=\"disable\"/></option><option",
           "<option solver=\"CG\""};
-  for (const auto& [base, options] : {std::pair{&text, &few}, {&listed, &few}, {&smooth, &few}, {&smooth_listed, &all}})
+  for (const auto& [base, options] : {std::pair{&text, &few},
+                                      {&listed, &few},
+                                      {&smooth, &few},
+                                      {&smooth_listed, &all},
+                                      {&of_axes, &one},
+                                      {&of_positions, &one},
+                                      {&of_none, &one},
+                                      {&thin, &one},
+                                      {&slick, &one}})
     for (const std::string& option : *options) {
       const auto model = Model::parse("lanes.xml", with("<option", option, *base));
       assert_string_equal(lanes::obstacle(*model).c_str(), "");
-      assert_int_equal(model->pairs() != nullptr, base == &listed || base == &smooth_listed);
+      assert_int_equal(model->pairs() != nullptr, base != &text && base != &smooth);
       const std::string found = compare(model);
       if (!found.empty()) failures += option + ": " + found + "\n";
     }
@@ -363,6 +391,11 @@ void test_contacts(void** /*state*/) {
                {"<geom conaffinity", "<geom solimp=\"0.8 0.95 0.02 0.7 1\" conaffinity", true},
                {"<geom conaffinity", "<geom solimp=\"0.9 0.9 0.02\" conaffinity", true},
                {"<geom conaffinity", "<geom solimp=\"0.8 0.9 0\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0 1 0.02 0 2\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0 0.9 0.02 1 2\" conaffinity", true},
+               {"<geom conaffinity", "<geom solimp=\"0.8 0.95 0.02 0.5 0.5\" conaffinity", true},
+               {"<geom conaffinity", "<geom solref=\"0.02 -1\" conaffinity", false},
+               {"friction=\"0.8", "friction=\"0", true},
                {"name=\"other\" type=\"sphere\" size=\"0.1\"", "type=\"box\" size=\"0.1 0.1 0.1\"", true},
                {"name=\"x\"", "frictionloss=\"0.1\"", false},
                {"type=\"ball\"", "type=\"ball\" limited=\"true\" range=\"0 10\"", false},
@@ -452,29 +485,117 @@ void test_rows_of_lost_rank(void** /*state*/) {
   assert_true(left_by_solver > usual);
 }
 
+void assert_names(const std::string& found, const char* word) {
+  if (found.find(word) == std::string::npos) fail_msg("\"%s\" does not name %s", found.c_str(), word);
+}
+
 void test_obstacles(void** /*state*/) {
-  const auto obstacle = [](const std::string& option, const std::string& rest) {
+  const auto obstacle = [](const std::string& option, const std::string& rest,
+                           const char* joint = "<joint name='j'/>") {
     return lanes::obstacle(*Model::parse(
-        "obstacle", "<mujoco>" + option +
-                        "<worldbody><site name='s'/><body name='b'><joint name='j'/><geom name='g' size='0.1'/>"
-                        "</body></worldbody>" +
-                        rest + "</mujoco>"));
+        "obstacle", "<mujoco>" + option + "<worldbody><site name='s'/><body name='b'>" + joint +
+                        "<geom name='g' size='0.1'/><site name='t'/></body></worldbody>" + rest + "</mujoco>"));
   };
-  const auto assert_names = [](const std::string& found, const char* word) {
-    if (found.find(word) == std::string::npos) fail_msg("\"%s\" does not name %s", found.c_str(), word);
-  };
+  const char* const ball = "<joint name='j' type='ball'/>";
   assert_string_equal(obstacle("", "").c_str(), "");
+  assert_string_equal(obstacle("", "", ball).c_str(), "");
+  assert_names(obstacle("", "", ""), "no joints");
   assert_names(obstacle("<option integrator='implicit'/>", ""), "integrator");
   assert_names(obstacle("<option><flag energy='enable'/></option>", ""), "enableflags");
   assert_names(obstacle("<option><flag passive='disable'/></option>", ""), "disableflags");
+  assert_names(obstacle("<option><flag actuation='disable'/></option>", ""), "disableflags");
   assert_names(obstacle("", "<sensor><jointpos joint='j'/></sensor>"), "sensors");
   assert_names(obstacle("", "<equality><joint joint1='j'/></equality>"), "equality");
-  assert_names(obstacle("", "<actuator><muscle joint='j' lengthrange='0 1'/></actuator>"), "actuators");
-  assert_names(obstacle("", "<actuator><motor site='s'/></actuator>"), "actuators");
-  assert_names(obstacle("<option gravity='0 0 -1e11'/>", ""), "opt.gravity");
+  const std::string tendon = "<tendon><fixed name='f'><joint joint='j' coef='1'/></fixed></tendon>";
+  for (const char* actuator :
+       {"muscle joint='j' lengthrange='0 1'", "motor site='s'", "motor tendon='f'", "adhesion body='b' ctrlrange='0 1'",
+        "general joint='j' dyntype='filter' dynprm='1'", "general joint='j' gaintype='affine'",
+        "general joint='j' gaintype='user'", "general joint='j' biastype='user'"})
+    assert_names(obstacle("", tendon + "<actuator><" + actuator + "/></actuator>"), "actuators");
+  assert_names(obstacle("", "<actuator><motor joint='j'/></actuator>", ball), "actuators");
+  assert_names(obstacle("", "", "<joint type='ball' stiffness='1'/>"), "springs");
+  assert_names(obstacle("", "", "<joint type='free' stiffness='1'/>"), "springs");
+  assert_names(obstacle("", "<tendon><spatial><site site='s'/><site site='t'/></spatial></tendon>"),
+               "tendons in space");
+  assert_names(obstacle("<option jacobian='sparse'/>", tendon), "sparse");
+  assert_names(obstacle("<default><geom fluidshape='ellipsoid'/></default>", ""), "ellipsoids");
   for (const auto& [name, word] :
        {std::pair{"tendons.xml", "equality"}, {"mocap.xml", "mocap"}, {"sensors.xml", "sensors"}})
     assert_names(lanes::obstacle(*Model::parse(name, odd_model(name))), word);
+}
+
+// Each array that lanes compute with may have numbers up to MuJoCo's limit.
+void test_excessive_numbers(void** /*state*/) {
+  const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
+  const std::vector<std::string> names{"qpos0",
+                                       "qpos_spring",
+                                       "body_pos",
+                                       "body_quat",
+                                       "body_ipos",
+                                       "body_iquat",
+                                       "body_mass",
+                                       "body_inertia",
+                                       "jnt_pos",
+                                       "jnt_axis",
+                                       "jnt_stiffness",
+                                       "dof_armature",
+                                       "dof_damping",
+                                       "dof_M0",
+                                       "geom_pos",
+                                       "geom_quat",
+                                       "site_pos",
+                                       "site_quat",
+                                       "tendon_stiffness",
+                                       "tendon_damping",
+                                       "wrap_prm",
+                                       "actuator_gear",
+                                       "actuator_gainprm",
+                                       "tendon_lengthspring",
+                                       "actuator_ctrlrange",
+                                       "opt.timestep",
+                                       "actuator_biasprm",
+                                       "opt.gravity",
+                                       "opt.wind",
+                                       "opt.density",
+                                       "opt.viscosity"};
+  for (const std::string& name : names) {
+    const auto found = std::find_if(model->arrays().begin(), model->arrays().end(),
+                                    [&](const Array& array) { return array.name == name; });
+    assert_true(found != model->arrays().end());
+    // The array's last number. The model's memory is not constant.
+    double& number = const_cast<double*>(static_cast<const double*>(found->data))[found->count() - 1];
+    const double own = number;
+    for (const double value : {1e10, -1e10}) {
+      number = value;
+      if (name != "jnt_stiffness") assert_string_equal(lanes::obstacle(*model).c_str(), "");
+    }
+    for (const double value : {std::nextafter(1e10, kInfinite), -1.1e10, kInfinite, kNaN}) {
+      number = value;
+      assert_names(lanes::obstacle(*model), name.c_str());
+    }
+    number = own;
+  }
+}
+
+// The process's callbacks of MuJoCo change what its functions compute.
+void test_callbacks(void** /*state*/) {
+  const auto model = Model::open("hopper.xml");
+  const auto assert_is_obstacle = [&](auto& callback, auto function) {
+    callback = function;
+    const std::string found = lanes::obstacle(*model);
+    callback = nullptr;
+    assert_names(found, "callbacks");
+  };
+  const auto act = [](const mjModel*, const mjData*, int) -> mjtNum { return 0; };
+  assert_is_obstacle(mjcb_passive, [](const mjModel*, mjData*) {});
+  assert_is_obstacle(mjcb_control, [](const mjModel*, mjData*) {});
+  assert_is_obstacle(mjcb_contactfilter, [](const mjModel*, mjData*, int, int) { return 0; });
+  assert_is_obstacle(mjcb_sensor, [](const mjModel*, mjData*, int) {});
+  assert_is_obstacle(mjcb_time, []() -> mjtNum { return 0; });
+  assert_is_obstacle(mjcb_act_dyn, act);
+  assert_is_obstacle(mjcb_act_gain, act);
+  assert_is_obstacle(mjcb_act_bias, act);
+  assert_string_equal(lanes::obstacle(*model).c_str(), "");
 }
 
 // As many lanes as a thread has rows, at most four; none for a model with obstacles.
@@ -506,10 +627,12 @@ void test_largest_square(void** /*state*/) {
 
 int run(bool few) {
   if (few) share = 5;
-  const CMUnitTest tests[] = {
-      cmocka_unit_test(test_built_in),  cmocka_unit_test(test_odd),        cmocka_unit_test(test_contacts),
-      cmocka_unit_test(test_many_dofs), cmocka_unit_test(test_rank_loss),  cmocka_unit_test(test_rows_of_lost_rank),
-      cmocka_unit_test(test_obstacles), cmocka_unit_test(test_best_width), cmocka_unit_test(test_largest_square)};
+  const CMUnitTest tests[] = {cmocka_unit_test(test_built_in),      cmocka_unit_test(test_odd),
+                              cmocka_unit_test(test_contacts),      cmocka_unit_test(test_many_dofs),
+                              cmocka_unit_test(test_rank_loss),     cmocka_unit_test(test_rows_of_lost_rank),
+                              cmocka_unit_test(test_obstacles),     cmocka_unit_test(test_excessive_numbers),
+                              cmocka_unit_test(test_callbacks),     cmocka_unit_test(test_best_width),
+                              cmocka_unit_test(test_largest_square)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
 
