@@ -225,7 +225,7 @@ test("states and model values can be written", () =>
 test("a delay that needs more memory than there is", () => {
   const body = "<body><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/><joint type='slide'/></body>".repeat(2150);
   const xml = `<mujoco><compiler inertiafromgeom='false'/><worldbody>${body}</worldbody></mujoco>`;
-  withEnv("Model-v0", { xml_string: xml, trust_xml: true }, (env) => {
+  withEnv("Model-v0", { xml_string: xml, trust_xml: "yes" }, (env) => {
     env.reset();
     refused(
       () => env.perturb({ observationDelay: 1_000_000 }),
