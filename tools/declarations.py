@@ -189,7 +189,12 @@ def julia_module(_: header.Header) -> str:
         lines.extend(["", *julia_enum(enum)])
     for struct in julia_structs(api):
         lines.extend(["", *julia_struct(api, struct)])
-    lines.extend(["", "# address(of, index) is the address of the function at this index, in the library of an engine or a handle."])
+    lines.extend(
+        [
+            "",
+            "# address(of, index) is the function at this index in FUNCTIONS, in the library of an engine or a handle.",
+        ]
+    )
     lines.extend(["const FUNCTIONS = (", *(f"    :{function.name}," for function in api.functions), ")"])
     for index, function in enumerate(api.functions, start=1):
         handle = julia_handle(api, function)

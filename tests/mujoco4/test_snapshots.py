@@ -100,7 +100,7 @@ def forged(image: bytes, offset: int, value: float) -> bytes:
     return bytes(changed)
 
 
-# The present state, that before the last mj_forward, that before the last mj_step, and what mj_setConst was called with.
+# The present state, those before the last mj_forward and mj_step, and what mj_setConst was called with.
 @pytest.mark.parametrize("part", ["state", "computed_state", "stepped_state", "constants_rest"])
 @pytest.mark.parametrize(("cursor", "samples"), CURSORS.items())
 def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, part: str) -> None:

@@ -55,7 +55,8 @@ def test_every_element_and_attribute_of_today() -> None:
         f"{'/'.join(path)} {attribute}: {told}"
         for path, attribute in wanted
         if not re.search(
-            r"; this is MuJoCo 2\.2\.2, and MuJoCo \d+\.\d+\.\d+ is the first .* engine=\"4\.0\" in Python", told := refusal(path, attribute)
+            r"; this is MuJoCo 2\.2\.2, and MuJoCo \d+\.\d+\.\d+ is the first .* engine=\"4\.0\" in Python",
+            told := refusal(path, attribute),
         )
     ]
     assert without == []

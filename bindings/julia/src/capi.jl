@@ -446,7 +446,7 @@ Base.@kwdef struct mjenv_builder
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
 end
 
-# address(of, index) is the address of the function at this index, in the library of an engine or a handle.
+# address(of, index) is the function at this index in FUNCTIONS, in the library of an engine or a handle.
 const FUNCTIONS = (
     :mjenv_abi_version,
     :mjenv_version,

@@ -21,8 +21,8 @@ from mjenv.errors import SnapshotError
 
 # A snapshot begins with the stamp. Then come entries: one for each part of a row, then one for each array of which rows
 # have own values. Then come the rows, each with its parts one after the other, of which the head is the first.
-# magic, version, engine, rounding of norms, math, identity, rows, randomisation, perturbation, how many entries there are
-# for parts and for arrays, checksum
+# magic, version, engine, rounding of norms, math, identity, rows, randomisation, perturbation, how many entries there
+# are for parts and for arrays, checksum
 STAMP = struct.Struct("<8sHHHHQQQQIIQ")
 # name, the bit of the head's `kept` that says whether a row has the part (0: all rows have it), bytes
 ENTRY = struct.Struct("<36sIQ")
