@@ -190,8 +190,7 @@ class Player {
     }
     const std::size_t count = actions_.size() / kRows;
     work.load(state.data());
-    work.begin_step(
-        {actions_.data() + static_cast<std::size_t>(row) * count, MJENV_DTYPE_FLOAT32, static_cast<int>(count)});
+    work.act({actions_.data() + static_cast<std::size_t>(row) * count, MJENV_DTYPE_FLOAT32, static_cast<int>(count)});
   }
 
  private:

@@ -1,13 +1,13 @@
 # Chooses the sources of core/engine/lanes. The lane code follows MuJoCo 2.2.2 and uses the instructions of x86-64 or
 # aarch64. Sets MJENV_LANES to the names of the files that are compiled for one instruction set each; it is empty if there
-# is no lane code. MuJoCo's code for AVX, which official releases contain and MJENV_ARCH can choose, gives some zeros
-# another sign, so rows are then stepped one by one.
+# is no lane code. Lanes add as MuJoCo does where mjenv compiles it. A built libmujoco may add in another order, or give some
+# zeros another sign, so rows are then stepped one by one.
 file(GLOB lane_sources CONFIGURE_DEPENDS core/engine/lanes/*.cpp)
 set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes)
 set(of_x86 sse2 avx2 avx512)
 set(of_aarch64 neon)
 set(MJENV_LANES "")
-if(MJENV_ENGINE_MAJOR EQUAL 2 AND NOT MJENV_ARCH MATCHES "x86-64-v[34]" AND NOT IS_DIRECTORY "${MJENV_ENGINE}")
+if(MJENV_ENGINE_MAJOR EQUAL 2 AND NOT MJENV_LOADER AND NOT MJENV_ARCH MATCHES "x86-64-v[34]")
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
     set(MJENV_LANES ${of_x86})
     set(others none aarch64 ${of_aarch64})
@@ -26,8 +26,10 @@ else()
     set(why "lanes follow MuJoCo 2.2.2, and this library computes with another version")
   elseif(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|aarch64|arm64)$")
     set(why "lanes are for x86-64 and aarch64, and this library is for ${CMAKE_SYSTEM_PROCESSOR}")
+  elseif(MJENV_LOADER)
+    set(why "lanes follow MuJoCo as mjenv compiles it, and this library uses a built libmujoco, which may add otherwise")
   else()
-    set(why "this library contains MuJoCo's code for AVX, which gives some zeros another sign than lanes do")
+    set(why "lanes have not been compared with a library that is built for ${MJENV_ARCH}")
   endif()
   set_property(SOURCE ${folder}/none.cpp APPEND PROPERTY COMPILE_DEFINITIONS "MJENV_NO_LANES=\"${why}\"")
 endif()

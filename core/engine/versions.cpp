@@ -10,13 +10,13 @@
 namespace mjenv::core {
 namespace {
 
-struct Version {
+struct Release {
   const char *number, *elements, *attributes;
 };
 
 // The elements and attributes that each version from 2.3 to 4.0 added to MJCF's schema, as far as 2.2.2 meets them: it
 // does not come to the attributes of elements that it does not know. "*" stands for any element.
-constexpr Version kVersions[] = {
+constexpr Release kVersions[] = {
     {"2.3.0", "config extension instance plugin required",
      "compiler.assetdir composite.curve composite.flat composite.initial composite.size composite.vertex "
      "global.realtime size.memory"},
@@ -118,7 +118,7 @@ std::string with_version(std::string reason) {
   const std::string any = std::string("*.").append(attribute);                 // of every element
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   reason += "; this is MuJoCo " + engine;
-  for (const Version& version : kVersions) {
+  for (const Release& version : kVersions) {
     if (!is_newer(version.number, engine.c_str())) continue;
     const bool found =
         is_element ? has_word(version.elements, element)

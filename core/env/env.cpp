@@ -377,7 +377,7 @@ void Env::for_each_written(const std::function<const double*(std::int64_t)>& val
 }
 
 void Env::make_own(const std::vector<std::string>& arrays) {
-  workers_.release();  // because add() moves the rows' values, to which work spaces point
+  workers_.release();  // because add_arrays moves the rows' values, to which work spaces point
   rows_.add_arrays(arrays);
   prepare_workers();
 }
@@ -500,6 +500,11 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   read_image(rows_, model(), *task_.calls, perturbation_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
+    for (std::int64_t i = 0; i < rows(); ++i)
+      if (rows_.head(i).has_constants) {
+        workers_.for_each([](Worker& worker) { worker.prepare_constants(); });
+        break;
+      }
   } catch (const std::bad_alloc&) {  // the rows are restored: what is missing is allocated by their first step
   }
   for (std::int64_t i = 0; i < rows(); ++i)

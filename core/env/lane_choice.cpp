@@ -18,7 +18,7 @@ std::string counted(std::int64_t count, const std::string& what) {
 
 // Why no number of lanes can be had; "" if some can.
 std::string obstacle_of(const Model& model) {
-  const std::string absence = lanes::absence();
+  std::string absence = lanes::absence();
   if (!absence.empty()) return absence;
   const std::string obstacle = lanes::obstacle(model);
   return obstacle.empty() ? "" : "lanes cannot compute this model: " + obstacle;

@@ -36,7 +36,8 @@ struct PartKind {
   Part part;
   const char* name;  // in images
   Content content;
-  // The bit of Head::kept that says whether a row has the part. A reset or a step clears it. 0: all rows have the part.
+  // The bit of Head::kept that says whether a row has the part. A reset or a step clears it, and so does
+  // set_state, except for the stepped parts. 0: all rows have the part.
   std::uint16_t kept = 0;
 
   bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
@@ -59,6 +60,12 @@ constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::constants_rest, "constants_rest", Content::rest, 8},
     {Part::constants_values, "constants_values", Content::values, 16},
 }};
+constexpr bool are_in_order() {
+  for (std::size_t i = 0; i < kPartCount; ++i)
+    if (index_of(kParts[i].part) != i) return false;
+  return true;
+}
+static_assert(are_in_order());
 constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
 // As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But rows

@@ -52,7 +52,7 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
   take_pushes(given, model);
   has_observations_ = !observation_noise_.empty() || observation_delay_ > 0;
   if (action_noise_.empty() && action_delay_ == 0 && !has_observations_ && pushes_.empty()) return;
-  // In 64 bits, because a delay may need more memory than 32 bits can address, which Rows::make_perturbed refuses.
+  // In 64 bits, because a delay may need more memory than 32 bits can address, which Rows::make_perturbation refuses.
   const std::uint64_t actions = std::uint64_t{action_delay_} * actuators_;
   const std::uint64_t observations = std::uint64_t{observation_delay_} * observation_count_;
   actions_ = kPushes + 2 * pushes_.size();

@@ -22,7 +22,6 @@ class Perturbation {
   Perturbation() = default;
   Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t observation_count);
 
-  bool empty() const { return record_count_ == 0; }
   bool pushes() const { return !pushes_.empty(); }
   bool changes_observations() const { return has_observations_; }
   // How many doubles a row's record has. Perhaps more than can be addressed: allocate them before anything else.

@@ -27,6 +27,7 @@ std::uint32_t Team::step_together(std::uint32_t ready, std::int64_t frames) {
     before[count] = workers_[i]->before();
     workers[count++] = i;
   }
+  if (count < 2) return 0;  // load has failed in the others, and one row is faster without lanes
   const std::uint32_t done = stepper_->step(works.data(), count, frames, before.data());
   std::uint32_t advanced = 0;
   for (int i = 0; i < count; ++i)

@@ -93,7 +93,8 @@ static void roll_out(struct player* p, const double* action, size_t count) {
   assert_ok(mjenv_rollout(p->env, action, count * ROLLOUT, MJENV_DTYPE_FLOAT64, ROLLOUT, &batch));
 }
 
-// From the next reset on. Rows that are pushed leave their lanes for a step.
+// From the next reset on. Rows that are pushed leave their lanes for two steps: the one that pushes, and the
+// one that ends the push.
 static void perturb(mjenv_env* env) {
   static const double noises[] = {0.1};
   static const mjenv_push push = {.struct_size = sizeof push,

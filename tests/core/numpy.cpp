@@ -240,10 +240,10 @@ void test_permutation(void**) {
 
 void test_entropy(void**) { assert_true(Generator::from_entropy().words() != Generator::from_entropy().words()); }
 
-// sum N F8 F4, of numbers that mix size and sign.
 // The numbers of the lines `sum` and `norm first`.
 double term(Eigen::Index i) { return static_cast<double>((7919 * i + 13) % 1009) / 17.0 - 30.0; }
 
+// sum N F8 F4, of numbers that mix size and sign.
 void test_sums(void**) {
   int seen = 0;
   for (const auto& line : lines) {

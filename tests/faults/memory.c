@@ -370,6 +370,7 @@ static long blocks(void) {
   mjenv_read(s.env, -1, "qpos", NULL, 0, &count);
   mjenv_read(s.threaded, -1, "qpos", NULL, 0, &count);
   mjenv_read(s.random, -1, "qpos", NULL, 0, &count);
+  if (s.built) mjenv_read(s.built, -1, "qpos", NULL, 0, &count);
   return allocator_live();
 }
 

@@ -102,16 +102,16 @@ int main(int argc, char** argv) {
   TRY(mjenv_options_set_integer(options, "strict", 0));
   TRY(mjenv_options_set_integer(options, "num_threads", 2));
   TRY(mjenv_options_set_string(options, "xml_file", argv[2]));
-  int trusts_files = 0;
+  int keeps_default = 0;
   for (int i = 3; i < argc; ++i) {
     if (strcmp(argv[i], "text") == 0) {
       char* text = text_of(argv[2]);
       TRY(mjenv_options_set_string(options, "xml_string", text));
       free(text);
     }
-    trusts_files = 1;  // the default
+    keeps_default = 1;  // trust_xml stays "auto"
   }
-  if (!trusts_files) TRY(mjenv_options_set_string(options, "trust_xml", "no"));
+  if (!keeps_default) TRY(mjenv_options_set_string(options, "trust_xml", "no"));
   mjenv_env* env = NULL;
   const mjenv_status status = mjenv_create(options, 2, &env);
   mjenv_options_destroy(options);

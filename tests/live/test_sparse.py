@@ -90,13 +90,20 @@ def compare(what: str, ours: Any, data: mujoco.MjData) -> None:
             assert np.asarray(getattr(ours, name)).ravel()[:used].tobytes() == expected.tobytes(), (what, name)
 
 
+def vector(xml: str, lanes: int) -> mjenv.VectorEnv:
+    """Rows that are stepped in so many lanes if these can compute the model, which the option would demand."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MJENV_LANES", str(lanes))
+        return mjenv.make_vec("Model-v0", ROWS, engine="2.2.2", xml_string=xml, num_threads=1)
+
+
 def play(xml: str, lanes: int, steps: int) -> tuple[list[mujoco.MjData], set[int]]:
     """Rows with random actions beside an mjData each. Returns these, and the types of constraints that there were."""
     model = mujoco.MjModel.from_xml_string(xml)
     plain = [mujoco.MjData(model) for _ in range(ROWS)]
     for data in plain:
         mujoco.mj_forward(model, data)
-    envs = mjenv.make_vec("Model-v0", ROWS, engine="2.2.2", xml_string=xml, lanes=lanes, num_threads=1)
+    envs = vector(xml, lanes)
     envs.reset(seed=1)
     rng = np.random.default_rng(2)
     types: set[int] = set()
@@ -160,7 +167,7 @@ def test_negative_zeros(joints: int, jacobian: str, lanes: int) -> None:
 </mujoco>
 """
     model = mujoco.MjModel.from_xml_string(xml)
-    envs = mjenv.make_vec("Model-v0", ROWS, engine="2.2.2", xml_string=xml, lanes=lanes, num_threads=1)
+    envs = vector(xml, lanes)
     envs.reset()
     plain = [mujoco.MjData(model) for _ in range(ROWS)]
     for row, data in enumerate(plain):

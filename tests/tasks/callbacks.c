@@ -510,6 +510,10 @@ static void test_failing_carry(void** state) {
   x = qpos[0];
   assert_true(fabs(x) <= 0.1);
   assert_ok(step_all(env, NULL));
+  // Written rows are carried anew before they are stepped. Here that fails in all rows, so none is left to be stepped.
+  qpos[0] = 60;
+  assert_ok(mjenv_write(env, MJENV_ALL_ROWS, "qpos", qpos, nq));
+  assert_refused(MJENV_E_TASK, step_all(env, NULL), "carry", "cannot carry that");
   mjenv_destroy(env);
 }
 

@@ -84,7 +84,7 @@ export function checkLength(values, length, what, wanted) {
  */
 function lengthOf(values, what) {
   const length = typeof values === "object" ? values?.length : undefined;
-  if (typeof length !== "number") throw new MjenvError("MJENV_E_TYPE", `the ${what} are no array`);
+  if (typeof length !== "number") throw new MjenvError("MJENV_E_TYPE", `what was given as ${what} is no array`);
   return length;
 }
 

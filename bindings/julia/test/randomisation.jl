@@ -33,8 +33,6 @@ end
     image = snapshot(many; row = 1)
     @test randomize!(many, []) === many
     @test perturb!(many) === many
-    @test lanes(Env("Hopper-v5"; rows = 4, lanes = 2)) == (count = 2, reason = "")
-    @test lanes(Env("Hopper-v5"; rows = 4, lanes = 0)) == (count = 0, reason = "the option \"lanes\" is 0")
     @test refuses(() -> restore!(many, image), MJEnv.MJENV_E_SNAPSHOT, "randomisation")
 end
 
@@ -53,4 +51,9 @@ end
     push = MJEnv.Push(1, zeros(6), ones(6))
     @test refuses(() -> perturb!(env; pushes = [push]), MJEnv.MJENV_E_VALUE, "body is 0")
     @test_throws DimensionMismatch MJEnv.Push(2, zeros(3), ones(3))
+end
+
+@testset "lanes" begin
+    @test lanes(Env("Hopper-v5"; rows = 4, lanes = 2)) == (count = 2, reason = "")
+    @test lanes(Env("Hopper-v5"; rows = 4, lanes = 0)) == (count = 0, reason = "the option \"lanes\" is 0")
 end

@@ -270,7 +270,7 @@ MJEnv.register(
 # Carries an index, which is at most this in environments that are built now.
 const GREATEST = Ref(4)
 
-struct Bounded
+struct Bounded <: MJEnv.Task
     target::Int
     places::UnitRange{Int}
 end

@@ -388,7 +388,8 @@ void LaneStepper::forward(bool is_last) {
   leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
 }
 
-// Contacts and constraints of which mjData needs to hold nothing, because nobody reads them. Returns false if MuJoCo's functions must compute them row by row.
+// Contacts and constraints of which mjData needs to hold nothing, because nobody reads them. Returns false if MuJoCo's
+// functions must compute them row by row.
 bool LaneStepper::constrain_in_lanes() {
   code_.reject(lanes_);
   if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;

@@ -35,7 +35,7 @@ class Stepper {
 
   // Advances up to `width` work spaces by `frames` calls of mj_step. Each has its action (Work::act), and its
   // own arrays are among those for which computes_own is true. Writes the states before the last call to `before`.
-  // Returns, as bits, the work spaces that are now as Work::note_step leaves them. The others met numbers or cases that
+  // Returns, as bits, the work spaces that are now as Work::step leaves them. The others met numbers or cases that
   // are left to MuJoCo's own code: load them again and step them one by one.
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) = 0;
 };

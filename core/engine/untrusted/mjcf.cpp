@@ -772,7 +772,7 @@ void Check::check_file(const File& file, const std::string& path, const std::str
 // Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder first, and then from the folder of the included
 // file on.
 std::string Check::path_of(const File& file) const {
-  const std::string path = path_of(file, file.name);
+  std::string path = path_of(file, file.name);
   if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
     return path;
   return path_of(file, file.including + file.name);

@@ -247,7 +247,7 @@ class NumpyRows(Rows):
     def _carry(self, rows: BoolArray) -> None:
         """Calls the task's carry. Only these rows' numbers are used."""
         self._task.carry(self._sim)
-        self._checked.bounded("step or carry", {name: values[rows] for name, values in self._state.items()})
+        self._checked.bounded("step or carry", {name: self._state[name][rows] for name in self._task.state_bounds})
 
     def _infos(self, role: Role, method: str, infos: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Copies of the infos, which must be those that the method returned when the environment was built."""
@@ -333,7 +333,7 @@ class NumpyRows(Rows):
         turn = self.enter()
         try:
             self._read_row(row)
-            self._task.carry(self._sim)
+            self._carry(np.arange(self.count) == row)
         finally:
             self.leave(turn)
 

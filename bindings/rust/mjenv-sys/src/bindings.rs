@@ -1541,8 +1541,8 @@ extern "C" {
     #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing; destroy is given without build; carry is given"]
     #[doc = " without build while carry_count is 0; model and model_text are both given, or neither is; a callback is given that"]
     #[doc = " physics_only excludes; there are RESET_INFO fields without reset_info and without physics_only; or there is neither"]
-    #[doc = " build nor an OBSERVATION field), VALUE (the id is malformed or already registered, a name is malformed or stands twice, a default is not among"]
-    #[doc = " its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
+    #[doc = " build nor an OBSERVATION field), VALUE (the id is malformed or already registered, a name is malformed or stands twice,"]
+    #[doc = " a default is not among its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]

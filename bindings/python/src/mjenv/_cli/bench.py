@@ -170,7 +170,6 @@ def _show(result: dict[str, Any]) -> None:
             for one in result["contenders"]
         ]
     )
-    together = f"{result['lanes']} rows step together" if result["lanes"] else "rows step one after the other"
-    print(f"lanes of mjenv make_vec: {together}" + (f" ({result['lanes_reason']})" if result["lanes_reason"] else ""))
+    print(f"lanes of mjenv make_vec: {terminal.lanes_text(result['lanes'], result['lanes_reason'])}")
     if result["gymnasium"] not in (None, "left out"):
         print(f"without Gymnasium: {result['gymnasium']}")

@@ -282,8 +282,7 @@ def _show(described: dict[str, Any]) -> None:
     print(f"a snapshot of a row takes {model['snapshot_bytes']} bytes")
 
     lanes = described["lanes"]
-    together = f"{lanes['together']} rows step together" if lanes["together"] else "rows step one after the other"
-    print(f"lanes: {together}" + (f" ({lanes['reason']})" if lanes["reason"] else ""))
+    print(f"lanes: {terminal.lanes_text(lanes['together'], lanes['reason'])}")
 
     terminal.heading("Library")
     library = described["library"]

@@ -68,8 +68,8 @@ def add(commands: Commands) -> None:
         "diff",
         help="compare two snapshots field by field",
         description="Compares two snapshots of one environment field by field and bit for bit; exit status 1 if they "
-        'differ. Fields that begin with "before." are the state before the last step or reset, from which the other '
-        "arrays are computed.",
+        'differ. Fields that begin with "computed." or "stepped." are the state and own values from which derived '
+        'arrays are computed again, and those with "constants." are what mj_setConst was called with.',
     )
     diff.add_argument("file", type=Path, help="a snapshot")
     diff.add_argument("other", type=Path, help="another snapshot")

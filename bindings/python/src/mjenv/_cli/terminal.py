@@ -121,3 +121,9 @@ def progress(total: int, text: str) -> Iterator[Callable[[], None]]:
         yield advance
     finally:
         print("\r\033[K", end="", file=sys.stderr)
+
+
+def lanes_text(together: int, reason: str) -> str:
+    """How many rows step together, and why not all or none."""
+    text = f"{together} rows step together" if together else "rows step one after the other"
+    return f"{text} ({reason})" if reason else text

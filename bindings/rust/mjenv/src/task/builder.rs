@@ -273,9 +273,9 @@ impl<'a> Builder<'a> {
         Carry { first }
     }
 
-    /// The same with closed bounds for each number, which contain 0: `b.carry_within(0.0..=4.0)`. A method that writes another number fails, and
-    /// images with another number are refused. Bound what the task uses as an index or a size, because an image may come
-    /// from a stranger.
+    /// The same with closed bounds for each number, which contain 0: `b.carry_within(0.0..=4.0)`. A method that writes
+    /// another number fails, and images with another number are refused. Bound what the task uses as an index or a size,
+    /// because an image may come from a stranger.
     pub fn carry_within<const N: usize>(&mut self, bounds: RangeInclusive<f64>) -> Carry<N> {
         let numbers = self.carry();
         if !self.lists() {
