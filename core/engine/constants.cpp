@@ -40,7 +40,7 @@ std::vector<std::string> constant_arrays(const Model& model) {
 void Constants::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Constants::Constants(const Model& model)
-    : model_(model), blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
+    : blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
   const auto kind_of = [&](const std::string& name, bool is_real) {
     for (const Array& array : model.arrays())
       if (array.name == name && is_writable(array)) return Part::Kind::own;

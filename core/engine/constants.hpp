@@ -46,7 +46,6 @@ class Constants {
     const void* original;
     std::size_t bytes;
   };
-  const Model& model_;
   std::unique_ptr<mjModel_> blank_, view_;  // blank_: what the view is before the arrays are copied
   std::vector<double> copies_;
   std::vector<Part> parts_;
