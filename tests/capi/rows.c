@@ -222,7 +222,8 @@ static void test_unfilled(void** state) {
     free(first), free(other), free(again), free(want);
     mjenv_destroy(alone);
   }
-  assert_true(shorter > 5);
+  // Of these arrays, MuJoCo 4.0 has the constraints' in its arena, where they cannot be read.
+  assert_true(shorter >= (MUJOCO[0] == '4' ? 1 : 6));
   mjenv_destroy(env);
 }
 
