@@ -168,7 +168,7 @@ def test_a_library_that_is_cut_off_is_refused(programs: Path, tmp_path: Path, pa
     file.write_bytes(whole[: len(whole) * part // 16])
     done = run(programs / "episodes", norm(), "Hopper-v5", MJENV_MUJOCO=str(file))
     assert done.returncode == 1
-    assert f"MJENV_MUJOCO: {file}: it ends before what its headers describe" in done.stderr
+    assert f"MJENV_MUJOCO: {file}: it is damaged: it ends before what its headers describe" in done.stderr
 
 
 def test_a_pipe_is_refused(programs: Path, tmp_path: Path) -> None:
