@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from mjenv import _requirements as _requirements  # first, because the other modules need what it checks
 from mjenv._abi import Kind, Status
 from mjenv._arguments import AutoresetMode
-from mjenv._handle import Option
+from mjenv._schema import Option
 from mjenv.env import MujocoEnv
 from mjenv.errors import (
     AlreadyPendingCallError,

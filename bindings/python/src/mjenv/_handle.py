@@ -11,20 +11,21 @@ import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv import _abi, randomization
+from mjenv import _abi, _draws
 from mjenv._abi import Dtype, Kind, Role, Status, Type
 from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import Rendering
 from mjenv._owned import Owned
+from mjenv._schema import Field, Option
 from mjenv._turns import Turn, Turns
 from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError
+from mjenv.randomization import KEYWORDS
 
 Float64Array = NDArray[np.float64]
 
@@ -42,32 +43,6 @@ DTYPES: dict[int, type[np.generic]] = {
 # The arrays of bytes in MuJoCo 4.0, which has bools where 2.2.2 has other bytes.
 _BYTES = {"names", "paths", "plugin_attr", "text_data", "tex_data", "body_simple"}
 _BYTES |= {"body_sameframe", "geom_sameframe", "site_sameframe"}
-
-
-@dataclass(frozen=True)
-class Option:
-    """A constructor option of an id."""
-
-    name: str
-    kind: Kind
-    default: Any  # of make: a bool, int, float, a tuple of floats, or a str
-    low: float  # of each number, both ends included
-    high: float
-    choices: tuple[str, ...]  # the valid texts; empty when any text may be tried
-    doc: str
-    vector_default: Any  # of make_vec
-
-
-@dataclass(frozen=True)
-class Field:
-    """A named part of an observation, an action or an info, or a readable array."""
-
-    name: str
-    shape: tuple[int, ...]
-    offset: int  # of the first element within one row's record
-    count: int
-    type: Type
-    doc: str
 
 
 def _struct(kind: type[Any]) -> Any:
@@ -221,9 +196,7 @@ class Options:
 
 def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> OptionError:
     """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
-    similar = difflib.get_close_matches(
-        name, [*schema, *Rendering.__annotations__, *randomization.KEYWORDS, "engine"], 1
-    )
+    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__, *KEYWORDS, "engine"], 1)
     hint = f". Did you mean {similar[0]!r}?" if similar else ""
     return OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
 
@@ -260,7 +233,7 @@ class Rows:
 
     def __init__(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> None:
         chosen = Options(engine, id)
-        chosen.set({name: value for name, value in options.items() if name not in randomization.KEYWORDS})
+        chosen.set({name: value for name, value in options.items() if name not in KEYWORDS})
         handle = c_void_p()
         self._owned: Owned | None = Owned(engine.mjenv_destroy, handle)
         engine.check(engine.mjenv_create(chosen.pointer, count, byref(handle)))
@@ -280,7 +253,7 @@ class Rows:
         self.init_qpos.flags.writeable = False
         if options.get("randomize") is not None:
             self.randomize(options["randomize"])
-        if any(options.get(name) is not None for name in randomization.KEYWORDS[1:]):
+        if any(options.get(name) is not None for name in KEYWORDS[1:]):
             self.perturb(options.get("noise"), options.get("delay"), options.get("push"))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -497,14 +470,14 @@ class Rows:
 
     def randomize(self, draws: Any) -> None:
         """Replaces what resets draw."""
-        lists, found = randomization.Lists(), randomization.draws_of(draws)
+        lists, found = _draws.Lists(), _draws.draws_of(draws)
         items = lists.items(self, found)
         self.call(self.engine.mjenv_randomize, items, len(found))
         self.options["randomize"] = draws
 
     def perturb(self, noise: Any, delay: Any, push: Any) -> None:
         """Replaces noise, delays and pushes."""
-        lists = randomization.Lists()
+        lists = _draws.Lists()
         self.call(self.engine.mjenv_perturb, byref(lists.perturbation(self, noise, delay, push)))
         self.options.update(noise=noise, delay=delay, push=push)
 

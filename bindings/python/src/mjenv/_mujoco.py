@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv._abi import Role, Status
-from mjenv._handle import Field, Rows
+from mjenv._handle import Rows
+from mjenv._schema import Field
 from mjenv._written import WrittenArray, written_array
 from mjenv.errors import UnknownNameError
 

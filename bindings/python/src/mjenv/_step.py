@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Status, Type
-from mjenv._handle import FLOATS, Field, Float64Array, Rows
+from mjenv._handle import FLOATS, Float64Array, Rows
+from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError
 
 Results = TypeVar("Results")

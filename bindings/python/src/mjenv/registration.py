@@ -16,10 +16,10 @@ from gymnasium.envs.registration import EnvSpec
 from mjenv import _handle
 from mjenv._abi import Status
 from mjenv._engine import ENGINES
-from mjenv._handle import Option
 from mjenv._numpy_rows import NumpyRows
 from mjenv._pictures import RENDER_MODES
 from mjenv._registered import Registered
+from mjenv._schema import Option
 from mjenv.env import MujocoEnv
 from mjenv.errors import EngineError, InvalidValueError, OptionError
 from mjenv.task import Task

@@ -17,7 +17,8 @@ from mjenv._abi import Role, Type
 from mjenv._cli import terminal
 from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 from mjenv._engine import ENGINES
-from mjenv._handle import Field, Rows
+from mjenv._handle import Rows
+from mjenv._schema import Field
 
 LANES = (2, 4, 8)  # SSE2 or NEON, AVX2, AVX-512
 LANE_ROWS = 8  # of the vector that says whether its rows step together
