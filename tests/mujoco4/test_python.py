@@ -515,8 +515,9 @@ def test_mujoco_of_the_system(alone: Path) -> None:
         (None, "cannot open shared object file"),
         (b"", "file too short"),
         (b"not a library" * 100, "invalid ELF header"),
+        (MUJOCO.read_bytes()[:100_000], "it is damaged: it ends before what its headers describe"),
     ],
-    ids=["missing", "empty", "text"],
+    ids=["missing", "empty", "text", "cut off"],
 )
 def test_a_broken_mujoco(content: bytes | None, message: str, tmp_path: Path) -> None:
     """The one that MJENV_MUJOCO names, and the one in the package."""

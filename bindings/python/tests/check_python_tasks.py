@@ -6,7 +6,8 @@ import gc
 import pickle
 import subprocess
 import sys
-from contextlib import closing
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, suppress
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -17,7 +18,9 @@ import pytest
 
 import mjenv
 from interrupts import interrupted_before
-from mjenv import _task_abi
+from mjenv import _handle, _task_abi
+from mjenv._engine import ENGINES, Engines
+from mjenv._registered import Registered
 from mjenv.task import Field, Random, Setting, Sim
 from tasks_of_python import NumpyHopper
 
@@ -509,3 +512,60 @@ def test_an_interrupt_of_a_build_is_a_keyboard_interrupt(monkeypatch: pytest.Mon
     assert instruction > 200
     with closing(mjenv.make_vec("NumpyHopper-v5", 2)) as envs:
         envs.reset(seed=1)
+
+
+def tells_engines(code: CodeType) -> bool:
+    files = mjenv._engine.__file__, mjenv._registered.__file__, mjenv.registration.__file__
+    return code.co_filename in files and code.co_name in ("get", "_load", "register", "_register", "registration")
+
+
+def test_an_interrupt_of_a_registration_leaves_nothing_half_made() -> None:
+    """The task has its id and works, or it can be registered again; no thread waits for ever."""
+    instruction = 0
+    while True:
+        id = f"Interrupted-v{instruction}"
+        kind = type("Copied", (NumpyHopper,), {})
+        if not interrupted_before(lambda id=id, kind=kind: mjenv.register(id, kind), instruction, tells_engines):
+            break
+        gc.collect()
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(ENGINES.register, lambda engine: None).result(timeout=60)
+        if id not in mjenv.ids():
+            mjenv.register(id, kind)
+        with closing(mjenv.make_vec(id, 1)) as envs, closing(mjenv.make_vec("NumpyHopper-v5", 1)) as others:
+            assert flat(envs.reset(seed=1)) == flat(others.reset(seed=1))
+            assert flat(envs.step(np.ones((1, 3)))) == flat(others.step(np.ones((1, 3))))
+        instruction += 1
+    assert instruction > 100
+
+
+def test_an_interrupt_while_an_engine_is_loaded() -> None:
+    instruction = 0
+    while True:
+        engines, id = Engines(), f"Loaded-v{instruction}"
+        engines.register(Registered(id, NumpyHopper).register)
+        if not interrupted_before(engines.get, instruction, tells_engines):
+            break
+        assert id in _handle.ids(engines.get())
+        instruction += 1
+    assert instruction > 50
+
+
+def test_a_registration_that_fails_changes_nothing() -> None:
+    """Also where an interrupt comes when it has failed: then an engine tells once, and works from then on."""
+    with pytest.raises(mjenv.InvalidValueError, match="built-in"):
+        mjenv.register("Hopper-v5", NumpyHopper)
+    failed = instruction = 0
+    while interrupted_before(lambda: refuse("Hopper-v5"), instruction, tells_engines):
+        try:
+            ENGINES.get()
+        except mjenv.InvalidValueError:
+            failed += 1
+        assert isinstance(mjenv.make("Hopper-v5").unwrapped, mjenv.MujocoEnv)
+        instruction += 1
+    assert failed > 0
+
+
+def refuse(id: str) -> None:
+    with suppress(mjenv.InvalidValueError):
+        mjenv.register(id, NumpyHopper)

@@ -11,15 +11,14 @@ import ctypes
 import importlib.util
 import os
 import sys
-import threading
 from collections.abc import Callable
 from ctypes import byref, c_void_p
 from pathlib import Path
-from typing import Any
 
 from mjenv import _abi
 from mjenv._abi import Status
 from mjenv._owned import Owned
+from mjenv._turns import Lock
 from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
 
 # The library of each engine, the usual one first. Windows and macOS have but one engine.
@@ -27,6 +26,7 @@ _ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}, "darwin": {"2.2.2": "libmjenv.dyl
 FILES = _ELSEWHERE.get(sys.platform, {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"})
 # The names of MuJoCo's library, for engines that open it at run time.
 _MUJOCO = {"4.0": ("libmujoco.so.4.0.1", "libmujoco.so.4.0.0")}
+_VARIABLE = "MJENV_MUJOCO"  # by which they are told the path of that library
 
 
 def name_of(mujoco: str) -> str:
@@ -53,7 +53,7 @@ class Engine(_abi.Library):
         # As in CMake's MJENV_MATH and MJENV_ARCH.
         self.math: str = "portable" if "portable math" in details else "system"
         self.arch: str = next((detail for detail in details if detail != "portable math"), "")
-        self.registrations = 0  # how many of Engines.register were made
+        self.registrations: list[Callable[[Engine], None]] = []  # those of Engines.register that it has
 
     def version(self) -> str:
         """The library's version and that of its MuJoCo."""
@@ -68,8 +68,29 @@ class Engine(_abi.Library):
         """The exception for the call that has just failed."""
         return error_of(status, self.mjenv_last_error().decode("utf-8", "replace"), unknown_name)
 
-    def check_mujoco(self) -> None:
-        """Raises EngineError if MuJoCo's library cannot be opened. The first model that is built opens it."""
+    def open_mujoco(self, installed: Path | None) -> None:
+        """Opens MuJoCo's library: `installed`, or else the one that the engine finds. Raises EngineError if that fails.
+
+        The engine opens it, and not ctypes, because it refuses a file that is cut off, which would end the process.
+        """
+        if installed is None:
+            return self._check_mujoco()
+        os.environ[_VARIABLE] = str(installed)
+        try:
+            self._check_mujoco()
+        except EngineError as error:
+            reason, found, _ = error.message.partition(f"{_VARIABLE}: ")[2].partition("; install MuJoCo")
+            if not found:
+                raise
+            raise EngineError(
+                f"cannot load {installed}: {reason}; install it again (pip install --force-reinstall mujoco-core), or "
+                f"set {_VARIABLE} to the path of another libmujoco.so.4.0.x"
+            ) from None
+        finally:
+            del os.environ[_VARIABLE]
+
+    def _check_mujoco(self) -> None:
+        """Builds a model: the first one opens MuJoCo's library."""
         options, env = c_void_p(), c_void_p()
         owned = Owned(self.mjenv_options_destroy, options), Owned(self.mjenv_destroy, env)
         self.check(self.mjenv_options_create(b"InvertedPendulum-v5", byref(options)))
@@ -83,7 +104,7 @@ class Engines:
     """The engines of this process. Each is loaded when it is first asked for, and never unloaded."""
 
     def __init__(self) -> None:
-        self._lock = threading.RLock()
+        self._lock = Lock()
         self._ready: dict[str, Engine] = {}
         self._opened: dict[str, Engine] = {}  # also those that lack MuJoCo's library or a registration
         self._registrations: list[Callable[[Engine], None]] = []
@@ -111,30 +132,51 @@ class Engines:
         """The names that get may know, of engines that can be used and others."""
         return tuple(dict.fromkeys((*FILES, *self._opened)))
 
-    def register(self, registration: Callable[[Engine], Any]) -> None:
-        """Calls a function for every engine, now or when it is loaded. If it fails now, it is not called again."""
-        with self._lock:
-            engines = self._ready.values()
-            for engine in engines:
-                registration(engine)
-            for engine in engines:
-                engine.registrations += 1
+    def register(self, registration: Callable[[Engine], None]) -> None:
+        """Calls a function for every engine, now or when it is loaded. If it fails now, it is not called again. If an
+        interrupt comes, the next `get` goes on, and may call it once more for an engine that it has succeeded for."""
+        turn = self._lock.take()
+        try:
+            names = [*self._ready]
+            self._ready.clear()
             self._registrations.append(registration)
+            try:
+                for name in names:
+                    self._load(name)
+            except Error:
+                self._forget(registration)
+                raise
+        finally:
+            del turn
 
     def _load(self, name: str) -> Engine:
-        with self._lock:
+        turn = self._lock.take()
+        try:
             if name not in self._opened:
                 self._opened[name] = self._open(name)
             engine = self._opened[name]
             if name not in self._ready:
                 if name in _MUJOCO:
-                    _open_mujoco(_MUJOCO[name])
-                    engine.check_mujoco()
-                for registration in self._registrations[engine.registrations :]:
-                    registration(engine)
-                    engine.registrations += 1
+                    engine.open_mujoco(_installed_mujoco(_MUJOCO[name]))
+                for registration in [one for one in self._registrations if one not in engine.registrations]:
+                    self._register(registration, engine)
                 self._ready[name] = engine
             return engine
+        finally:
+            del turn
+
+    def _register(self, registration: Callable[[Engine], None], engine: Engine) -> None:
+        try:
+            registration(engine)
+        except Error:
+            # An interrupt has hidden the error from the caller of `register`.
+            if not any(registration in other.registrations for other in self._opened.values()):
+                self._forget(registration)
+            raise
+        engine.registrations.append(registration)
+
+    def _forget(self, registration: Callable[[Engine], None]) -> None:
+        self._registrations = [one for one in self._registrations if one is not registration]
 
     def _open(self, name: str) -> Engine:
         if name not in FILES:
@@ -154,32 +196,21 @@ class Engines:
         return engine
 
 
-def _open_mujoco(names: tuple[str, ...]) -> None:
-    """Opens MuJoCo's library in the installed package, because the engine takes one that the process has already.
-
-    Does nothing if MJENV_MUJOCO names a library, if the process has one, or if no package is installed: the engine then
-    asks the system, or says what to install.
-    """
-    if os.environ.get("MJENV_MUJOCO"):
-        return
+def _installed_mujoco(names: tuple[str, ...]) -> Path | None:
+    """MuJoCo's library in the installed package. None if MJENV_MUJOCO names one, if the process has one, or if no
+    package is installed: the engine then takes those, or asks the system, or says what to install."""
+    if os.environ.get(_VARIABLE):
+        return None
     for name in names:
         with contextlib.suppress(OSError):
             ctypes.CDLL(name, os.RTLD_NOW | os.RTLD_NOLOAD)
-            return
+            return None
     try:
         package = importlib.util.find_spec("mujoco")
     except ValueError:  # a module without a spec took its name
         package = None
     folders = (package.submodule_search_locations or ()) if package else ()
-    file = next((file for folder in folders for name in names if (file := Path(folder, name)).exists()), None)
-    if file:
-        try:
-            ctypes.CDLL(str(file), os.RTLD_NOW)
-        except OSError as error:
-            raise EngineError(
-                f"cannot load {file}: {error}; install it again (pip install --force-reinstall mujoco-core), or set "
-                "MJENV_MUJOCO to the path of another libmujoco.so.4.0.x"
-            ) from error
+    return next((file for folder in folders for name in names if (file := Path(folder, name)).exists()), None)
 
 
 ENGINES = Engines()

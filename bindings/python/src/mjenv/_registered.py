@@ -62,9 +62,12 @@ _FIELD_TYPES: dict[Any, Type] = {
     np.int64: Type.INT64,
 }
 
+# Engines call a task for the rest of the process.
+_KEPT: list[Registered] = []
+
 
 class Registered:
-    """A task that every engine knows. It must be kept for the rest of the process, because the engines call it."""
+    """A task that every engine knows."""
 
     def __init__(self, id: str, kind: type[Task]) -> None:
         self.id, self.kind = id, kind
@@ -86,6 +89,7 @@ class Registered:
         if missing:
             raise OptionError(f"{kind.__name__} does not define {missing[0]}", Status.E_TYPE)
         self.is_code = bool(coded)
+        self._statuses: dict[str, list[int]] = {}  # what each engine's mjenv_register_task has returned
         self._kept: list[Any] = []
         self.struct = self._described(addresses)
 
@@ -118,9 +122,17 @@ class Registered:
             del now  # its error has a traceback, which has this frame
 
     def register(self, engine: Engine) -> None:
+        """Makes an engine know the task. Calling it again, after an interrupt for example, does nothing."""
         function = engine["mjenv_register_task"]
         function.argtypes, function.restype = (POINTER(_task_abi.mjenv_task),), c_int32
-        engine.check(function(byref(self.struct)))
+        statuses = self._statuses.setdefault(engine.path, [])
+        if Status.OK not in statuses:
+            _KEPT.append(self)
+            # One call of a function in C, within which no interrupt comes: it calls the engine and keeps the status.
+            statuses.extend(map(function, (byref(self.struct),)))
+            if statuses[-1]:
+                _KEPT.remove(self)
+            engine.check(statuses[-1])
 
     def _described(self, addresses: Mapping[str, int]) -> Any:
         kind = self.kind

@@ -19,6 +19,7 @@ Taking, giving back, dropping and making a turn are one call of a function in C 
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from functools import partial
 from itertools import repeat
@@ -48,3 +49,19 @@ class Turns:
             return self.take_free()
         except IndexError:
             return next(self._made)
+
+
+class Lock:
+    """A lock that one thread can take several times. `take` waits for a turn, and dropping the turn gives it back:
+
+    turn = lock.take()
+    try:
+        ...
+    finally:
+        del turn
+    """
+
+    def __init__(self) -> None:
+        lock = threading.RLock()
+        # __exit__ because it accepts an argument, unlike release: what acquire has returned.
+        self.take: Callable[[], Turn] = map(Turn, repeat(lock.__exit__), iter(lock.acquire, None)).__next__

@@ -15,7 +15,7 @@ from gymnasium.envs.registration import EnvSpec
 
 from mjenv import _handle
 from mjenv._abi import Status
-from mjenv._engine import ENGINES
+from mjenv._engine import ENGINES, Engine
 from mjenv._numpy_rows import NumpyRows
 from mjenv._pictures import RENDER_MODES
 from mjenv._registered import Registered
@@ -132,9 +132,12 @@ def register(id: str, task: type[Task]) -> None:
     if not isinstance(task, type) or not issubclass(task, Task):
         raise OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)
     registered = Registered(id, task)
-    ENGINES.register(registered.register)
-    # This also keeps the callbacks, which the library calls for the rest of the process.
-    _handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
+
+    def registration(engine: Engine) -> None:
+        registered.register(engine)
+        _handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
+
+    ENGINES.register(registration)
     register_ids()
 
 
