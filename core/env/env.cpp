@@ -209,6 +209,7 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
     for (std::int64_t place = first; place < last; ++place)
       if (const std::int64_t row = order_.row(place); is_selected(mask, row))
         turns.push_back({row, actions.part(row * nu, nu), {out, rows(), row}});
+    for (const Turn& turn : turns) turn.place.forget();
     episodes_.step(team);
     for (std::size_t i = 0; i < turns.size(); ++i) order_.note(turns[i].row, team[i].work().constraint_count());
   });

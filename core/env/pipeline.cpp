@@ -105,12 +105,7 @@ void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
     turns.push_back({row, {actions_.data() + row * nu_, dtypes_[row], nu_}, outputs_->at(row)});
   }
   lock.unlock();
-  // If the step fails, the reward and flags of an earlier one must not be delivered. A failed row's other outputs are
-  // undefined.
-  for (const Turn& turn : turns) {
-    turn.place.put_result(0, false, false);
-    turn.place.put<std::uint8_t>(turn.place.out.was_reset, 0);
-  }
+  for (const Turn& turn : turns) turn.place.forget();
   episodes_.step(team);
   lock.lock();
   failures_.take(team.first().failures);

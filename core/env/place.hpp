@@ -32,6 +32,12 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
+  // Before a step: if it fails, the reward and flags of an earlier one must not be delivered. A failed row's other
+  // outputs are undefined.
+  void forget() const {
+    put_result(0, false, false);
+    put<std::uint8_t>(out.was_reset, 0);
+  }
   // Writes this element's numbers to an array that has one block for each field (mjenv_batch). values: one field's
   // numbers after the other's.
   void put(const std::vector<Field>& fields, const double* values, double* array) const {

@@ -857,6 +857,38 @@ def test_recv_of_a_row_that_mujoco_fails_in(threads: int) -> None:
     assert len(envs.recv()[0]) == 4
 
 
+@pytest.mark.parametrize("mode", ["Disabled", "NextStep", "SameStep"])
+def test_step_of_rows_of_which_one_fails(mode: str) -> None:
+    """The exception has what the others returned; one that says that no row was stepped has nothing."""
+    options = {"num_threads": 2, "autoreset_mode": mode, "xml_string": BOX, "max_episode_steps": 3}
+    envs, whole = (mjenv.make_vec("HalfCheetah-v5", 4, **options) for _ in range(2))
+    actions = np.ones((4, 1), np.float32)
+    for fails in (1, 0, 3):
+        others = np.array([row for row in range(4) if row != fails])
+        envs.reset(seed=1), whole.reset(seed=1)
+        assert envs.step(actions)[1].all()
+        whole.step(actions)
+        envs.envs[fails].set_state([0, -2.6, 0], [0, -10, 0])
+        with pytest.raises(mjenv.PhysicsError) as failure:
+            envs.step(actions)
+        found, wanted = failure.value.results, whole.step(actions)
+        assert found is not None
+        for given, of_all in zip(found[:4], wanted[:4], strict=True):
+            assert given[others].tobytes() == of_all[others].tobytes()
+        for name in ("x_position", "_x_position", "reward_ctrl"):
+            assert found[4][name][others].tobytes() == wanted[4][name][others].tobytes()
+        assert (found[1][fails], found[2][fails], found[3][fails]) == (0, False, False)
+        assert envs.statuses.tolist() == [Status.E_PHYSICS if row == fails else Status.OK for row in range(4)]
+        for refused in (np.full((4, 1), np.nan), np.zeros((4, 2))):
+            with pytest.raises(mjenv.InvalidValueError) as refusal:
+                envs.step(refused)
+            assert refusal.value.results is None
+        rewards = found[1].copy()
+        envs.envs[fails].set_state([0, 0, 0], [0, 0, 0])
+        envs.step(actions)
+        assert found[1].tobytes() == rewards.tobytes()  # no later call changes them
+
+
 def test_a_row_that_cannot_be_reset() -> None:
     """It says so, and is reset by the next step for which that can be done, whose action is ignored."""
     still = BOX.replace("0.01", "1e-6")  # only where an episode begins decides whether there are contacts

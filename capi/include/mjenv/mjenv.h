@@ -591,6 +591,8 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
  * ended must be reset first; a call with a row that violates this steps no row. With "strict" 0, such rows are stepped
  * as in Gymnasium.
  * A state that diverges is no error of the call: see mjenv_batch.status and the option "on_divergence".
+ * If rows fail in the step, the others are stepped all the same, and out is written: the reward and flags of a row that
+ * failed are 0, and its other outputs are undefined.
  * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; VALUE and MODEL also
  * if a reset by "autoreset_mode" failed (mjenv_randomize). */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,

@@ -87,8 +87,8 @@ class Outputs(Batch):
         self.terminated, self.truncated = self.ended
 
         # A bytearray, as searching it is the quickest way to learn that no row was reset.
-        self._resets = bytearray(count)
-        self.was_reset: BoolArray = np.frombuffer(self._resets, np.bool_)
+        self.resets = bytearray(count)
+        self.was_reset: BoolArray = np.frombuffer(self.resets, np.bool_)
         self.reset_info = np.zeros(count * counts[Role.RESET_INFO])
         self.exported = np.zeros(count * counts[Role.ARRAYS])
         named = zip(fields[Role.ARRAYS], views(self.exported, fields[Role.ARRAYS], count), strict=True)
@@ -118,7 +118,7 @@ class Outputs(Batch):
     def step_infos(self, action_dtype: np.dtype[Any], rows: NDArray[np.int64] | None = None) -> Info:
         """The infos of a step of these rows, of all if there are none given."""
         layout = self._layouts[action_dtype]
-        if rows is None and 1 not in self._resets:
+        if rows is None and 1 not in self.resets:
             return layout.whole(self.info.copy())
         was_reset = self.was_reset if rows is None else self.was_reset[rows]
         stepped = ~was_reset

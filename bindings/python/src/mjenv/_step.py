@@ -28,6 +28,8 @@ Results = TypeVar("Results")
 Info = dict[str, Any]
 
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
+# What the library, which writes 0 or 1, never writes to was_reset.
+_UNTOUCHED = 2
 # The types that are Python's own. The others are NumPy's scalars.
 _PYTHON = (Type.NATIVE_FLOAT, Type.NATIVE_INT)
 
@@ -36,7 +38,8 @@ class Step(Generic[Results]):
     """Steps all rows of a handle.
 
     shape: of the actions. out: a pointer to the mjenv_batch that a step writes. results: gives for a dtype of the
-    actions the function that copies what a step has written.
+    actions the function that copies what a step has written. was_reset: the memory of the batch's array of this name,
+    for rows of which some may fail while others are stepped; the exception then has the results.
     """
 
     def __init__(
@@ -45,8 +48,9 @@ class Step(Generic[Results]):
         shape: tuple[int, ...],
         out: Any,
         results: Callable[[np.dtype[Any]], Callable[[], Results]],
+        was_reset: bytearray | None = None,
     ) -> None:
-        self._rows, self._shape = rows, shape
+        self._rows, self._shape, self._was_reset = rows, shape, was_reset
         self._take, self._give_back = rows.turns.take_free, rows.turns.give_back
         self._inputs: dict[np.dtype[Any], tuple[NDArray[Any], Callable[[], int], Callable[[], Results]]] = {}
         for dtype, code in FLOATS.items():
@@ -71,9 +75,19 @@ class Step(Generic[Results]):
             if self._rows.closed:
                 raise self._rows.gone()
             buffer[...] = actions
+            was_reset = self._was_reset
+            if was_reset:
+                was_reset[0] = _UNTOUCHED
             status = call()
             if status:
-                raise self._rows.engine.last_error(status)
+                error = self._rows.engine.last_error(status)
+                # Otherwise the library has refused to step any row.
+                if was_reset and was_reset[0] != _UNTOUCHED:
+                    error.results = results()  # type: ignore[assignment]
+                try:
+                    raise error
+                finally:
+                    del error  # its traceback has this frame
             return results()
         finally:
             self._give_back(turn)

@@ -15,7 +15,7 @@ from mjenv._abi import Status
 class Error(gymnasium.error.Error):
     """Base class of all exceptions of mjenv.
 
-    results: what VectorEnv.recv would have returned, if rows failed that it has received; otherwise None.
+    results: what VectorEnv.step or recv would have returned, if some rows failed and others were stepped; else None.
     """
 
     results: tuple[Any, ...] | None = None

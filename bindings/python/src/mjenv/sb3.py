@@ -38,7 +38,7 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
 
     def _prepare(self) -> None:
         pool = self.envs._pool
-        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results)
+        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results, pool.outputs.resets)
 
     def reset(self) -> NDArray[Any]:
         obs, _ = self.envs.reset(seed=self._seeds)

@@ -152,7 +152,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def _prepare(self) -> None:
         pool = self._pool
-        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results)
+        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results, pool.outputs.resets)
         self.arrays = pool.outputs.arrays
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
@@ -204,6 +204,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         actions: (num_envs, nu). float32 and float64 actions take part in the arithmetic as they are; lists and integers
         count as float64. Returns observations (num_envs, n), rewards float64[num_envs], terminations and truncations
         bool[num_envs], and the infos: copies, but for the observations of an environment made with copy=False.
+
+        If some rows failed, the others were stepped all the same, and the exception's attribute `results` has all that;
+        `statuses` tells which rows failed, and their rewards are 0. `results` is None if no row was stepped.
         """
         results = self._stepper.step(actions)
         if self._in_windows:
