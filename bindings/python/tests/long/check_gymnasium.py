@@ -1,4 +1,4 @@
-"""The start-up hook of an installed mjenv breaks no program that uses Gymnasium, of whichever version.
+"""mjenv with each version of Gymnasium.
 
 Installs each version with pip, into a folder of its own.
 """
@@ -12,20 +12,18 @@ import pytest
 
 import mjenv
 
-STARTUP = Path(__file__).parents[2] / "startup"
 SOURCE = Path(mjenv.__file__).parents[1]
 INSTALL = (sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--target")
-PROGRAM = f"""
-import site; site.addsitedir({str(STARTUP)!r})
+PROGRAM = """
 import gymnasium
 env = gymnasium.make("CartPole-v1")
 env.reset(seed=0)
 print(gymnasium.__version__, env.spec.id)
 if gymnasium.__version__ >= "1":
-    env = gymnasium.make("mjenv/Ant-v5")
+    env = gymnasium.make("mjenv:mjenv/Ant-v5")
     env.reset(seed=0)
     env.step(env.action_space.sample())
-    envs = gymnasium.make_vec("mjenv/Ant-v5", num_envs=2)
+    envs = gymnasium.make_vec("mjenv:mjenv/Ant-v5", num_envs=2)
     print(type(env.unwrapped).__name__, type(envs).__name__)
 else:
     try:
@@ -55,7 +53,5 @@ def test_every_gymnasium_works(gymnasium: Path) -> None:
     needed = f"mjenv needs Gymnasium 1.0 or newer, not {version}"
     if version.startswith("0."):
         assert ours.startswith(needed)
-        assert needed in run.stderr
     else:
         assert ours == "MujocoEnv VectorEnv"
-        assert needed not in run.stderr
