@@ -31,6 +31,7 @@ DOCUMENTS = {
     "README.md": "index.md",
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
+    "benchmarks/results/steps.md": "measurements.md",
     "SECURITY.md": "security.md",
     "THIRD_PARTY_NOTICES.md": "third-party.md",
     "bindings/python/README.md": "reference/python.md",
