@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from mjenv import _abi
-from mjenv._cli import snapshots
+from mjenv.cli import snapshots
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "golden"))
 from episodes import Checksum

@@ -18,7 +18,7 @@ from gymnasium.wrappers import RecordVideo
 from PIL import Image, ImageSequence
 
 import mjenv
-from mjenv._cli import gallery, main
+from mjenv.cli import gallery, main
 from mjenv.policy import Policy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -174,7 +174,7 @@ def test_refusals(words: list[str], message: str, capsys: pytest.CaptureFixture[
 
 
 def test_without_the_extra() -> None:
-    script = "import sys; sys.modules['imageio'] = None; from mjenv._cli import main; sys.exit(main())"
+    script = "import sys; sys.modules['imageio'] = None; from mjenv.cli import main; sys.exit(main())"
     command = [sys.executable, "-c", script, "play", "Hopper-v5", "--video", "a.mp4"]
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 2

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -310,3 +311,34 @@ runpy.run_module("mjenv", run_name="__main__")
     assert [line.partition(":")[0] for line in run.stdout.splitlines()[1:]] == ["Ant-v5", "Hopper-v5"]
     assert "mjenv: nothing was compared: import of glfw halted" in run.stderr
     assert 'pip install "gymnasium[mujoco]"' in run.stderr
+
+
+def test_fields() -> None:
+    """They lie one behind the other in the spaces of Gymnasium's environment, and name the keys of its infos."""
+    for id in ("Ant-v5", "Reacher-v5"):
+        theirs, ours = gymnasium.make(id), mjenv.make(id)
+        _, reset_info = theirs.reset(seed=1)
+        *_, info = theirs.step(theirs.action_space.sample())
+        for kind, space in (("observation", theirs.observation_space), ("action", theirs.action_space)):
+            fields = ours.fields(kind)
+            assert [field.offset for field in fields] == [sum(f.count for f in fields[:i]) for i in range(len(fields))]
+            assert sum(field.count for field in fields) == space.shape[0]
+        assert {field.name for field in ours.fields("info")} == set(info)
+        assert {field.name for field in ours.fields("reset_info")} == set(reset_info)
+        shapes = {field.name: field.shape for field in ours.fields("model")}
+        assert shapes["body_mass"] == theirs.unwrapped.model.body_mass.shape
+        assert {field.name for field in ours.fields("data")} > {"qpos", "qvel", "xpos"}
+    with pytest.raises(mjenv.UnknownNameError, match="'reward', but of observation, action"):
+        ours.fields("reward")
+    assert mjenv.make_vec("Ant-v5", 2).envs[1].fields("info") == mjenv.make("Ant-v5").fields("info")
+
+
+def test_engine() -> None:
+    found = mjenv.engine()
+    assert (found.name, found.version) == ("2.2.2", mjenv.version())
+    assert Path(found.file).exists()
+    assert found == mjenv.engine("2.2.2")
+    assert found.name in mjenv.engines()
+    assert set(mjenv.engines()) <= set(mjenv.engines(usable=False))
+    with pytest.raises(mjenv.EngineError, match="there is no engine"):
+        mjenv.engine("5.0")

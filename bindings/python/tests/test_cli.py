@@ -14,8 +14,8 @@ import pytest
 
 import mjenv
 from mjenv._abi import Role
-from mjenv._cli import arguments, bench, main, snapshots
 from mjenv._engine import FILES
+from mjenv.cli import arguments, bench, main, snapshots
 from systems import WINDOWS, needs_bash, needs_terminal, not_on_windows
 from test_schema import SCHEMA
 
@@ -303,7 +303,7 @@ def test_every_byte_of_a_row_is_compared(envs: mjenv.VectorEnv, tmp_path: Path) 
         "head", "state", "carried", "values", "computed_state", "computed_values", "constants_values",
     ]  # fmt: skip
     start = len(image) - sum(size for _, _, size in parts)
-    row, end = snapshots._row(image, start, parts, snapshots._contents(rows, [name for name, _, _ in arrays]))
+    row, end = snapshots._row(image, start, parts, snapshots._contents(envs.envs[0], [name for name, _, _ in arrays]))
     assert end == len(image)
     doubles = sum(value.size for value in row.values() if isinstance(value, np.ndarray))
     assert snapshots.HEAD.size + 8 * doubles == sum(size for _, _, size in parts)
@@ -348,7 +348,7 @@ def on_terminal(*words: str, without_rich: bool = False) -> str:
     block = "import sys; sys.modules['rich'] = None" if without_rich else "import sys, rich"
     import pty
 
-    code = f"{block}; from mjenv._cli import main; sys.exit(main({list(words)!r}))"
+    code = f"{block}; from mjenv.cli import main; sys.exit(main({list(words)!r}))"
     main_end, end = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
     environment.pop("NO_COLOR", None)

@@ -1,4 +1,4 @@
-"""The package's modules do not import one another in circles, also not for types alone or inside of functions."""
+"""Which modules of the package import which, also for types alone and inside of functions."""
 
 import ast
 import graphlib
@@ -34,3 +34,23 @@ def test_no_circles() -> None:
     assert "mjenv._handle" in known
     # Raises CycleError, which names the modules of the circle.
     graphlib.TopologicalSorter({name: set(imports(file, known)) for name, file in known.items()}).prepare()
+
+
+def test_the_command_line_uses_the_public_package() -> None:
+    """Nothing private of mjenv, and importing mjenv does not import it."""
+    known = modules()
+    command_line = {name: file for name, file in known.items() if f"{name}.".startswith("mjenv.cli.")}
+    assert len(command_line) > 10
+    for name, file in known.items():
+        of_command_line = [used for used in imports(file, known) if used in command_line]
+        if name in command_line:
+            assert not [used for used in imports(file, known) if used.startswith("mjenv._")], name
+            attributes = {node.attr for node in ast.walk(ast.parse(file.read_text("utf-8"))) if is_foreign(node)}
+            assert not attributes & {"_rows", "_pool"}, name
+        else:
+            assert not of_command_line or name == "mjenv.__main__", name
+
+
+def is_foreign(node: ast.AST) -> bool:
+    """Whether a node is an attribute of something else than self."""
+    return isinstance(node, ast.Attribute) and not (isinstance(node.value, ast.Name) and node.value.id == "self")

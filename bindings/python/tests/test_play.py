@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv._cli import main, play
+from mjenv.cli import main, play
 from mjenv.policy import Layer, Policy
 
 LINEAR = np.arange(22.0).reshape(2, 11)[:, :10] / 20  # Reacher's actions from its observations

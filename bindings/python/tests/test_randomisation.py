@@ -17,7 +17,7 @@ from gymnasium.envs.registration import EnvSpec
 
 import mjenv
 from mjenv import Delay, Noise, Offset, Push, Scale, Value
-from mjenv._cli import main
+from mjenv.cli import main
 
 SETTINGS: dict[str, Any] = {
     "randomize": {

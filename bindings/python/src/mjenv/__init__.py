@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from mjenv import _requirements as _requirements  # first, because the other modules need what it checks
 from mjenv._abi import Kind, Status
 from mjenv._arguments import AutoresetMode
-from mjenv._schema import Option
+from mjenv._schema import EngineInfo, Option
 from mjenv.env import MujocoEnv
 from mjenv.errors import (
     AlreadyPendingCallError,
@@ -38,7 +38,18 @@ from mjenv.errors import (
     UnknownNameError,
 )
 from mjenv.randomization import Delay, Noise, Offset, Push, Scale, Value
-from mjenv.registration import engines, ids, load_tasks, model_xml, options, register, register_ids, spec, version
+from mjenv.registration import (
+    engine,
+    engines,
+    ids,
+    load_tasks,
+    model_xml,
+    options,
+    register,
+    register_ids,
+    spec,
+    version,
+)
 from mjenv.task import Task
 from mjenv.vector import VectorEnv
 
@@ -55,6 +66,7 @@ __all__ = [
     "ClosedError",
     "Delay",
     "EngineError",
+    "EngineInfo",
     "Error",
     "ForkedError",
     "InternalError",
@@ -83,6 +95,7 @@ __all__ = [
     "UnknownNameError",
     "Value",
     "VectorEnv",
+    "engine",
     "engines",
     "ids",
     "load_tasks",

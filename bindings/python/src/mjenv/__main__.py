@@ -2,7 +2,7 @@
 
 import sys
 
-from mjenv._cli import main
+from mjenv.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

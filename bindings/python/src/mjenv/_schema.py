@@ -1,4 +1,4 @@
-"""What the library tells about an id: its options, and the fields of its arrays."""
+"""What the library tells about itself, and about an id: its options, and the fields of its arrays."""
 
 from __future__ import annotations
 
@@ -6,6 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from mjenv._abi import Kind, Type
+
+
+@dataclass(frozen=True)
+class EngineInfo:
+    """An engine that can be used."""
+
+    name: str  # its version of MuJoCo
+    version: str  # of the library, and of its MuJoCo
+    file: str  # the library
+    math: str  # "system" or "portable": where sines and the like come from
+    instructions: str  # the instruction set that the library was built for; "" for the usual one of the platform
 
 
 @dataclass(frozen=True)

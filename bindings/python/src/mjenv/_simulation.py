@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from mjenv._abi import Role, Status
 from mjenv._handle import Float64Array, Rows
 from mjenv._mujoco import Data, Model
-from mjenv.errors import InvalidValueError
+from mjenv._schema import Field
+from mjenv.errors import InvalidValueError, UnknownNameError
 
 
 class Simulation:
@@ -90,6 +91,15 @@ class Simulation:
         if not structure:
             raise AttributeError(f"{self._rows.id} has no observation_structure")
         return structure
+
+    def fields(self, kind: str) -> tuple[Field, ...]:
+        """The named parts of the "observation", "action", "info" or "reset_info", or the arrays of "data" or "model":
+        each with its name, shape, offset, count, type and doc."""
+        roles = {"observation": Role.OBSERVATION, "action": Role.ACTION, "info": Role.INFO}
+        roles |= {"reset_info": Role.RESET_INFO, "data": Role.DATA, "model": Role.MODEL}
+        if kind not in roles:
+            raise UnknownNameError(f"there are no fields of {kind!r}, but of {', '.join(roles)}", Status.E_NAME)
+        return self._rows.fields(roles[kind])
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
         """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.

@@ -19,7 +19,7 @@ from mjenv._engine import ENGINES, Engine
 from mjenv._numpy_rows import NumpyRows
 from mjenv._pictures import RENDER_MODES
 from mjenv._registered import Registered
-from mjenv._schema import Option
+from mjenv._schema import EngineInfo, Option
 from mjenv.env import MujocoEnv
 from mjenv.errors import EngineError, InvalidValueError, OptionError
 from mjenv.task import Task
@@ -30,10 +30,10 @@ UNLISTED = "Model-v0"  # an id that ids() leaves out, because it needs the optio
 VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
 
 
-def engines() -> tuple[str, ...]:
+def engines(usable: bool = True) -> tuple[str, ...]:
     """The names of the engines that can be used here, each the version of MuJoCo that it computes with: "2.2.2", and
-    "4.0" where MuJoCo 4.0 is installed. Loads them."""
-    return tuple(name for name in ENGINES.names() if _is_usable(name))
+    "4.0" where MuJoCo 4.0 is installed. Loads them. usable=False: also those that lack something."""
+    return tuple(name for name in ENGINES.names() if not usable or _is_usable(name))
 
 
 def _is_usable(engine: str) -> bool:
@@ -46,6 +46,12 @@ def _is_usable(engine: str) -> bool:
 
 # Here and in the other functions, engine is one of engines(). None is the default, which the environment variable
 # MJENV_ENGINE names.
+
+
+def engine(name: str | None = None) -> EngineInfo:
+    """An engine, the default one for None. Raises EngineError, which says what to install, if it cannot be used."""
+    found = ENGINES.get(name)
+    return EngineInfo(found.name, found.version(), found.path, found.math, found.arch)
 
 
 def version(engine: str | None = None) -> str:

@@ -16,7 +16,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 import mjenv
-from mjenv._cli import main
+from mjenv.cli import main
 from mjenv.sb3 import VecEnv
 
 pytestmark = pytest.mark.filterwarnings("default")

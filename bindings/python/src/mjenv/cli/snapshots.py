@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv._abi import ALL_ROWS, Role
-from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
-from mjenv._engine import ENGINES, Engine, name_of
-from mjenv._handle import DTYPES, Rows, open_rows
+from mjenv.cli import terminal
+from mjenv.cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 from mjenv.errors import SnapshotError
 
 # A snapshot begins with the stamp. Then come entries: one for each part of a row, then one for each array of which rows
@@ -102,19 +100,18 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
     if not 1 <= count <= (len(data) - start) // HEAD.size:
         raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
     mujoco = f"{engine // 10000}.{engine // 100 % 100}.{engine % 100}"
-    library = ENGINES.get(arguments.engine or name_of(mujoco))
-    rows = _owner(library, path, data, count, arguments)
-    try:
+    names = (name for name in mjenv.engines(usable=False) if f"{mujoco}.".startswith(f"{name}."))
+    library = mjenv.engine(arguments.engine or next(names, mujoco))
+    with contextlib.closing(_owner(library.name, path, data, count, arguments)) as envs:
         entries = [_entry(data, index) for index in range(part_count + array_count)]
         parts, arrays = entries[:part_count], entries[part_count:]
-        contents = _contents(rows, [name for name, _, _ in arrays])
+        contents = _contents(envs.envs[0], [name for name, _, _ in arrays])
         found = []
         for _ in range(count):
             row, start = _row(data, start, parts, contents)
             found.append(row)
-        return Image(library.name, rows.id, found)
-    finally:
-        rows.close()
+        assert envs.spec
+        return Image(library.name, envs.spec.id, found)
 
 
 def _entry(data: bytes, index: int) -> tuple[str, int, int]:
@@ -122,21 +119,22 @@ def _entry(data: bytes, index: int) -> tuple[str, int, int]:
     return name.rstrip(b"\0").decode(), kept, size
 
 
-def _owner(engine: Engine, path: Path, data: bytes, count: int, arguments: argparse.Namespace) -> Rows:
-    """Rows of the id and the options that the image fits, restored from it."""
+def _owner(engine: str, path: Path, data: bytes, count: int, arguments: argparse.Namespace) -> mjenv.VectorEnv:
+    """Environments of the id and the options that the image fits, restored from it."""
     last: SnapshotError | None = None
     id = arguments.id
-    for candidate in mjenv.ids(engine.name) if id is None else (id,):
-        given = options_of(candidate, arguments.option, engine.name) if id is not None else {}
+    for candidate in mjenv.ids(engine) if id is None else (id,):
+        given = options_of(candidate, arguments.option, engine) if id is not None else {}
         modes = [given["autoreset_mode"]] if "autoreset_mode" in given else ["disabled", "next_step", "same_step"]
         for mode in modes:
-            rows = open_rows(engine, candidate, {**given, "autoreset_mode": mode}, count)
+            options = {"num_threads": 1, **given, "autoreset_mode": mode}
+            envs = mjenv.make_vec(candidate, count, engine=engine, **options)
             try:
-                rows.restore(ALL_ROWS, data)
-                return rows
+                envs.restore(data)
+                return envs
             except SnapshotError as error:
                 last = error
-                rows.close()
+                envs.close()
     if id is not None:
         raise SnapshotError(f"{path}: {last}")
     raise SnapshotError(
@@ -152,20 +150,21 @@ REST = ("history", "plastic", "mocap_quat")
 Fields = list[tuple[str, int, str]]  # the names, lengths and dtypes of the fields of a part
 
 
-def _contents(rows: Rows, arrays: list[str]) -> dict[str, Fields]:
-    """The fields of each part whose fields have names."""
-    nq, nv, na, nu = (int(rows.value(Role.MODEL, name)) for name in ("nq", "nv", "na", "nu"))
+def _contents(env: Any, arrays: list[str]) -> dict[str, Fields]:
+    """The fields of each part whose fields have names. env: a row."""
+    fields = {field.name: field for kind in ("data", "model") for field in env.fields(kind)}
+    nq, nv, na, nu = (int(getattr(env.model, name)) for name in ("nq", "nv", "na", "nu"))
     state = [("time", 1), ("qpos", nq), ("qvel", nv), ("act", na), ("qacc_warmstart", nv), ("ctrl", nu)]
     rest = []
     for name in REST:
         if name == "mocap_quat":
-            count = 0 if rows.array(Role.MODEL, "nhistory") else 4 * int(rows.value(Role.MODEL, "nmocap"))
+            count = 0 if "nhistory" in fields else 4 * int(env.model.nmocap)
         else:
-            count = int(rows.value(Role.MODEL, f"n{name}")) if rows.array(Role.MODEL, f"n{name}") else 0
+            count = int(getattr(env.model, f"n{name}")) if f"n{name}" in fields else 0
         if count:
             rest.append((name, count))
-    own = (rows.array(Role.MODEL, name) or rows.array(Role.DATA, name) for name in arrays)
-    values = [(field.name, field.count, np.dtype(DTYPES[field.type]).newbyteorder("<").str) for field in own if field]
+    own = (fields[name] for name in arrays)
+    values = [(field.name, field.count, np.dtype(field.type.name.lower()).newbyteorder("<").str) for field in own]
     states = [(name, length, "<f8") for name, length in state + rest]
     found = {}
     for part in PREFIXES:

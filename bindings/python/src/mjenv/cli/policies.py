@@ -30,7 +30,7 @@ def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path
     try:
         act(np.zeros(env.observation_space.shape))
     except (AttributeError, TypeError, ValueError) as error:
-        raise mjenv.InvalidValueError(f"{path} cannot act on observations of {env._rows.id}: {error}") from None
+        raise mjenv.InvalidValueError(f"{path} cannot act on observations of {_id(env)}: {error}") from None
     return act
 
 
@@ -38,9 +38,14 @@ def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
     policy = Policy.load(path)
     if normalizer:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
-    if policy.id != env._rows.id:
-        raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {env._rows.id}")
+    if policy.id != _id(env):
+        raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {_id(env)}")
     return lambda obs: policy.act(obs.tolist())
+
+
+def _id(env: mjenv.MujocoEnv) -> str:
+    assert env.spec
+    return env.spec.id
 
 
 def _zipped(path: Path, algorithm: str, normalizer: Path | None) -> Action:

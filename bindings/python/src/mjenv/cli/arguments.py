@@ -11,10 +11,8 @@ from typing import Any
 
 import mjenv
 from mjenv import Kind
-from mjenv._engine import ENGINES
-from mjenv._handle import unknown_option
-from mjenv._pictures import GROUPS
 
+GROUPS = tuple(f"{kind}group" for kind in ("geom", "site", "joint", "tendon", "actuator", "skin"))
 GROUP_COUNT = 6  # mjNGROUP
 SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's default
 
@@ -34,7 +32,7 @@ def known_id(text: str) -> str:
 
 def known_engine(text: str) -> str:
     try:
-        ENGINES.get(text)
+        mjenv.engine(text)
     except mjenv.EngineError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
@@ -117,7 +115,7 @@ def options_of(id: str, assignments: Sequence[str], engine: str | None = None) -
         if not equals:
             raise mjenv.OptionError(f"{assignment!r} is not NAME=VALUE")
         if name not in schema:
-            raise unknown_option(id, name, schema)
+            raise mjenv.OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}")
         found[name] = _value(schema[name], text)
     return found
 

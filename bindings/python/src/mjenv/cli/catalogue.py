@@ -13,32 +13,14 @@ import gymnasium
 
 import mjenv
 from mjenv import Kind
-from mjenv._abi import Role, Type
-from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
-from mjenv._engine import ENGINES
-from mjenv._handle import Rows
-from mjenv._schema import Field
+from mjenv.cli import terminal
+from mjenv.cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 
 LANES = (2, 4, 8)  # SSE2 or NEON, AVX2, AVX-512
 LANE_ROWS = 8  # of the vector that says whether its rows step together
 SIZES = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ncam")
-ROLES = {
-    "observation": Role.OBSERVATION,
-    "action": Role.ACTION,
-    "info": Role.INFO,
-    "reset_info": Role.RESET_INFO,
-}
-TYPES = {
-    Type.FLOAT64: "float64",
-    Type.ACTION: "float of the action's dtype",
-    Type.NATIVE_FLOAT: "Python float",
-    Type.NATIVE_INT: "Python int",
-    Type.INT64: "int64",
-    Type.FLOAT32: "float32",
-    Type.INT32: "int32",
-    Type.UINT8: "uint8",
-}
+KINDS = ("observation", "action", "info", "reset_info")
+TYPES = {"action": "float of the action's dtype", "native_float": "Python float", "native_int": "Python int"}
 
 
 def add(commands: Commands) -> None:
@@ -78,7 +60,7 @@ def add(commands: Commands) -> None:
 
 
 def run_engines(arguments: argparse.Namespace) -> int:
-    found = [_engine(name) for name in ENGINES.names()]
+    found = [_engine(name) for name in mjenv.engines(usable=False)]
     if arguments.json:
         print_json(found)
         return 0
@@ -89,9 +71,9 @@ def run_engines(arguments: argparse.Namespace) -> int:
 
 def _engine(name: str) -> dict[str, Any]:
     """What mjenv engines prints: the file of a library, or why there is none that can be used."""
-    found: dict[str, Any] = {"name": name, "default": name == ENGINES.default, "file": None, "problem": None}
+    found: dict[str, Any] = {"name": name, "default": name == mjenv.engine().name, "file": None, "problem": None}
     try:
-        found["file"] = ENGINES.get(name).path
+        found["file"] = mjenv.engine(name).file
     except mjenv.EngineError as error:
         found["problem"] = str(error)
     return found
@@ -120,8 +102,8 @@ def _summary(id: str, engine: str | None) -> dict[str, Any]:
     env = mjenv.make(id, engine=engine)
     summary = {
         "id": id,
-        "observation": len(env._rows.bounds(Role.OBSERVATION)[0]),
-        "action": len(env._rows.bounds(Role.ACTION)[0]),
+        "observation": env.observation_space.shape[0],
+        "action": env.action_space.shape[0],
         "dt": float(f"{env.dt:.12g}"),
         "max_episode_steps": spec.max_episode_steps,
         "reward_threshold": spec.reward_threshold,
@@ -140,34 +122,34 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
     """Everything that mjenv info prints."""
     spec = mjenv.spec(id, engine)
     env = mjenv.make(id, **options, engine=engine)
-    rows, model, library = env._rows, env.model, ENGINES.get(engine)
+    model, library = env.model, mjenv.engine(engine)
     described: dict[str, Any] = {
         "id": id,
         "engine": env.engine,
         "max_episode_steps": spec.max_episode_steps,
         "reward_threshold": spec.reward_threshold,
         "spaces": {
-            "observation": _space(rows, Role.OBSERVATION, env.observation_space),
-            "action": _space(rows, Role.ACTION, env.action_space),
+            "observation": _space(env.observation_space),
+            "action": _space(env.action_space),
         },
-        **{name: [_field(field) for field in rows.fields(role)] for name, role in ROLES.items()},
+        **{kind: [_field(field) for field in env.fields(kind)] for kind in KINDS},
         "options": [_option(option, options) for option in mjenv.options(id, engine).values()],
         "model": {
             **{name: int(getattr(model, name)) for name in SIZES},
-            "timestep": rows.timestep(),
+            "timestep": float(model.opt.timestep),
             "frame_skip": env.frame_skip,
             "dt": env.dt,
             "mass": float(model.body_mass.sum()),
             "bodies": [model.body(index).name for index in range(model.nbody)],
-            "snapshot_bytes": len(rows.snapshot(0)),
+            "snapshot_bytes": len(env.snapshot()),
         },
         "lanes": _lanes_of(id, options, engine),
         "library": {
-            "file": library.path,
-            "version": library.version(),
+            "file": library.file,
+            "version": library.version,
             "math": library.math,
             "platform": sysconfig.get_platform(),
-            "instructions": library.arch or platform.machine(),
+            "instructions": library.instructions or platform.machine(),
             "lanes": _lanes(engine),
         },
     }
@@ -195,17 +177,17 @@ def _lanes_of(id: str, options: dict[str, Any], engine: str | None) -> dict[str,
     return found
 
 
-def _space(rows: Rows, role: Role, space: gymnasium.Space[Any]) -> dict[str, Any]:
-    low, high = (bound.tolist() for bound in rows.bounds(role))
+def _space(space: gymnasium.spaces.Box) -> dict[str, Any]:
+    low, high = ([float(str(number)) for number in bound] for bound in (space.low, space.high))  # 0.4 as float32, too
     return {"shape": [len(low)], "dtype": str(space.dtype), "low": low, "high": high}
 
 
-def _field(field: Field) -> dict[str, Any]:
+def _field(field: Any) -> dict[str, Any]:
     return {
         "name": field.name,
         "shape": list(field.shape),
         "offset": field.offset,
-        "type": TYPES[field.type],
+        "type": TYPES.get(field.type.name.lower(), field.type.name.lower()),
         "doc": field.doc,
     }
 
@@ -256,9 +238,9 @@ def _show(described: dict[str, Any]) -> None:
     ]
     terminal.table(["space", "shape", "dtype", "bounds"], rows)
 
-    for role in ROLES:
-        terminal.heading(role.replace("_", " ").capitalize())
-        fields = described[role]
+    for kind in KINDS:
+        terminal.heading(kind.replace("_", " ").capitalize())
+        fields = described[kind]
         if fields:
             rows = [[field["name"], _places(field), _shape(field), field["type"], field["doc"]] for field in fields]
             terminal.table(["name", "index", "shape", "type", "meaning"], rows)

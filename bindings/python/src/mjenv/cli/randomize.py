@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 import mjenv
-from mjenv._cli import terminal
-from mjenv._cli.arguments import (
+from mjenv.cli import terminal
+from mjenv.cli.arguments import (
     Commands,
     add_json,
     add_options,

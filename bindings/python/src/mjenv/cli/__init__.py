@@ -12,8 +12,8 @@ import sys
 from collections.abc import Sequence
 
 import mjenv
-from mjenv._cli import bench, catalogue, completion, gallery, play, randomize, snapshots, tasks, verify
-from mjenv._cli.arguments import known_engine, plugin
+from mjenv.cli import bench, catalogue, completion, gallery, play, randomize, snapshots, tasks, verify
+from mjenv.cli.arguments import known_engine, plugin
 
 EPILOG = """\
 Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints

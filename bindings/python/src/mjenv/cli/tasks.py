@@ -8,8 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import mjenv
-from mjenv._cli.arguments import Commands
-from mjenv._engine import ENGINES
+from mjenv.cli.arguments import Commands
 
 # The files of a new task, and the templates in new_task/ from which they are made.
 FILES = {
@@ -56,7 +55,7 @@ def run_new_task(arguments: argparse.Namespace) -> int:
     folder = Path(name)
     folder.mkdir()
     for file, template in FILES.items():
-        text = (files("mjenv") / "_cli" / "new_task" / template).read_text("utf-8")
+        text = (files("mjenv.cli") / "new_task" / template).read_text("utf-8")
         (folder / _filled(file, values)).write_text(_filled(text, values), "utf-8")
     print(f"{folder}/: the task {values['id']}; README.md says how to build it")
     return 0
@@ -67,7 +66,7 @@ def _filled(template: str, values: dict[str, str]) -> str:
 
 
 def run_cmake_dir(arguments: argparse.Namespace) -> int:
-    library = ENGINES.get(arguments.engine).path
+    library = mjenv.engine(arguments.engine).file
     folder = Path(library).resolve().parent / "cmake" / "mjenv"
     if not (folder / "mjenv-config.cmake").exists():
         raise FileNotFoundError(f"there is no CMake package beside {library}: {folder} is missing")

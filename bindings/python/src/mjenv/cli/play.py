@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv._cli import terminal
-from mjenv._cli.arguments import (
+from mjenv.cli import terminal
+from mjenv.cli.arguments import (
     GROUP_COUNT,
     SHOWN_GROUPS,
     Commands,
@@ -27,7 +27,7 @@ from mjenv._cli.arguments import (
     options_of,
     positive,
 )
-from mjenv._cli.policies import NORMALIZER, Action, policy_of
+from mjenv.cli.policies import NORMALIZER, Action, policy_of
 
 Colours = NDArray[np.uint8]
 

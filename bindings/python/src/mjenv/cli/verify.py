@@ -9,8 +9,8 @@ from typing import Any
 import gymnasium
 
 import mjenv
-from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json
+from mjenv.cli import terminal
+from mjenv.cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json
 
 PROMISE = "Equal bits are promised for gymnasium 1.3.0, mujoco 2.2.2 or 4.0.0, numpy 2."
 INSTALL = 'To compare with Gymnasium: pip install "gymnasium[mujoco]"'

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, add_groups, groups_of, known_id, not_negative, positive, seconds
-from mjenv._cli.play import Colours, needed, side_by_side
-from mjenv._cli.policies import policy_of
+from mjenv.cli import terminal
+from mjenv.cli.arguments import Commands, add_groups, groups_of, known_id, not_negative, positive, seconds
+from mjenv.cli.play import Colours, needed, side_by_side
+from mjenv.cli.policies import policy_of
 from mjenv.policy import Policy
 
 STEPS = 15  # random actions before a robot's picture on the sheet

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterator
 
 import mjenv
-from mjenv._cli.arguments import Commands
+from mjenv.cli.arguments import Commands
 
 HELP = """\
 Prints a completion script. To use it in this shell:

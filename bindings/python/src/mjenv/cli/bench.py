@@ -16,8 +16,8 @@ import gymnasium
 import numpy as np
 
 import mjenv
-from mjenv._cli import terminal
-from mjenv._cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json, seconds
+from mjenv.cli import terminal
+from mjenv.cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json, seconds
 
 DEFAULT_IDS = ("Ant-v5", "HalfCheetah-v5", "Hopper-v5", "Humanoid-v5", "Reacher-v5")
 DRAWN = 64  # number of different actions; each contender repeats them
