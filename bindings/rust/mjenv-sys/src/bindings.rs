@@ -783,6 +783,8 @@ extern "C" {
     #[doc = " ended must be reset first; a call with a row that violates this steps no row. With \"strict\" 0, such rows are stepped"]
     #[doc = " as in Gymnasium."]
     #[doc = " A state that diverges is no error of the call: see mjenv_batch.status and the option \"on_divergence\"."]
+    #[doc = " If rows fail in the step, the others are stepped all the same, and out is written: the reward and flags of a row that"]
+    #[doc = " failed are 0, and its other outputs are undefined."]
     #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; VALUE and MODEL also"]
     #[doc = " if a reset by \"autoreset_mode\" failed (mjenv_randomize)."]
     pub fn mjenv_step(
