@@ -4,16 +4,28 @@
 
 #include <memory>
 #include <new>
+#include <string>
 
 #include "engine/errors.hpp"
 #include "engine/load.hpp"
 #include "engine/memory_file.hpp"
 #include "engine/mujoco.hpp"
-#include "engine/versions.hpp"
 #include "error.hpp"
 #include "system/platform.hpp"
 
 namespace mjenv::core {
+namespace {
+
+// Takes MuJoCo's reason for refusing a model. If that is an unknown element or attribute, it may be that only a newer
+// MuJoCo knows it: says which version this is, and where a newer one is.
+std::string with_version(std::string reason) {
+  if (reason.find("Schema violation") == std::string::npos) return reason;
+  while (reason.back() == '\n') reason.pop_back();
+  const bool is_unknown = reason.find("unrecognized") != std::string::npos;
+  return reason + "; this is MuJoCo " + mj_versionString() + (is_unknown ? kNewerEngine : "");
+}
+
+}  // namespace
 
 mjModel* compile(const std::string& folder, const std::string& text, std::int64_t hull_limit) {
   const platform::ClassicLocale locale;

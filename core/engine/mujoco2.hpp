@@ -61,6 +61,11 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
   std::memcpy(files.filedata[0], text.data(), text.size());
 }
 
+// What helps where the model has an element or attribute that this version does not know.
+constexpr const char* kNewerEngine =
+    "; if a newer MuJoCo knows it, load the model with the engine 4.0, which is engine=\"4.0\" in Python and Julia, "
+    "the feature \"mujoco4\" in Rust and libmjenv-mujoco4 in C and C++";
+
 // MuJoCo 2.2.2 has no models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel&) {}
 

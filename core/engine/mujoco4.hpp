@@ -110,6 +110,9 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
   if (mj_addBufferVFS(&files, path.c_str(), text.data(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();
 }
 
+// There is no engine for a newer version.
+constexpr const char* kNewerEngine = "";
+
 // Refuses models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel& m) {
   const auto refuse = [](const char* what) {
