@@ -22,7 +22,7 @@ namespace {
 constexpr int kBestWidth = 4;
 
 // An array of the lanes, and mjData's array of the same name.
-struct Array {
+struct LaneArray {
   double* Lanes::*numbers;
   mjtNum* mjData::*data;
   int count;
@@ -90,8 +90,8 @@ class LaneArrays {
 
  protected:
   const mjModel& m_;
-  std::vector<Array> state_, input_, shown_, others_, for_limits_, for_geoms_, for_contacts_, for_solver_, from_solver_,
-      warmstart_, of_euler_;
+  std::vector<LaneArray> state_, input_, shown_, others_, for_limits_, for_geoms_, for_contacts_, for_solver_,
+      from_solver_, warmstart_, of_euler_;
   std::vector<OwnNumbers> own_;
   Counts<Lanes> counts_;
   int longest_ = 1;  // of the arrays of mjData
@@ -184,7 +184,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   for (const auto& [array, count] : more) add(array, count);
   for (const OwnNumbers& own : own_) add(own.numbers, own.count);
   for (const auto* list : {&input_, &shown_, &others_, &from_solver_, &of_euler_})
-    for (const Array& array : *list) {
+    for (const LaneArray& array : *list) {
       add(array.numbers, array.count);
       longest_ = std::max(longest_, array.count);
     }
@@ -215,8 +215,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
 
   void set_world();
   void gather_own();
-  void gather(const std::vector<Array>& arrays);
-  void scatter(const std::vector<Array>& arrays);
+  void gather(const std::vector<LaneArray>& arrays);
+  void scatter(const std::vector<LaneArray>& arrays);
   void scatter_derived();
   std::uint32_t live() const { return all_ & ~lanes_.left; }
   template <typename Body>
@@ -286,17 +286,17 @@ void LaneStepper::gather_own() {
 }
 
 // Lanes without a row compute the first row, too.
-void LaneStepper::gather(const std::vector<Array>& arrays) {
+void LaneStepper::gather(const std::vector<LaneArray>& arrays) {
   std::array<const double*, kMaxWidth> from{};
-  for (const Array& array : arrays) {
+  for (const LaneArray& array : arrays) {
     for (int lane = 0; lane < code_.width; ++lane) from[lane] = data_[lane < count_ ? lane : 0]->*array.data;
     code_.gather(lanes_.*array.numbers, from.data(), array.count);
   }
 }
 
-void LaneStepper::scatter(const std::vector<Array>& arrays) {
+void LaneStepper::scatter(const std::vector<LaneArray>& arrays) {
   std::array<double*, kMaxWidth> to{};
-  for (const Array& array : arrays) {
+  for (const LaneArray& array : arrays) {
     for (int lane = 0; lane < code_.width; ++lane) to[lane] = lane < count_ ? data_[lane]->*array.data : spare_.data();
     code_.scatter(to.data(), lanes_.*array.numbers, array.count);
   }
