@@ -158,7 +158,7 @@ int Model::more_state() const { return core::more_state(*model_); }
 bool Model::is_valid_more(const double* state) const { return core::is_valid_more(*model_, state); }
 
 std::size_t Model::work_bytes() const {
-  std::size_t bytes = sizeof(mjData);
+  std::size_t bytes = sizeof(mjData) + stack_bytes(*model_);
   for_each_array(*model_, nullptr, [&](const char*, const auto* data, std::int64_t rows, std::int64_t columns, bool) {
     bytes += sizeof(*data) * static_cast<std::size_t>(rows * columns);
   });

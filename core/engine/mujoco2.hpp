@@ -90,6 +90,9 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #undef X
 }
 
+// How much memory mjData has beside the arrays that for_each_array visits.
+inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_t>(m.nstack) * sizeof(mjtNum); }
+
 // How many contacts mjData can hold.
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
 

@@ -146,6 +146,9 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #pragma pop_macro("XVEC")
 }
 
+// How much memory mjData has beside the arrays that for_each_array visits.
+inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_t>(m.narena); }
+
 // How many contacts of a row can be listed: as many as the model's nconmax allows, or 500 if it sets none, and never
 // more than the arena of mjData has room for.
 inline int max_contacts(const mjModel& m) {

@@ -166,6 +166,25 @@ std::string play(const std::shared_ptr<const Model>& model) {
   return "";
 }
 
+// How much memory MuJoCo allocates for an mjData.
+std::size_t allocated_bytes(const mjData& d) {
+#if mjVERSION_HEADER == 222
+  return sizeof d + static_cast<std::size_t>(d.nbuffer) + static_cast<std::size_t>(d.nstack) * sizeof(mjtNum);
+#else
+  return sizeof d + static_cast<std::size_t>(d.nbuffer) + static_cast<std::size_t>(d.narena);
+#endif
+}
+
+// Without the alignment of its arrays, which takes up to 64 bytes for each.
+void test_work_bytes(void** /*state*/) {
+  for (std::size_t i = 0; i < asset_count; ++i) {
+    const auto model = Model::open(assets[i].name);
+    const std::size_t allocated = allocated_bytes(*Data(model->get()).d), counted = model->work_bytes();
+    if (counted > allocated || counted + 16384 < allocated)
+      fail_msg("%s: %zu of %zu bytes", assets[i].name, counted, allocated);
+  }
+}
+
 std::string failures;
 
 void test_built_in(void** /*state*/) {
@@ -188,7 +207,8 @@ void test_odd(void** /*state*/) {
 }
 
 int run() {
-  const CMUnitTest tests[] = {cmocka_unit_test(test_built_in), cmocka_unit_test(test_odd)};
+  const CMUnitTest tests[] = {cmocka_unit_test(test_work_bytes), cmocka_unit_test(test_built_in),
+                              cmocka_unit_test(test_odd)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
 
