@@ -1,6 +1,5 @@
 #include "engine/constants.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstring>
 #include <new>
@@ -9,6 +8,7 @@
 #include "engine/errors.hpp"
 #include "engine/mujoco.hpp"
 #include "error.hpp"
+#include "names.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 // mj_setConst writes none of these arrays, which can have megabytes: a skybox of 800 x 800 pixels has 11.5.
 bool is_asset(const std::string& name) {
   static constexpr std::array beginnings{"mesh_", "skin_", "tex_", "hfield_data", "oct_", "bvh_child", "bvh_nodeid"};
-  return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.rfind(b, 0) == 0; });
+  return begins_with(beginnings, name);
 }
 
 }  // namespace
@@ -29,9 +29,6 @@ std::vector<std::string> constant_arrays(const Model& model) {
       "stat.extent",         "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
       "tendon_lengthspring", "dof_length"};
   std::vector<std::string> found;
-  const auto is_in = [](const auto& list, const std::string& name) {
-    return std::find(list.begin(), list.end(), name) != list.end();
-  };
   for (const Array& array : model.arrays())
     if ((is_in(names, array.name) || is_in(kSameframes, array.name)) && is_writable(array)) found.push_back(array.name);
   return found;
@@ -42,8 +39,8 @@ void Constants::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 Constants::Constants(const Model& model)
     : blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
   const auto kind_of = [&](const std::string& name, bool is_real) {
-    for (const Array& array : model.arrays())
-      if (array.name == name && is_writable(array)) return Part::Kind::own;
+    const Array* array = find(model.arrays(), name);
+    if (array && is_writable(*array)) return Part::Kind::own;
     return is_real ? Part::Kind::unchecked : Part::Kind::shared;
   };
   std::vector<std::size_t> members;
@@ -67,7 +64,7 @@ Constants::Constants(const Model& model)
   const OwnArrays arrays(model);
   for (const Array& array : model.arrays()) {
     if (array.name.find('.') == std::string::npos || !is_writable(array)) continue;
-    const OwnArray number = arrays.describe(array.name);
+    const OwnArray number = OwnArray::of(model, array.name);
     parts_.push_back({array.name, Part::Kind::own, values_of(number), array.data, number.bytes});
   }
   fill(arrays, nullptr);

@@ -134,6 +134,11 @@ void Array::read(double* values) const {
   }
 }
 
+const Array* find(const std::vector<Array>& arrays, const std::string& name) {
+  const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const Array& array) { return array.name == name; });
+  return found == arrays.end() ? nullptr : &*found;
+}
+
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 
 Model::~Model() = default;

@@ -35,6 +35,9 @@ struct Array {
   void read(double* values) const;
 };
 
+// The array with this name; null if there is none.
+const Array* find(const std::vector<Array>& arrays, const std::string& name);
+
 class Model {
  public:
   // Loads a built-in model ("ant.xml") or a file. As in Gymnasium, a text that starts with ".", "/" or "~" is a path.

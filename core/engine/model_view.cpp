@@ -1,5 +1,6 @@
 #include "engine/model_view.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "engine/mujoco.hpp"
@@ -14,7 +15,10 @@ ModelView::ModelView(const Model& model)
 ModelView::~ModelView() = default;
 
 void ModelView::use(const OwnArrays& arrays, std::byte* block) {
+  using Collisions = OwnArray::Collisions;
+  Collisions collisions = Collisions::same;
   for (const OwnArray& array : arrays.list()) {
+    collisions = std::max(collisions, array.collisions);
     if (array.place == OwnArray::Place::data_input) continue;
     std::byte* values = block + array.offset;
     for (mjModel* view : {whole_.get(), stepped_.get()}) {
@@ -25,8 +29,8 @@ void ModelView::use(const OwnArrays& arrays, std::byte* block) {
         std::memcpy(member, &values, sizeof values);
     }
   }
-  searches_ = arrays.change_search();
-  if (searches_ || !arrays.change_contacts() || !model_.pairs()) return;
+  searches_ = collisions == Collisions::other_pairs;
+  if (collisions != Collisions::other_contacts || !model_.pairs()) return;
   mix_again(*model_.pairs(), *whole_, mixed_);
   set_pairs(*stepped_, mixed_);
 }

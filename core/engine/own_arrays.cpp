@@ -1,210 +1,12 @@
 #include "engine/own_arrays.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
 
-#include "engine/lanes/stepper.hpp"
 #include "engine/mujoco.hpp"
-#include "engine/untrusted/limits.hpp"
-#include "error.hpp"
 
 namespace mjenv::core {
-namespace {
-
-using Names = std::vector<const char*>;
-
-bool is_in(const Names& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-bool begins_with(const Names& beginnings, const std::string& name) {
-  return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.rfind(b, 0) == 0; });
-}
-
-// Numbers that are shared by all rows because they are large, or that MuJoCo uses as indices.
-const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "wrap_prm", "plugin_"};
-
-// The integers that neither size nor connect anything, with their bounds.
-struct IntegerRule {
-  const char* array;
-  double low, high;
-};
-const std::vector<IntegerRule> kIntegers{
-    {"eq_active", 0, 1},
-    {"eq_active0", 0, 1},
-    {"jnt_limited", 0, 1},
-    {"tendon_limited", 0, 1},
-    {"actuator_ctrllimited", 0, 1},
-    {"actuator_forcelimited", 0, 1},
-    {"geom_contype", 0, std::numeric_limits<int>::max()},
-    {"geom_conaffinity", 0, std::numeric_limits<int>::max()},
-    {"opt.iterations", 1, static_cast<double>(kIterations.stranger)},
-    {"opt.noslip_iterations", 0, static_cast<double>(kIterations.stranger)},
-    {"opt.mpr_iterations", 1, static_cast<double>(kIterations.stranger)},
-    {"opt.ccd_iterations", 1, static_cast<double>(kIterations.stranger)},
-};
-
-// MuJoCo divides by these: 0 is accepted only where the model itself has 0.
-const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfield_size",
-                      "cam_fovy",      "opt.timestep",  "opt.impratio",    "stat.extent",
-                      "stat.meansize", "stat.meanmass", "stat.meaninertia"};
-const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix",   "dof_armature", "dof_frictionloss",
-                         "pair_friction", "tendon_frictionloss", "opt.tolerance", "opt.density",  "opt.viscosity",
-                         "tendon_width",  "site_size",           "opt.apirate"};
-const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
-const Names kDirections{"jnt_axis"};
-
-// What decides which geom pairs can touch, and how precisely MuJoCo searches for them.
-const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",        "geom_quat",  "geom_margin", "geom_gap",
-                    "geom_contype", "geom_conaffinity", "geom_fluid",      "body_pos",   "body_quat",   "jnt_pos",
-                    "jnt_axis",     "geom_aabb",        "geom_surfacevel", "body_margin"};
-const Names kContacts{"geom_friction", "geom_solref", "geom_solimp", "geom_solmix", "geom_adhesion"};
-
-template <typename Struct>
-std::size_t offset_in(const Struct& start, const void* member) {
-  return static_cast<std::size_t>(static_cast<const char*>(member) - reinterpret_cast<const char*>(&start));
-}
-
-struct Input {
-  const char* name;
-  mjenv_type type;
-  std::size_t member;
-  std::int64_t rows, columns;
-  const void* cleared;
-};
-
-std::vector<Input> inputs_of(const mjModel& m) {
-  const mjData d{};
-  std::vector<Input> list;
-  const auto add = [&](const char* name, const auto& member, std::int64_t rows, std::int64_t columns = 1) {
-    list.push_back({name, MJENV_TYPE_FLOAT64, offset_in(d, &member), rows, columns, nullptr});
-  };
-  add("qfrc_applied", d.qfrc_applied, m.nv);
-  add("xfrc_applied", d.xfrc_applied, m.nbody, 6);
-  add("mocap_pos", d.mocap_pos, m.nmocap, 3);
-  if (!kNormalizesMocap) add("mocap_quat", d.mocap_quat, m.nmocap, 4);  // else it is part of the state
-  add("userdata", d.userdata, m.nuserdata);
-  for_each_more_input(m, d, [&](const char* name, const auto& member, std::int64_t rows, const void* cleared) {
-    list.push_back({name, MJENV_TYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
-  });
-  return list;
-}
-
-std::size_t size_of(mjenv_type type) {
-  switch (type) {
-    case MJENV_TYPE_FLOAT32: return sizeof(float);
-    case MJENV_TYPE_INT32: return sizeof(int);
-    case MJENV_TYPE_UINT8: return 1;
-    default: return sizeof(double);
-  }
-}
-
-bool is_integer(mjenv_type type) { return type != MJENV_TYPE_FLOAT64 && type != MJENV_TYPE_FLOAT32; }
-
-const IntegerRule* rule_of(const std::string& name) {
-  static constexpr IntegerRule sameframe{"", 0, 4};  // mjtSameFrame
-  if (is_in(kSameframes, name)) return &sameframe;
-  const auto found =
-      std::find_if(kIntegers.begin(), kIntegers.end(), [&](const IntegerRule& rule) { return name == rule.array; });
-  return found == kIntegers.end() ? nullptr : &*found;
-}
-
-// Writes values to `count` elements, from number `first` on.
-void convert(const OwnArray& array, const double* values, std::size_t first, std::size_t count, std::byte* block) {
-  const auto write = [&](auto zero) {
-    using T = decltype(zero);
-    for (std::size_t i = 0; i < count; ++i) {
-      const T value = static_cast<T>(values[i]);
-      std::memcpy(block + array.offset + (first + i) * sizeof(T), &value, sizeof(T));
-    }
-  };
-  switch (array.original.type) {
-    case MJENV_TYPE_FLOAT32: return write(float{});
-    case MJENV_TYPE_INT32: return write(int{});
-    case MJENV_TYPE_UINT8: return write(mjtByte{});
-    default: return write(double{});
-  }
-}
-
-[[noreturn]] void refuse_name(const std::string& name, const std::string& why) {
-  fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
-}
-
-double element(mjenv_type type, const void* data, std::size_t index) {
-  const auto read = [&](auto value) {
-    std::memcpy(&value, static_cast<const std::byte*>(data) + index * sizeof value, sizeof value);
-    return static_cast<double>(value);
-  };
-  switch (type) {
-    case MJENV_TYPE_FLOAT32: return read(float{});
-    case MJENV_TYPE_INT32: return read(int{});
-    case MJENV_TYPE_UINT8: return read(mjtByte{});
-    default: return read(double{});
-  }
-}
-
-// value_of(i): element i. accepts_originals: whether an element may have the model's own value in any case, for instance
-// an infinite bound. Allocates nothing unless it fails, because resets check what they draw.
-template <typename Value>
-void check_values(const OwnArray& array, const Value& value_of, bool accepts_originals) {
-  const std::string& name = array.original.name;
-  const std::size_t count = array.original.count();
-  const auto refuse = [&](std::size_t i, const std::string& why) {
-    fail(MJENV_E_VALUE, element_is(name, i, value_of(i)) + why);
-  };
-  const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
-  const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
-  const bool has_sign = is_in(kSlotParameters, name);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double value = value_of(i);
-    const double original = array.original.data ? element(array.original.type, array.original.data, i) : 0;
-    if (accepts_originals && array.original.data && value == original) continue;
-    if (!std::isfinite(value)) refuse(i, ", but must be finite");
-    if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
-    if (has_sign && (value > 0) - (value < 0) != (original > 0) - (original < 0))
-      refuse(i, ", but must have the sign of the model's own " + number(original) +
-                    ", which says what the actuator's state consists of");
-    if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
-      refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
-    if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
-      refuse(i, ", more than a float32 can hold");
-    if (not_negative && value < 0) refuse(i, ", but must not be negative");
-    if (positive && value == 0 && original > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");
-  }
-  const std::size_t columns = is_in(kQuaternions, name) ? 4 : is_in(kDirections, name) ? 3 : 0;
-  for (std::size_t i = 0; columns > 0 && i < count; i += columns) {
-    double square = 0;
-    for (std::size_t j = i; j < i + columns; ++j) square += value_of(j) * value_of(j);
-    if (square < mjMINVAL)
-      refuse(i, std::string(", which begins a ") + (columns == 4 ? "quaternion" : "direction") + " that is too short");
-  }
-}
-
-// The offset in mjModel of the pointer to the array.
-std::size_t pointer_to(const mjModel& m, const std::string& name) {
-  std::size_t member = 0;
-  for_each_array(m, [&](const char* n, const auto& data, std::int64_t, std::int64_t, bool) {
-    if (name == n) member = offset_in(m, &data);
-  });
-  return member;
-}
-
-}  // namespace
-
-bool is_writable(const Array& of_model) {
-  if (is_in(kIndices, of_model.name)) return false;
-  return is_integer(of_model.type) ? rule_of(of_model.name) != nullptr : !begins_with(kShared, of_model.name);
-}
-
-std::vector<std::string> writable_names(const Model& model) {
-  std::vector<std::string> names;
-  for (const Array& array : model.arrays())
-    if (is_writable(array)) names.push_back(array.name);
-  return names;
-}
 
 const OwnArray* OwnArrays::find(const std::string& name) const {
   const auto found =
@@ -212,47 +14,9 @@ const OwnArray* OwnArrays::find(const std::string& name) const {
   return found == list_.end() ? nullptr : &*found;
 }
 
-OwnArray OwnArrays::describe(const std::string& name) const {
-  const mjModel& m = *model_->get();
-  OwnArray array{};
-  const auto of_model = std::find_if(model_->arrays().begin(), model_->arrays().end(),
-                                     [&](const Array& candidate) { return candidate.name == name; });
-  if (of_model != model_->arrays().end()) {
-    if (!is_writable(*of_model))
-      refuse_name(
-          name,
-          is_integer(of_model->type)
-              ? "it is part of the model's structure, which all rows share: change "
-                "the model file"
-              : "it is shared by all rows, because it is large or MuJoCo uses it as an index: change the model file");
-    array.original = *of_model;
-    const bool is_number = name.find('.') != std::string::npos;
-    array.place = is_number ? OwnArray::Place::model_number : OwnArray::Place::model_array;
-    array.member = is_number ? offset_in(m, array.original.data) : pointer_to(m, name);
-  } else {
-    const auto inputs = inputs_of(m);
-    const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) { return name == i.name; });
-    if (input == inputs.end()) {
-      const std::vector<std::string> likely = nearest(name, writable_names(*model_));
-      refuse_name(name,
-                  "MuJoCo computes it, or there is no such array; " +
-                      (likely.empty() ? "" : "mjModel has " + listed(likely) + "; ") +
-                      "of mjData these can be written: time, qpos, qvel, act, qacc_warmstart, ctrl, qfrc_applied, "
-                      "xfrc_applied, mocap_pos, mocap_quat, userdata, and eq_active of MuJoCo 4.0");
-    }
-    array.original = {name, input->type, {input->rows}, nullptr};
-    if (input->columns > 1) array.original.shape.push_back(input->columns);
-    array.place = OwnArray::Place::data_input;
-    array.member = input->member;
-    array.cleared = input->cleared;
-  }
-  array.bytes = array.original.count() * size_of(array.original.type);
-  return array;
-}
-
 void OwnArrays::add(const std::string& name) {
   if (find(name)) return;
-  OwnArray array = describe(name);
+  OwnArray array = OwnArray::of(*model_, name);
   if (array.bytes == 0) return;
   append(std::move(array));
   // mj_resetData places mocap bodies where the model has them.
@@ -264,69 +28,10 @@ void OwnArrays::add(const std::string& name) {
 }
 
 void OwnArrays::append(OwnArray array) {
-  const std::string& name = array.original.name;
   array.offset = block_bytes_;
   block_bytes_ += (array.bytes + sizeof(double) - 1) / sizeof(double) * sizeof(double);
   has_inputs_ |= array.place == OwnArray::Place::data_input;
-  change_search_ |= is_in(kSearch, name);
-  change_contacts_ |= is_in(kContacts, name);
-  fit_lanes_ &= array.place == OwnArray::Place::data_input || lanes::computes_own(name);
   list_.push_back(std::move(array));
-}
-
-std::vector<std::string> OwnArrays::beyond_lanes() const {
-  std::vector<std::string> names;
-  for (const OwnArray& array : list_)
-    if (array.place != OwnArray::Place::data_input && !lanes::computes_own(array.original.name))
-      names.push_back(array.original.name);
-  return names;
-}
-
-// -0 counts, too: -0 + -0 is -0, but lanes add nothing.
-bool OwnArrays::has_forces(const std::byte* block) const {
-  const auto is_set = [](std::byte byte) { return byte != std::byte{0}; };
-  return has_inputs_ && std::any_of(list_.begin(), list_.end(), [&](const OwnArray& array) {
-           return array.place == OwnArray::Place::data_input && !lanes::computes_own(array.original.name) &&
-                  std::any_of(block + array.offset, block + array.offset + array.bytes, is_set);
-         });
-}
-
-void OwnArrays::check(const OwnArray& array, const double* values) {
-  check_values(
-      array, [values](std::size_t i) { return values[i]; }, true);
-}
-
-void OwnArrays::check(const OwnArray& array, const std::byte* block) {
-  check_values(
-      array, [&](std::size_t i) { return element(array.original.type, block + array.offset, i); }, true);
-}
-
-bool OwnArrays::refuses_originals(const OwnArray& array) {
-  const auto original = [&](std::size_t i) { return element(array.original.type, array.original.data, i); };
-  try {
-    check_values(array, original, false);
-  } catch (const Error&) {
-    return true;
-  }
-  return false;
-}
-
-void OwnArrays::write(const OwnArray& array, const double* values, std::byte* block) {
-  convert(array, values, 0, array.original.count(), block);
-}
-
-void OwnArrays::write(const OwnArray& array, std::size_t element, double value, std::byte* block) {
-  convert(array, &value, element, 1, block);
-}
-
-void OwnArrays::read(const OwnArray& array, const std::byte* block, double* values) {
-  Array here = array.original;
-  here.data = block + array.offset;
-  here.read(values);
-}
-
-bool OwnArrays::checks_elements_alone(const OwnArray& array) {
-  return !is_in(kQuaternions, array.original.name) && !is_in(kDirections, array.original.name);
 }
 
 void OwnArrays::fill(std::size_t first, std::byte* block) const {

@@ -115,8 +115,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 LaneChoice Env::lanes() const {
   check_settled();
   if (lanes_.width == 0) return lanes_;
-  if (!rows_.arrays().fit_lanes())
-    return {0, "rows have values of their own of " + listed(rows_.arrays().beyond_lanes())};
+  if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
   const std::int64_t alone = rows_.forced_rows();
   if (alone == 0) return lanes_;
   return {alone + 1 < rows() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
@@ -330,7 +329,7 @@ void Env::write(const std::string& array, std::size_t count,
   OwnArray target{};
   if (!part) {
     const OwnArray* found = rows_.arrays().find(array);
-    target = found ? *found : rows_.arrays().describe(array);
+    target = found ? *found : OwnArray::of(model(), array);
   }
   const std::size_t needed = part ? part->count : target.original.count();
   if (needed == 0 && count > 0)
@@ -340,7 +339,7 @@ void Env::write(const std::string& array, std::size_t count,
               static_cast<std::int64_t>(needed));
   const auto check = [&](const double* values) {
     if (part) return check_finite(array, values, count);
-    OwnArrays::check(target, values);
+    target.check(values);
   };
   const double* checked = nullptr;  // the values checked last, which rows may share
   for_each_written(values_of, [&](std::int64_t row, const double* values) {
@@ -362,7 +361,7 @@ void Env::write(const std::string& array, std::size_t count,
     if (part) {
       std::copy_n(values, count, rows_.state(row) + part->offset);
     } else {
-      OwnArrays::write(target, values, rows_.values(row));
+      target.write(values, rows_.values(row));
       rows_.note_forces(row);
     }
     rows_.head(row).written = true;

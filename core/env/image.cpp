@@ -207,7 +207,7 @@ class Checks {
   bool is_valid_block(const std::byte* part) {
     const auto* block = reinterpret_cast<const std::byte*>(aligned(part, arrays_.block_bytes()));
     try {
-      for (const OwnArray& array : arrays_.list()) OwnArrays::check(array, block);
+      for (const OwnArray& array : arrays_.list()) array.check(block);
     } catch (const Error&) {
       return false;
     }
@@ -216,9 +216,9 @@ class Checks {
 };
 
 // Appends the array that an image names. Returns false if rows cannot have own values of it, or it has other bytes.
-bool append(const std::string& name, std::uint64_t bytes, OwnArrays& arrays) {
+bool append(const Model& model, const std::string& name, std::uint64_t bytes, OwnArrays& arrays) {
   try {
-    OwnArray array = arrays.describe(name);
+    OwnArray array = OwnArray::of(model, name);
     if (array.bytes == 0 || array.bytes != bytes) return false;
     arrays.append(std::move(array));
     return true;
@@ -381,7 +381,7 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
   for (std::uint32_t i = 0; i < header.arrays; ++i) {
     const Entry entry = take_entry();
     names.emplace_back(entry.name.data());
-    if ((i > 0 && names[i] <= names[i - 1]) || !append(names[i], entry.bytes, arrays)) damaged();
+    if ((i > 0 && names[i] <= names[i - 1]) || !append(model, names[i], entry.bytes, arrays)) damaged();
   }
   std::vector<const PartKind*> kinds;
   for (const PartKind& kind : kParts) {

@@ -61,4 +61,22 @@ LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t
   return {0, std::move(why)};
 }
 
+std::vector<std::string> beyond_lanes(const OwnArrays& arrays) {
+  std::vector<std::string> names;
+  for (const OwnArray& array : arrays.list())
+    if (array.place != OwnArray::Place::data_input && !lanes::computes_own(array.original.name))
+      names.push_back(array.original.name);
+  return names;
+}
+
+// -0 counts, too: -0 + -0 is -0, but lanes add nothing.
+bool has_forces(const OwnArrays& arrays, const std::byte* block) {
+  const auto is_set = [](std::byte byte) { return byte != std::byte{0}; };
+  return std::any_of(arrays.list().begin(), arrays.list().end(), [&](const OwnArray& array) {
+    const std::byte* values = block + array.offset;
+    return array.place == OwnArray::Place::data_input && !lanes::computes_own(array.original.name) &&
+           std::any_of(values, values + array.bytes, is_set);
+  });
+}
+
 }  // namespace mjenv::core

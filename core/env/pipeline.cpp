@@ -95,7 +95,7 @@ void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Actio
 // A team steps several rows together, but leaves the other threads their share.
 void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
   const std::size_t share = (waiting_count_ + workers_.threads() - 1) / workers_.threads();
-  const std::size_t count = team.steps_together(rows_.arrays()) ? std::min(team.size(), share) : 1;
+  const std::size_t count = team.steps_together(rows_) ? std::min(team.size(), share) : 1;
   std::vector<Turn>& turns = team.turns();
   turns.clear();
   for (std::size_t i = 0; i < count; ++i) {

@@ -32,10 +32,6 @@ bool is_real(const OwnArray& array) {
   return array.original.type == MJENV_TYPE_FLOAT64 || array.original.type == MJENV_TYPE_FLOAT32;
 }
 
-bool has(const Model& model, const std::string& array) {
-  return std::any_of(model.arrays().begin(), model.arrays().end(), [&](const Array& a) { return a.name == array; });
-}
-
 template <typename T>
 std::uint64_t hash_of(const std::vector<T>& list, std::uint64_t start) {
   const std::size_t count = list.size();
@@ -96,13 +92,13 @@ Randomization::Item Randomization::item_of(const mjenv_randomization& given, con
   Item item{};
   if (StateLayout(model).part(given.array))
     fail(MJENV_E_NAME, "it is part of the state, but only arrays of the mjModel are drawn");
-  if (!has(model, given.array)) {
+  if (!find(model.arrays(), given.array)) {
     const std::vector<std::string> all = writable_names(model), likely = nearest(given.array, all);
     fail(MJENV_E_NAME, "only arrays of the mjModel are drawn, which has none of this name; " +
                            (likely.empty() ? "those that can be drawn are " + listed(all)
                                            : "is one of these meant? " + listed(likely)));
   }
-  item.array = OwnArrays(model).describe(given.array);
+  item.array = OwnArray::of(model, given.array);
   if (given.distribution < MJENV_DISTRIBUTION_UNIFORM || given.distribution > MJENV_DISTRIBUTION_CHOICE)
     fail(MJENV_E_ARGUMENT, "no distribution " + std::to_string(given.distribution));
   if (given.effect < MJENV_EFFECT_VALUE || given.effect > MJENV_EFFECT_OFFSET)
@@ -112,11 +108,11 @@ Randomization::Item Randomization::item_of(const mjenv_randomization& given, con
   item.shared = given.shared != 0;
   take_elements(item, given);
   take_parameters(item, given);
-  item.is_checked = item.distribution == MJENV_DISTRIBUTION_NORMAL || !OwnArrays::checks_elements_alone(item.array) ||
-                    OwnArrays::refuses_originals(item.array);
+  item.is_checked = item.distribution == MJENV_DISTRIBUTION_NORMAL || !item.array.checks_elements_alone() ||
+                    item.array.refuses_originals();
   if (item.distribution == MJENV_DISTRIBUTION_LOG_UNIFORM)
     for (double& parameter : item.parameters) parameter = std::log(parameter);
-  if (OwnArrays::checks_elements_alone(item.array)) check_ends(item);
+  if (item.array.checks_elements_alone()) check_ends(item);
   return item;
 }
 
@@ -191,7 +187,7 @@ void Randomization::check_ends(const Item& item) {
   for (const double end : ends) {
     item.array.original.read(values.data());
     for (std::size_t i = 0; i < item.elements.size(); ++i) values[item.elements[i]] = item.value(i, end);
-    OwnArrays::check(item.array, values.data());
+    item.array.check(values.data());
   }
 }
 
@@ -211,11 +207,11 @@ void Randomization::draw(np::Generator& rng, std::byte* block) const {
     double drawn = item.shared ? item.next(rng) : 0;
     for (std::size_t i = 0; i < item.elements.size(); ++i) {
       if (!item.shared) drawn = item.next(rng);
-      OwnArrays::write(item.array, item.elements[i], item.value(i, drawn), block);
+      item.array.write(item.elements[i], item.value(i, drawn), block);
     }
     if (!item.is_checked) continue;
     try {
-      OwnArrays::check(item.array, block);
+      item.array.check(block);
     } catch (const Error& error) {
       fail(error.status(), std::string("a value was drawn that MuJoCo cannot compute with: ") + error.what());
     }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "env/lane_choice.hpp"
 #include "error.hpp"
 #include "system/memory.hpp"
 
@@ -86,10 +87,12 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
   }
   std::vector<std::uint8_t> forced = forced_;
   if (arrays.has_inputs()) forced.resize(heads_.size());  // the new arrays have no forces yet
+  const bool fits = beyond_lanes(arrays).empty();
   for (auto& [part, numbers] : wider) {
     numbers_[part] = std::move(numbers);
     sizes_[part] = size;
   }
+  fit_lanes_ = fits;
   arrays_ = std::move(arrays);
   forced_ = std::move(forced);
 }
@@ -104,7 +107,7 @@ std::int64_t Rows::forced_rows() const {
 }
 
 void Rows::note_forces(std::int64_t row) {
-  if (!forced_.empty()) forced_[static_cast<std::size_t>(row)] = arrays_.has_forces(values(row)) ? 1 : 0;
+  if (!forced_.empty()) forced_[static_cast<std::size_t>(row)] = core::has_forces(arrays_, values(row)) ? 1 : 0;
 }
 
 void Rows::make_room(std::initializer_list<Part> parts) {

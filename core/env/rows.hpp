@@ -70,9 +70,12 @@ class Rows {
   // sets. Changes nothing if it fails. Own values move in memory.
   void add_arrays(const std::vector<std::string>& names);
 
+  // Whether lanes can compute with the arrays of which rows have own values, where has_forces is false.
+  bool fit_lanes() const { return fit_lanes_; }
+
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
-  // Whether the row has forces that lanes do not compute (OwnArrays::has_forces), and how many rows have. Call
+  // Whether the row has forces that lanes do not compute (core::has_forces), and how many rows have. Call
   // note_forces when inputs of mjData were written to the present values.
   bool has_forces(std::int64_t row) const { return !forced_.empty() && forced_[static_cast<std::size_t>(row)] != 0; }
   std::int64_t forced_rows() const;
@@ -118,6 +121,7 @@ class Rows {
   // are needed.
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
+  bool fit_lanes_ = true;
   std::vector<std::uint8_t> forced_;  // for has_forces; empty until rows have inputs of their own
 
   double* numbers(Part part, std::int64_t row) {

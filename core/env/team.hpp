@@ -48,8 +48,8 @@ class Team {
 
   // The steps to play next. Worker i plays the one at index i. There is room for size() of them.
   std::vector<Turn>& turns() { return turns_; }
-  // Whether it can step rows together that have own values of these arrays.
-  bool steps_together(const OwnArrays& arrays) const { return stepper_ && arrays.fit_lanes(); }
+  // Whether it can step these rows together.
+  bool steps_together(const Rows& rows) const { return stepper_ && rows.fit_lanes(); }
   // Advances the simulations of some turns by `frames` calls of mj_step.
   //   moving    these turns, as bits. advance clears the bits of those that fail
   //   together  those of them that can be stepped together. The others are stepped one by one
