@@ -208,8 +208,8 @@ class Shadow {
         counting_(count(code_)),
         stepper_(mjenv::core::lanes::make_stepper(*model, counting_)) {
     for (int i = 0; i < width; ++i) {
-      works_.push_back(std::make_unique<Work>(model, static_cast<int>(player.frame_skip())));
-      if (c.needs_forces) works_.back()->need("cfrc_ext");
+      works_.push_back(std::make_unique<Work>(model));
+      if (c.needs_forces) works_.back()->expect("cfrc_ext");
       all_.push_back(works_.back().get());
       states_.emplace_back(works_.back()->layout().size);
       before_.push_back(states_.back().data());

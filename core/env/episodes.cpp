@@ -94,7 +94,7 @@ void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place)
   write_observation(worker, row, out.obs, place);
   place.put<std::uint8_t>(out.was_reset, 1);
   if (out.reset_info && task_.calls->has_reset_info())
-    place.put(schema_.fields(MJENV_ROLE_RESET_INFO), task_.calls->reset_info(worker.work()), out.reset_info);
+    place.put(schema_.fields(MJENV_ROLE_RESET_INFO), task_.calls->reset_info(worker.view()), out.reset_info);
   worker.write_arrays(schema_, place);
 }
 
@@ -160,7 +160,7 @@ Episodes::Ends Episodes::end_step(Worker& worker, Turn& turn) const {
   const std::int64_t row = turn.row;
   const Place& place = turn.place;
   Rows::Head& head = rows_.head(row);
-  const mjenv_outcome outcome = task_.calls->step(worker.work(), turn.seen, turn.random);
+  const mjenv_outcome outcome = task_.calls->step(worker.view(), turn.seen, turn.random);
   place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row, turn.random);

@@ -27,7 +27,7 @@ enum class Content : std::uint8_t {
   head,          // Rows::Head
   state,         // a state (StateLayout)
   rest,          // StateLayout::rest
-  carried,       // the numbers that the task keeps for the row's next step (Work::carried)
+  carried,       // the numbers that the task keeps for the row's next step (SimView::carried)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
 };

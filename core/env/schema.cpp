@@ -51,7 +51,7 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
     }
     exported_.push_back(static_cast<std::size_t>(found - arrays.begin()));
     append(arrays_, name, found->type, found->shape, static_cast<std::int64_t>(found->count()));
-    exports_on_demand_ = exports_on_demand_ || Work::on_demand(name);
+    exports_on_demand_ = exports_on_demand_ || is_on_demand(name);
   }
 }
 

@@ -11,7 +11,8 @@ namespace mjenv::core {
 Worker::Worker(std::int32_t i, const Task& task)
     : index(i),
       task_(task),
-      work_(task.model, task.frame_skip, task.needs, static_cast<std::size_t>(task.carry_count)),
+      work_(task.model),
+      view_(work_, task.frame_skip, task.needs, static_cast<std::size_t>(task.carry_count)),
       before_(work_.layout().size),
       arrays_(work_.arrays()) {}
 
@@ -24,7 +25,7 @@ void Worker::prepare(const Schema& schema) {
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  task_.calls->carry(work_);  // first, because it may fail
+  task_.calls->carry(view_);  // first, because it may fail
   if (origin == Origin::set) {
     rows.keep_step(row);
     rows.drop_all_but_step(row);
@@ -33,7 +34,7 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   }
   std::copy_n(before_.data(), before_.size(), rows.computed_state(row));
   work_.save(rows.state(row));
-  std::copy_n(work_.carried(), task_.carry_count, rows.carried(row));
+  std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
   if (origin == Origin::step && forces_ && !forces_->empty()) {
@@ -56,7 +57,12 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
 }
 
 void Worker::use(Rows& rows, std::int64_t row, Version version) {
-  if (!rows.arrays().empty()) work_.use(rows.arrays(), rows.values(row, version));
+  if (!rows.arrays().empty()) use(rows.arrays(), rows.values(row, version));
+}
+
+void Worker::use(const OwnArrays& arrays, std::byte* block) {
+  work_.use(arrays, block);
+  view_.use(arrays, block);
 }
 
 void Worker::hold(Rows& rows, std::int64_t row) {
@@ -108,7 +114,7 @@ void Worker::repeat_constants(Rows& rows, std::int64_t row) {
       std::copy_n(values, inputs_.size(), inputs_.data());
     else
       rows.arrays().fill(0, inputs_.data());
-    work_.use(rows.arrays(), inputs_.data());
+    use(rows.arrays(), inputs_.data());
   }
   work_.load_rest(rows.constants_rest(row));
   compute_constants(rows, values);
@@ -150,15 +156,15 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   if (arrays.has_inputs()) {  // cleared in a copy, because the task may fail
     inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
     arrays.clear_inputs(inputs_.data());
-    work_.use(arrays, inputs_.data());
+    use(arrays, inputs_.data());
   } else {
     use(rows, row);
   }
   work_.begin();
   work_.save(start);
-  std::fill_n(work_.carried(), task_.carry_count, 0.0);
+  std::fill_n(view_.carried(), task_.carry_count, 0.0);
   Random random(&rng);
-  task_.calls->reset(work_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), work_.carried()}, random);
+  task_.calls->reset(view_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), view_.carried()}, random);
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
   rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
@@ -198,7 +204,7 @@ void Worker::prepare(const OwnArrays& arrays) {
   drawn_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
   arrays.fill(0, inputs_.data());
-  work_.use(arrays, inputs_.data());
+  use(arrays, inputs_.data());
 }
 
 void Worker::prepare_constants() {
@@ -215,7 +221,7 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forc
     hold(rows, row);
     // Only commit gives the row these numbers. So if the row is loaded again (Team::advance), carry starts from the row's
     // old numbers once more, not from its own result.
-    task_.calls->carry(work_);
+    task_.calls->carry(view_);
   } else {
     load_carried(rows, row);
   }
@@ -269,7 +275,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
 }
 
 const double* Worker::observation() {
-  task_.calls->observe(work_, observation_.data());
+  task_.calls->observe(view_, observation_.data());
   return observation_.data();
 }
 
@@ -297,7 +303,7 @@ void Worker::write_observation(void* to, const Place& place) {
   const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
   const bool narrow = place.out.obs_dtype == MJENV_DTYPE_FLOAT32;
   double* wide = narrow ? observation_.data() : static_cast<double*>(to) + start;
-  task_.calls->observe(work_, wide);
+  task_.calls->observe(view_, wide);
   if (narrow)
     std::transform(wide, wide + count, static_cast<float*>(to) + start, [](double x) { return static_cast<float>(x); });
 }

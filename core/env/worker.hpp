@@ -33,6 +33,7 @@ class Worker {
   Failures failures;
 
   Work& work() { return work_; }
+  SimView& view() { return view_; }
   // Allocates room for an observation, and finds the arrays to export.
   void prepare(const Schema& schema);
 
@@ -103,6 +104,7 @@ class Worker {
 
   const Task& task_;
   Work work_;
+  SimView view_;
   std::int64_t resident_ = kNone;
   // The state before the mj_step or mj_forward whose result save() stores.
   std::vector<double> before_;
@@ -117,7 +119,7 @@ class Worker {
   std::vector<const Array*> exported_;
 
   void load_carried(Rows& rows, std::int64_t row) {
-    std::copy_n(rows.carried(row), task_.carry_count, work_.carried());
+    std::copy_n(rows.carried(row), task_.carry_count, view_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
   void draw(Rows& rows, std::int64_t row, const Randomization& randomization);
@@ -128,6 +130,7 @@ class Worker {
   void compute_constants(const Rows& rows, const std::byte* values);
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Version version = Version::now);
+  void use(const OwnArrays& arrays, std::byte* block);
   void fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept;
 };
 

@@ -9,21 +9,21 @@
 
 namespace mjenv::core {
 
-Builder::Builder(const Options& options, const Model& model, Work& work, std::vector<TaskField> fields,
+Builder::Builder(const Options& options, const Model& model, SimView& view, std::vector<TaskField> fields,
                  std::int64_t carry_count)
-    : mjenv_builder{sizeof(mjenv_builder), 0, &task_api(), &work.sim(), nullptr},
+    : mjenv_builder{sizeof(mjenv_builder), 0, &task_api(), &view.sim(), nullptr},
       options_(options),
       model_(model),
-      work_(work),
+      view_(view),
       fields_(std::move(fields)) {
   random = &trial_;
-  work_.carry(static_cast<std::size_t>(carry_count));
+  view_.carry(static_cast<std::size_t>(carry_count));
 }
 
 void Builder::carry(std::int64_t count) {
   if (count < 0 || count > kMaxCarried)
     fail(MJENV_E_VALUE, "carry: the count is " + std::to_string(count) + ", not 0 to " + std::to_string(kMaxCarried));
-  work_.carry(static_cast<std::size_t>(count));
+  view_.carry(static_cast<std::size_t>(count));
 }
 
 void Builder::carry_bounds(const CarryBounds& bounds) {
@@ -87,7 +87,7 @@ np::Norm Builder::norm() {
 }
 
 int Builder::array(const std::string& name, mjenv_field* field) {
-  const Array& found = work_.share(name);  // now the last of needs().arrays
+  const Array& found = view_.share(name);  // now the last of needs().arrays
   if (field) {
     mjenv_field out{};
     out.ndim = static_cast<std::int32_t>(found.shape.size());
@@ -98,7 +98,7 @@ int Builder::array(const std::string& name, mjenv_field* field) {
     out.type = found.type;
     write_struct(field, "field", out);
   }
-  return static_cast<int>(work_.needs().arrays.size()) - 1;
+  return static_cast<int>(view_.needs().arrays.size()) - 1;
 }
 
 }  // namespace mjenv::core

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/work.hpp"
 #include "error.hpp"
 #include "mjenv/task.h"
 #include "task/options.hpp"
@@ -18,8 +17,8 @@ namespace mjenv::core {
 
 class Builder : public mjenv_builder {
  public:
-  // options: the caller's options. work: holds the model's initial state.
-  Builder(const Options& options, const Model& model, Work& work, std::vector<TaskField> fields,
+  // options: the caller's options. view: of the model's initial state.
+  Builder(const Options& options, const Model& model, SimView& view, std::vector<TaskField> fields,
           std::int64_t carry_count);
 
   // Calls body and returns its result. If body throws, keeps the error for `check` and returns `fallback`, and from
@@ -36,7 +35,7 @@ class Builder : public mjenv_builder {
   int index(const std::string& type, const std::string& name) const;
   int option_index(const std::string& option, const std::string& type) const;
   np::Norm norm();
-  void need(const std::string& array) { work_.need(array); }
+  void need(const std::string& array) { view_.need(array); }
   int array(const std::string& name, mjenv_field* field);
   void describe(const mjenv_task_field& field) { replace_or_add(fields_, task_field(field)); }
 
@@ -46,7 +45,7 @@ class Builder : public mjenv_builder {
   // The name of the model, for messages.
   const std::string& label() const { return model_.label(); }
 
-  std::int64_t carry_count() const { return static_cast<std::int64_t>(work_.carry_count()); }
+  std::int64_t carry_count() const { return static_cast<std::int64_t>(view_.carry_count()); }
   const std::vector<CarryBounds>& bounds() const { return bounds_; }
   const std::vector<TaskField>& fields() const { return fields_; }
   // The rounding of norms, if the task has asked for it.
@@ -55,7 +54,7 @@ class Builder : public mjenv_builder {
  private:
   const Options& options_;
   const Model& model_;
-  Work& work_;
+  SimView& view_;
   std::vector<TaskField> fields_;
   std::vector<CarryBounds> bounds_;
   std::optional<np::Norm> norm_;

@@ -11,7 +11,6 @@
 #include "error.hpp"
 #include "structs.hpp"
 #include "system/platform.hpp"
-#include "task/api.hpp"
 #include "task/builder.hpp"
 #include "task/meanings.hpp"
 #include "task/registry.hpp"
@@ -276,28 +275,28 @@ Task RegisteredTask::build(const Options& options) const {
   task.revision = revision_;
   task.caller_thread = caller_thread_;
 
-  Needs needs;
-  needs.api = &task_api();
-  Work work(task.model, task.frame_skip, needs);
+  Work work(task.model);
   work.begin();
   work.forward();
-  std::fill_n(work.action_buffer(), task.model->nu(), 0.0);
-  Builder builder(options, *task.model, work, fields_, carry_count_);
+  SimView view(work, task.frame_skip);
+  const std::vector<double> zeros(work.layout().nu);
+  const Action no_action{zeros.data(), {}, task.model->nu()};
+  view.show(no_action);
+  Builder builder(options, *task.model, view, fields_, carry_count_);
   // A built-in robot returns what Gymnasium's returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
   const auto calls = std::make_shared<Calls>(id_, callbacks_, checks, builder);  // calls build, which fills the builder
   task.norm = builder.rounding();
   task.fields = described(builder);
-  task.needs = work.needs();
+  task.needs = view.needs();
   task.needs.info = static_cast<std::size_t>(std::max(total(task.fields.info), total(task.fields.reset_info)));
   task.carry_count = builder.carry_count();
   calls->set_counts(task.fields, task.carry_count, builder.bounds());
   task.calls = calls;
 
   // A trial step: a model that MuJoCo cannot step is refused now.
-  const std::vector<double> zeros(work.layout().nu);
   std::vector<double> before(work.layout().size);
-  work.act({zeros.data(), MJENV_DTYPE_FLOAT64, task.model->nu()});
+  work.act(no_action);
   work.step(1, before.data());
   return task;
 }

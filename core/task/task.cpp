@@ -18,26 +18,18 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Shows the action to the callback step. Before and after it, the buffer holds NaN.
-class Shown {
- public:
-  Shown(Work& work, const Action& action) : values_(work.action_buffer()), count_(action.count) {
-    for (std::int64_t i = 0; i < count_; ++i) values_[i] = action[i];
-  }
-  ~Shown() {
-    for (std::int64_t i = 0; i < count_; ++i) values_[i] = kNaN;
-  }
+// Shows the action to the callback step.
+struct Shown {
+  SimView& view;
+  Shown(SimView& to, const Action& action) : view(to) { view.show(action); }
+  ~Shown() { view.hide_action(); }
   Shown(const Shown&) = delete;
   Shown& operator=(const Shown&) = delete;
-
- private:
-  double* values_;
-  std::int64_t count_;
 };
 
 // The buffer for an info. Numbers that the callback does not write stay NaN.
-double* nan_info(Work& work, std::int64_t count) {
-  double* values = work.info_buffer();
+double* nan_info(SimView& view, std::int64_t count) {
+  double* values = view.info();
   std::fill_n(values, count, kNaN);
   return values;
 }
@@ -120,25 +112,25 @@ void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random) cons
   check_finite("act", start.act, sim.na);
 }
 
-const double* Calls::reset_info(Work& work) const {
-  work.complete_needs();
-  double* values = nan_info(work, reset_info_count_);
+const double* Calls::reset_info(SimView& view) const {
+  view.complete();
+  double* values = nan_info(view, reset_info_count_);
   if (!callbacks_.reset_info) return values;
-  call("reset_info", [&] { return callbacks_.reset_info(self_, &work.sim(), values); });
+  call("reset_info", [&] { return callbacks_.reset_info(self_, &view.sim(), values); });
   return values;
 }
 
-void Calls::carry(Work& work) const {
+void Calls::carry(SimView& view) const {
   if (!callbacks_.carry) return;
-  work.complete_needs();
-  call("carry", [&] { return callbacks_.carry(self_, &work.sim(), work.carried()); });
-  check_carried("carry", work.carried());
+  view.complete();
+  call("carry", [&] { return callbacks_.carry(self_, &view.sim(), view.carried()); });
+  check_carried("carry", view.carried());
 }
 
-void Calls::observe(Work& work, double* to) const {
+void Calls::observe(SimView& view, double* to) const {
   if (!callbacks_.observe) return static_cast<void>(std::fill_n(to, observation_count_, 0.0));
-  work.complete_needs();
-  call("observe", [&] { return callbacks_.observe(self_, &work.sim(), to); });
+  view.complete();
+  call("observe", [&] { return callbacks_.observe(self_, &view.sim(), to); });
   if (!checks_) return;
   double sum = 0;
   for (std::int64_t i = 0; i < observation_count_; ++i) sum += 0 * to[i];  // becomes NaN if a number is not finite
@@ -147,14 +139,14 @@ void Calls::observe(Work& work, double* to) const {
     if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
 }
 
-mjenv_outcome Calls::step(Work& work, const Action& action, Random& random) const {
-  work.complete_needs();
-  mjenv_outcome to{sizeof to, 0, 0, nan_info(work, info_count_), work.carried(), &random};
+mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random) const {
+  view.complete();
+  mjenv_outcome to{sizeof to, 0, 0, nan_info(view, info_count_), view.carried(), &random};
   if (!callbacks_.step) return to;
-  const Shown shown(work, action);
+  const Shown shown(view, action);
   call(
-      "step", [&] { return callbacks_.step(self_, &work.sim(), &to); }, &random);
-  check_carried("step", work.carried());
+      "step", [&] { return callbacks_.step(self_, &view.sim(), &to); }, &random);
+  check_carried("step", view.carried());
   if (checks_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
   return to;
 }

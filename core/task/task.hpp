@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "engine/model.hpp"
-#include "engine/work.hpp"
 #include "mjenv/task.h"
 #include "numpy/math.hpp"
 #include "task/random.hpp"
+#include "task/sim_view.hpp"
 
 namespace mjenv::core {
 
@@ -76,13 +76,13 @@ class Calls {
 
   // Draws the initial state of an episode. sim: only its sizes and the model's arrays are valid.
   void reset(const mjenv_sim& sim, const Start& start, Random& random) const;
-  // Returns the numbers of the reset info, which lie in the work space.
-  const double* reset_info(Work& work) const;
-  // Writes the numbers that the next step needs to know of the present state to Work::carried.
-  void carry(Work& work) const;
-  void observe(Work& work, double* to) const;
+  // Returns the numbers of the reset info, which lie in the view.
+  const double* reset_info(SimView& view) const;
+  // Writes the numbers that the next step needs to know of the present state to SimView::carried.
+  void carry(SimView& view) const;
+  void observe(SimView& view, double* to) const;
   // Calls step after the simulation has advanced with this action.
-  mjenv_outcome step(Work& work, const Action& action, Random& random) const;
+  mjenv_outcome step(SimView& view, const Action& action, Random& random) const;
 
  private:
   std::string id_;

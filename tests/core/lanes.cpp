@@ -127,7 +127,7 @@ std::string difference(Work& got, Work& want) {
   }
   const std::vector<Array> found = got.arrays(), expected = want.arrays();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!got.is_whole() && !Work::after_every_step(found[i].name)) continue;
+    if (!got.is_whole() && !is_after_every_step(found[i].name)) continue;
     const std::size_t count = length(expected[i], want.model(), *want.data());
     if (found[i].stride) {
       std::vector<double> a(found[i].count()), b(a.size());
@@ -227,10 +227,10 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
   // In every other round all of mjData is read.
   std::array<std::vector<std::unique_ptr<Work>>, 2> works;
   for (int i = 0; i < width; ++i) {
-    for (auto& list : works) list.push_back(std::make_unique<Work>(model, 1));
+    for (auto& list : works) list.push_back(std::make_unique<Work>(model));
     works[1].back()->expect("qM");
   }
-  Work plain(model, 1);
+  Work plain(model);
   Noise noise;
   const bool are_shared = own.list().empty();
   for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},

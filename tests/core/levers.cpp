@@ -130,7 +130,7 @@ std::string difference(Work& work, const mjData& plain) {
 std::string play(const std::shared_ptr<const Model>& model) {
   const ErrorTrap trap;
   const mjModel* m = model->get();
-  Work work(model, kFrames);
+  Work work(model);
   const auto& layout = work.layout();
   const Data plain(m);
   mjData* d = plain.d;

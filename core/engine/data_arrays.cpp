@@ -1,0 +1,91 @@
+#include "engine/data_arrays.hpp"
+
+#include <array>
+#include <functional>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "engine/mujoco.hpp"
+#include "names.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr std::array forces{"cacc", "cfrc_int", "cfrc_ext"};
+constexpr std::array frames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
+// The others of mjenv_sim, and the rest of the state: each between two blanks.
+constexpr std::string_view shown =
+    " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
+    "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
+    "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity ";
+
+// How many points the paths of the tendons have.
+std::int64_t path_points(const mjModel& m, const mjData& d) {
+  return m.ntendon == 0 ? 0 : std::int64_t{d.ten_wrapadr[m.ntendon - 1]} + d.ten_wrapnum[m.ntendon - 1];
+}
+
+// How many elements of an array mjData holds, if that depends on the state (Array::held).
+std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, const std::string& name) {
+  if (name == "wrap_obj") return [&] { return path_points(m, d); };
+  if (name == "wrap_xpos") return [&] { return 3 * path_points(m, d); };
+  return held_by_constraints(m, d, name);
+}
+
+}  // namespace
+
+bool is_force(const std::string& array) { return is_in(forces, array); }
+bool is_frame(const std::string& array) { return is_in(frames, array); }
+bool is_after_every_step(const std::string& array) {
+  return shown.find(" " + array + " ") != shown.npos || is_frame(array);
+}
+
+std::vector<std::string> on_demand_arrays() {
+  std::vector<std::string> names(forces.begin(), forces.end());
+  names.insert(names.end(), frames.begin(), frames.end());
+  return names;
+}
+
+std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
+  std::vector<Array> list{{"time", MJENV_TYPE_FLOAT64, {}, &d.time},
+                          {"energy", MJENV_TYPE_FLOAT64, {2}, d.energy},
+                          {"ncon", MJENV_TYPE_INT32, {}, &d.ncon},
+                          {"nefc", MJENV_TYPE_INT32, {}, &d.nefc},
+                          {kSolverIterations, MJENV_TYPE_INT32, {}, solver_iterations(d)}};
+  if (kSolverIterationsCount > 1) list.back().shape = {kSolverIterationsCount};
+  for_each_array(m, &d,
+                 [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool is_vector) {
+                   using T = std::decay_t<decltype(*data)>;
+                   if constexpr (!std::is_same_v<T, mjContact> && !std::is_same_v<T, std::uintptr_t>) {
+                     const auto type = std::is_same_v<T, int>       ? MJENV_TYPE_INT32
+                                       : std::is_same_v<T, mjtBool> ? MJENV_TYPE_UINT8
+                                                                    : MJENV_TYPE_FLOAT64;
+                     list.push_back({name, type, is_vector ? std::vector{rows} : std::vector{rows, columns}, data, 0,
+                                     held_elements(m, d, name)});
+                   }
+                 });
+  // Without mu and H, which MuJoCo computes only for elliptic cones: else they hold what was there before.
+  const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
+    using T = std::decay_t<decltype(*data)>;
+    const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
+    std::vector<std::int64_t> shape{max_contacts(m)};
+    if (columns > 1) shape.push_back(columns);
+    list.push_back({name, type, std::move(shape), data, sizeof(mjContact), [&d] { return d.ncon; }});
+  };
+  const mjContact* contact = d.contact;
+  add_of_contacts("contact.dist", &contact->dist, 1);
+  add_of_contacts("contact.pos", contact->pos, 3);
+  add_of_contacts("contact.frame", contact->frame, 9);
+  add_of_contacts("contact.includemargin", &contact->includemargin, 1);
+  add_of_contacts("contact.friction", contact->friction, 5);
+  add_of_contacts("contact.solref", contact->solref, mjNREF);
+  add_of_contacts("contact.solimp", contact->solimp, mjNIMP);
+  add_of_contacts("contact.dim", &contact->dim, 1);
+  add_of_contacts("contact.geom1", &contact->geom1, 1);
+  add_of_contacts("contact.geom2", &contact->geom2, 1);
+  add_of_contacts("contact.exclude", &contact->exclude, 1);
+  add_of_contacts("contact.efc_address", &contact->efc_address, 1);
+  return list;
+}
+
+}  // namespace mjenv::core

@@ -1,0 +1,39 @@
+// The state from which MuJoCo continues a simulation exactly.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "engine/model.hpp"
+
+namespace mjenv::core {
+
+// time, qpos, qvel, act, qacc_warmstart, ctrl, and what else the version of MuJoCo has (Model::more_state), in this
+// order.
+class StateLayout {
+ public:
+  explicit StateLayout(const Model& model)
+      : nq(model.nq()),
+        nv(model.nv()),
+        na(model.na()),
+        nu(model.nu()),
+        more(model.more_state()),
+        size(1 + nq + nv + na + nv + nu + more) {}
+
+  std::size_t nq, nv, na, nu, more, size;
+
+  // Where the array with MuJoCo's name lies in a state; nothing if no part of the state has this name.
+  struct Part {
+    std::size_t offset, count;
+  };
+  std::optional<Part> part(const std::string& array) const;
+
+  double* qpos(double* state) const { return state + 1; }
+  double* qvel(double* state) const { return state + 1 + nq; }
+  double* act(double* state) const { return state + 1 + nq + nv; }
+  double* warmstart(double* state) const { return state + 1 + nq + nv + na; }
+  double* rest(double* state) const { return state + size - more; }
+};
+
+}  // namespace mjenv::core
