@@ -387,10 +387,15 @@ void Env::prepare_workers() {
   if (!rows_.arrays().empty()) workers_.for_each([&](Worker& worker) { worker.prepare(rows_.arrays()); });
 }
 
+// Any worker may compute the next step of a row for which mj_setConst was called.
+void Env::prepare_constants() {
+  workers_.for_each([](Worker& worker) { worker.constants().prepare(); });
+}
+
 void Env::set_constants(std::int64_t row) {
   check_settled();
   if (row != MJENV_ALL_ROWS) rows_.check(row);
-  workers_.for_each([](Worker& worker) { worker.prepare_constants(); });  // any may compute the row's next step
+  prepare_constants();
   const auto set = [&](Worker& worker, std::int64_t i) {
     const auto names = worker.set_constants(rows_, i);
     if (!names.empty()) {
@@ -434,7 +439,7 @@ void Env::randomize(const mjenv_randomization* items, std::size_t count) {
     for (const std::string& name : constant_arrays(model())) arrays.push_back(name);
     check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)",
                  model().work_bytes() * workers_.team_size());
-    workers_.for_each([](Worker& worker) { worker.prepare_constants_of_draws(); });
+    workers_.for_each([](Worker& worker) { worker.constants().prepare_draw(); });
   }
   if (!arrays.empty()) make_own(arrays);
   next.place(rows_.arrays());
@@ -500,11 +505,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   read_image(rows_, model(), *task_.calls, perturbation_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
-    for (std::int64_t i = 0; i < rows(); ++i)
-      if (rows_.head(i).has_constants) {
-        workers_.for_each([](Worker& worker) { worker.prepare_constants(); });
-        break;
-      }
+    if (rows_.has_constants()) prepare_constants();
   } catch (const std::bad_alloc&) {  // the rows are restored: what is missing is allocated by their first step
   }
   for (std::int64_t i = 0; i < rows(); ++i)

@@ -113,6 +113,7 @@ class Env {
   // Gives each row its own copy of these arrays.
   void make_own(const std::vector<std::string>& arrays);
   void prepare_workers();
+  void prepare_constants();
   void check_actions(const Action& actions, std::int64_t actions_per_row) const;
 };
 

@@ -95,15 +95,15 @@ void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place)
   place.put<std::uint8_t>(out.was_reset, 1);
   if (out.reset_info && task_.calls->has_reset_info())
     place.put(schema_.fields(MJENV_ROLE_RESET_INFO), task_.calls->reset_info(worker.view()), out.reset_info);
-  worker.write_arrays(schema_, place);
+  worker.writer().write_arrays(schema_, place);
 }
 
 void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const {
-  if (!is_perturbed(row) || !perturbation_.changes_observations()) return worker.write_observation(to, place);
+  if (!is_perturbed(row) || !perturbation_.changes_observations()) return worker.writer().write_observation(to, place);
   Rows::Head& head = rows_.head(row);
-  const double* observation = worker.observation();
-  worker.write_observation(perturbation_.observe(rows_.perturbation(row), head.steps, observation, head.rng), to,
-                           place);
+  const double* observation = worker.writer().observation();
+  worker.writer().write_observation(perturbation_.observe(rows_.perturbation(row), head.steps, observation, head.rng),
+                                    to, place);
 }
 
 template <typename Body>
@@ -183,7 +183,7 @@ void Episodes::end_step_and_reset(Worker& worker, Turn& turn) const {
   write_observation(worker, turn.row, resets ? out.final_obs : out.obs, place);
   if (!resets) {
     place.put<std::uint8_t>(out.was_reset, 0);
-    return worker.write_arrays(schema_, place);
+    return worker.writer().write_arrays(schema_, place);
   }
   place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
   place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
@@ -225,7 +225,7 @@ void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const 
     for_turns(team, moving, [&](std::size_t i) {
       ends[i] = end_step(team[i], turns[i]);
       write_observation(team[i], turns[i].row, out.obs, turns[i].place);
-      team[i].write_arrays(schema_, turns[i].place);
+      team[i].writer().write_arrays(schema_, turns[i].place);
     });
     playing &= ~(begun & ~moving);
   }
@@ -236,10 +236,10 @@ void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) con
   worker.hold(rows_, row);
   const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbation(row)) : nullptr;
   if (last)
-    worker.write_observation(last, place.out.obs, place);
+    worker.writer().write_observation(last, place.out.obs, place);
   else
-    worker.write_observation(place.out.obs, place);
-  worker.write_arrays(schema_, place);
+    worker.writer().write_observation(place.out.obs, place);
+  worker.writer().write_arrays(schema_, place);
 }
 
 }  // namespace mjenv::core

@@ -1,24 +1,8 @@
 #include "env/outputs.hpp"
 
-#include <algorithm>
-
 #include "system/memory.hpp"
 
 namespace mjenv::core {
-namespace {
-
-void copy_observation(const double* from, std::int64_t count, std::int64_t row, void* to, const mjenv_batch& out) {
-  if (!from || !to) return;
-  const std::int64_t start = row * count;
-  if (out.obs_dtype == MJENV_DTYPE_FLOAT32)
-    std::transform(from + start, from + start + count, static_cast<float*>(to) + start,
-                   [](double x) { return static_cast<float>(x); });
-  else
-    std::copy_n(from + start, count, static_cast<double*>(to) + start);
-}
-
-}  // namespace
-
 Outputs::Outputs(const Schema& schema, const Episodes& episodes, std::int64_t rows) {
   const std::int64_t obs = schema.observation_count(), info = schema.count(MJENV_ROLE_INFO);
   const std::int64_t reset_info = schema.count(MJENV_ROLE_RESET_INFO), arrays = schema.count(MJENV_ROLE_ARRAYS);
@@ -50,7 +34,8 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   to.put(out.status, from.get(batch_.status));
   to.put(out.was_reset, from.get(batch_.was_reset));
   to.put_result(from.get(batch_.reward), from.get(batch_.terminated) != 0, from.get(batch_.truncated) != 0);
-  copy_observation(obs_.data(), schema.observation_count(), row, out.obs, out);
+  const std::int64_t obs = schema.observation_count();
+  to.put_observation(obs_.data() + row * obs, obs, out.obs);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.info, out.info);
   to.copy(schema.fields(MJENV_ROLE_ARRAYS), batch_.arrays, out.arrays);
   if (!from.get(batch_.was_reset)) return;
@@ -58,7 +43,7 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   // Only a step that ended an episode has written final_obs and final_info. Where a reset replaced the step, terminated
   // and truncated are both 0.
   if (!batch_.final_obs || (!from.get(batch_.terminated) && !from.get(batch_.truncated))) return;
-  copy_observation(final_obs_.data(), schema.observation_count(), row, out.final_obs, out);
+  to.put_observation(final_obs_.data() + row * obs, obs, out.final_obs);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.final_info, out.final_info);
 }
 

@@ -38,6 +38,15 @@ struct Place {
     put_result(0, false, false);
     put<std::uint8_t>(out.was_reset, 0);
   }
+  // Writes an observation of `count` numbers in the batch's dtype.
+  void put_observation(const double* from, std::int64_t count, void* array) const {
+    if (!array) return;
+    if (out.obs_dtype == MJENV_DTYPE_FLOAT32)
+      std::transform(from, from + count, static_cast<float*>(array) + index * count,
+                     [](double x) { return static_cast<float>(x); });
+    else
+      std::copy_n(from, count, static_cast<double*>(array) + index * count);
+  }
   // Writes this element's numbers to an array that has one block for each field (mjenv_batch). values: one field's
   // numbers after the other's.
   void put(const std::vector<Field>& fields, const double* values, double* array) const {

@@ -30,6 +30,10 @@ void Rows::check(std::int64_t row) const {
     fail(MJENV_E_VALUE, "row " + std::to_string(row) + " is outside 0.." + std::to_string(count() - 1));
 }
 
+bool Rows::has_constants() const {
+  return std::any_of(heads_.begin(), heads_.end(), [](const Head& head) { return head.has_constants; });
+}
+
 std::size_t Rows::bytes_of(Content content) const {
   switch (content) {
     case Content::head: return sizeof(Head);

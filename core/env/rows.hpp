@@ -41,6 +41,8 @@ class Rows {
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
+  // Whether some row has constants (Head::has_constants).
+  bool has_constants() const;
   const StateLayout& layout() const { return layout_; }
 
   Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }

@@ -14,15 +14,9 @@ Worker::Worker(std::int32_t i, const Task& task)
       work_(task.model),
       view_(work_, task.frame_skip, task.needs, static_cast<std::size_t>(task.carry_count)),
       before_(work_.layout().size),
+      writer_(task, work_, view_),
+      constants_(*task.model),
       arrays_(work_.arrays()) {}
-
-void Worker::prepare(const Schema& schema) {
-  observation_.resize(static_cast<std::size_t>(schema.observation_count()));
-  for (const std::size_t i : schema.exported()) {
-    exported_.push_back(&arrays_[i]);
-    work_.expect(arrays_[i].name);
-  }
-}
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   task_.calls->carry(view_);  // first, because it may fail
@@ -71,7 +65,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   compute(rows, row);
   if (rows.head(row).written) {
     work_.complete();  // before the written values and state are loaded, because it needs the older ones
-    if (rows.head(row).has_constants) repeat_constants(rows, row);
+    if (rows.head(row).has_constants) constants_.repeat(work_, rows, row, inputs_);
     use(rows, row);
     work_.load(rows.state(row));
   }
@@ -104,41 +98,11 @@ void Worker::compute(Rows& rows, std::int64_t row) {
   }
 }
 
-// Calls mj_setConst as set_constants did: with the own values and the poses of mocap bodies that the row had then,
-// because both may have been written since.
-void Worker::repeat_constants(Rows& rows, std::int64_t row) {
-  const std::byte* values = rows.values(row, Version::constants);
-  if (!rows.arrays().empty()) {
-    inputs_.resize(rows.block_bytes());
-    if (values)
-      std::copy_n(values, inputs_.size(), inputs_.data());
-    else
-      rows.arrays().fill(0, inputs_.data());
-    use(rows.arrays(), inputs_.data());
-  }
-  work_.load_rest(rows.constants_rest(row));
-  compute_constants(rows, values);
-}
-
-void Worker::compute_constants(const Rows& rows, const std::byte* values) {
-  prepare_constants();
-  constants_->compute(rows.arrays(), values, work_.data());
-}
-
 std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
   hold(rows, row);
   work_.complete();
   release();  // in case MuJoCo fails
-  rows.prepare_keep_constants();
-  compute_constants(rows, rows.arrays().empty() ? nullptr : rows.values(row));
-  std::vector<std::string> names = constants_->new_arrays(rows.arrays());
-  if (!names.empty()) return names;
-  rows.keep(row);
-  rows.keep_constants(row);
-  if (!rows.arrays().empty()) constants_->save(rows.arrays(), rows.values(row));
-  work_.save(rows.state(row));
-  rows.head(row).written = rows.head(row).has_constants = true;
-  return names;
+  return constants_.set(work_, rows, row);
 }
 
 void Worker::clear(Rows& rows) {
@@ -151,7 +115,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();
-  drawn_.clear();
+  draws_.clear();
   const OwnArrays& arrays = rows.arrays();
   if (arrays.has_inputs()) {  // cleared in a copy, because the task may fail
     inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
@@ -168,7 +132,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
   rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
-  if (!randomization.empty()) draw(rows, row, randomization);
+  if (!randomization.empty()) draws_.draw(rows, row, randomization, constants_);
   work_.load(start);
   work_.forward();
   save(rows, row, Origin::forward);
@@ -177,43 +141,16 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   use(rows, row);
 }
 
-// Of the row, only the stream changes.
-void Worker::draw(Rows& rows, std::int64_t row, const Randomization& randomization) {
-  const OwnArrays& arrays = rows.arrays();
-  drawn_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
-  arrays.clear_inputs(drawn_.data());
-  randomization.draw(rows.head(row).rng, drawn_.data());
-  if (!randomization.computes_constants()) return;
-  constants_->compute(arrays, drawn_.data());
-  const std::vector<std::string> more = constants_->new_arrays(arrays);
-  if (!more.empty()) fail(MJENV_E_MODEL, "mj_setConst changes " + listed(more) + ", which all rows share");
-  constants_->save(arrays, drawn_.data());
-}
-
 void Worker::adopt(Rows& rows, std::int64_t row) noexcept {
-  if (drawn_.empty()) return;
-  rows.keep(row);
-  std::copy(drawn_.begin(), drawn_.end(), rows.values(row));
-  drawn_.clear();
-  rows.head(row).written = true;
-  forget(row);
+  if (draws_.adopt(rows, row)) forget(row);
 }
 
 void Worker::prepare(const OwnArrays& arrays) {
   release();
-  drawn_.reserve(arrays.block_bytes());
+  draws_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
   arrays.fill(0, inputs_.data());
   use(arrays, inputs_.data());
-}
-
-void Worker::prepare_constants() {
-  if (!constants_) constants_ = std::make_unique<Constants>(*task_.model);
-}
-
-void Worker::prepare_constants_of_draws() {
-  prepare_constants();
-  constants_->make_data();
 }
 
 void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
@@ -274,21 +211,6 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   if (has_stepped && !has_forces) release();  // the work space lacks the last step's forces; hold() computes them
 }
 
-const double* Worker::observation() {
-  task_.calls->observe(view_, observation_.data());
-  return observation_.data();
-}
-
-void Worker::write_observation(const double* observation, void* to, const Place& place) const {
-  if (!to) return;
-  const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
-  if (place.out.obs_dtype == MJENV_DTYPE_FLOAT32)
-    std::transform(observation, observation + count, static_cast<float*>(to) + start,
-                   [](double x) { return static_cast<float>(x); });
-  else
-    std::copy_n(observation, count, static_cast<double*>(to) + start);
-}
-
 void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept {
   release();
   try {
@@ -298,29 +220,12 @@ void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) n
   }
 }
 
-void Worker::write_observation(void* to, const Place& place) {
-  if (!to) return;
-  const auto count = static_cast<std::int64_t>(observation_.size()), start = place.index * count;
-  const bool narrow = place.out.obs_dtype == MJENV_DTYPE_FLOAT32;
-  double* wide = narrow ? observation_.data() : static_cast<double*>(to) + start;
-  task_.calls->observe(view_, wide);
-  if (narrow)
-    std::transform(wide, wide + count, static_cast<float*>(to) + start, [](double x) { return static_cast<float>(x); });
-}
-
-void Worker::write_arrays(const Schema& schema, const Place& place) {
-  if (!place.out.arrays) return;
-  if (schema.exports_on_demand()) work_.complete();
-  const std::vector<Field>& fields = schema.fields(MJENV_ROLE_ARRAYS);
-  for (std::size_t i = 0; i < fields.size(); ++i) exported_[i]->read(place.out.arrays + place.start(fields[i]));
-}
-
 const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name) {
-  const auto found = std::find_if(arrays_.begin(), arrays_.end(), [&](const Array& a) { return a.name == name; });
-  if (found == arrays_.end()) return nullptr;
+  const Array* found = find(arrays_, name);
+  if (!found) return nullptr;
   hold(rows, row);
   work_.complete();
-  return &*found;
+  return found;
 }
 
 void Worker::show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {

@@ -3,19 +3,17 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <new>
 #include <string>
 #include <vector>
 
-#include "engine/constants.hpp"
 #include "engine/work.hpp"
+#include "env/draws.hpp"
 #include "env/failures.hpp"
 #include "env/perturbation.hpp"
-#include "env/place.hpp"
-#include "env/randomization.hpp"
+#include "env/row_constants.hpp"
 #include "env/rows.hpp"
-#include "env/schema.hpp"
+#include "env/writer.hpp"
 #include "error.hpp"
 #include "task/task.hpp"
 
@@ -34,8 +32,8 @@ class Worker {
 
   Work& work() { return work_; }
   SimView& view() { return view_; }
-  // Allocates room for an observation, and finds the arrays to export.
-  void prepare(const Schema& schema);
+  Writer& writer() { return writer_; }
+  void prepare(const Schema& schema) { writer_.prepare(schema, arrays_); }
 
   // True if the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
@@ -67,17 +65,14 @@ class Worker {
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
-  // Allocate what begin and load need, which allocate nothing themselves: if rows have arrays of their own; if
-  // mj_setConst was called for a row; and if resets call it.
+  // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  void prepare_constants();
-  void prepare_constants_of_draws();
+  // To prepare, if mj_setConst was called for a row, or if resets call it.
+  RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
 
-  // Calls mj_setConst for the row's model. If it changes arrays that rows still share, saves neither constants nor
-  // state and returns the arrays' names: give each row its own copy of them, then call this again. Otherwise saves the
-  // constants to the row's own values, and the state in which mj_setConst leaves mjData (the position qpos_spring).
+  // RowConstants::set, for any row.
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
@@ -86,13 +81,6 @@ class Worker {
   template <typename Body>
   bool attempt(std::int64_t row, const Body& body) noexcept;
 
-  // These write the outputs of the row that the work space holds.
-  void write_observation(void* to, const Place& place);
-  // Returns the task's observation, which is valid until the next one is computed.
-  const double* observation();
-  // Writes this observation instead of the task's.
-  void write_observation(const double* observation, void* to, const Place& place) const;
-  void write_arrays(const Schema& schema, const Place& place);
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
   // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
@@ -108,26 +96,21 @@ class Worker {
   std::int64_t resident_ = kNone;
   // The state before the mj_step or mj_forward whose result save() stores.
   std::vector<double> before_;
-  std::vector<double> observation_;
-  // Own values that the work space uses instead of the row's present ones: in begin with cleared inputs, in
-  // repeat_constants those with which mj_setConst was called.
+  Writer writer_;
+  Draws draws_;
+  RowConstants constants_;
+  // Own values that the work space uses instead of the row's: in `begin` with cleared inputs, in `hold` those with which
+  // mj_setConst was called.
   std::vector<std::byte> inputs_;
-  std::vector<std::byte> drawn_;    // a row's own values with those that its reset has drawn; empty after adopt
   const Forces* forces_ = nullptr;  // of the last step, for commit
-  std::unique_ptr<Constants> constants_;
-  std::vector<Array> arrays_;
-  std::vector<const Array*> exported_;
+  const std::vector<Array> arrays_;
 
   void load_carried(Rows& rows, std::int64_t row) {
     std::copy_n(rows.carried(row), task_.carry_count, view_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
-  void draw(Rows& rows, std::int64_t row, const Randomization& randomization);
   // Computes the row's derived arrays again, with the state and the values with which they were last computed.
   void compute(Rows& rows, std::int64_t row);
-  void repeat_constants(Rows& rows, std::int64_t row);
-  // Calls mj_setConst with these values of the row; null: the model's.
-  void compute_constants(const Rows& rows, const std::byte* values);
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Version version = Version::now);
   void use(const OwnArrays& arrays, std::byte* block);

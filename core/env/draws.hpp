@@ -1,0 +1,41 @@
+// The own values that a reset draws for a row. They replace the row's when the reset's outputs are written.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "env/randomization.hpp"
+#include "env/row_constants.hpp"
+#include "env/rows.hpp"
+
+namespace mjenv::core {
+
+class Draws {
+ public:
+  void reserve(std::size_t bytes) { block_.reserve(bytes); }
+  void clear() { block_.clear(); }
+  // Of the row, only the stream changes.
+  void draw(Rows& rows, std::int64_t row, const Randomization& randomization, RowConstants& constants) {
+    const OwnArrays& arrays = rows.arrays();
+    block_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
+    arrays.clear_inputs(block_.data());
+    randomization.draw(rows.head(row).rng, block_.data());
+    if (randomization.computes_constants()) constants.draw(arrays, block_.data());
+  }
+  // Gives the row what was drawn. Returns false if nothing was.
+  bool adopt(Rows& rows, std::int64_t row) noexcept {
+    if (block_.empty()) return false;
+    rows.keep(row);
+    std::copy(block_.begin(), block_.end(), rows.values(row));
+    rows.head(row).written = true;
+    clear();
+    return true;
+  }
+
+ private:
+  std::vector<std::byte> block_;
+};
+
+}  // namespace mjenv::core

@@ -1,0 +1,31 @@
+#include "env/writer.hpp"
+
+namespace mjenv::core {
+
+void Writer::prepare(const Schema& schema, const std::vector<Array>& arrays) {
+  observation_.resize(static_cast<std::size_t>(schema.observation_count()));
+  for (const std::size_t i : schema.exported()) {
+    exported_.push_back(&arrays[i]);
+    work_.expect(arrays[i].name);
+  }
+}
+
+const double* Writer::observation() {
+  calls_.observe(view_, observation_.data());
+  return observation_.data();
+}
+
+void Writer::write_observation(void* to, const Place& place) {
+  if (!to) return;
+  if (place.out.obs_dtype == MJENV_DTYPE_FLOAT32) return write_observation(observation(), to, place);
+  calls_.observe(view_, static_cast<double*>(to) + place.index * static_cast<std::int64_t>(observation_.size()));
+}
+
+void Writer::write_arrays(const Schema& schema, const Place& place) {
+  if (!place.out.arrays) return;
+  if (schema.exports_on_demand()) work_.complete();
+  const std::vector<Field>& fields = schema.fields(MJENV_ROLE_ARRAYS);
+  for (std::size_t i = 0; i < fields.size(); ++i) exported_[i]->read(place.out.arrays + place.start(fields[i]));
+}
+
+}  // namespace mjenv::core

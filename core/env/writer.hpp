@@ -1,0 +1,36 @@
+// Writes the outputs of the row that a worker holds.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "env/place.hpp"
+#include "env/schema.hpp"
+#include "task/task.hpp"
+
+namespace mjenv::core {
+
+class Writer {
+ public:
+  Writer(const Task& task, Work& work, SimView& view) : calls_(*task.calls), work_(work), view_(view) {}
+
+  // Allocates room for an observation, and finds the arrays to export.
+  void prepare(const Schema& schema, const std::vector<Array>& arrays);
+  // Returns the task's observation, which is valid until the next one is computed.
+  const double* observation();
+  void write_observation(void* to, const Place& place);
+  // Writes this observation instead of the task's.
+  void write_observation(const double* observation, void* to, const Place& place) const {
+    place.put_observation(observation, static_cast<std::int64_t>(observation_.size()), to);
+  }
+  void write_arrays(const Schema& schema, const Place& place);
+
+ private:
+  const Calls& calls_;
+  Work& work_;
+  SimView& view_;
+  std::vector<double> observation_;
+  std::vector<const Array*> exported_;
+};
+
+}  // namespace mjenv::core
