@@ -34,7 +34,7 @@ class Schema {
   void check(const mjenv_batch& out, std::int64_t rows) const;
 
  private:
-  std::vector<Field> observation_, action_, info_, reset_info_, reward_, structure_, data_, model_, arrays_;
+  Fields fields_;
   Space observation_space_, action_space_;
   std::int64_t observation_count_ = 0;
   std::vector<std::size_t> exported_;

@@ -9,7 +9,7 @@
 
 namespace mjenv::core {
 
-Builder::Builder(const Options& options, const Model& model, SimView& view, std::vector<TaskField> fields,
+Builder::Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
                  std::int64_t carry_count)
     : mjenv_builder{sizeof(mjenv_builder), 0, &task_api(), &view.sim(), nullptr},
       options_(options),

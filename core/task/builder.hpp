@@ -18,7 +18,7 @@ namespace mjenv::core {
 class Builder : public mjenv_builder {
  public:
   // options: the caller's options. view: of the model's initial state.
-  Builder(const Options& options, const Model& model, SimView& view, std::vector<TaskField> fields,
+  Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
           std::int64_t carry_count);
 
   // Calls body and returns its result. If body throws, keeps the error for `check` and returns `fallback`, and from
@@ -37,7 +37,7 @@ class Builder : public mjenv_builder {
   np::Norm norm();
   void need(const std::string& array) { view_.need(array); }
   int array(const std::string& name, mjenv_field* field);
-  void describe(const mjenv_task_field& field) { replace_or_add(fields_, task_field(field)); }
+  void describe(const mjenv_task_field& field) { replace_or_add(fields_, field_of(field)); }
 
   void carry(std::int64_t count);
   void carry_bounds(const CarryBounds& bounds);
@@ -47,7 +47,7 @@ class Builder : public mjenv_builder {
 
   std::int64_t carry_count() const { return static_cast<std::int64_t>(view_.carry_count()); }
   const std::vector<CarryBounds>& bounds() const { return bounds_; }
-  const std::vector<TaskField>& fields() const { return fields_; }
+  const std::vector<Field>& fields() const { return fields_; }
   // The rounding of norms, if the task has asked for it.
   const std::optional<np::Norm>& rounding() const { return norm_; }
 
@@ -55,7 +55,7 @@ class Builder : public mjenv_builder {
   const Options& options_;
   const Model& model_;
   SimView& view_;
-  std::vector<TaskField> fields_;
+  std::vector<Field> fields_;
   std::vector<CarryBounds> bounds_;
   std::optional<np::Norm> norm_;
   Rng trial_stream_ = Rng::from_seed(0);

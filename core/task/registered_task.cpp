@@ -44,21 +44,8 @@ mjenv_task_camera default_camera() {
 }  // namespace
 
 RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const void* plugin)
-    : built_in_(origin == Origin::built_in),
-      fixed_model_(given.fixed_model != 0),
-      fixed_frame_skip_(given.fixed_frame_skip != 0),
-      caller_thread_(given.caller_thread != 0),
-      physics_only_(given.physics_only != 0),
-      revision_(given.revision),
-      frame_skip_(given.frame_skip),
-      reward_threshold_(given.has_reward_threshold != 0 ? given.reward_threshold
-                                                        : std::numeric_limits<double>::quiet_NaN()),
-      time_limit_(given.time_limit),
-      carry_count_(given.carry_count),
-      camera_(default_camera()),
-      callbacks_{given.user,       given.build, given.destroy, given.reset,
-                 given.reset_info, given.carry, given.observe, given.step},
-      plugin_(plugin) {
+    : built_in_(origin == Origin::built_in), given_(given), camera_(default_camera()), plugin_(plugin) {
+  if (given.has_reward_threshold == 0) given_.reward_threshold = std::numeric_limits<double>::quiet_NaN();
   take_id(given.id);
   try {
     take_model(given);
@@ -67,9 +54,9 @@ RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const voi
         fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(value) + ", not " + std::to_string(low) +
                                 " to " + std::to_string(high));
     };
-    check_range("frame_skip", frame_skip_, 1, kMaxFrameSkip);
-    check_range("time_limit", time_limit_, 0, kMaxInteger);
-    check_range("carry_count", carry_count_, 0, kMaxCarried);
+    check_range("frame_skip", given_.frame_skip, 1, kMaxFrameSkip);
+    check_range("time_limit", given_.time_limit, 0, kMaxInteger);
+    check_range("carry_count", given_.carry_count, 0, kMaxCarried);
     if (given.camera) camera_ = read_struct(given.camera, "camera", camera_);
     take_options(given);
     take_fields(given);
@@ -77,6 +64,8 @@ RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const voi
   } catch (const Error& error) {
     fail(error.status(), "task " + quoted(id_) + ": " + error.what());
   }
+  given_.id = given_.model = given_.model_text = nullptr;
+  given_.options = nullptr, given_.fields = nullptr, given_.camera = nullptr;
 }
 
 std::unique_ptr<RegisteredTask> users_task(const mjenv_task* given, const void* plugin) {
@@ -188,7 +177,7 @@ void RegisteredTask::take_options(const mjenv_task& given) {
 void RegisteredTask::take_fields(const mjenv_task& given) {
   for_each_struct(given.fields, given.field_count, kMaxCount, "field_count", "fields", [&](const auto& from) {
     const std::size_t before = fields_.size();
-    TaskField field = task_field(from);
+    Field field = field_of(from);
     const std::string name = field.name, role = role_name(field.role);
     replace_or_add(fields_, std::move(field));
     if (fields_.size() == before)
@@ -198,16 +187,16 @@ void RegisteredTask::take_fields(const mjenv_task& given) {
 }
 
 void RegisteredTask::check_callbacks() const {
-  const Callbacks& c = callbacks_;
+  const mjenv_task& c = given_;
   const auto has = [&](mjenv_role role) {
-    return std::any_of(fields_.begin(), fields_.end(), [&](const TaskField& f) { return f.role == role; });
+    return std::any_of(fields_.begin(), fields_.end(), [&](const Field& f) { return f.role == role; });
   };
   const auto require = [](bool fulfilled, const char* what) {
     if (!fulfilled) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
   };
   require(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
   require(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
-  if (physics_only_) {
+  if (given_.physics_only != 0) {
     require(!c.reset, "reset is given, but the task is physics_only");
     require(!c.reset_info, "reset_info is given, but the task is physics_only");
     require(!c.carry, "carry is given, but the task is physics_only");
@@ -218,21 +207,22 @@ void RegisteredTask::check_callbacks() const {
   require(c.reset, "reset is NULL");
   require(c.observe, "observe is NULL");
   require(c.step, "step is NULL");
-  require(!c.carry || c.build || carry_count_ > 0, "carry is given, but carry_count is 0");
+  require(!c.carry || c.build || given_.carry_count > 0, "carry is given, but carry_count is 0");
   require(c.reset_info || !has(MJENV_ROLE_RESET_INFO), "reset_info is NULL, but there are fields for it");
 }
 
 void RegisteredTask::declare(Options& options, const std::vector<Option>& of_task) const {
-  if (!fixed_model_)
+  if (given_.fixed_model == 0)
     options.text(
         "xml_file", model_.c_str(),
         "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with \".\", \"/\" or \"~\"", "",
         Scope::service);
-  if (!fixed_frame_skip_) options.integer("frame_skip", frame_skip_, 1, kMaxFrameSkip, "how many mj_steps make a step");
+  if (!given_.fixed_frame_skip)
+    options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many mj_steps make a step");
   for (const auto& option : of_task) options.add(option);
   // xml_file, xml_string, trust_xml and norm have Scope::service, because an image's identity contains the model and
   // the rounding.
-  if (!fixed_model_) {
+  if (given_.fixed_model == 0) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
     options.text("trust_xml", "auto",
@@ -240,7 +230,7 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
                  "files only in its folder, with xml_string none (no); auto: yes for xml_file, no for xml_string",
                  "auto yes no", Scope::service);
   }
-  options.integer("max_episode_steps", time_limit_, 0, kMaxInteger,
+  options.integer("max_episode_steps", given_.time_limit, 0, kMaxInteger,
                   "the number of steps after which an episode is truncated; 0: never");
   options.text(
       "norm", "auto",
@@ -250,11 +240,12 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
 }
 
 Outline RegisteredTask::outline() const {
-  return {model_text_.empty() ? asset_text(model_) : model_text_.c_str(), time_limit_, reward_threshold_, camera_};
+  return {model_text_.empty() ? asset_text(model_) : model_text_.c_str(), given_.time_limit, given_.reward_threshold,
+          camera_};
 }
 
 std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const {
-  if (!fixed_model_) {
+  if (given_.fixed_model == 0) {
     const std::string &text = options.get("xml_string").text, &file = options.get("xml_file").text;
     const std::string& trust = options.get("trust_xml").text;
     if (!text.empty()) return Model::parse("xml_string", text, trust == "yes");
@@ -270,10 +261,10 @@ Task RegisteredTask::build(const Options& options) const {
   // The caller's ErrorTrap was set before open(). If open() was the first to load libmujoco, that trap does not catch
   // libmujoco's errors, but this one does.
   const ErrorTrap trap;
-  task.frame_skip = fixed_frame_skip_ ? frame_skip_ : static_cast<int>(options.get("frame_skip").integer);
+  task.frame_skip = given_.fixed_frame_skip ? given_.frame_skip : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;
-  task.revision = revision_;
-  task.caller_thread = caller_thread_;
+  task.revision = given_.revision;
+  task.caller_thread = given_.caller_thread != 0;
 
   Work work(task.model);
   work.begin();
@@ -282,14 +273,15 @@ Task RegisteredTask::build(const Options& options) const {
   const std::vector<double> zeros(work.layout().nu);
   const Action no_action{zeros.data(), {}, task.model->nu()};
   view.show(no_action);
-  Builder builder(options, *task.model, view, fields_, carry_count_);
+  Builder builder(options, *task.model, view, fields_, given_.carry_count);
   // A built-in robot returns what Gymnasium's returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
-  const auto calls = std::make_shared<Calls>(id_, callbacks_, checks, builder);  // calls build, which fills the builder
+  const auto calls = std::make_shared<Calls>(id_, given_, checks, builder);  // calls build, which fills the builder
   task.norm = builder.rounding();
   task.fields = described(builder);
   task.needs = view.needs();
-  task.needs.info = static_cast<std::size_t>(std::max(total(task.fields.info), total(task.fields.reset_info)));
+  task.needs.info = static_cast<std::size_t>(
+      std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();
   calls->set_counts(task.fields, task.carry_count, builder.bounds());
   task.calls = calls;
@@ -304,21 +296,23 @@ Task RegisteredTask::build(const Options& options) const {
 // The fields of the description, as build has completed them. Throws if they do not fit the callbacks.
 Fields RegisteredTask::described(const Builder& builder) const {
   try {
-    Fields fields{
-        with_offsets(builder.fields(), MJENV_ROLE_OBSERVATION), with_offsets(builder.fields(), MJENV_ROLE_INFO),
-        with_offsets(builder.fields(), MJENV_ROLE_RESET_INFO), with_offsets(builder.fields(), MJENV_ROLE_REWARD),
-        with_offsets(builder.fields(), MJENV_ROLE_STRUCTURE)};
-    if (fields.observation.empty() && !built_in_) fail(MJENV_E_TASK, "there is no field of the observation");
-    if (callbacks_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
+    Fields fields;
+    for (std::size_t role = 0; role < fields.size(); ++role)
+      if (role_name(static_cast<mjenv_role>(role)))
+        fields[role] = with_offsets(builder.fields(), static_cast<mjenv_role>(role));
+    if (fields[MJENV_ROLE_OBSERVATION].empty() && !built_in_)
+      fail(MJENV_E_TASK, "there is no field of the observation");
+    if (given_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
     for (const CarryBounds& bounds : builder.bounds())
       if (bounds.first + bounds.count > builder.carry_count())
         fail(MJENV_E_TASK, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
                                std::to_string(bounds.count) + ", but carry_count is " +
                                std::to_string(builder.carry_count()));
-    if (!fields.reset_info.empty() && !callbacks_.reset_info && !physics_only_)
+    if (!fields[MJENV_ROLE_RESET_INFO].empty() && !given_.reset_info && given_.physics_only == 0)
       fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
-    if (fields.reward.empty()) fields.reward = {{"reward", meaning("reward"), MJENV_TYPE_FLOAT64, {}, 0, 1}};
-    fields.reward[0].name = "reward";
+    std::vector<Field>& reward = fields[MJENV_ROLE_REWARD];
+    if (reward.empty()) reward.push_back({MJENV_ROLE_REWARD, "reward", meaning("reward"), MJENV_TYPE_FLOAT64, {}});
+    reward[0].name = "reward";
     return fields;
   } catch (const Error& error) {
     fail(error.status(), id_ + ": " + error.what());

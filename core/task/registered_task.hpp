@@ -47,14 +47,12 @@ class RegisteredTask {
  private:
   std::string id_, robot_, model_, model_text_;
   int version_ = 0;
-  bool built_in_, fixed_model_, fixed_frame_skip_, caller_thread_, physics_only_;
-  std::int32_t revision_, frame_skip_;
-  double reward_threshold_;
-  std::int64_t time_limit_, carry_count_;
+  bool built_in_;
+  // The description, without what its pointers pointed to, which the other members copy. The callbacks remain.
+  mjenv_task given_;
   mjenv_task_camera camera_;
   std::vector<Option> options_;
-  std::vector<TaskField> fields_;
-  Callbacks callbacks_;
+  std::vector<Field> fields_;
   const void* plugin_;
 
   void take_id(const char* id);

@@ -40,7 +40,7 @@ std::int64_t total(const std::vector<Field>& fields) {
   return fields.empty() ? 0 : fields.back().offset + fields.back().count;
 }
 
-Calls::Calls(std::string id, const Callbacks& callbacks, bool checks, Builder& builder)
+Calls::Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder)
     : id_(std::move(id)), callbacks_(callbacks), checks_(checks), self_(callbacks.user) {
   if (!callbacks_.build) return;
   void* self = nullptr;
@@ -70,9 +70,9 @@ void Calls::destroy(void* self) const {
 }
 
 void Calls::set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds) {
-  observation_count_ = total(fields.observation);
-  info_count_ = total(fields.info);
-  reset_info_count_ = total(fields.reset_info);
+  observation_count_ = total(fields[MJENV_ROLE_OBSERVATION]);
+  info_count_ = total(fields[MJENV_ROLE_INFO]);
+  reset_info_count_ = total(fields[MJENV_ROLE_RESET_INFO]);
   carry_count_ = static_cast<std::int32_t>(carry_count);
   bounds_ = std::move(bounds);
 }

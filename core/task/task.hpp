@@ -1,6 +1,7 @@
 // A task in one environment: its fields, and its callbacks (mjenv/task.h) for one row at a time.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -15,32 +16,20 @@
 
 namespace mjenv::core {
 
-// One field of a role, as mjenv_field describes it.
+// One field of a role: what mjenv_field describes, from a mjenv_task_field or of the environment itself.
 struct Field {
+  mjenv_role role;
   std::string name, doc;
   mjenv_type type = MJENV_TYPE_FLOAT64;
-  std::vector<std::int64_t> shape;
+  std::vector<std::int64_t> shape;  // -1, until build has set this length
   std::int64_t offset = 0, count = 1;
 };
 
+// The fields of each role.
+using Fields = std::array<std::vector<Field>, MJENV_ROLE_ARRAYS + 1>;
+
 // The sum of the counts of a role's fields.
 std::int64_t total(const std::vector<Field>& fields);
-
-// The fields that the task describes.
-struct Fields {
-  std::vector<Field> observation, info, reset_info, reward, structure;
-};
-
-struct Callbacks {
-  void* user;
-  decltype(mjenv_task::build) build;
-  decltype(mjenv_task::destroy) destroy;
-  decltype(mjenv_task::reset) reset;
-  decltype(mjenv_task::reset_info) reset_info;
-  decltype(mjenv_task::carry) carry;
-  decltype(mjenv_task::observe) observe;
-  decltype(mjenv_task::step) step;
-};
 
 // The arrays that a reset writes.
 struct Start {
@@ -60,8 +49,8 @@ class Builder;
 // model's initial state, observations and rewards are 0, and infos NaN.
 class Calls {
  public:
-  // Calls build. checks: whether NaN is refused in observations and rewards, and NaN and infinity in initial states.
-  Calls(std::string id, const Callbacks& callbacks, bool checks, Builder& builder);
+  // callbacks: those of a task, and its user. Calls build. checks: whether NaN is refused in observations and rewards, and NaN and infinity in initial states.
+  Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;
   Calls& operator=(const Calls&) = delete;
@@ -86,7 +75,7 @@ class Calls {
 
  private:
   std::string id_;
-  Callbacks callbacks_;
+  mjenv_task callbacks_;
   bool checks_, built_ = false;
   void* self_;
   std::int64_t observation_count_ = 0, info_count_ = 0, reset_info_count_ = 0;

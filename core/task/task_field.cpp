@@ -1,6 +1,7 @@
 #include "task/task_field.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "error.hpp"
 #include "structs.hpp"
@@ -11,12 +12,6 @@ namespace {
 
 constexpr std::size_t kMaxName = 200;
 constexpr std::int64_t kMaxNumbers = 1 << 24;  // in all fields of a role
-
-std::int64_t numbers(const TaskField& field) {
-  std::int64_t count = 1;
-  for (const auto extent : field.shape) count *= extent;
-  return count;
-}
 
 }  // namespace
 
@@ -41,9 +36,9 @@ const char* role_name(mjenv_role role) {
   }
 }
 
-TaskField task_field(const mjenv_task_field& given) {
+Field field_of(const mjenv_task_field& given) {
   const auto from = read_struct(&given, "field");
-  TaskField field{from.role, checked_name(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
+  Field field{from.role, checked_name(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
   const std::string what = "field " + quoted(field.name);
   if (!role_name(field.role))
     fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task cannot describe");
@@ -70,8 +65,8 @@ TaskField task_field(const mjenv_task_field& given) {
   return field;
 }
 
-void replace_or_add(std::vector<TaskField>& fields, TaskField field) {
-  const auto found = std::find_if(fields.begin(), fields.end(), [&](const TaskField& f) {
+void replace_or_add(std::vector<Field>& fields, Field field) {
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const Field& f) {
     return f.role == field.role && (f.name == field.name || f.role == MJENV_ROLE_REWARD);
   });
   if (found == fields.end()) return fields.push_back(std::move(field));
@@ -79,20 +74,20 @@ void replace_or_add(std::vector<TaskField>& fields, TaskField field) {
   *found = std::move(field);
 }
 
-std::vector<Field> with_offsets(const std::vector<TaskField>& fields, mjenv_role role) {
+std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role) {
   std::vector<Field> list;
-  std::int64_t offset = 0;
-  for (const auto& f : fields) {
-    if (f.role != role) continue;
-    if (std::find(f.shape.begin(), f.shape.end(), -1) != f.shape.end())
-      fail(MJENV_E_TASK, "build did not set the length of the " + std::string(role_name(role)) + " " + quoted(f.name));
-    const std::int64_t count = numbers(f);
-    if (role == MJENV_ROLE_OBSERVATION && count == 0) continue;
-    list.push_back({f.name, f.doc.empty() ? meaning(f.name) : f.doc, f.type, f.shape, offset, count});
-    offset += count;
-    if (offset > kMaxNumbers)
-      fail(MJENV_E_VALUE,
-           "the " + std::string(role_name(role)) + " has more than " + std::to_string(kMaxNumbers) + " numbers");
+  const std::string role_text = role_name(role);
+  for (Field field : fields) {
+    if (field.role != role) continue;
+    if (std::find(field.shape.begin(), field.shape.end(), -1) != field.shape.end())
+      fail(MJENV_E_TASK, "build did not set the length of the " + role_text + " " + quoted(field.name));
+    for (const auto extent : field.shape) field.count *= extent;
+    if (role == MJENV_ROLE_OBSERVATION && field.count == 0) continue;
+    if (field.doc.empty()) field.doc = meaning(field.name);
+    field.offset = total(list);
+    list.push_back(std::move(field));
+    if (total(list) > kMaxNumbers)
+      fail(MJENV_E_VALUE, "the " + role_text + " has more than " + std::to_string(kMaxNumbers) + " numbers");
   }
   return list;
 }

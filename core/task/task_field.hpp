@@ -1,4 +1,4 @@
-// The fields that a task describes: the library's copies of mjenv_task_field.
+// The fields that a task describes with mjenv_task_field.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,6 @@ namespace mjenv::core {
 // The largest carry_count.
 constexpr std::int64_t kMaxCarried = 1 << 24;
 
-struct TaskField {
-  mjenv_role role;
-  std::string name, doc;
-  mjenv_type type;
-  std::vector<std::int64_t> shape;  // -1: build sets this length
-};
-
 // "observation", for messages. Null for a role that a task cannot describe.
 const char* role_name(mjenv_role role);
 // Returns the name of `what` ("a field", "an option"). Throws if it has none, or if it is too long or has blanks or
@@ -27,11 +20,11 @@ const char* role_name(mjenv_role role);
 std::string checked_name(const char* name, const std::string& what);
 
 // Copies the field, whose lengths may be -1. Throws if a task cannot have it.
-TaskField task_field(const mjenv_task_field& given);
+Field field_of(const mjenv_task_field& given);
 // Replaces the field with the same role and name (a reward: with any name), or adds the field at the end. A new field
 // without a doc takes over the old one's.
-void replace_or_add(std::vector<TaskField>& fields, TaskField field);
+void replace_or_add(std::vector<Field>& fields, Field field);
 // The fields of a role, with their offsets. An observation does not list empty terms.
-std::vector<Field> with_offsets(const std::vector<TaskField>& fields, mjenv_role role);
+std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role);
 
 }  // namespace mjenv::core
