@@ -137,7 +137,7 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
 
 std::shared_ptr<const RegisteredTask> task_of(const Id& id) {
   if (id.registered) return {std::shared_ptr<void>(), id.registered};  // lives as long as the process
-  return std::make_shared<RegisteredTask>(detail::Description(id.built_in).task(), RegisteredTask::Origin::built_in);
+  return std::make_shared<RegisteredTask>(Description(id.built_in).task(), RegisteredTask::Origin::built_in);
 }
 
 Options default_options(const Id& id) {

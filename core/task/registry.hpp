@@ -16,7 +16,7 @@ namespace mjenv::core {
 struct Id {
   const char *name, *robot;
   int version;
-  detail::Definition built_in;       // of a built-in robot
+  Definition built_in;               // of a built-in robot
   const RegisteredTask* registered;  // null for a built-in robot
 };
 

@@ -959,6 +959,11 @@ MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *ap
 
 }  // namespace detail
 
+/* For code that makes the mjenv_task of a definition itself, as the library does for its robots:
+ * Description(definition).task(). */
+using detail::Definition;
+using detail::Description;
+
 /* Registers the tasks that this program defines with MJENV_TASK. The program links with libmjenv. Throws
  * std::runtime_error if the library refuses a task. */
 MJENV_HIDDEN inline void register_tasks() {
