@@ -135,22 +135,30 @@ T& need(T* pointer, const char* name) {
   return *pointer;
 }
 
+// A count that a caller gave. name: of what is counted.
+inline std::size_t size_of(std::int64_t count, const char* name) {
+  if (count < 0)
+    fail(MJENV_E_SIZE, "the count of " + std::string(name) + " is " + std::to_string(count) + ", less than 0");
+  return static_cast<std::size_t>(count);
+}
+
 template <typename T>
-const T* need_array(const T* pointer, std::size_t count, const char* name) {
-  if (count > 0) need(pointer, name);
+const T* need_array(const T* pointer, std::int64_t count, const char* name) {
+  if (size_of(count, name) > 0) need(pointer, name);
   return pointer;
 }
 
-inline const void* need_memory(const void* memory, std::size_t count, const char* name) {
+inline const void* need_memory(const void* memory, std::int64_t count, const char* name) {
   return need_array(static_cast<const unsigned char*>(memory), count, name);
 }
 
 // Writes `count` always, and the elements if the caller gives room for them. So a caller can ask for the count first.
 template <typename Write>
-void deliver(std::size_t available, std::size_t capacity, const void* target, std::size_t* count, const Write& write) {
+void deliver(std::int64_t available, std::int64_t capacity, const void* target, std::int64_t* count,
+             const Write& write) {
   need(count, "the count");
+  need_memory(target, capacity, "the target");
   if (capacity > 0) {
-    need(static_cast<const unsigned char*>(target), "the target");
     if (capacity < available)
       fail(MJENV_E_SIZE,
            "there is room for " + std::to_string(capacity) + ", but " + std::to_string(available) + " are needed");

@@ -216,12 +216,12 @@ class Reading {
 
 // Copies the reason of the last failing call with a handle. False if the pointer is no live handle of this kind.
 template <typename Handle>
-bool copy_reason(const void* pointer, char* text, std::size_t capacity, std::size_t* size) {
+bool copy_reason(const void* pointer, char* text, std::int64_t capacity, std::int64_t* size) {
   auto* handle = static_cast<Handle*>(const_cast<void*>(pointer));
   if (!handles<Handle>.contains(handle)) return false;
   ++handle->readers;  // so that destroy waits
   const bool live = handle->object != nullptr;
-  if (live) *size = handle->reason.copy(text, capacity);
+  if (live) *size = static_cast<std::int64_t>(handle->reason.copy(text, static_cast<std::size_t>(capacity)));
   handle->leave_reading();
   return live;
 }

@@ -61,7 +61,7 @@ struct HeldEnv {
   Env env;
   std::shared_ptr<Link> link = std::make_shared<Link>();
   mjenv_options* options;    // those that the environment was built with
-  std::string lanes_reason;  // the text that mjenv_lanes returned last
+  std::string lanes_reason;  // the text that mjenv_info_of returned last
 
   HeldEnv(const Options& chosen, std::int64_t rows)
       : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {

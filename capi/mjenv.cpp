@@ -34,14 +34,6 @@ mjenv_status read_env(const mjenv_env* handle, const F& body) noexcept {
   return read(handle, [&](const HeldEnv& held) { body(held.env); });
 }
 
-// The number that body returns; 0 for no environment.
-template <typename F>
-std::int64_t count_env(const mjenv_env* handle, const F& body) noexcept {
-  std::int64_t count = 0;
-  if (handle) read_env(handle, [&](const Env& env) { count = body(env); });
-  return count;
-}
-
 mjenv_options* add_options(Options options) {
   mjenv_options* handle = handles<mjenv_options>.add(std::make_unique<Options>(std::move(options)));
   handle->borrowed = false;
@@ -56,10 +48,17 @@ mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
   });
 }
 
+// What body returns, and the fallback if it throws.
+template <typename T, typename Handle, typename F>
+T ask(T fallback, const Handle* handle, const F& body) noexcept {
+  read(handle, [&](const auto& held) { fallback = body(held); });
+  return fallback;
+}
+
 std::string text(const char* value, const char* name) { return &need(value, name); }
 
-Action action_of(const void* values, std::size_t count, mjenv_dtype dtype, const char* name = "action") {
-  return {need_memory(values, count, name), known_dtype(dtype), static_cast<std::int64_t>(count)};
+Action action_of(const void* values, std::int64_t count, mjenv_dtype dtype, const char* name = "action") {
+  return {need_memory(values, count, name), known_dtype(dtype), count};
 }
 
 void fill(mjenv_field* to, const Field& field) {
@@ -70,7 +69,7 @@ void fill(mjenv_field* to, const Field& field) {
   std::copy(field.shape.begin(), field.shape.end(), out.shape);
   out.offset = field.offset;
   out.count = field.count;
-  out.type = field.type;
+  out.dtype = field.type;
   write_struct(to, "field", out);
 }
 
@@ -104,11 +103,10 @@ std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
 
 const char* mjenv_version() { return library_version(); }
 
-std::uint32_t mjenv_version_number() { return MJENV_VERSION_NUMBER; }
-
 const char* mjenv_status_name(mjenv_status status) {
   switch (status) {
     case MJENV_OK: return "MJENV_OK";
+    case MJENV_DIVERGED: return "MJENV_DIVERGED";
     case MJENV_E_ARGUMENT: return "MJENV_E_ARGUMENT";
     case MJENV_E_NAME: return "MJENV_E_NAME";
     case MJENV_E_TYPE: return "MJENV_E_TYPE";
@@ -134,10 +132,10 @@ const char* mjenv_status_name(mjenv_status status) {
 
 const char* mjenv_last_error() { return last_reason(); }
 
-mjenv_status mjenv_error_of(const void* handle, char* text, std::size_t capacity, std::size_t* size) {
+mjenv_status mjenv_error_of(const void* handle, char* text, std::int64_t capacity, std::int64_t* size) {
   return guard([&] {
     need(size, "size");
-    if (capacity > 0) need(text, "text");
+    need_array(text, capacity, "text");
     const bool found = copy_reason<mjenv_env>(handle, text, capacity, size) ||
                        copy_reason<mjenv_options>(handle, text, capacity, size) ||
                        copy_reason<mjenv_renderer>(handle, text, capacity, size) ||
@@ -196,9 +194,7 @@ void mjenv_options_destroy(mjenv_options* options) {
 }
 
 std::int64_t mjenv_options_count(const mjenv_options* options) {
-  std::int64_t count = 0;
-  read(options, [&](const Options& o) { count = static_cast<std::int64_t>(o.all().size()); });
-  return count;
+  return ask<std::int64_t>(0, options, [](const Options& o) { return o.all().size(); });
 }
 
 mjenv_status mjenv_options_at(const mjenv_options* options, std::int64_t index, mjenv_option* option) {
@@ -210,9 +206,10 @@ mjenv_status mjenv_options_set_integer(mjenv_options* options, const char* name,
 }
 
 mjenv_status mjenv_options_set_reals(mjenv_options* options, const char* name, const double* values,
-                                     std::size_t count) {
-  return change_options(
-      options, [&](Options& o) { o.set_reals(text(name, "name"), need_array(values, count, "values"), count); });
+                                     std::int64_t count) {
+  return change_options(options, [&](Options& o) {
+    o.set_reals(text(name, "name"), need_array(values, count, "values"), static_cast<std::size_t>(count));
+  });
 }
 
 mjenv_status mjenv_options_set_string(mjenv_options* options, const char* name, const char* value) {
@@ -230,11 +227,11 @@ mjenv_status mjenv_options_get_integer(const mjenv_options* options, const char*
 }
 
 mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* name, double* values,
-                                     std::size_t capacity, std::size_t* count) {
+                                     std::int64_t capacity, std::int64_t* count) {
   return read(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
     if (option.kind != MJENV_KIND_REALS) refuse_kind(option, "real numbers");
-    deliver(option.reals.size(), capacity, values, count,
+    deliver(static_cast<std::int64_t>(option.reals.size()), capacity, values, count,
             [&] { std::copy(option.reals.begin(), option.reals.end(), values); });
   });
 }
@@ -262,27 +259,23 @@ mjenv_status mjenv_create(const mjenv_options* options, std::int64_t rows, mjenv
 
 void mjenv_destroy(mjenv_env* env) { destroy(env); }
 
-std::int64_t mjenv_rows(const mjenv_env* env) {
-  return count_env(env, [](const Env& e) { return e.rows(); });
-}
-
-std::int64_t mjenv_frame_skip(const mjenv_env* env) {
-  return count_env(env, [](const Env& e) { return e.frame_skip(); });
-}
-
-mjenv_status mjenv_lanes(mjenv_env* env, std::int64_t* lanes, const char** reason) {
+mjenv_status mjenv_info_of(mjenv_env* env, mjenv_info* info) {
   return change(env, [&](HeldEnv& held) {
-    need(lanes, "lanes");
-    LaneChoice found = held.env.lanes();
-    *lanes = found.width;
-    if (!reason) return;
-    held.lanes_reason = std::move(found.reason);
-    *reason = held.lanes_reason.c_str();
+    LaneChoice lanes = held.env.lanes();
+    shared_size(info, "info");  // refuses a wrong struct before lanes_reason changes
+    held.lanes_reason = std::move(lanes.reason);
+    mjenv_info out{};
+    out.threads = held.env.threads();
+    out.rows = held.env.rows();
+    out.frame_skip = held.env.frame_skip();
+    out.lanes = lanes.width;
+    out.lanes_reason = held.lanes_reason.c_str();
+    write_struct(info, "info", out);
   });
 }
 
 const mjenv_options* mjenv_options_of(const mjenv_env* env) {
-  return env ? answer<const mjenv_options*>(nullptr, [&] { return (*Reading(env)).options; }) : nullptr;
+  return ask<const mjenv_options*>(nullptr, env, [](const HeldEnv& held) { return held.options; });
 }
 
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
@@ -300,55 +293,51 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return count_env(env,
-                   [&](const Env& e) { return static_cast<std::int64_t>(e.schema().fields(known_role(role)).size()); });
+  return ask<std::int64_t>(0, env,
+                           [&](const HeldEnv& held) { return held.env.schema().fields(known_role(role)).size(); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
   return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(known_role(role)), index, "field")); });
 }
 
-mjenv_status mjenv_seed(mjenv_env* env, const std::uint64_t* seeds, const std::uint8_t* mask) {
-  return change_env(env, [&](Env& e) { e.seed(&need(seeds, "seeds"), mask); });
-}
-
-mjenv_status mjenv_seed_digits(mjenv_env* env, std::int64_t row, const std::uint32_t* digits, std::size_t count) {
-  return change_env(env, [&](Env& e) { e.seed(row, &need(digits, "digits"), count); });
+mjenv_status mjenv_seed(mjenv_env* env, const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
+  return change_env(env, [&](Env& e) { e.seed(mask, &need(seeds, "seeds"), words); });
 }
 
 mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
   return change_env(env, out, [&](Env& e, const mjenv_batch& batch) { e.reset(mask, batch); });
 }
 
-mjenv_status mjenv_step(mjenv_env* env, const std::uint8_t* mask, const void* action, std::size_t count,
+mjenv_status mjenv_step(mjenv_env* env, const std::uint8_t* mask, const void* action, std::int64_t count,
                         mjenv_dtype dtype, const mjenv_batch* out) {
   return change_env(env, out,
                     [&](Env& e, const mjenv_batch& batch) { e.step(mask, action_of(action, count, dtype), batch); });
 }
 
-mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::size_t row_count, const void* action,
-                        std::size_t count, mjenv_dtype dtype) {
+mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::int64_t row_count, const void* action,
+                        std::int64_t count, mjenv_dtype dtype) {
   return change_env(env, [&](Env& e) { e.send(rows, row_count, action_of(action, count, dtype)); });
 }
 
-mjenv_status mjenv_recv(mjenv_env* env, std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity,
-                        std::size_t* count, const mjenv_batch* out) {
+mjenv_status mjenv_recv(mjenv_env* env, std::int64_t least, double timeout, std::int64_t* rows, std::int64_t capacity,
+                        std::int64_t* count, const mjenv_batch* out) {
   return change_env(env, out, [&](Env& e, const mjenv_batch& batch) {
     e.receive(least, timeout, &need(rows, "rows"), capacity, &need(count, "count"), batch);
   });
 }
 
-mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::size_t count, mjenv_dtype dtype, std::int64_t steps,
-                           const mjenv_batch* out) {
+mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::int64_t count, mjenv_dtype dtype,
+                           std::int64_t steps, const mjenv_batch* out) {
   return change_env(
       env, out, [&](Env& e, const mjenv_batch& batch) { e.rollout(action_of(action, count, dtype), steps, batch); });
 }
 
-mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* words, std::size_t count) {
+mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* words, std::int64_t count) {
   return change_env(env, [&](Env& e) { e.get_stream(row, &need(words, "words"), count); });
 }
 
-mjenv_status mjenv_set_stream(mjenv_env* env, std::int64_t row, const std::uint64_t* words, std::size_t count) {
+mjenv_status mjenv_set_stream(mjenv_env* env, std::int64_t row, const std::uint64_t* words, std::int64_t count) {
   return change_env(env, [&](Env& e) { e.set_stream(row, &need(words, "words"), count); });
 }
 
@@ -356,7 +345,7 @@ mjenv_status mjenv_seed_actions(mjenv_env* env, std::uint64_t seed) {
   return change_env(env, [&](Env& e) { e.seed_actions(seed); });
 }
 
-mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::size_t count) {
+mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::int64_t count) {
   return change_env(env, [&](Env& e) {
     need_array(action, count, "action");
     e.sample_actions(action, count);
@@ -365,11 +354,11 @@ mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::size_t cou
 
 // ---- State of one row ----
 
-mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, double* values, std::size_t capacity,
-                        std::size_t* count) {
+mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, double* values, std::int64_t capacity,
+                        std::int64_t* count) {
   return change_env(env, [&](Env& e) {
     const Array& found = e.array(row, text(array, "array"));
-    deliver(found.count(), capacity, values, count, [&] { found.read(values); });
+    deliver(static_cast<std::int64_t>(found.count()), capacity, values, count, [&] { found.read(values); });
   });
 }
 
@@ -386,8 +375,8 @@ mjenv_status mjenv_object_name(const mjenv_env* env, const char* type, std::int6
   return read_env(env, [&](const Env& e) { need(name, "name") = e.model().name(text(type, "type"), index); });
 }
 
-mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpos, std::size_t nq, const double* qvel,
-                             std::size_t nv) {
+mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel,
+                             std::int64_t nv) {
   return change_env(env, [&](Env& e) {
     need_array(qpos, nq, "qpos");
     need_array(qvel, nv, "qvel");
@@ -395,28 +384,19 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
   });
 }
 
-mjenv_status mjenv_write(mjenv_env* env, std::int64_t row, const char* array, const double* values, std::size_t count) {
+mjenv_status mjenv_write(mjenv_env* env, const std::uint8_t* mask, const char* array, const double* values,
+                         std::int64_t count) {
   return change_env(env, [&](Env& e) {
     const std::string name = text(array, "array");
-    need_array(values, count, "values");
-    e.write(row, name, values, count);
+    e.write(mask, name, need_array(values, count, "values"), count);
   });
 }
 
-mjenv_status mjenv_write_rows(mjenv_env* env, const std::uint8_t* mask, const char* array, const double* values,
-                              std::size_t count) {
-  return change_env(env, [&](Env& e) {
-    const std::string name = text(array, "array");
-    need_array(values, count, "values");
-    e.write(mask, name, values, count);
-  });
+mjenv_status mjenv_set_constants(mjenv_env* env, const std::uint8_t* mask) {
+  return change_env(env, [&](Env& e) { e.set_constants(mask); });
 }
 
-mjenv_status mjenv_set_constants(mjenv_env* env, std::int64_t row) {
-  return change_env(env, [&](Env& e) { e.set_constants(row); });
-}
-
-mjenv_status mjenv_randomize(mjenv_env* env, const mjenv_randomization* items, std::size_t count) {
+mjenv_status mjenv_randomize(mjenv_env* env, const mjenv_randomization* items, std::int64_t count) {
   return change_env(env, [&](Env& e) { e.randomize(items, count); });
 }
 
@@ -424,7 +404,7 @@ mjenv_status mjenv_perturb(mjenv_env* env, const mjenv_perturbation* perturbatio
   return change_env(env, [&](Env& e) { e.perturb(perturbation); });
 }
 
-mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::size_t count,
+mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::int64_t count,
                             std::int64_t frames) {
   return change_env(env, [&](Env& e) { e.simulate(row, action_of(ctrl, count, MJENV_DTYPE_FLOAT64, "ctrl"), frames); });
 }
@@ -436,17 +416,20 @@ mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {
   });
 }
 
-mjenv_status mjenv_copy_row(mjenv_env* env, std::int64_t from, const std::uint8_t* to_mask) {
-  return change_env(env, [&](Env& e) { e.copy_row(from, &need(to_mask, "to_mask")); });
+mjenv_status mjenv_copy_row(mjenv_env* env, const std::uint8_t* mask, std::int64_t from) {
+  return change_env(env, [&](Env& e) { e.copy_row(mask, from); });
 }
 
-mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::size_t capacity_bytes,
-                            std::size_t* size_bytes) {
+mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::int64_t capacity_bytes,
+                            std::int64_t* size_bytes) {
   return change_env(env, [&](Env& e) {
     deliver(e.snapshot_size(row), capacity_bytes, image, size_bytes, [&] { e.snapshot(row, image); });
   });
 }
 
-mjenv_status mjenv_restore(mjenv_env* env, std::int64_t row, const void* image, std::size_t size_bytes) {
-  return change_env(env, [&](Env& e) { e.restore(row, need_memory(image, 1, "image"), size_bytes); });
+mjenv_status mjenv_restore(mjenv_env* env, std::int64_t row, const void* image, std::int64_t size_bytes) {
+  return change_env(env, [&](Env& e) {
+    need_memory(image, 1, "image");
+    e.restore(row, image, size_of(size_bytes, "size_bytes"));
+  });
 }

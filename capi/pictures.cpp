@@ -16,8 +16,8 @@ mjenv_render_settings settings_of(const HeldEnv& env, const mjenv_render_setting
   return given ? read_struct(given, "settings", defaults_of(env)) : defaults_of(env);
 }
 
-void check_room(const char* name, const void* to, std::size_t count, std::size_t needed) {
-  if (to && count < needed)
+void check_room(const char* name, const void* to, std::int64_t count, std::size_t needed) {
+  if (size_of(count, name) < needed && to)
     fail(MJENV_E_SIZE, std::string(name) + " has room for " + std::to_string(count) + ", but " +
                            std::to_string(needed) + " are needed");
 }
@@ -48,11 +48,11 @@ mjenv_status mjenv_renderer_create(mjenv_env* env, const mjenv_render_settings* 
 void mjenv_renderer_destroy(mjenv_renderer* renderer) { destroy(renderer); }
 
 const char* mjenv_renderer_gl(const mjenv_renderer* renderer) {
-  return renderer ? answer<const char*>(nullptr, [&] { return (*Reading(renderer)).renderer.gl().c_str(); }) : nullptr;
+  return answer<const char*>(nullptr, [&] { return (*Reading(renderer)).renderer.gl().c_str(); });
 }
 
-mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8_t* rgb, std::size_t rgb_count,
-                          float* depth, std::size_t depth_count) {
+mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8_t* rgb, std::int64_t rgb_count,
+                          float* depth, std::int64_t depth_count) {
   return change(renderer, [&](HeldRenderer& r) {
     r.renderer.check_here();
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");

@@ -31,6 +31,8 @@ inline constexpr std::size_t kOldestSize<mjenv_space> = by_pointers(32, 24);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_spec> = by_pointers(96, 88);
 template <>
+inline constexpr std::size_t kOldestSize<mjenv_info> = by_pointers(40, 40);
+template <>
 inline constexpr std::size_t kOldestSize<mjenv_batch> = by_pointers(136, 96);
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_render_settings> = 128;
@@ -45,7 +47,7 @@ inline constexpr std::size_t kOldestSize<mjenv_task_option> = by_pointers(80, 64
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_task_field> = by_pointers(64, 56);
 template <>
-inline constexpr std::size_t kOldestSize<mjenv_task_camera> = 56;
+inline constexpr std::size_t kOldestSize<mjenv_task_camera> = 48;
 template <>
 inline constexpr std::size_t kOldestSize<mjenv_task> = by_pointers(168, 120);
 template <>
@@ -94,7 +96,7 @@ template <typename T, typename Visit>
 void for_each_struct(const T* array, std::int64_t count, std::int64_t most, const char* count_name,
                      const std::string& name, const Visit& visit) {
   if (count < 0 || count > most)
-    fail(MJENV_E_VALUE,
+    fail(MJENV_E_SIZE,
          std::string(count_name) + " is " + std::to_string(count) + ", not 0 to " + std::to_string(most));
   if (count == 0) return;
   const std::uint32_t step = struct_size(array, name.c_str());  // from one element to the next

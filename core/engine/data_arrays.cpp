@@ -47,19 +47,19 @@ std::vector<std::string> on_demand_arrays() {
 }
 
 std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
-  std::vector<Array> list{{"time", MJENV_TYPE_FLOAT64, {}, &d.time},
-                          {"energy", MJENV_TYPE_FLOAT64, {2}, d.energy},
-                          {"ncon", MJENV_TYPE_INT32, {}, &d.ncon},
-                          {"nefc", MJENV_TYPE_INT32, {}, &d.nefc},
-                          {kSolverIterations, MJENV_TYPE_INT32, {}, solver_iterations(d)}};
+  std::vector<Array> list{{"time", MJENV_DTYPE_FLOAT64, {}, &d.time},
+                          {"energy", MJENV_DTYPE_FLOAT64, {2}, d.energy},
+                          {"ncon", MJENV_DTYPE_INT32, {}, &d.ncon},
+                          {"nefc", MJENV_DTYPE_INT32, {}, &d.nefc},
+                          {kSolverIterations, MJENV_DTYPE_INT32, {}, solver_iterations(d)}};
   if (kSolverIterationsCount > 1) list.back().shape = {kSolverIterationsCount};
   for_each_array(m, &d,
                  [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool is_vector) {
                    using T = std::decay_t<decltype(*data)>;
                    if constexpr (!std::is_same_v<T, mjContact> && !std::is_same_v<T, std::uintptr_t>) {
-                     const auto type = std::is_same_v<T, int>       ? MJENV_TYPE_INT32
-                                       : std::is_same_v<T, mjtBool> ? MJENV_TYPE_UINT8
-                                                                    : MJENV_TYPE_FLOAT64;
+                     const auto type = std::is_same_v<T, int>       ? MJENV_DTYPE_INT32
+                                       : std::is_same_v<T, mjtBool> ? MJENV_DTYPE_UINT8
+                                                                    : MJENV_DTYPE_FLOAT64;
                      list.push_back({name, type, is_vector ? std::vector{rows} : std::vector{rows, columns}, data, 0,
                                      held_elements(m, d, name)});
                    }
@@ -67,7 +67,7 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
   // Without mu and H, which MuJoCo computes only for elliptic cones: else they hold what was there before.
   const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
     using T = std::decay_t<decltype(*data)>;
-    const auto type = std::is_same_v<T, int> ? MJENV_TYPE_INT32 : MJENV_TYPE_FLOAT64;
+    const auto type = std::is_same_v<T, int> ? MJENV_DTYPE_INT32 : MJENV_DTYPE_FLOAT64;
     std::vector<std::int64_t> shape{max_contacts(m)};
     if (columns > 1) shape.push_back(columns);
     list.push_back({name, type, std::move(shape), data, sizeof(mjContact), [&d] { return d.ncon; }});

@@ -42,12 +42,12 @@ const Kind& kind_of(const std::string& type) {
 }
 
 template <typename T>
-constexpr mjenv_type type_of(const T*) {
-  if (std::is_same_v<T, mjtNum>) return MJENV_TYPE_FLOAT64;
-  if (std::is_same_v<T, float>) return MJENV_TYPE_FLOAT32;
-  if (std::is_same_v<T, int>) return MJENV_TYPE_INT32;
-  if (std::is_same_v<T, std::int64_t>) return MJENV_TYPE_INT64;
-  return MJENV_TYPE_UINT8;  // mjtByte, mjtBool and char
+constexpr mjenv_dtype type_of(const T*) {
+  if (std::is_same_v<T, mjtNum>) return MJENV_DTYPE_FLOAT64;
+  if (std::is_same_v<T, float>) return MJENV_DTYPE_FLOAT32;
+  if (std::is_same_v<T, int>) return MJENV_DTYPE_INT32;
+  if (std::is_same_v<T, std::int64_t>) return MJENV_DTYPE_INT64;
+  return MJENV_DTYPE_UINT8;  // mjtByte, mjtBool and char
 }
 
 std::vector<Array> arrays_of(const mjModel* m) {
@@ -126,10 +126,10 @@ void Array::read(double* values) const {
     std::fill(values + rows * columns, values + count(), 0.0);
   };
   switch (type) {
-    case MJENV_TYPE_FLOAT32: return copy(static_cast<const float*>(data));
-    case MJENV_TYPE_INT32: return copy(static_cast<const int*>(data));
-    case MJENV_TYPE_INT64: return copy(static_cast<const std::int64_t*>(data));
-    case MJENV_TYPE_UINT8: return copy(static_cast<const unsigned char*>(data));
+    case MJENV_DTYPE_FLOAT32: return copy(static_cast<const float*>(data));
+    case MJENV_DTYPE_INT32: return copy(static_cast<const int*>(data));
+    case MJENV_DTYPE_INT64: return copy(static_cast<const std::int64_t*>(data));
+    case MJENV_DTYPE_UINT8: return copy(static_cast<const unsigned char*>(data));
     default: return copy(static_cast<const double*>(data));
   }
 }

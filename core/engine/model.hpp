@@ -23,7 +23,7 @@ namespace mjenv::core {
 // An array of mjModel or mjData, with MuJoCo's name.
 struct Array {
   std::string name;
-  mjenv_type type;
+  mjenv_dtype type;
   std::vector<std::int64_t> shape;
   const void* data;
   // For a member of an array of structs: the bytes from one struct to the next. An array without a stride lies in one piece.

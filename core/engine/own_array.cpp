@@ -60,7 +60,7 @@ std::size_t offset_in(const Struct& start, const void* member) {
 
 struct Input {
   const char* name;
-  mjenv_type type;
+  mjenv_dtype type;
   std::size_t member;
   std::int64_t rows, columns;
   const void* cleared;
@@ -70,7 +70,7 @@ std::vector<Input> inputs_of(const mjModel& m) {
   const mjData d{};
   std::vector<Input> list;
   const auto add = [&](const char* name, const auto& member, std::int64_t rows, std::int64_t columns = 1) {
-    list.push_back({name, MJENV_TYPE_FLOAT64, offset_in(d, &member), rows, columns, nullptr});
+    list.push_back({name, MJENV_DTYPE_FLOAT64, offset_in(d, &member), rows, columns, nullptr});
   };
   add("qfrc_applied", d.qfrc_applied, m.nv);
   add("xfrc_applied", d.xfrc_applied, m.nbody, 6);
@@ -78,23 +78,23 @@ std::vector<Input> inputs_of(const mjModel& m) {
   if (!kNormalizesMocap) add("mocap_quat", d.mocap_quat, m.nmocap, 4);  // else it is part of the state
   add("userdata", d.userdata, m.nuserdata);
   for_each_more_input(m, d, [&](const char* name, const auto& member, std::int64_t rows, const void* cleared) {
-    list.push_back({name, MJENV_TYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
+    list.push_back({name, MJENV_DTYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
   });
   return list;
 }
 
 // Calls body with a 0 of the type.
 template <typename Body>
-auto with_type(mjenv_type type, const Body& body) {
+auto with_type(mjenv_dtype type, const Body& body) {
   switch (type) {
-    case MJENV_TYPE_FLOAT32: return body(float{});
-    case MJENV_TYPE_INT32: return body(int{});
-    case MJENV_TYPE_UINT8: return body(mjtByte{});
+    case MJENV_DTYPE_FLOAT32: return body(float{});
+    case MJENV_DTYPE_INT32: return body(int{});
+    case MJENV_DTYPE_UINT8: return body(mjtByte{});
     default: return body(double{});
   }
 }
 
-bool is_integer(mjenv_type type) { return type != MJENV_TYPE_FLOAT64 && type != MJENV_TYPE_FLOAT32; }
+bool is_integer(mjenv_dtype type) { return type != MJENV_DTYPE_FLOAT64 && type != MJENV_DTYPE_FLOAT32; }
 
 const IntegerRule* rule_of(const std::string& name) {
   static constexpr IntegerRule sameframe{"", 0, 4};  // mjtSameFrame
@@ -108,7 +108,7 @@ const IntegerRule* rule_of(const std::string& name) {
   fail(MJENV_E_NAME, "array " + quoted(name) + " cannot be written: " + why);
 }
 
-double element(mjenv_type type, const void* data, std::size_t index) {
+double element(mjenv_dtype type, const void* data, std::size_t index) {
   return with_type(type, [&](auto value) {
     std::memcpy(&value, static_cast<const std::byte*>(data) + index * sizeof value, sizeof value);
     return static_cast<double>(value);
@@ -138,7 +138,7 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
                     ", which says what the actuator's state consists of");
     if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
       refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
-    if (array.original.type == MJENV_TYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
+    if (array.original.type == MJENV_DTYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
       refuse(i, ", more than a float32 can hold");
     if (not_negative && value < 0) refuse(i, ", but must not be negative");
     if (positive && value == 0 && original > 0) refuse(i, ", but must be positive, because MuJoCo divides by it");

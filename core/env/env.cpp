@@ -34,7 +34,7 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
 }
 
-void check_stream(std::size_t count) {
+void check_stream(std::int64_t count) {
   if (count != 4 && count != 6) fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6");
 }
 
@@ -124,26 +124,17 @@ LaneChoice Env::lanes() const {
 
 // ---- Random streams ----
 
-void Env::seed(const std::uint64_t* seeds, const std::uint8_t* mask) {
+void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
   check_settled();
+  if (words < 1) fail(MJENV_E_SIZE, "words is " + std::to_string(words) + ", but a seed has at least one word");
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_selected(mask, row)) continue;
-    rows_.head(row).rng = Rng::from_seed(seeds[row]);
+    rows_.head(row).rng = Rng::from_seed(seeds + row * words, static_cast<std::size_t>(words));
     rows_.head(row).seeded = true;
   }
 }
 
-void Env::seed(std::int64_t row, const std::uint32_t* digits, std::size_t count) {
-  check_settled();
-  rows_.check(row);
-  if (count == 0) fail(MJENV_E_SIZE, "count is 0, but a seed has at least one digit");
-  // Drops leading zeros, which Python's integers do not have: NumPy hashes all digits that it is given.
-  while (count > 1 && digits[count - 1] == 0) --count;
-  rows_.head(row).rng = Rng::from_digits(digits, count);
-  rows_.head(row).seeded = true;
-}
-
-void Env::get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const {
+void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const {
   check_settled();
   rows_.check(row);
   check_stream(count);
@@ -153,7 +144,7 @@ void Env::get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) 
   std::copy_n(stream.begin(), count, words);
 }
 
-void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count) {
+void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count) {
   check_settled();
   rows_.check(row);
   check_stream(count);
@@ -169,15 +160,15 @@ void Env::seed_actions(std::uint64_t seed) {
   actions_seeded_ = true;
 }
 
-void Env::sample_actions(float* action, std::size_t count) {
+void Env::sample_actions(float* action, std::int64_t count) {
   const auto& [low, high] = schema_.space(MJENV_ROLE_ACTION);
-  check_count("the action's count", static_cast<std::int64_t>(count), rows() * task_.model->nu());
+  check_count("the action's count", count, rows() * task_.model->nu());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
       fail(MJENV_E_MODEL, "actuator " + std::to_string(i) + " has infinite bounds, so no action can be drawn");
   if (!actions_seeded_) action_rng_ = Rng::from_entropy();
   actions_seeded_ = true;
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
     action[i] = static_cast<float>(action_rng_.uniform(low[i % low.size()], high[i % low.size()]));
 }
 
@@ -253,17 +244,17 @@ void Env::observe(const mjenv_batch& out) {
 
 // ---- Send and receive ----
 
-void Env::send(const std::int64_t* rows_sent, std::size_t row_count, const Action& actions) {
-  if (!rows_sent) row_count = static_cast<std::size_t>(rows());
-  if (row_count > static_cast<std::size_t>(rows()))  // so that row_count * nu cannot overflow
+void Env::send(const std::int64_t* rows_sent, std::int64_t row_count, const Action& actions) {
+  if (!rows_sent) row_count = rows();
+  if (row_count < 0 || row_count > rows())  // so that row_count * nu cannot overflow
     fail(MJENV_E_SIZE,
          "row_count is " + std::to_string(row_count) + ", but there are " + std::to_string(rows()) + " row(s)");
-  check_count("the action's count", actions.count, static_cast<std::int64_t>(row_count) * task_.model->nu());
+  check_count("the action's count", actions.count, row_count * task_.model->nu());
   pipeline_->send(rows_sent, row_count, actions);
 }
 
-void Env::receive(std::size_t least, double timeout, std::int64_t* rows_done, std::size_t capacity, std::size_t* count,
-                  const mjenv_batch& out) {
+void Env::receive(std::int64_t least, double timeout, std::int64_t* rows_done, std::int64_t capacity,
+                  std::int64_t* count, const mjenv_batch& out) {
   pipeline_->receive(least, timeout, rows_done, capacity, count, out);
 }
 
@@ -294,13 +285,13 @@ void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjDat
   workers_.of(rows_, row).show(rows_, row, draw);
 }
 
-void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv) {
+void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv) {
   check_settled();
   rows_.check(row);
-  check_count("nq", static_cast<std::int64_t>(nq), task_.model->nq());
-  check_count("nv", static_cast<std::int64_t>(nv), task_.model->nv());
-  check_finite("qpos", qpos, nq);
-  check_finite("qvel", qvel, nv);
+  check_count("nq", nq, task_.model->nq());
+  check_count("nv", nv, task_.model->nv());
+  check_finite("qpos", qpos, static_cast<std::size_t>(nq));
+  check_finite("qvel", qvel, static_cast<std::size_t>(nv));
   Rows::Head& head = rows_.head(row);
   workers_.of(rows_, row).set_state(rows_, row, qpos, qvel);
   head.ready = true;
@@ -308,22 +299,7 @@ void Env::set_state(std::int64_t row, const double* qpos, std::size_t nq, const 
   forget_observation(row);
 }
 
-void Env::write(std::int64_t row, const std::string& array, const double* values, std::size_t count) {
-  if (row != MJENV_ALL_ROWS) rows_.check(row);
-  write(array, count, [&](std::int64_t i) { return row == MJENV_ALL_ROWS || i == row ? values : nullptr; });
-}
-
-void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count) {
-  const auto each = count / static_cast<std::size_t>(rows());
-  if (count % static_cast<std::size_t>(rows()) != 0)
-    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) +
-                           ", which is no multiple of the " + std::to_string(rows()) + " rows");
-  write(array, each,
-        [&](std::int64_t i) { return is_selected(mask, i) ? values + static_cast<std::size_t>(i) * each : nullptr; });
-}
-
-void Env::write(const std::string& array, std::size_t count,
-                const std::function<const double*(std::int64_t)>& values_of) {
+void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count) {
   check_settled();
   const auto part = rows_.layout().part(array);
   OwnArray target{};
@@ -331,49 +307,46 @@ void Env::write(const std::string& array, std::size_t count,
     const OwnArray* found = rows_.arrays().find(array);
     target = found ? *found : OwnArray::of(model(), array);
   }
-  const std::size_t needed = part ? part->count : target.original.count();
-  if (needed == 0 && count > 0)
-    fail(MJENV_E_SIZE,
-         "the count of " + quoted(array) + " is " + std::to_string(count) + ", but this array is empty in this model");
-  check_count(("the count of " + quoted(array)).c_str(), static_cast<std::int64_t>(count),
-              static_cast<std::int64_t>(needed));
-  const auto check = [&](const double* values) {
-    if (part) return check_finite(array, values, count);
-    target.check(values);
+  const std::size_t elements = part ? part->count : target.original.count();
+  const auto each = static_cast<std::int64_t>(elements);
+  if (count != each && count != rows() * each)
+    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " +
+                           std::to_string(each) + (rows() > 1 ? " or " + std::to_string(rows() * each) : ""));
+  const bool same = count == each;
+  const auto for_each_row = [&](const auto& body) {
+    for (std::int64_t row = 0; row < rows(); ++row)
+      if (is_selected(mask, row)) body(row, same ? values : values + row * each);
   };
   const double* checked = nullptr;  // the values checked last, which rows may share
-  for_each_written(values_of, [&](std::int64_t row, const double* values) {
-    if (values == checked) return;
+  for_each_row([&](std::int64_t row, const double* of_row) {
+    if (of_row == checked) return;
     try {
-      check(values);
+      if (part)
+        check_finite(array, of_row, elements);
+      else
+        target.check(of_row);
     } catch (const Error& error) {
       fail(error.status(), in_row(row, error.what()));
     }
-    checked = values;
+    checked = of_row;
   });
   if (count == 0) return;
   if (!part && !rows_.arrays().find(array)) {
     make_own({array});
     target = *rows_.arrays().find(array);
   }
-  for_each_written(values_of, [&](std::int64_t row, const double* values) {
+  for_each_row([&](std::int64_t row, const double* of_row) {
     rows_.keep(row);
     if (part) {
-      std::copy_n(values, count, rows_.state(row) + part->offset);
+      std::copy_n(of_row, elements, rows_.state(row) + part->offset);
     } else {
-      target.write(values, rows_.values(row));
+      target.write(of_row, rows_.values(row));
       rows_.note_forces(row);
     }
     rows_.head(row).written = true;
     workers_.forget(row);
     forget_observation(row);
   });
-}
-
-template <typename Body>
-void Env::for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const {
-  for (std::int64_t row = 0; row < rows(); ++row)
-    if (const double* values = values_of(row)) body(row, values);
 }
 
 void Env::make_own(const std::vector<std::string>& arrays) {
@@ -392,23 +365,22 @@ void Env::prepare_constants() {
   workers_.for_each([](Worker& worker) { worker.constants().prepare(); });
 }
 
-void Env::set_constants(std::int64_t row) {
+void Env::set_constants(const std::uint8_t* mask) {
   check_settled();
-  if (row != MJENV_ALL_ROWS) rows_.check(row);
   prepare_constants();
-  const auto set = [&](Worker& worker, std::int64_t i) {
-    const auto names = worker.set_constants(rows_, i);
+  const auto set = [&](Worker& worker, std::int64_t row) {
+    const auto names = worker.set_constants(rows_, row);
     if (!names.empty()) {
       make_own(names);
-      worker.set_constants(rows_, i);
+      worker.set_constants(rows_, row);
     }
-    forget_observation(i);
+    forget_observation(row);
   };
   // One row after the other, because make_own moves the values of all rows.
-  for (std::int64_t i = 0; i < rows(); ++i)
-    if (row == MJENV_ALL_ROWS || i == row) {
-      Worker& worker = workers_.of(rows_, i);
-      worker.attempt(i, [&] { set(worker, i); });
+  for (std::int64_t row = 0; row < rows(); ++row)
+    if (is_selected(mask, row)) {
+      Worker& worker = workers_.of(rows_, row);
+      worker.attempt(row, [&] { set(worker, row); });
     }
   workers_.raise();
 }
@@ -431,7 +403,7 @@ void Env::forget_observation(std::int64_t row) {
 
 // ---- Randomisation ----
 
-void Env::randomize(const mjenv_randomization* items, std::size_t count) {
+void Env::randomize(const mjenv_randomization* items, std::int64_t count) {
   check_settled();
   Randomization next(items, count, model());
   std::vector<std::string> arrays = next.arrays();
@@ -478,19 +450,19 @@ void Env::end_pushes() {
 
 // ---- Images ----
 
-void Env::copy_row(std::int64_t from, const std::uint8_t* to_mask) {
+void Env::copy_row(const std::uint8_t* mask, std::int64_t from) {
   check_settled();
   rows_.check(from);
   for (std::int64_t to = 0; to < rows(); ++to) {
-    if (!is_selected(to_mask, to) || to == from) continue;
+    if (!is_selected(mask, to) || to == from) continue;
     rows_.copy(from, to);
     workers_.forget(to);
   }
 }
 
-std::size_t Env::snapshot_size(std::int64_t row) const {
+std::int64_t Env::snapshot_size(std::int64_t row) const {
   check_settled();
-  return image_size(rows_, row);
+  return static_cast<std::int64_t>(image_size(rows_, row));
 }
 
 void Env::snapshot(std::int64_t row, void* image) const {

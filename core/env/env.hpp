@@ -30,6 +30,7 @@ class Env {
   Env& operator=(const Env&) = delete;
 
   std::int64_t rows() const { return rows_.count(); }
+  int threads() const { return static_cast<int>(workers_.threads()); }
   std::int64_t frame_skip() const { return task_.frame_skip; }
   const Options& options() const { return options_; }
   const Schema& schema() const { return schema_; }
@@ -40,47 +41,44 @@ class Env {
   LaneChoice lanes() const;
 
   // A mask selects the rows whose element is not 0; a null mask selects all rows.
-  void seed(const std::uint64_t* seeds, const std::uint8_t* mask);
-  // digits: 32-bit digits of the seed, the least significant first.
-  void seed(std::int64_t row, const std::uint32_t* digits, std::size_t count);
+  // seeds: for each row, the words of an integer, the least significant first.
+  void seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words);
   // words: 4 or 6, as mjenv_get_stream lays them out.
-  void get_stream(std::int64_t row, std::uint64_t* words, std::size_t count) const;
-  void set_stream(std::int64_t row, const std::uint64_t* words, std::size_t count);
+  void get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const;
+  void set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count);
 
   void reset(const std::uint8_t* mask, const mjenv_batch& out);
   void step(const std::uint8_t* mask, const Action& actions, const mjenv_batch& out);
   void rollout(const Action& actions, std::int64_t steps, const mjenv_batch& out);
   void observe(const mjenv_batch& out);
 
-  void send(const std::int64_t* rows, std::size_t row_count, const Action& actions);
-  void receive(std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity, std::size_t* count,
+  void send(const std::int64_t* rows, std::int64_t row_count, const Action& actions);
+  void receive(std::int64_t least, double timeout, std::int64_t* rows, std::int64_t capacity, std::int64_t* count,
                const mjenv_batch& out);
 
   void seed_actions(std::uint64_t seed);
-  void sample_actions(float* action, std::size_t count);
+  void sample_actions(float* action, std::int64_t count);
 
   // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
   // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
-  void set_state(std::int64_t row, const double* qpos, std::size_t nq, const double* qvel, std::size_t nv);
+  void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
   // Writes an array of the row's state or mjModel, or an input of its mjData (qfrc_applied, mocap_pos, ...:
-  // engine/own_arrays.hpp). row may be MJENV_ALL_ROWS: then all rows get the same values. With a mask, values has a
-  // part for each row, and the parts of rows that are not selected are not read. count: how many numbers values has,
-  // all parts together.
-  void write(std::int64_t row, const std::string& array, const double* values, std::size_t count);
-  void write(const std::uint8_t* mask, const std::string& array, const double* values, std::size_t count);
-  // Calls mj_setConst. row may be MJENV_ALL_ROWS.
-  void set_constants(std::int64_t row);
+  // engine/own_arrays.hpp). count: as many as the array has, for all rows the same; or as many for each row, of which
+  // those of rows that are not selected are not read.
+  void write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count);
+  // Calls mj_setConst.
+  void set_constants(const std::uint8_t* mask);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
   // These replace what resets draw, and the noise, delays and pushes. perturbation: null for none.
-  void randomize(const mjenv_randomization* items, std::size_t count);
+  void randomize(const mjenv_randomization* items, std::int64_t count);
   void perturb(const mjenv_perturbation* perturbation);
 
-  void copy_row(std::int64_t from, const std::uint8_t* to_mask);
-  std::size_t snapshot_size(std::int64_t row) const;
+  void copy_row(const std::uint8_t* mask, std::int64_t from);
+  std::int64_t snapshot_size(std::int64_t row) const;
   void snapshot(std::int64_t row, void* image) const;
   void restore(std::int64_t row, const void* image, std::size_t size);
 
@@ -106,10 +104,6 @@ class Env {
   void end_pushes();
   // Throws while rows are under way between send and receive.
   void check_settled() const;
-  // Writes to each row the values that values_of(row) points to; null: none. count: how many each row gets.
-  void write(const std::string& array, std::size_t count, const std::function<const double*(std::int64_t)>& values_of);
-  template <typename Body>
-  void for_each_written(const std::function<const double*(std::int64_t)>& values_of, const Body& body) const;
   // Gives each row its own copy of these arrays.
   void make_own(const std::vector<std::string>& arrays);
   void prepare_workers();

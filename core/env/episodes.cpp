@@ -171,7 +171,7 @@ Episodes::Ends Episodes::end_step(Worker& worker, Turn& turn) const {
   const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
   head.ended = terminated || truncated;
   place.put_result(outcome.reward, terminated, truncated);
-  place.put_status(diverged ? MJENV_E_PHYSICS : MJENV_OK);
+  place.put_status(diverged ? MJENV_DIVERGED : MJENV_OK);
   return {terminated, truncated};
 }
 

@@ -11,7 +11,7 @@ namespace mjenv::core {
 namespace {
 
 // Element i of the caller's list of rows. A null list means all rows.
-std::int64_t row_at(const std::int64_t* rows, std::size_t i) { return rows ? rows[i] : static_cast<std::int64_t>(i); }
+std::int64_t row_at(const std::int64_t* rows, std::int64_t i) { return rows ? rows[i] : i; }
 
 }  // namespace
 
@@ -45,25 +45,25 @@ void Pipeline::allocate() {
   outputs_.emplace(schema_, episodes_, rows_.count());
 }
 
-void Pipeline::check(const std::int64_t* rows, std::size_t row_count, const Action& actions) {
-  std::size_t marked = 0;
+void Pipeline::check(const std::int64_t* rows, std::int64_t row_count, const Action& actions) {
+  std::int64_t marked = 0;
   try {
-    for (std::size_t i = 0; i < row_count; ++i) {
+    for (std::int64_t i = 0; i < row_count; ++i) {
       const std::int64_t row = row_at(rows, i);
       rows_.check(row);
       if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is already under way, or listed twice"));
       episodes_.check_steppable(row, episodes_.autoresets());
-      episodes_.check_finite(row, actions.part(static_cast<std::int64_t>(i) * nu_, nu_));
+      episodes_.check_finite(row, actions.part(i * nu_, nu_));
       under_way_[row] = 1;  // finds a row that is listed twice
       ++marked;
     }
   } catch (...) {
-    for (std::size_t i = 0; i < marked; ++i) under_way_[row_at(rows, i)] = 0;
+    for (std::int64_t i = 0; i < marked; ++i) under_way_[row_at(rows, i)] = 0;
     throw;
   }
 }
 
-void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Action& actions) {
+void Pipeline::send(const std::int64_t* rows, std::int64_t row_count, const Action& actions) {
   workers_.pool().check_here();
   std::unique_lock lock(mutex_);
   allocate();
@@ -72,10 +72,10 @@ void Pipeline::send(const std::int64_t* rows, std::size_t row_count, const Actio
 
   // From here on nothing can fail.
   const std::size_t width = actions.dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double);
-  for (std::size_t i = 0; i < row_count; ++i) {
+  for (std::int64_t i = 0; i < row_count; ++i) {
     const std::int64_t row = row_at(rows, i);
     if (nu_ > 0)
-      std::memcpy(&actions_[row * nu_], actions.part(static_cast<std::int64_t>(i) * nu_, nu_).values, width * nu_);
+      std::memcpy(&actions_[row * nu_], actions.part(i * nu_, nu_).values, width * nu_);
     dtypes_[row] = actions.dtype;
     waiting_[(first_ + waiting_count_++) % waiting_.size()] = row;
   }
@@ -130,31 +130,31 @@ void Pipeline::serve(Team& team, Deadline deadline, const std::function<bool()>&
   }
 }
 
-void Pipeline::receive(std::size_t least, double timeout, std::int64_t* rows, std::size_t capacity, std::size_t* count,
-                       const mjenv_batch& out) {
+void Pipeline::receive(std::int64_t least, double timeout, std::int64_t* rows, std::int64_t capacity,
+                       std::int64_t* count, const mjenv_batch& out) {
   workers_.pool().check_here();
   if (count_ == 0) fail(MJENV_E_NOT_PENDING, "no rows are under way: send some first");
-  if (least > count_)
+  if (least < 0 || least > count_)
     fail(MJENV_E_SIZE,
-         "least is " + std::to_string(least) + ", but only " + std::to_string(count_) + " row(s) are under way");
-  if (capacity < std::max<std::size_t>(least, 1))
+         "least is " + std::to_string(least) + ", not 0 to the " + std::to_string(count_) + " row(s) that are under way");
+  if (capacity < std::max<std::int64_t>(least, 1))
     fail(MJENV_E_SIZE, "capacity is " + std::to_string(capacity) +
                            ", but must not be less than 1, or than the argument \"least\", which is " +
                            std::to_string(least));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
   // Without other threads, this call waits for at least one row even if least is 0: no other thread would step it.
-  const std::size_t wanted = workers_.threads() == 1 ? std::max<std::size_t>(least, 1) : least;
+  const auto wanted = static_cast<std::size_t>( workers_.threads() == 1 ? std::max<std::int64_t>(least, 1) : least);
   serve(workers_.team(0), Deadline(timeout), [&] { return ready_.size() >= wanted; });
 
   std::unique_lock lock(mutex_);
-  const std::size_t reported = std::min(capacity, ready_.size());
-  for (std::size_t i = 0; i < reported; ++i) {
+  const std::int64_t reported = std::min(capacity, static_cast<std::int64_t>(ready_.size()));
+  for (std::int64_t i = 0; i < reported; ++i) {
     rows[i] = ready_[i];
     under_way_[ready_[i]] = 0;
     outputs_->deliver(schema_, ready_[i], out);
   }
-  ready_.erase(ready_.begin(), ready_.begin() + static_cast<std::ptrdiff_t>(reported));
+  ready_.erase(ready_.begin(), ready_.begin() + reported);
   count_ -= reported;
   *count = reported;
   Failures failures;

@@ -29,7 +29,7 @@ double mass_within(double mean, double std, double low, double high) {
 [[noreturn]] void refuse(const std::string& why) { fail(MJENV_E_VALUE, why); }
 
 bool is_real(const OwnArray& array) {
-  return array.original.type == MJENV_TYPE_FLOAT64 || array.original.type == MJENV_TYPE_FLOAT32;
+  return array.original.type == MJENV_DTYPE_FLOAT64 || array.original.type == MJENV_DTYPE_FLOAT32;
 }
 
 template <typename T>
@@ -63,7 +63,7 @@ double Randomization::Item::value(std::size_t i, double drawn) const {
   }
 }
 
-Randomization::Randomization(const mjenv_randomization* items, std::size_t count, const Model& model) {
+Randomization::Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model) {
   const auto add = [&](const mjenv_randomization& given) {
     Item item = item_of(given, model);
     const std::vector<std::int32_t> kinds{item.distribution, item.effect, item.shared, given.constants != 0};
@@ -74,18 +74,16 @@ Randomization::Randomization(const mjenv_randomization* items, std::size_t count
     computes_constants_ = computes_constants_ || given.constants != 0;
     items_.push_back(std::move(item));
   };
-  const auto most = static_cast<std::size_t>(std::numeric_limits<std::int64_t>::max());
   std::size_t index = 0;
-  for_each_struct(items, static_cast<std::int64_t>(std::min(count, most)), kMaxItems, "count", "items",
-                  [&](const mjenv_randomization& given) {
-                    const std::string name = "items[" + std::to_string(index++) + "]";
-                    if (!given.array) fail(MJENV_E_ARGUMENT, name + ".array is NULL");
-                    try {
-                      add(given);
-                    } catch (const Error& error) {
-                      fail(error.status(), name + ", " + quoted(given.array) + ": " + error.what());
-                    }
-                  });
+  for_each_struct(items, count, kMaxItems, "count", "items", [&](const mjenv_randomization& given) {
+    const std::string name = "items[" + std::to_string(index++) + "]";
+    if (!given.array) fail(MJENV_E_ARGUMENT, name + ".array is NULL");
+    try {
+      add(given);
+    } catch (const Error& error) {
+      fail(error.status(), name + ", " + quoted(given.array) + ": " + error.what());
+    }
+  });
 }
 
 Randomization::Item Randomization::item_of(const mjenv_randomization& given, const Model& model) {

@@ -20,7 +20,7 @@ class Randomization {
   // the smallest or the greatest value that an item can draw, with one of the values of CHOICE, or with the mean of
   // NORMAL; quaternions and directions cannot be checked so. Where it is not proved that all values are valid, `draw`
   // checks them (Item::is_checked).
-  Randomization(const mjenv_randomization* items, std::size_t count, const Model& model);
+  Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }
   // Whether mj_setConst follows the draws.

@@ -22,7 +22,7 @@ Schema::Schema(const Task& task, const std::string& exported, const Work& work)
   const Model& model = *task.model;
   fields_[MJENV_ROLE_MODEL] = fields_of(MJENV_ROLE_MODEL, model.arrays());
   for (int i = 0; i < model.nu(); ++i)
-    fields_[MJENV_ROLE_ACTION].push_back({MJENV_ROLE_ACTION, model.actuator_label(i), "", MJENV_TYPE_ACTION, {}, i, 1});
+    fields_[MJENV_ROLE_ACTION].push_back({MJENV_ROLE_ACTION, model.actuator_label(i), "", MJENV_DTYPE_ACTION, {}, i, 1});
   action_space_ = {model.action_low(), model.action_high()};
   const auto count = static_cast<std::size_t>(observation_count_);
   observation_space_ = {std::vector<double>(count, -kInfinity), std::vector<double>(count, kInfinity)};
@@ -58,15 +58,17 @@ std::int64_t Schema::count(mjenv_role role) const { return total(fields(role)); 
 void Schema::check(const mjenv_batch& out, std::int64_t rows) const {
   if (out.struct_size == 0) return;  // the caller gave no batch
   check_count("rows", out.rows, rows);
-  if (out.obs || out.final_obs) check_count("obs_count", out.obs_count, observation_count_);
+  if (out.obs || out.final_obs) {
+    check_count("obs_count", out.obs_count, observation_count_);
+    if (out.obs_dtype != MJENV_DTYPE_FLOAT64 && out.obs_dtype != MJENV_DTYPE_FLOAT32)
+      fail(MJENV_E_ARGUMENT,
+           "obs_dtype is " + std::to_string(out.obs_dtype) + ", not MJENV_DTYPE_FLOAT64 or MJENV_DTYPE_FLOAT32");
+  }
   if (out.info) check_count("info_count", out.info_count, count(MJENV_ROLE_INFO));
   if (out.final_info && !out.info)
     fail(MJENV_E_ARGUMENT, "final_info is given, but info is NULL: the numbers of final_info are copied from info");
   if (out.reset_info) check_count("reset_info_count", out.reset_info_count, count(MJENV_ROLE_RESET_INFO));
   if (out.arrays) check_count("arrays_count", out.arrays_count, count(MJENV_ROLE_ARRAYS));
-  if (out.obs_dtype != MJENV_DTYPE_FLOAT64 && out.obs_dtype != MJENV_DTYPE_FLOAT32)
-    fail(MJENV_E_ARGUMENT,
-         "obs_dtype is " + std::to_string(out.obs_dtype) + ", not MJENV_DTYPE_FLOAT64 or MJENV_DTYPE_FLOAT32");
 }
 
 }  // namespace mjenv::core

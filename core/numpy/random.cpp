@@ -40,16 +40,19 @@ std::uint32_t mix(std::uint32_t x, std::uint32_t y) {
   return r ^ r >> 16;
 }
 
-// SeedSequence(entropy).generate_state(4, uint64).
-std::array<std::uint64_t, 4> seed_words(const std::uint32_t* digits, std::size_t count) {
+// SeedSequence(entropy).generate_state(4, uint64). NumPy hashes the 32-bit digits of an integer without leading zeros.
+std::array<std::uint64_t, 4> seed_words(const std::uint64_t* entropy, std::size_t words_of_entropy) {
+  const auto digit = [&](std::size_t i) { return static_cast<std::uint32_t>(entropy[i / 2] >> (i % 2 ? 32 : 0)); };
+  std::size_t count = 2 * words_of_entropy;
+  while (count > 1 && digit(count - 1) == 0) --count;
   Hash absorb{0x43b0d7e5, 0x931e8875};
   std::array<std::uint32_t, 4> pool{};
-  for (std::size_t i = 0; i < pool.size(); ++i) pool[i] = absorb(i < count ? digits[i] : 0);
+  for (std::size_t i = 0; i < pool.size(); ++i) pool[i] = absorb(i < count ? digit(i) : 0);
   for (std::size_t from = 0; from < pool.size(); ++from)
     for (std::size_t to = 0; to < pool.size(); ++to)
       if (to != from) pool[to] = mix(pool[to], absorb(pool[from]));
   for (std::size_t i = pool.size(); i < count; ++i)
-    for (auto& word : pool) word = mix(word, absorb(digits[i]));
+    for (auto& word : pool) word = mix(word, absorb(digit(i)));
 
   Hash emit{0x8b51f9dd, 0x58f38ded};
   std::array<std::uint64_t, 4> words{};
@@ -62,8 +65,8 @@ std::array<std::uint64_t, 4> seed_words(const std::uint32_t* digits, std::size_t
 
 }  // namespace
 
-Generator Generator::from_digits(const std::uint32_t* digits, std::size_t count) {
-  const auto words = seed_words(digits, count);
+Generator Generator::from_seed(const std::uint64_t* seed, std::size_t count) {
+  const auto words = seed_words(seed, count);
   const uint128 inc = pair(words[2], words[3]) << 1 | 1;
   const uint128 state = (inc + pair(words[0], words[1])) * kMultiplier + inc;
   return from_words({static_cast<std::uint64_t>(state), static_cast<std::uint64_t>(state >> 64),
@@ -81,16 +84,11 @@ Generator Generator::from_words(const Words& words) {
   return g;
 }
 
-Generator Generator::from_seed(std::uint64_t seed) {
-  const std::array<std::uint32_t, 2> digits{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
-  return from_digits(digits.data(), digits[1] ? 2 : 1);
-}
-
 Generator Generator::from_entropy() {
-  std::array<std::uint32_t, 4> digits{};
-  if (!platform::fill_with_entropy(digits.data(), sizeof digits))
+  std::array<std::uint64_t, 2> seed{};
+  if (!platform::fill_with_entropy(seed.data(), sizeof seed))
     fail(MJENV_E_INTERNAL, "the system does not provide random numbers for a seed");
-  return from_digits(digits.data(), digits.size());
+  return from_seed(seed.data(), seed.size());
 }
 
 std::uint64_t Generator::next() {

@@ -10,9 +10,9 @@ namespace mjenv::core::np {
 // One random stream. It is trivially copyable, so that an image of a row can hold it.
 class Generator {
  public:
-  // default_rng(seed), where the seed is an integer of `count` 32-bit digits, least significant first.
-  static Generator from_digits(const std::uint32_t* digits, std::size_t count);
-  static Generator from_seed(std::uint64_t seed);
+  // default_rng(seed), where the seed is an integer of `count` 64-bit words, least significant first.
+  static Generator from_seed(const std::uint64_t* words, std::size_t count);
+  static Generator from_seed(std::uint64_t seed) { return from_seed(&seed, 1); }
   // default_rng(): seeded with 128 bits of the system's entropy.
   static Generator from_entropy();
 

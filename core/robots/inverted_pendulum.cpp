@@ -9,7 +9,7 @@ void inverted_pendulum(Robot& r) {
   r.model("inverted_pendulum.xml").frame_skip(2).time_limit(1000).reward_threshold(950).needs_exactly(2, 2);
   if (!r.v5) r.fixed_model().fixed_frame_skip();
   r.camera({0, 2.04});
-  r.reward_type(r.v5 ? MJENV_TYPE_NATIVE_INT : MJENV_TYPE_NATIVE_FLOAT);
+  r.reward_type(r.v5 ? MJENV_DTYPE_NATIVE_INT : MJENV_DTYPE_NATIVE_FLOAT);
 
   const auto noise = r.v5 ? r.noise(0.01) : 0.01;
 
@@ -25,7 +25,7 @@ void inverted_pendulum(Robot& r) {
   r.step([v5 = r.v5](const Sim& s, Info& info) -> Outcome {
     const bool fell = !s.finite() || std::abs(s.qpos()[1]) > 0.2;
     const double reward = v5 ? !fell : 1;  // v4 also pays it in the step in which the robot falls
-    if (v5) info("reward_survive", Typed{reward, MJENV_TYPE_NATIVE_INT});
+    if (v5) info("reward_survive", Typed{reward, MJENV_DTYPE_NATIVE_INT});
     return {reward, fell};
   });
 }

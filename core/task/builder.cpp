@@ -95,7 +95,7 @@ int Builder::array(const std::string& name, mjenv_field* field) {
     out.doc = "";
     std::copy(found.shape.begin(), found.shape.end(), out.shape);
     out.count = static_cast<std::int64_t>(found.count());
-    out.type = found.type;
+    out.dtype = found.type;
     write_struct(field, "field", out);
   }
   return static_cast<int>(view_.needs().arrays.size()) - 1;

@@ -35,16 +35,10 @@ std::string folder_of(const void* code) {
   return path.empty() ? "./" : path + "/";
 }
 
-// MuJoCo's default camera.
-mjenv_task_camera default_camera() {
-  constexpr double unset = std::numeric_limits<double>::quiet_NaN();
-  return {sizeof(mjenv_task_camera), 0, unset, unset, {unset, unset, unset}, unset};
-}
-
 }  // namespace
 
 RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const void* plugin)
-    : built_in_(origin == Origin::built_in), given_(given), camera_(default_camera()), plugin_(plugin) {
+    : built_in_(origin == Origin::built_in), given_(given), camera_ MJENV_TASK_CAMERA_INIT, plugin_(plugin) {
   if (given.has_reward_threshold == 0) given_.reward_threshold = std::numeric_limits<double>::quiet_NaN();
   take_id(given.id);
   try {
@@ -311,7 +305,7 @@ Fields RegisteredTask::described(const Builder& builder) const {
     if (!fields[MJENV_ROLE_RESET_INFO].empty() && !given_.reset_info && given_.physics_only == 0)
       fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
     std::vector<Field>& reward = fields[MJENV_ROLE_REWARD];
-    if (reward.empty()) reward.push_back({MJENV_ROLE_REWARD, "reward", meaning("reward"), MJENV_TYPE_FLOAT64, {}});
+    if (reward.empty()) reward.push_back({MJENV_ROLE_REWARD, "reward", meaning("reward"), MJENV_DTYPE_FLOAT64, {}});
     reward[0].name = "reward";
     return fields;
   } catch (const Error& error) {

@@ -20,7 +20,7 @@ namespace mjenv::core {
 struct Field {
   mjenv_role role;
   std::string name, doc;
-  mjenv_type type = MJENV_TYPE_FLOAT64;
+  mjenv_dtype type = MJENV_DTYPE_FLOAT64;
   std::vector<std::int64_t> shape;  // -1, until build has set this length
   std::int64_t offset = 0, count = 1;
 };

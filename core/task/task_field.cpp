@@ -38,19 +38,19 @@ const char* role_name(mjenv_role role) {
 
 Field field_of(const mjenv_task_field& given) {
   const auto from = read_struct(&given, "field");
-  Field field{from.role, checked_name(from.name, "a field"), from.doc ? from.doc : "", from.type, {}};
+  Field field{from.role, checked_name(from.name, "a field"), from.doc ? from.doc : "", from.dtype, {}};
   const std::string what = "field " + quoted(field.name);
   if (!role_name(field.role))
     fail(MJENV_E_TYPE, what + " has role " + std::to_string(field.role) + ", which a task cannot describe");
-  if (field.type == 0) field.type = MJENV_TYPE_FLOAT64;
-  if (field.type < MJENV_TYPE_FLOAT64 || field.type > MJENV_TYPE_UINT8)
-    fail(MJENV_E_TYPE, what + " has type " + std::to_string(field.type) + ", which does not exist");
+  if (field.type == 0) field.type = MJENV_DTYPE_FLOAT64;
+  if (field.type < MJENV_DTYPE_FLOAT64 || field.type > MJENV_DTYPE_NATIVE_INT)
+    fail(MJENV_E_TYPE, what + " has dtype " + std::to_string(field.type) + ", which does not exist");
   if (from.ndim < 0 || from.ndim > 4)
     fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions, not 0 to 4");
   const bool term = field.role == MJENV_ROLE_OBSERVATION;
   if (term && from.ndim > 1)
     fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions: an observation's terms are vectors");
-  if (term && field.type != MJENV_TYPE_FLOAT64) fail(MJENV_E_TYPE, what + ": an observation is of MJENV_TYPE_FLOAT64");
+  if (term && field.type != MJENV_DTYPE_FLOAT64) fail(MJENV_E_TYPE, what + ": an observation is of MJENV_DTYPE_FLOAT64");
   if (field.role == MJENV_ROLE_REWARD && from.ndim != 0) fail(MJENV_E_VALUE, what + ": a reward is one number");
   std::int64_t count = 1;
   for (std::int32_t i = 0; i < from.ndim; ++i) {

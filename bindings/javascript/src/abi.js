@@ -19,6 +19,7 @@ export const MJENV_ALL_ROWS = -1;
 
 export const Status = /** @type {const} */ ({
   OK: 0,
+  DIVERGED: 1,
   E_ARGUMENT: -1,
   E_NAME: -2,
   E_TYPE: -3,
@@ -41,8 +42,14 @@ export const Status = /** @type {const} */ ({
 });
 
 export const Dtype = /** @type {const} */ ({
-  FLOAT64: 0,
-  FLOAT32: 1,
+  FLOAT64: 1,
+  FLOAT32: 2,
+  INT64: 3,
+  INT32: 4,
+  UINT8: 5,
+  ACTION: 6,
+  NATIVE_FLOAT: 7,
+  NATIVE_INT: 8,
 });
 
 export const Role = /** @type {const} */ ({
@@ -63,17 +70,6 @@ export const Kind = /** @type {const} */ ({
   REALS: 3,
   STRING: 4,
   STRING_OR_INT: 5,
-});
-
-export const Type = /** @type {const} */ ({
-  FLOAT64: 1,
-  ACTION: 2,
-  NATIVE_FLOAT: 3,
-  NATIVE_INT: 4,
-  INT64: 5,
-  FLOAT32: 6,
-  INT32: 7,
-  UINT8: 8,
 });
 
 export const Distribution = /** @type {const} */ ({
@@ -109,7 +105,7 @@ export const mjenv_field = struct(72, {
   shape: { offset: 16, type: "int64", length: 4 },
   offset: { offset: 48, type: "int64", length: 0 },
   count: { offset: 56, type: "int64", length: 0 },
-  type: { offset: 64, type: "int32", length: 0 },
+  dtype: { offset: 64, type: "int32", length: 0 },
   reserved: { offset: 68, type: "int32", length: 0 },
 });
 
@@ -119,6 +115,15 @@ export const mjenv_space = struct(24, {
   count: { offset: 8, type: "int64", length: 0 },
   low: { offset: 16, type: "uint32", length: 0 },
   high: { offset: 20, type: "uint32", length: 0 },
+});
+
+export const mjenv_info = struct(40, {
+  struct_size: { offset: 0, type: "uint32", length: 0 },
+  threads: { offset: 4, type: "int32", length: 0 },
+  rows: { offset: 8, type: "int64", length: 0 },
+  frame_skip: { offset: 16, type: "int64", length: 0 },
+  lanes: { offset: 24, type: "int64", length: 0 },
+  lanes_reason: { offset: 32, type: "uint32", length: 0 },
 });
 
 export const mjenv_spec = struct(88, {
@@ -131,7 +136,8 @@ export const mjenv_spec = struct(88, {
   camera_distance: { offset: 32, type: "float64", length: 0 },
   camera_elevation: { offset: 40, type: "float64", length: 0 },
   camera_lookat: { offset: 48, type: "float64", length: 3 },
-  camera_trackbodyid: { offset: 72, type: "float64", length: 0 },
+  camera_trackbodyid: { offset: 72, type: "int32", length: 0 },
+  reserved: { offset: 76, type: "int32", length: 0 },
   model_xml: { offset: 80, type: "uint32", length: 0 },
 });
 
@@ -198,10 +204,9 @@ export const mjenv_perturbation = struct(72, {
  * @typedef {object} Functions
  * @property {() => number} mjenv_abi_version
  * @property {() => number} mjenv_version
- * @property {() => number} mjenv_version_number
  * @property {(status: number) => number} mjenv_status_name
  * @property {() => number} mjenv_last_error
- * @property {(handle: number, text: number, capacity: number, size: number) => number} mjenv_error_of
+ * @property {(handle: number, text: number, capacity: bigint, size: number) => number} mjenv_error_of
  * @property {() => bigint} mjenv_id_count
  * @property {(index: bigint) => number} mjenv_id_at
  * @property {(id: number, spec: number) => number} mjenv_spec_of
@@ -211,44 +216,40 @@ export const mjenv_perturbation = struct(72, {
  * @property {(options: number) => bigint} mjenv_options_count
  * @property {(options: number, index: bigint, option: number) => number} mjenv_options_at
  * @property {(options: number, name: number, value: bigint) => number} mjenv_options_set_integer
- * @property {(options: number, name: number, values: number, count: number) => number} mjenv_options_set_reals
+ * @property {(options: number, name: number, values: number, count: bigint) => number} mjenv_options_set_reals
  * @property {(options: number, name: number, value: number) => number} mjenv_options_set_string
  * @property {(options: number, name: number, value: number) => number} mjenv_options_get_integer
- * @property {(options: number, name: number, values: number, capacity: number, count: number) => number} mjenv_options_get_reals
+ * @property {(options: number, name: number, values: number, capacity: bigint, count: number) => number} mjenv_options_get_reals
  * @property {(options: number, name: number, value: number) => number} mjenv_options_get_string
  * @property {(options: number, rows: bigint, env: number) => number} mjenv_create
  * @property {(env: number) => void} mjenv_destroy
- * @property {(env: number) => bigint} mjenv_rows
- * @property {(env: number) => bigint} mjenv_frame_skip
- * @property {(env: number, lanes: number, reason: number) => number} mjenv_lanes
+ * @property {(env: number, info: number) => number} mjenv_info_of
  * @property {(env: number) => number} mjenv_options_of
  * @property {(env: number, role: number, space: number) => number} mjenv_space_of
  * @property {(env: number, role: number) => bigint} mjenv_field_count
  * @property {(env: number, role: number, index: bigint, field: number) => number} mjenv_field_at
- * @property {(env: number, seeds: number, mask: number) => number} mjenv_seed
- * @property {(env: number, row: bigint, digits: number, count: number) => number} mjenv_seed_digits
- * @property {(env: number, row: bigint, words: number, count: number) => number} mjenv_get_stream
- * @property {(env: number, row: bigint, words: number, count: number) => number} mjenv_set_stream
+ * @property {(env: number, mask: number, seeds: number, words: bigint) => number} mjenv_seed
+ * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_get_stream
+ * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_set_stream
  * @property {(env: number, seed: bigint) => number} mjenv_seed_actions
- * @property {(env: number, action: number, count: number) => number} mjenv_sample_actions
+ * @property {(env: number, action: number, count: bigint) => number} mjenv_sample_actions
  * @property {(env: number, mask: number, out: number) => number} mjenv_reset
- * @property {(env: number, mask: number, action: number, count: number, dtype: number, out: number) => number} mjenv_step
- * @property {(env: number, rows: number, row_count: number, action: number, count: number, dtype: number) => number} mjenv_send
- * @property {(env: number, least: number, timeout: number, rows: number, capacity: number, count: number, out: number) => number} mjenv_recv
- * @property {(env: number, action: number, count: number, dtype: number, steps: bigint, out: number) => number} mjenv_rollout
+ * @property {(env: number, mask: number, action: number, count: bigint, dtype: number, out: number) => number} mjenv_step
+ * @property {(env: number, rows: number, row_count: bigint, action: number, count: bigint, dtype: number) => number} mjenv_send
+ * @property {(env: number, least: bigint, timeout: number, rows: number, capacity: bigint, count: number, out: number) => number} mjenv_recv
+ * @property {(env: number, action: number, count: bigint, dtype: number, steps: bigint, out: number) => number} mjenv_rollout
  * @property {(env: number, out: number) => number} mjenv_observe
- * @property {(env: number, row: bigint, array: number, values: number, capacity: number, count: number) => number} mjenv_read
+ * @property {(env: number, row: bigint, array: number, values: number, capacity: bigint, count: number) => number} mjenv_read
  * @property {(env: number, type: number, count: number) => number} mjenv_object_count
  * @property {(env: number, type: number, name: number, index: number) => number} mjenv_object_index
  * @property {(env: number, type: number, index: bigint, name: number) => number} mjenv_object_name
- * @property {(env: number, row: bigint, qpos: number, nq: number, qvel: number, nv: number) => number} mjenv_set_state
- * @property {(env: number, row: bigint, array: number, values: number, count: number) => number} mjenv_write
- * @property {(env: number, mask: number, array: number, values: number, count: number) => number} mjenv_write_rows
- * @property {(env: number, row: bigint) => number} mjenv_set_constants
- * @property {(env: number, row: bigint, ctrl: number, count: number, frames: bigint) => number} mjenv_simulate
- * @property {(env: number, from: bigint, to_mask: number) => number} mjenv_copy_row
- * @property {(env: number, row: bigint, image: number, capacity_bytes: number, size_bytes: number) => number} mjenv_snapshot
- * @property {(env: number, row: bigint, image: number, size_bytes: number) => number} mjenv_restore
- * @property {(env: number, items: number, count: number) => number} mjenv_randomize
+ * @property {(env: number, row: bigint, qpos: number, nq: bigint, qvel: number, nv: bigint) => number} mjenv_set_state
+ * @property {(env: number, mask: number, array: number, values: number, count: bigint) => number} mjenv_write
+ * @property {(env: number, mask: number) => number} mjenv_set_constants
+ * @property {(env: number, row: bigint, ctrl: number, count: bigint, frames: bigint) => number} mjenv_simulate
+ * @property {(env: number, mask: number, from: bigint) => number} mjenv_copy_row
+ * @property {(env: number, row: bigint, image: number, capacity_bytes: bigint, size_bytes: number) => number} mjenv_snapshot
+ * @property {(env: number, row: bigint, image: number, size_bytes: bigint) => number} mjenv_restore
+ * @property {(env: number, items: number, count: bigint) => number} mjenv_randomize
  * @property {(env: number, perturbation: number) => number} mjenv_perturb
  */

@@ -12,6 +12,7 @@ struct mjenv_window end
 
 @enum mjenv_status::Int32 begin
     MJENV_OK = 0
+    MJENV_DIVERGED = 1
     MJENV_E_ARGUMENT = -1
     MJENV_E_NAME = -2
     MJENV_E_TYPE = -3
@@ -34,8 +35,14 @@ struct mjenv_window end
 end
 
 @enum mjenv_dtype::Int32 begin
-    MJENV_DTYPE_FLOAT64 = 0
-    MJENV_DTYPE_FLOAT32 = 1
+    MJENV_DTYPE_FLOAT64 = 1
+    MJENV_DTYPE_FLOAT32 = 2
+    MJENV_DTYPE_INT64 = 3
+    MJENV_DTYPE_INT32 = 4
+    MJENV_DTYPE_UINT8 = 5
+    MJENV_DTYPE_ACTION = 6
+    MJENV_DTYPE_NATIVE_FLOAT = 7
+    MJENV_DTYPE_NATIVE_INT = 8
 end
 
 @enum mjenv_role::Int32 begin
@@ -56,17 +63,6 @@ end
     MJENV_KIND_REALS = 3
     MJENV_KIND_STRING = 4
     MJENV_KIND_STRING_OR_INT = 5
-end
-
-@enum mjenv_type::Int32 begin
-    MJENV_TYPE_FLOAT64 = 1
-    MJENV_TYPE_ACTION = 2
-    MJENV_TYPE_NATIVE_FLOAT = 3
-    MJENV_TYPE_NATIVE_INT = 4
-    MJENV_TYPE_INT64 = 5
-    MJENV_TYPE_FLOAT32 = 6
-    MJENV_TYPE_INT32 = 7
-    MJENV_TYPE_UINT8 = 8
 end
 
 @enum mjenv_distribution::Int32 begin
@@ -136,7 +132,7 @@ Base.@kwdef struct mjenv_field
     shape::NTuple{4, Int64} = (0, 0, 0, 0)
     offset::Int64 = 0
     count::Int64 = 0
-    type::Int32 = 0
+    dtype::Int32 = 0
     reserved::Int32 = 0
 end
 
@@ -146,6 +142,15 @@ Base.@kwdef struct mjenv_space
     count::Int64 = 0
     low::Ptr{Float64} = Ptr{Float64}(C_NULL)
     high::Ptr{Float64} = Ptr{Float64}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_info
+    struct_size::UInt32 = sizeof(mjenv_info)
+    threads::Int32 = 0
+    rows::Int64 = 0
+    frame_skip::Int64 = 0
+    lanes::Int64 = 0
+    lanes_reason::Cstring = Cstring(C_NULL)
 end
 
 Base.@kwdef struct mjenv_spec
@@ -158,7 +163,8 @@ Base.@kwdef struct mjenv_spec
     camera_distance::Float64 = 0
     camera_elevation::Float64 = 0
     camera_lookat::NTuple{3, Float64} = (0, 0, 0)
-    camera_trackbodyid::Float64 = 0
+    camera_trackbodyid::Int32 = 0
+    reserved::Int32 = 0
     model_xml::Cstring = Cstring(C_NULL)
 end
 
@@ -264,15 +270,14 @@ Base.@kwdef struct mjenv_task_field
     role::Int32 = 0
     name::Cstring = Cstring(C_NULL)
     doc::Cstring = Cstring(C_NULL)
-    type::Int32 = 0
+    dtype::Int32 = 0
     ndim::Int32 = 0
     shape::NTuple{4, Int64} = (0, 0, 0, 0)
 end
 
 Base.@kwdef struct mjenv_task_camera
     struct_size::UInt32 = sizeof(mjenv_task_camera)
-    reserved::Int32 = 0
-    trackbodyid::Float64 = 0
+    trackbodyid::Int32 = 0
     distance::Float64 = 0
     lookat::NTuple{3, Float64} = (0, 0, 0)
     elevation::Float64 = 0
@@ -450,7 +455,6 @@ end
 const FUNCTIONS = (
     :mjenv_abi_version,
     :mjenv_version,
-    :mjenv_version_number,
     :mjenv_status_name,
     :mjenv_last_error,
     :mjenv_error_of,
@@ -470,15 +474,12 @@ const FUNCTIONS = (
     :mjenv_options_get_string,
     :mjenv_create,
     :mjenv_destroy,
-    :mjenv_rows,
-    :mjenv_frame_skip,
-    :mjenv_lanes,
+    :mjenv_info_of,
     :mjenv_options_of,
     :mjenv_space_of,
     :mjenv_field_count,
     :mjenv_field_at,
     :mjenv_seed,
-    :mjenv_seed_digits,
     :mjenv_get_stream,
     :mjenv_set_stream,
     :mjenv_seed_actions,
@@ -495,7 +496,6 @@ const FUNCTIONS = (
     :mjenv_object_name,
     :mjenv_set_state,
     :mjenv_write,
-    :mjenv_write_rows,
     :mjenv_set_constants,
     :mjenv_simulate,
     :mjenv_copy_row,
@@ -529,29 +529,23 @@ mjenv_version(engine) = ccall(
     (),
 )
 
-mjenv_version_number(engine) = ccall(
-    address(engine, 3),
-    UInt32,
-    (),
-)
-
 mjenv_status_name(engine, status) = ccall(
-    address(engine, 4),
+    address(engine, 3),
     Cstring,
     (mjenv_status,),
     status,
 )
 
 mjenv_last_error(engine) = ccall(
-    address(engine, 5),
+    address(engine, 4),
     Cstring,
     (),
 )
 
 mjenv_error_of(engine, handle, text, capacity, size) = ccall(
-    address(engine, 6),
+    address(engine, 5),
     mjenv_status,
-    (Ptr{Cvoid}, Ptr{Cchar}, Csize_t, Ptr{Csize_t}),
+    (Ptr{Cvoid}, Ptr{Cchar}, Int64, Ptr{Int64}),
     handle,
     text,
     capacity,
@@ -559,20 +553,20 @@ mjenv_error_of(engine, handle, text, capacity, size) = ccall(
 )
 
 mjenv_id_count(engine) = ccall(
-    address(engine, 7),
+    address(engine, 6),
     Int64,
     (),
 )
 
 mjenv_id_at(engine, index) = ccall(
-    address(engine, 8),
+    address(engine, 7),
     Cstring,
     (Int64,),
     index,
 )
 
 mjenv_spec_of(engine, id, spec) = ccall(
-    address(engine, 9),
+    address(engine, 8),
     mjenv_status,
     (Cstring, Ptr{mjenv_spec}),
     id,
@@ -580,7 +574,7 @@ mjenv_spec_of(engine, id, spec) = ccall(
 )
 
 mjenv_options_create(engine, id, options) = ccall(
-    address(engine, 10),
+    address(engine, 9),
     mjenv_status,
     (Cstring, Ptr{Ptr{mjenv_options}}),
     id,
@@ -588,7 +582,7 @@ mjenv_options_create(engine, id, options) = ccall(
 )
 
 mjenv_options_copy(options, copy) = ccall(
-    address(options, 11),
+    address(options, 10),
     mjenv_status,
     (Ptr{mjenv_options}, Ptr{Ptr{mjenv_options}}),
     options,
@@ -596,21 +590,21 @@ mjenv_options_copy(options, copy) = ccall(
 )
 
 mjenv_options_destroy(options) = ccall(
-    address(options, 12),
+    address(options, 11),
     Cvoid,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_count(options) = ccall(
-    address(options, 13),
+    address(options, 12),
     Int64,
     (Ptr{mjenv_options},),
     options,
 )
 
 mjenv_options_at(options, index, option) = ccall(
-    address(options, 14),
+    address(options, 13),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}),
     options,
@@ -619,7 +613,7 @@ mjenv_options_at(options, index, option) = ccall(
 )
 
 mjenv_options_set_integer(options, name, value) = ccall(
-    address(options, 15),
+    address(options, 14),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Int64),
     options,
@@ -628,9 +622,9 @@ mjenv_options_set_integer(options, name, value) = ccall(
 )
 
 mjenv_options_set_reals(options, name, values, count) = ccall(
-    address(options, 16),
+    address(options, 15),
     mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t),
+    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Int64),
     options,
     name,
     values,
@@ -638,7 +632,7 @@ mjenv_options_set_reals(options, name, values, count) = ccall(
 )
 
 mjenv_options_set_string(options, name, value) = ccall(
-    address(options, 17),
+    address(options, 16),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Cstring),
     options,
@@ -647,7 +641,7 @@ mjenv_options_set_string(options, name, value) = ccall(
 )
 
 mjenv_options_get_integer(options, name, value) = ccall(
-    address(options, 18),
+    address(options, 17),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Int64}),
     options,
@@ -656,9 +650,9 @@ mjenv_options_get_integer(options, name, value) = ccall(
 )
 
 mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
-    address(options, 19),
+    address(options, 18),
     mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
+    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     options,
     name,
     values,
@@ -667,7 +661,7 @@ mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
 )
 
 mjenv_options_get_string(options, name, value) = ccall(
-    address(options, 20),
+    address(options, 19),
     mjenv_status,
     (Ptr{mjenv_options}, Cstring, Ptr{Cstring}),
     options,
@@ -676,7 +670,7 @@ mjenv_options_get_string(options, name, value) = ccall(
 )
 
 mjenv_create(options, rows, env) = ccall(
-    address(options, 21),
+    address(options, 20),
     mjenv_status,
     (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}),
     options,
@@ -685,44 +679,29 @@ mjenv_create(options, rows, env) = ccall(
 )
 
 mjenv_destroy(env) = ccall(
-    address(env, 22),
+    address(env, 21),
     Cvoid,
     (Ptr{mjenv_env},),
     env,
 )
 
-mjenv_rows(env) = ccall(
-    address(env, 23),
-    Int64,
-    (Ptr{mjenv_env},),
-    env,
-)
-
-mjenv_frame_skip(env) = ccall(
-    address(env, 24),
-    Int64,
-    (Ptr{mjenv_env},),
-    env,
-)
-
-mjenv_lanes(env, lanes, reason) = ccall(
-    address(env, 25),
+mjenv_info_of(env, info) = ccall(
+    address(env, 22),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Int64}, Ptr{Cstring}),
+    (Ptr{mjenv_env}, Ptr{mjenv_info}),
     env,
-    lanes,
-    reason,
+    info,
 )
 
 mjenv_options_of(env) = ccall(
-    address(env, 26),
+    address(env, 23),
     Ptr{mjenv_options},
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_space_of(env, role, space) = ccall(
-    address(env, 27),
+    address(env, 24),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
     env,
@@ -731,7 +710,7 @@ mjenv_space_of(env, role, space) = ccall(
 )
 
 mjenv_field_count(env, role) = ccall(
-    address(env, 28),
+    address(env, 25),
     Int64,
     (Ptr{mjenv_env}, mjenv_role),
     env,
@@ -739,7 +718,7 @@ mjenv_field_count(env, role) = ccall(
 )
 
 mjenv_field_at(env, role, index, field) = ccall(
-    address(env, 29),
+    address(env, 26),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
     env,
@@ -748,29 +727,20 @@ mjenv_field_at(env, role, index, field) = ccall(
     field,
 )
 
-mjenv_seed(env, seeds, mask) = ccall(
-    address(env, 30),
+mjenv_seed(env, mask, seeds, words) = ccall(
+    address(env, 27),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt64}, Ptr{UInt8}),
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{UInt64}, Int64),
     env,
-    seeds,
     mask,
-)
-
-mjenv_seed_digits(env, row, digits, count) = ccall(
-    address(env, 31),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt32}, Csize_t),
-    env,
-    row,
-    digits,
-    count,
+    seeds,
+    words,
 )
 
 mjenv_get_stream(env, row, words, count) = ccall(
-    address(env, 32),
+    address(env, 28),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
     env,
     row,
     words,
@@ -778,9 +748,9 @@ mjenv_get_stream(env, row, words, count) = ccall(
 )
 
 mjenv_set_stream(env, row, words, count) = ccall(
-    address(env, 33),
+    address(env, 29),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Csize_t),
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
     env,
     row,
     words,
@@ -788,7 +758,7 @@ mjenv_set_stream(env, row, words, count) = ccall(
 )
 
 mjenv_seed_actions(env, seed) = ccall(
-    address(env, 34),
+    address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -796,16 +766,16 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 35),
+    address(env, 31),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Float32}, Csize_t),
+    (Ptr{mjenv_env}, Ptr{Float32}, Int64),
     env,
     action,
     count,
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 36),
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -814,9 +784,9 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 37),
+    address(env, 33),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Ptr{mjenv_batch}),
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
     env,
     mask,
     action,
@@ -826,9 +796,9 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 38),
+    address(env, 34),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Int64}, Csize_t, Ptr{Cvoid}, Csize_t, mjenv_dtype),
+    (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
     env,
     rows,
     row_count,
@@ -838,9 +808,9 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 39),
+    address(env, 35),
     mjenv_status,
-    (Ptr{mjenv_env}, Csize_t, Float64, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{mjenv_batch}),
+    (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
     env,
     least,
     timeout,
@@ -851,9 +821,9 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 40),
+    address(env, 36),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Cvoid}, Csize_t, mjenv_dtype, Int64, Ptr{mjenv_batch}),
+    (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
     action,
     count,
@@ -863,7 +833,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 41),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -871,9 +841,9 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 42),
+    address(env, 38),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t, Ptr{Csize_t}),
+    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     env,
     row,
     array,
@@ -883,7 +853,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 43),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -892,7 +862,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 44),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -902,7 +872,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 45),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -912,9 +882,9 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 46),
+    address(env, 42),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Ptr{Float64}, Csize_t),
+    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
     row,
     qpos,
@@ -923,21 +893,10 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
     nv,
 )
 
-mjenv_write(env, row, array, values, count) = ccall(
-    address(env, 47),
+mjenv_write(env, mask, array, values, count) = ccall(
+    address(env, 43),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Csize_t),
-    env,
-    row,
-    array,
-    values,
-    count,
-)
-
-mjenv_write_rows(env, mask, array, values, count) = ccall(
-    address(env, 48),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Csize_t),
+    (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
     env,
     mask,
     array,
@@ -945,18 +904,18 @@ mjenv_write_rows(env, mask, array, values, count) = ccall(
     count,
 )
 
-mjenv_set_constants(env, row) = ccall(
-    address(env, 49),
+mjenv_set_constants(env, mask) = ccall(
+    address(env, 44),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64),
+    (Ptr{mjenv_env}, Ptr{UInt8}),
     env,
-    row,
+    mask,
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 50),
+    address(env, 45),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Csize_t, Int64),
+    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
     env,
     row,
     ctrl,
@@ -964,19 +923,19 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
     frames,
 )
 
-mjenv_copy_row(env, from, to_mask) = ccall(
-    address(env, 51),
+mjenv_copy_row(env, mask, from) = ccall(
+    address(env, 46),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt8}),
+    (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
     env,
+    mask,
     from,
-    to_mask,
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 52),
+    address(env, 47),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t, Ptr{Csize_t}),
+    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
     env,
     row,
     image,
@@ -985,9 +944,9 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 53),
+    address(env, 48),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Csize_t),
+    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
     env,
     row,
     image,
@@ -995,16 +954,16 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 54),
+    address(env, 49),
     mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Csize_t),
+    (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
     env,
     items,
     count,
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 55),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1012,7 +971,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 56),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1020,7 +979,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 57),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1029,23 +988,23 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 58),
+    address(renderer, 53),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 59),
+    address(renderer, 54),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 60),
+    address(renderer, 55),
     mjenv_status,
-    (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Csize_t, Ptr{Float32}, Csize_t),
+    (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
     renderer,
     row,
     rgb,
@@ -1055,7 +1014,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 61),
+    address(env, 56),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1064,21 +1023,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 62),
+    address(window, 57),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 63),
+    address(window, 58),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 64),
+    address(window, 59),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1086,21 +1045,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 65),
+    address(engine, 60),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 66),
+    address(engine, 61),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 67),
+    address(engine, 62),
     Ptr{mjenv_task_api},
     (),
 )

@@ -13,7 +13,7 @@
  *     mjenv_env *env;
  *     mjenv_options_create("Ant-v5", &options);
  *     mjenv_create(options, 16, &env);           // 16 rows
- *     mjenv_seed(env, seeds, NULL);
+ *     mjenv_seed(env, NULL, seeds, 1);
  *     mjenv_reset(env, NULL, &out);              // writes obs
  *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &out);
  *     mjenv_destroy(env);
@@ -70,6 +70,7 @@
 #ifndef MJENV_MJENV_H
 #define MJENV_MJENV_H
 
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -114,6 +115,7 @@ typedef struct mjenv_window mjenv_window;     /* shows an environment's rows on 
 typedef int32_t mjenv_status;
 enum mjenv_status_value {
   MJENV_OK = 0,
+  MJENV_DIVERGED = 1,         /* only in mjenv_batch.status: the row's state diverged */
   MJENV_E_ARGUMENT = -1,      /* a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a
                                  struct_size is too small, or the options belong to an environment */
   MJENV_E_NAME = -2,          /* no such id, option, array or object; the text lists the valid names */
@@ -129,7 +131,7 @@ enum mjenv_status_value {
   MJENV_E_FILE = -12,         /* the model file does not exist or cannot be read (4.0: or MuJoCo's library is missing,
                                  broken or of another version) */
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
-  MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged */
+  MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error */
   MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or was made with another id, model, options, randomisation,
                                  perturbation, number of rows, revision of the task, version of MuJoCo, MJENV_MATH or
                                  version of the image's format */
@@ -139,9 +141,19 @@ enum mjenv_status_value {
   MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h) */
 };
 
-/* The type of the elements of an array that the caller passes as void *. */
+/* The types of numbers. Arrays that a caller passes as void * are of FLOAT64 or FLOAT32. A field's type is the one that
+ * its values have in Gymnasium; the library passes them as doubles, which hold all of these values exactly. */
 typedef int32_t mjenv_dtype;
-enum mjenv_dtype_value { MJENV_DTYPE_FLOAT64 = 0, MJENV_DTYPE_FLOAT32 = 1 };
+enum mjenv_dtype_value {
+  MJENV_DTYPE_FLOAT64 = 1,
+  MJENV_DTYPE_FLOAT32 = 2,
+  MJENV_DTYPE_INT64 = 3,
+  MJENV_DTYPE_INT32 = 4,
+  MJENV_DTYPE_UINT8 = 5,        /* flags, pixels and characters */
+  MJENV_DTYPE_ACTION = 6,       /* float32 when the action is float32, else float64 */
+  MJENV_DTYPE_NATIVE_FLOAT = 7, /* the language's own number: Python's float */
+  MJENV_DTYPE_NATIVE_INT = 8    /* the language's own integer: Python's int */
+};
 
 /* What a list of fields describes (mjenv_field_at). */
 typedef int32_t mjenv_role;
@@ -167,20 +179,6 @@ enum mjenv_kind_value {
   MJENV_KIND_STRING_OR_INT = 5 /* a name as text, or an index as integer */
 };
 
-/* The type that a value has in Gymnasium. The library passes fields and arrays as doubles, which hold all of these
- * values exactly. */
-typedef int32_t mjenv_type;
-enum mjenv_type_value {
-  MJENV_TYPE_FLOAT64 = 1,      /* np.float64 */
-  MJENV_TYPE_ACTION = 2,       /* np.float32 when the action is float32, else np.float64 */
-  MJENV_TYPE_NATIVE_FLOAT = 3, /* the language's own number: Python's float */
-  MJENV_TYPE_NATIVE_INT = 4,   /* the language's own integer: Python's int */
-  MJENV_TYPE_INT64 = 5,        /* np.int64 */
-  MJENV_TYPE_FLOAT32 = 6,      /* np.float32: some mjModel arrays */
-  MJENV_TYPE_INT32 = 7,        /* np.int32: some mjModel and mjData arrays */
-  MJENV_TYPE_UINT8 = 8         /* np.uint8: flags, pixels and characters in mjModel (4.0: flags in mjData, too) */
-};
-
 /* Describes one constructor option. mjenv_options_at fills it. */
 typedef struct mjenv_option {
   uint32_t struct_size;
@@ -191,6 +189,8 @@ typedef struct mjenv_option {
   int64_t count;       /* how many numbers REALS hold (2 for a range); 1 for the other kinds */
   const char *choices; /* the valid texts, separated by blanks; NULL if there is no such list */
 } mjenv_option;
+#define MJENV_OPTION_INIT \
+  { sizeof(mjenv_option), 0, NULL, NULL, 0, 0, 0, NULL }
 
 /* Describes one named part of an observation, an action or an info, or one readable array. mjenv_field_at fills it. */
 typedef struct mjenv_field {
@@ -201,9 +201,11 @@ typedef struct mjenv_field {
   int64_t shape[4]; /* the first ndim elements are used */
   int64_t offset;   /* the sum of the counts of the role's earlier fields; 0 for MJENV_ROLE_DATA and MJENV_ROLE_MODEL */
   int64_t count;    /* the number of elements: the product of the shape, 1 for a scalar */
-  mjenv_type type;
+  mjenv_dtype dtype;
   int32_t reserved; /* 0 */
 } mjenv_field;
+#define MJENV_FIELD_INIT \
+  { sizeof(mjenv_field), 0, NULL, NULL, {0, 0, 0, 0}, 0, 0, 0, 0 }
 
 /* Describes the observation space or the action space of one row: a Gymnasium Box. mjenv_space_of fills it. */
 typedef struct mjenv_space {
@@ -213,6 +215,21 @@ typedef struct mjenv_space {
   const double *low;  /* [count], owned by the environment */
   const double *high; /* [count], owned by the environment */
 } mjenv_space;
+#define MJENV_SPACE_INIT \
+  { sizeof(mjenv_space), 0, 0, NULL, NULL }
+
+/* Describes an environment. mjenv_info_of fills it. */
+typedef struct mjenv_info {
+  uint32_t struct_size;
+  int32_t threads; /* how many threads step rows */
+  int64_t rows;
+  int64_t frame_skip;       /* how many times one step calls mj_step */
+  int64_t lanes;            /* how many rows each thread steps together, in the lanes of the CPU's vector unit, which
+                               takes less time and gives the same results; 0: each row is stepped alone */
+  const char *lanes_reason; /* why rows are stepped alone; "" if none is. It lives until the next mjenv_info_of */
+} mjenv_info;
+#define MJENV_INFO_INIT \
+  { sizeof(mjenv_info), 0, 0, 0, 0, NULL }
 
 /* Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static. */
 typedef struct mjenv_spec {
@@ -223,23 +240,26 @@ typedef struct mjenv_spec {
   int64_t max_episode_steps; /* the default of the option of this name */
   double reward_threshold;   /* NaN where Gymnasium has none */
   /* Gymnasium's default_camera_config; NaN where Gymnasium leaves the value to MuJoCo. */
-  double camera_distance;    /* m */
-  double camera_elevation;   /* degrees */
-  double camera_lookat[3];   /* m */
-  double camera_trackbodyid; /* the index of a body */
-  const char *model_xml;     /* the MJCF text of the default model; NULL if a registered task has it in a file, and for
+  double camera_distance;     /* m */
+  double camera_elevation;    /* degrees */
+  double camera_lookat[3];    /* m */
+  int32_t camera_trackbodyid; /* the index of a body; -1 where Gymnasium leaves it to MuJoCo */
+  int32_t reserved;           /* 0 */
+  const char *model_xml;      /* the MJCF text of the default model; NULL if a registered task has it in a file, and for
                                 "Model-v0" */
 } mjenv_spec;
+#define MJENV_SPEC_INIT \
+  { sizeof(mjenv_spec), 0, NULL, NULL, 0, 0, 0, 0, {0, 0, 0}, 0, 0, NULL }
 
 /* The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays
  * that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays
  * have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count].
- * For mjenv_rollout, [rows] is mjenv_rows * steps. One batch can serve all other functions. */
+ * For mjenv_rollout, [rows] is rows * steps. One batch can serve all other functions. */
 typedef struct mjenv_batch {
   uint32_t struct_size;
   mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest */
-  int64_t rows;          /* mjenv_rows; for mjenv_rollout, mjenv_rows * steps */
-  /* How many elements one row has. A count is checked only if one of its arrays is given. */
+  int64_t rows;          /* those of the environment; for mjenv_rollout, rows * steps */
+  /* How many elements one row has. A count, and obs_dtype, is checked only if one of its arrays is given. */
   int64_t obs_count;        /* of obs and final_obs: the observation space's count */
   int64_t info_count;       /* of info and final_info: the sum of the counts of MJENV_ROLE_INFO's fields */
   int64_t reset_info_count; /* of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
@@ -250,15 +270,9 @@ typedef struct mjenv_batch {
   double *reward;      /* [rows] */
   uint8_t *terminated; /* [rows] 0 or 1 */
   uint8_t *truncated;  /* [rows] 0 or 1 */
-  int32_t *status;     /* [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_VALUE or
-                          MJENV_E_MODEL: what the reset drew was refused (mjenv_randomize); MJENV_E_PHYSICS: MuJoCo
-                          failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state
-                          diverged: MuJoCo found bad numbers in it and reset the simulation (4.0: unless the model
-                          disables that). A diverged row's other outputs are valid, those of a failed row are
-                          undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an
-                          error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which.
-                          If mjenv_recv's array `rows` has no room for a failed row, that call returns the row's
-                          error all the same, and a later mjenv_recv reports the row with its status */
+  int32_t *status;     /* [rows] MJENV_OK; MJENV_DIVERGED if MuJoCo found bad numbers in the row and reset its
+                           simulation (4.0: unless the model disables that): the other outputs are valid; a negative
+                           status if the row failed: they are undefined */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -269,6 +283,11 @@ typedef struct mjenv_batch {
   /* The option "arrays". */
   double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
+#define MJENV_BATCH_INIT                                                                                           \
+  {                                                                                                                \
+    sizeof(mjenv_batch), MJENV_DTYPE_FLOAT64, 0, 0, 0, 0, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, \
+        NULL, NULL                                                                                                 \
+  }
 
 /* From what a value is drawn (mjenv_randomize), by methods of NumPy's Generator. */
 typedef int32_t mjenv_distribution;
@@ -304,6 +323,8 @@ typedef struct mjenv_randomization {
   int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
   int32_t reserved;  /* 0 */
 } mjenv_randomization;
+#define MJENV_RANDOMIZATION_INIT \
+  { sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0 }
 
 /* A force that pushes a body now and then, for one step each time (mjenv_perturb). */
 typedef struct mjenv_push {
@@ -316,6 +337,10 @@ typedef struct mjenv_push {
   double low[6]; /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
   double high[6];
 } mjenv_push;
+#define MJENV_PUSH_INIT                                                   \
+  {                                                                       \
+    sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, { 0, 0, 0, 0, 0, 0 } \
+  }
 
 /* Noise, delays and pushes (mjenv_perturb). In a struct of zeros there are none. */
 typedef struct mjenv_perturbation {
@@ -330,6 +355,8 @@ typedef struct mjenv_perturbation {
   const mjenv_push *pushes;        /* [push_count], each of another body */
   int64_t push_count;
 } mjenv_perturbation;
+#define MJENV_PERTURBATION_INIT \
+  { sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0 }
 
 /* The library that provides OpenGL. */
 typedef int32_t mjenv_gl;
@@ -407,6 +434,16 @@ typedef struct mjenv_render_settings {
   uint8_t skingroup[6];
   uint8_t reserved_bytes[4]; /* 0 */
 } mjenv_render_settings;
+#define MJENV_RENDER_SETTINGS_INIT                                                                          \
+  {                                                                                                         \
+    sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL,   \
+        {NAN, NAN, NAN}, NAN, NAN, NAN,                                                                     \
+        {0, 1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},   \
+        {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, \
+        {1, 1, 1, 0, 0, 0}, {                                                                               \
+      0, 0, 0, 0                                                                                            \
+    }                                                                                                       \
+  }
 
 /* ---- Library ---- */
 
@@ -417,9 +454,6 @@ MJENV_API uint32_t mjenv_abi_version(void);
 /* Returns "major.minor.patch (MuJoCo x.y.z)". If the library was built with the CMake option MJENV_MATH=portable
  * (docs/platforms.md), "(MuJoCo x.y.z, portable math)"; with MJENV_ARCH=x86-64-v3, "(MuJoCo x.y.z, x86-64-v3)". */
 MJENV_API const char *mjenv_version(void);
-
-/* Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch. */
-MJENV_API uint32_t mjenv_version_number(void);
 
 /* Returns the name of a status, such as "MJENV_E_VALUE"; "unknown status" for other numbers; static. */
 MJENV_API const char *mjenv_status_name(mjenv_status status);
@@ -434,7 +468,7 @@ MJENV_API const char *mjenv_last_error(void);
  *   text      [capacity] receives the text, cut off if it is too long, and a NUL; may be NULL if capacity is 0
  *   size      receives the size of the whole text in bytes, with its NUL; 1 if no call has failed
  * A call that is refused because its own handle is busy (BUSY) or destroyed (ARGUMENT) leaves no reason here. */
-MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, size_t capacity, size_t *size);
+MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, int64_t capacity, int64_t *size);
 
 /* ---- Ids ---- */
 
@@ -467,20 +501,20 @@ MJENV_API mjenv_status mjenv_options_copy(const mjenv_options *options, mjenv_op
 /* Destroys options. Does nothing for an environment's options (mjenv_options_of). */
 MJENV_API void mjenv_options_destroy(mjenv_options *options);
 
-/* Returns the number of options; 0 for NULL. */
+/* Returns the number of options; 0 for NULL (mjenv_last_error then has the reason). */
 MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 
 /* Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
 /* Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. In Gymnasium, infos
- * and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.type tells this
+ * and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.dtype tells this
  * type: after this call, the one for the integer. Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
 /* Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE (another count). */
 MJENV_API mjenv_status mjenv_options_set_reals(mjenv_options *options, const char *name, const double *values,
-                                               size_t count);
+                                               int64_t count);
 
 /* Sets a STRING, or a STRING_OR_INT to a name. Errors: NAME, TYPE, VALUE (not one of the choices). */
 MJENV_API mjenv_status mjenv_options_set_string(mjenv_options *options, const char *name, const char *value);
@@ -491,7 +525,7 @@ MJENV_API mjenv_status mjenv_options_get_integer(const mjenv_options *options, c
 /* Reads a REALS option into values[capacity]. count receives how many numbers there are. To get the count alone, pass
  * values NULL and capacity 0. Errors: NAME, TYPE, SIZE (capacity is too small, and not 0; count is not written). */
 MJENV_API mjenv_status mjenv_options_get_reals(const mjenv_options *options, const char *name, double *values,
-                                               size_t capacity, size_t *count);
+                                               int64_t capacity, int64_t *count);
 
 /* Reads a STRING, or a STRING_OR_INT that holds a name. The text belongs to the options and lives until this option is
  * set again. Errors: NAME, TYPE (also: it holds an index). */
@@ -508,23 +542,13 @@ MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, 
 /* Destroys an environment and ends its threads. The results of rows that are under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* Returns the number of rows; 0 for NULL. */
-MJENV_API int64_t mjenv_rows(const mjenv_env *env);
-
-/* Returns how many times one step calls mj_step; 0 for NULL. */
-MJENV_API int64_t mjenv_frame_skip(const mjenv_env *env);
-
-/* Tells how many rows each thread steps together, in the lanes of the CPU's vector unit, and why not all or none of the
- * rows are. The results are the same either way, but rows in lanes take less time.
- *   lanes     receives how many; 0: each row is stepped alone
- *   reason    receives a text that says why rows are stepped alone; "" if none is. It lives until the next call of this
- *             function with the environment. NULL: not wanted
- * Lanes that mjenv_create refuses stay off: by the option "lanes" or the variable MJENV_LANES, the library, the model,
- * or too few rows for a thread. Otherwise the answer may change in each call that changes rows. After mjenv_write,
- * mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an array of the mjModel
- * that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied is stepped alone as
- * long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb) has ended. */
-MJENV_API mjenv_status mjenv_lanes(mjenv_env *env, int64_t *lanes, const char **reason);
+/* Describes an environment. Lanes that mjenv_create refuses stay off: by the option "lanes" or the variable MJENV_LANES,
+ * the library, the model, or too few rows for a thread. Otherwise the answer may change in each call that changes rows.
+ * After mjenv_write, mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an
+ * array of the mjModel that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied
+ * is stepped alone as long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb)
+ * has ended. */
+MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
 /* Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be
  * changed. */
@@ -533,7 +557,8 @@ MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 /* Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. Errors: ARGUMENT (another role). */
 MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
 
-/* Returns the number of fields of a role; 0 if env is NULL or the role is unknown. */
+/* Returns the number of fields of a role; 0 if env is NULL or the role is unknown (mjenv_last_error then has the
+ * reason). */
 MJENV_API int64_t mjenv_field_count(const mjenv_env *env, mjenv_role role);
 
 /* Describes the field at 0 <= index < mjenv_field_count(). Errors: VALUE (index). */
@@ -541,15 +566,13 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 
 /* ---- Random streams ---- */
 
-/* Gives each row a new random stream: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not
- * reset the rows. A row that was never seeded is seeded from the system's entropy at its first reset.
- *   seeds     [rows]; elements outside the mask are not read */
-MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint64_t *seeds, const uint8_t *mask);
-
-/* Gives one row the random stream default_rng(seed), for a seed of any size.
- *   digits    [count] the seed's 32-bit digits, the least significant first; count >= 1
- * Errors: VALUE (row), SIZE. */
-MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint32_t *digits, size_t count);
+/* Gives rows new random streams: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not reset the
+ * rows. A row that was never seeded is seeded from the system's entropy at its first reset.
+ *   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first.
+ *             Those of rows outside the mask are not read
+ *   words     >= 1; 1 for usual seeds
+ * Errors: SIZE (words). */
+MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
 /* Reads a row's random stream: the state of NumPy's PCG64.
  *   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and
@@ -558,11 +581,11 @@ MJENV_API mjenv_status mjenv_seed_digits(mjenv_env *env, int64_t row, const uint
  *             mjenv_set_stream has set them
  *   count     4 or 6
  * Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset). */
-MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, size_t count);
+MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
 /* Sets a row's random stream to words[count], which are laid out as in mjenv_get_stream; count is 4 or 6. With 4,
  * has_uint32 and uinteger become 0. Errors: VALUE (row, or inc is even), SIZE. */
-MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, size_t count);
+MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, int64_t count);
 
 /* Seeds the random stream of mjenv_sample_actions, as action_space.seed(seed) does. The environment has one such stream
  * for all rows, apart from the rows' own streams. If it was never seeded, it is seeded from the system's entropy. */
@@ -571,7 +594,7 @@ MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 /* Draws one action for each row, in the order of the rows, as action_space.sample() does.
  *   action    [rows][actuators] receives the actions; count = rows * actuators
  * Errors: SIZE, MODEL (an actuator has infinite bounds). */
-MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, size_t count);
+MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, int64_t count);
 
 /* ---- Episodes ---- */
 
@@ -595,19 +618,19 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
  * failed are 0, and its other outputs are undefined.
  * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; VALUE and MODEL also
  * if a reset by "autoreset_mode" failed (mjenv_randomize). */
-MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, size_t count,
+MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count,
                                   mjenv_dtype dtype, const mjenv_batch *out);
 
 /* Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported
  * them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment
  * has one thread only, the rows are stepped in mjenv_recv. It has one if num_threads is 1, if there is one row, if
  * num_threads is 0 and the process may use one CPU, or if a registered task asks for the caller's thread.
- *   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were mjenv_rows
+ *   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were their number
  *   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied
  * Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way
  * already, or listed twice), FORKED. After an error, no row was sent. */
-MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t row_count, const void *action,
-                                  size_t count, mjenv_dtype dtype);
+MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t row_count, const void *action,
+                                  int64_t count, mjenv_dtype dtype);
 
 /* Waits for rows that were sent, and reports those that are done. Each is reported once, in the order in which they
  * finish.
@@ -622,20 +645,20 @@ MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, size_t ro
  * polling makes progress.
  * Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,
  * FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same. */
-MJENV_API mjenv_status mjenv_recv(mjenv_env *env, size_t least, double timeout, int64_t *rows, size_t capacity,
-                                  size_t *count, const mjenv_batch *out);
+MJENV_API mjenv_status mjenv_recv(mjenv_env *env, int64_t least, double timeout, int64_t *rows, int64_t capacity,
+                                  int64_t *count, const mjenv_batch *out);
 
 /* Plays a list of actions in each row, beginning with the row's present state. The rows stay in the states that they
  * reach. Rows are never reset, whatever "autoreset_mode" is: if a row's episode ends, the row stays there, its
  * observation and flags repeat, and its rewards and infos are 0.
  *   action    [rows][steps][actuators] of type dtype; count = rows * steps * actuators
  *   steps     >= 1
- *   out       has mjenv_rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and
+ *   out       has rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and
  *             final_info are not written. May be NULL
  * If a row fails in step t, status of step t has the reason. Nothing is written for its later steps, not even status.
  * Errors: as mjenv_step, and VALUE (steps). */
-MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, size_t count, mjenv_dtype dtype, int64_t steps,
-                                     const mjenv_batch *out);
+MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t count, mjenv_dtype dtype,
+                                     int64_t steps, const mjenv_batch *out);
 
 /* Writes mjenv_batch.obs and mjenv_batch.arrays of all rows for their present states, without a step; for instance
  * after mjenv_restore. It writes no other member's array. out must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED. */
@@ -653,8 +676,8 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
  *   values    [capacity] receives the elements
  *   count     receives the number of elements. To get it alone, pass values NULL and capacity 0
  * Errors: NAME, VALUE (row), SIZE (capacity is too small, and not 0; count is not written), PHYSICS. */
-MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, size_t capacity,
-                                  size_t *count);
+MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, int64_t capacity,
+                                  int64_t *count);
 
 /* Counts the model's objects of a type: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
  * "light". Errors: NAME (type). */
@@ -670,8 +693,8 @@ MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type,
 /* Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. The row's step count and
  * random stream stay. Afterwards the row can be stepped, even if it was never reset or its episode had ended.
  * Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK. */
-MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, size_t nq, const double *qvel,
-                                       size_t nv);
+MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, int64_t nq, const double *qvel,
+                                       int64_t nv);
 
 /* ---- Rows that differ ----
  * Each row can have values of its own in the arrays of its mjModel, and inputs in its mjData. Writing has the effect
@@ -681,7 +704,7 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * from. An environment gives all rows memory for an array when it is first written. Images (mjenv_snapshot) contain
  * these values, too. */
 
-/* Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values.
+/* Writes an array of rows.
  *   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers ("body_mass",
  *             "geom_friction", "opt.timestep"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)
  *             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,
@@ -689,7 +712,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  *             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations, body_sameframe, geom_sameframe
  *             and site_sameframe, which mj_setConst computes). Of the mjData: time, qpos, qvel, act, qacc_warmstart,
  *             ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active
- *   values    [count] all elements of the array; count is the number that mjenv_read gives
+ *   values    [count]. count is the number of the array's elements, which mjenv_read gives: all rows get the same
+ *             values. Or it is rows * elements: each row gets its own, and those of rows outside the mask are not read
  * Nothing is written if any value is refused. The model's own value is never refused. Refused are:
  *   - a number that is not finite, that the array's type cannot hold, or an integer out of its range
  *   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0
@@ -698,40 +722,31 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  *     length is less than 1e-15 (mjMINVAL), and a hfield_size above 1e10
  *   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the
  *     model's own, because the sign tells what the actuator's state consists of
- * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE. */
-MJENV_API mjenv_status mjenv_write(mjenv_env *env, int64_t row, const char *array, const double *values, size_t count);
+ * Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (a value), SIZE. */
+MJENV_API mjenv_status mjenv_write(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
+                                   int64_t count);
 
-/* Writes an array of many rows, each with values of its own.
- *   mask      [rows] not 0 for each row to write; NULL: all rows
- *   values    [rows][elements of the array]; those of rows that the mask leaves out are not read
- *   count     rows * elements
- * Errors: as mjenv_write. */
-MJENV_API mjenv_status mjenv_write_rows(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
-                                        size_t count);
-
-/* Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0
- * when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst
- * leaves the row in the position qpos_spring, for which it computes last: reset the row or set its state afterwards.
- * Errors: VALUE (row), PHYSICS, MODEL (it would change what all rows share). */
-MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, int64_t row);
+/* Calls mj_setConst for rows: MuJoCo computes anew what it computes from masses, sizes and qpos0 when it compiles a
+ * model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst leaves a row in the
+ * position qpos_spring, for which it computes last: reset the row or set its state afterwards.
+ * Errors: PHYSICS, MODEL (it would change what all rows share). */
+MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, const uint8_t *mask);
 
 /* Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is
  * the number of actuators. It is not a step of the episode: there is no reward, and the row's step count stays.
  * Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
-MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, size_t count, int64_t frames);
+MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, int64_t count, int64_t frames);
 
-/* Copies the row `from` to other rows: simulation state, random stream, step count, own arrays and inputs, and whether
- * the episode has ended.
- *   to_mask   [rows] not 0 for each row to overwrite. It must not be NULL
- * Errors: VALUE (row). */
-MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, int64_t from, const uint8_t *to_mask);
+/* Copies the row `from` to the rows of the mask: simulation state, random stream, step count, own arrays and inputs, and
+ * whether the episode has ended. Errors: VALUE (from). */
+MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, const uint8_t *mask, int64_t from);
 
 /* Saves a row, or MJENV_ALL_ROWS, as an image: bytes that hold what mjenv_copy_row copies.
  *   image       [capacity_bytes] receives the image
  *   size_bytes  receives the size of the image. To get it alone, pass image NULL and capacity_bytes 0
  * Errors: VALUE (row), SIZE (capacity_bytes is too small, and not 0; size_bytes is not written). */
-MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, size_t capacity_bytes,
-                                      size_t *size_bytes);
+MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, int64_t capacity_bytes,
+                                      int64_t *size_bytes);
 
 /* Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all
  * rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another
@@ -739,7 +754,7 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
  * MuJoCo, MJENV_MATH and, for a registered task, revision as the one that made the image. "num_threads", "lanes",
  * "cpu_affinity", "arrays" and "trust_xml" may differ, and "norm" if it gives the same rounding here.
  * Errors: VALUE (row), SNAPSHOT. */
-MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, size_t size_bytes);
+MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
 
 /* ---- Randomisation ----
  * Resets can draw values of the mjModel. Actions and observations can get noise and delays, and bodies can be pushed.
@@ -758,7 +773,7 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  *   items     [count] replaces the environment's list
  *   count     0: resets draw nothing any more, and rows keep the values that they have
  * Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn), SIZE. */
-MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, size_t count);
+MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
 /* Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws
  * in how many steps it first comes; then the observation's noise is drawn. In a step:
@@ -809,8 +824,8 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
  * environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: drawing processes more than 2^30 vertices
  * and shadow-map pixels in total, and the model is not trusted; each light that casts shadows draws everything
  * twice). */
-MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, size_t rgb_count, float *depth,
-                                    size_t depth_count);
+MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, int64_t rgb_count,
+                                    float *depth, int64_t depth_count);
 
 /* ---- Window ----
  * A window shows what Gymnasium's render mode "human" shows. The program calls mjenv_window_draw after every reset and

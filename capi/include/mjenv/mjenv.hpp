@@ -10,9 +10,6 @@
  *     - a row that a Batch does not have, and an integer beyond int64_t (MJENV_E_VALUE),
  *     - a std::string with a NUL inside (MJENV_E_ARGUMENT),
  *     - a library with another MJENV_ABI_VERSION, when Options are created (MJENV_E_INTERNAL).
- *   Without exceptions (-fno-exceptions), functions with no other result return the status, and the others return an
- *   empty result when they fail. status() of Options returns the first failure, so that set() can be chained; status()
- *   of the other classes returns the status of the last call of a non-const method.
  * Moved-from objects may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
@@ -33,8 +30,6 @@
 
 namespace mjenv {
 
-#if defined(__cpp_exceptions)
-
 /* Why a call failed. */
 class Error : public std::runtime_error {
  public:
@@ -44,26 +39,22 @@ class Error : public std::runtime_error {
   const std::size_t received; /* how many rows Env::recv has received although some of them failed */
 };
 
-/* Throws unless the status is MJENV_OK, which it returns. received: of the Error. */
-inline mjenv_status check(mjenv_status status, std::size_t received = 0) {
+/* Throws unless the status is MJENV_OK. received: of the Error. */
+inline void check(mjenv_status status, std::size_t received = 0) {
   if (status != MJENV_OK) throw Error(status, mjenv_last_error(), received);
-  return status;
 }
-inline mjenv_status refuse(mjenv_status status, const char *reason) { throw Error(status, reason); }
-
-#else
-
-inline mjenv_status check(mjenv_status status, std::size_t = 0) { return status; }
-inline mjenv_status refuse(mjenv_status status, const char *) { return status; }
-
-#endif
 
 /* Calls the C function with the text. Refuses a NUL inside, because C would take it for the end of the text. */
 template <typename Call>
 mjenv_status with_text(const std::string &text, const Call &call) {
-  if (text.find('\0') != std::string::npos) return refuse(MJENV_E_ARGUMENT, "a text has a NUL character inside");
-  return check(call(text.c_str()));
+  if (text.find('\0') != std::string::npos) throw Error(MJENV_E_ARGUMENT, "a text has a NUL character inside");
+  const mjenv_status status = call(text.c_str());
+  check(status);
+  return status;
 }
+
+/* How many elements, as mjenv.h counts them. */
+inline std::int64_t int64(std::size_t count) { return static_cast<std::int64_t>(count); }
 
 /* A view of an array that somebody else owns, such as a vector: `size` elements at `data`. */
 template <typename T>
@@ -86,26 +77,34 @@ class Span {
   std::size_t size_;
 };
 
+/* Asks how many elements there are, then for the elements: get(values, capacity, count). */
+template <typename T, typename Get>
+std::vector<T> fetch(const Get &get) {
+  std::int64_t count = 0;
+  get(nullptr, 0, &count);
+  std::vector<T> values(static_cast<std::size_t>(count));
+  if (count > 0) get(values.data(), count, &count);
+  return values;
+}
+
 /* The options of one environment id. */
 class Options {
  public:
   /* The options of an id, with their default values. */
   explicit Options(const std::string &id) {
-    status_ = mjenv_abi_version() == MJENV_ABI_VERSION
-                  ? make([&](mjenv_options **made) {
-                      return with_text(id, [&](const char *text) { return mjenv_options_create(text, made); });
-                    })
-                  : refuse(MJENV_E_INTERNAL, "libmjenv has another ABI version than this program was compiled for");
+    if (mjenv_abi_version() != MJENV_ABI_VERSION)
+      throw Error(MJENV_E_INTERNAL, "libmjenv has another ABI version than this program was compiled for");
+    mjenv_options *made = nullptr;
+    with_text(id, [&](const char *text) { return mjenv_options_create(text, &made); });
+    handle_.reset(made);
   }
   /* A copy of options that mjenv.h returned, such as an environment's (mjenv_options_of). */
   explicit Options(const mjenv_options *options) {
-    status_ = make([&](mjenv_options **made) { return check(mjenv_options_copy(options, made)); });
+    mjenv_options *made = nullptr;
+    check(mjenv_options_copy(options, &made));
+    handle_.reset(made);
   }
-  Options(const Options &other) : status_(other.status_) {
-    if (other.handle_)
-      status_ = make([&](mjenv_options **made) { return check(mjenv_options_copy(other.handle(), made)); });
-    if (status_ == MJENV_OK) status_ = other.status_;
-  }
+  Options(const Options &other) : Options(other.handle()) {}
   Options &operator=(const Options &other) { return *this = Options(other); }
   Options(Options &&) = default;
   Options &operator=(Options &&) = default;
@@ -115,59 +114,54 @@ class Options {
   template <typename Integer, typename = std::enable_if_t<std::is_integral_v<Integer>>>
   Options &set(const std::string &name, Integer value) {
     if (value > 0 && static_cast<std::uint64_t>(value) > std::numeric_limits<std::int64_t>::max())
-      return keep(refuse(MJENV_E_VALUE, "an integer is at most 2^63 - 1"));
-    return keep(with_text(name, [&](const char *text) {
+      throw Error(MJENV_E_VALUE, "an integer is at most 2^63 - 1");
+    with_text(name, [&](const char *text) {
       return mjenv_options_set_integer(handle(), text, static_cast<std::int64_t>(value));
-    }));
+    });
+    return *this;
   }
   Options &set(const std::string &name, double value) { return set(name, Span<const double>(&value, 1)); }
   Options &set(const std::string &name, std::initializer_list<double> values) {
     return set(name, Span<const double>(values.begin(), values.size()));
   }
   Options &set(const std::string &name, Span<const double> values) {
-    return keep(with_text(
-        name, [&](const char *text) { return mjenv_options_set_reals(handle(), text, values.data(), values.size()); }));
+    with_text(name, [&](const char *text) {
+      return mjenv_options_set_reals(handle(), text, values.data(), int64(values.size()));
+    });
+    return *this;
   }
   Options &set(const std::string &name, const std::string &value) {
-    return keep(with_text(value, [&](const char *set_to) {
+    with_text(value, [&](const char *set_to) {
       return with_text(name, [&](const char *text) { return mjenv_options_set_string(handle(), text, set_to); });
-    }));
+    });
+    return *this;
   }
   Options &set(const std::string &name, const char *value) { return set(name, std::string(value)); }
 
   /* get_integer reads a flag, an integer, or an index; get_reals all numbers of an option; get_string a text. */
-  std::int64_t get_integer(const std::string &name) {
+  std::int64_t get_integer(const std::string &name) const {
     std::int64_t value = 0;
-    keep(with_text(name, [&](const char *text) { return mjenv_options_get_integer(handle(), text, &value); }));
+    with_text(name, [&](const char *text) { return mjenv_options_get_integer(handle(), text, &value); });
     return value;
   }
-  std::vector<double> get_reals(const std::string &name) {
-    std::vector<double> values;
-    std::size_t count = 0;
-    const auto get = [&](const char *text) {
-      return mjenv_options_get_reals(handle(), text, values.data(), values.size(), &count);
-    };
-    keep(with_text(name, get));
-    values.resize(count);
-    if (count > 0) keep(with_text(name, get));
-    return values;
+  std::vector<double> get_reals(const std::string &name) const {
+    return fetch<double>([&](double *values, std::int64_t capacity, std::int64_t *count) {
+      with_text(name,
+                [&](const char *text) { return mjenv_options_get_reals(handle(), text, values, capacity, count); });
+    });
   }
-  std::string get_string(const std::string &name) {
+  std::string get_string(const std::string &name) const {
     const char *value = "";
-    keep(with_text(name, [&](const char *text) { return mjenv_options_get_string(handle(), text, &value); }));
+    with_text(name, [&](const char *text) { return mjenv_options_get_string(handle(), text, &value); });
     return value;
   }
   /* Describes all options. The texts in the result belong to these options. */
   std::vector<mjenv_option> describe() const {
-    std::vector<mjenv_option> found(static_cast<std::size_t>(mjenv_options_count(handle())));
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      found[i].struct_size = sizeof(mjenv_option);
-      check(mjenv_options_at(handle(), static_cast<std::int64_t>(i), &found[i]));
-    }
+    std::vector<mjenv_option> found(static_cast<std::size_t>(mjenv_options_count(handle())), MJENV_OPTION_INIT);
+    for (std::size_t i = 0; i < found.size(); ++i) check(mjenv_options_at(handle(), int64(i), &found[i]));
     return found;
   }
 
-  mjenv_status status() const { return status_; }
   mjenv_options *handle() const { return handle_.get(); }
 
  private:
@@ -175,19 +169,6 @@ class Options {
     void operator()(mjenv_options *options) const { mjenv_options_destroy(options); }
   };
   std::unique_ptr<mjenv_options, Destroy> handle_;
-  mjenv_status status_ = MJENV_OK;
-
-  template <typename Create>
-  mjenv_status make(const Create &create) {
-    mjenv_options *made = nullptr;
-    const mjenv_status result = create(&made);
-    handle_.reset(made);
-    return result;
-  }
-  Options &keep(mjenv_status result) {
-    if (status_ == MJENV_OK) status_ = result;
-    return *this;
-  }
 };
 
 /* The arrays for the outputs of an environment, with the elements of mjenv_batch. Env::batch makes one for reset, step,
@@ -202,21 +183,22 @@ struct Batch {
   std::vector<std::uint8_t> terminated, truncated, was_reset;
   std::vector<std::int32_t> status;
 
-  bool ended(std::size_t row) const { return has(row) && (terminated[row] || truncated[row]); }
+  bool ended(std::size_t row) const {
+    check_row(row);
+    return terminated[row] || truncated[row];
+  }
   Span<const double> obs_of(std::size_t row) const { return part(obs, row); }
   Span<const double> final_obs_of(std::size_t row) const { return part(final_obs, row); }
 
   /* The same arrays as a mjenv_batch, for the functions of mjenv.h. Its pointers are valid until a vector is resized.
    */
   mjenv_batch raw() {
-    mjenv_batch batch{};
-    batch.struct_size = sizeof batch;
-    batch.obs_dtype = MJENV_DTYPE_FLOAT64;
-    batch.rows = static_cast<std::int64_t>(rows);
-    batch.obs_count = static_cast<std::int64_t>(obs_count);
-    batch.info_count = static_cast<std::int64_t>(info_count);
-    batch.reset_info_count = static_cast<std::int64_t>(reset_info_count);
-    batch.arrays_count = static_cast<std::int64_t>(arrays_count);
+    mjenv_batch batch = MJENV_BATCH_INIT;
+    batch.rows = int64(rows);
+    batch.obs_count = int64(obs_count);
+    batch.info_count = int64(info_count);
+    batch.reset_info_count = int64(reset_info_count);
+    batch.arrays_count = int64(arrays_count);
     batch.obs = obs.data();
     batch.reward = reward.data();
     batch.terminated = terminated.data();
@@ -232,11 +214,12 @@ struct Batch {
   }
 
  private:
-  bool has(std::size_t row) const {
-    return row < rows || refuse(MJENV_E_VALUE, "the batch does not have this row") == MJENV_OK;
+  void check_row(std::size_t row) const {
+    if (row >= rows) throw Error(MJENV_E_VALUE, "the batch does not have this row");
   }
   Span<const double> part(const std::vector<double> &from, std::size_t row) const {
-    if (!has(row) || from.empty()) return {nullptr, 0};
+    check_row(row);
+    if (from.empty()) return {nullptr, 0};
     return {from.data() + row * obs_count, obs_count};
   }
 };
@@ -244,43 +227,31 @@ struct Batch {
 /* An environment of one or many rows. */
 class Env {
  public:
-  explicit Env(const Options &options, std::int64_t rows = 1) : status_(options.status()) {
+  explicit Env(const Options &options, std::int64_t rows = 1) : rows_(static_cast<std::size_t>(rows)) {
     mjenv_env *made = nullptr;
-    if (status_ == MJENV_OK) status_ = check(mjenv_create(options.handle(), rows, &made));
+    check(mjenv_create(options.handle(), rows, &made));
     handle_.reset(made);
   }
   explicit Env(const std::string &id, std::int64_t rows = 1) : Env(Options(id), rows) {}
 
   /* ---- What it is ---- */
 
-  std::size_t rows() const { return static_cast<std::size_t>(mjenv_rows(handle())); }
-  std::size_t frame_skip() const { return static_cast<std::size_t>(mjenv_frame_skip(handle())); }
-  /* How many rows each thread steps together; 0: each row is stepped alone. reason: why rows are stepped alone, "" if
-   * none is. See mjenv_lanes. */
-  struct Lanes {
-    std::size_t count = 0;
-    std::string reason;
-  };
-  Lanes lanes() {
-    std::int64_t found = 0;
-    const char *reason = "";
-    keep(check(mjenv_lanes(handle(), &found, &reason)));
-    return {static_cast<std::size_t>(found), reason};
+  std::size_t rows() const { return rows_; }
+  mjenv_info info() {
+    mjenv_info found = MJENV_INFO_INIT;
+    check(mjenv_info_of(handle(), &found));
+    return found;
   }
   /* A copy of the options that the environment was built with. */
   Options options() const { return Options(mjenv_options_of(handle())); }
   mjenv_space space(mjenv_role role) const {
-    mjenv_space found{};
-    found.struct_size = sizeof found;
+    mjenv_space found = MJENV_SPACE_INIT;
     check(mjenv_space_of(handle(), role, &found));
     return found;
   }
   std::vector<mjenv_field> fields(mjenv_role role) const {
-    std::vector<mjenv_field> found(static_cast<std::size_t>(mjenv_field_count(handle(), role)));
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      found[i].struct_size = sizeof(mjenv_field);
-      check(mjenv_field_at(handle(), role, static_cast<std::int64_t>(i), &found[i]));
-    }
+    std::vector<mjenv_field> found(static_cast<std::size_t>(mjenv_field_count(handle(), role)), MJENV_FIELD_INIT);
+    for (std::size_t i = 0; i < found.size(); ++i) check(mjenv_field_at(handle(), role, int64(i), &found[i]));
     return found;
   }
   /* The sum of the counts of a role's fields: how many elements one row has. */
@@ -289,21 +260,21 @@ class Env {
     for (const mjenv_field &field : fields(role)) total += field.count;
     return static_cast<std::size_t>(total);
   }
-  std::int64_t object_count(const std::string &type) {
+  std::int64_t object_count(const std::string &type) const {
     std::int64_t found = 0;
-    keep(with_text(type, [&](const char *text) { return mjenv_object_count(handle(), text, &found); }));
+    with_text(type, [&](const char *text) { return mjenv_object_count(handle(), text, &found); });
     return found;
   }
-  std::int64_t object_index(const std::string &type, const std::string &name) {
+  std::int64_t object_index(const std::string &type, const std::string &name) const {
     std::int64_t found = -1;
-    keep(with_text(type, [&](const char *kind) {
+    with_text(type, [&](const char *kind) {
       return with_text(name, [&](const char *text) { return mjenv_object_index(handle(), kind, text, &found); });
-    }));
+    });
     return found;
   }
-  std::string object_name(const std::string &type, std::int64_t index) {
+  std::string object_name(const std::string &type, std::int64_t index) const {
     const char *found = "";
-    keep(with_text(type, [&](const char *text) { return mjenv_object_name(handle(), text, index, &found); }));
+    with_text(type, [&](const char *text) { return mjenv_object_name(handle(), text, index, &found); });
     return found;
   }
 
@@ -315,132 +286,101 @@ class Env {
   Batch rollout_batch(std::size_t steps) const { return batch_of(rows() * steps); }
 
   /* Seeds row i with first + i, as Gymnasium does. */
-  mjenv_status seed(std::uint64_t first) {
+  void seed(std::uint64_t first) {
     std::vector<std::uint64_t> seeds(rows());
     for (std::uint64_t &each : seeds) each = first++;
-    return keep(check(mjenv_seed(handle(), seeds.data(), nullptr)));
+    seed(seeds);
   }
-  mjenv_status seed(Span<const std::uint64_t> seeds) {
-    if (!is_per_row(seeds.size())) return status_;
-    return keep(check(mjenv_seed(handle(), seeds.data(), nullptr)));
+  /* seeds[rows][words]; the functions with a mask[rows] act on the rows where it is not 0. */
+  void seed(Span<const std::uint64_t> seeds, std::size_t words = 1) { seed_rows(nullptr, seeds, words); }
+  void seed(Span<const std::uint8_t> mask, Span<const std::uint64_t> seeds, std::size_t words = 1) {
+    seed_rows(of(mask), seeds, words);
   }
-  mjenv_status reset(Batch &out) { return reset_rows(nullptr, out); }
-  /* Resets the rows where mask[rows] is not 0. The outputs of the other rows stay as they are. */
-  mjenv_status reset(Span<const std::uint8_t> mask, Batch &out) {
-    return is_per_row(mask.size()) ? reset_rows(mask.data(), out) : status_;
-  }
-  mjenv_status step(Span<const float> action, Batch &out) { return step_rows(nullptr, action, out); }
-  mjenv_status step(Span<const double> action, Batch &out) { return step_rows(nullptr, action, out); }
-  mjenv_status step(Span<const std::uint8_t> mask, Span<const float> action, Batch &out) {
-    return is_per_row(mask.size()) ? step_rows(mask.data(), action, out) : status_;
-  }
-  mjenv_status step(Span<const std::uint8_t> mask, Span<const double> action, Batch &out) {
-    return is_per_row(mask.size()) ? step_rows(mask.data(), action, out) : status_;
-  }
-  mjenv_status rollout(Span<const float> action, std::size_t steps, Batch &out) { return play(action, steps, out); }
-  mjenv_status rollout(Span<const double> action, std::size_t steps, Batch &out) { return play(action, steps, out); }
-  mjenv_status observe(Batch &out) {
+  void reset(Batch &out) { reset_rows(nullptr, out); }
+  void reset(Span<const std::uint8_t> mask, Batch &out) { reset_rows(of(mask), out); }
+  void step(Span<const float> action, Batch &out) { step_rows(nullptr, action, out); }
+  void step(Span<const double> action, Batch &out) { step_rows(nullptr, action, out); }
+  void step(Span<const std::uint8_t> mask, Span<const float> action, Batch &out) { step_rows(of(mask), action, out); }
+  void step(Span<const std::uint8_t> mask, Span<const double> action, Batch &out) { step_rows(of(mask), action, out); }
+  void rollout(Span<const float> action, std::size_t steps, Batch &out) { play(action, steps, out); }
+  void rollout(Span<const double> action, std::size_t steps, Batch &out) { play(action, steps, out); }
+  void observe(Batch &out) {
     const mjenv_batch written = out.raw();
-    return keep(check(mjenv_observe(handle(), &written)));
+    check(mjenv_observe(handle(), &written));
   }
 
   /* Starts a step of all rows, or of the listed rows. */
-  mjenv_status send(Span<const float> action) { return send_rows(nullptr, 0, action); }
-  mjenv_status send(Span<const double> action) { return send_rows(nullptr, 0, action); }
-  mjenv_status send(Span<const std::int64_t> rows, Span<const float> action) {
-    return send_rows(rows.data(), rows.size(), action);
-  }
-  mjenv_status send(Span<const std::int64_t> rows, Span<const double> action) {
-    return send_rows(rows.data(), rows.size(), action);
-  }
+  void send(Span<const float> action) { send_rows(nullptr, 0, action); }
+  void send(Span<const double> action) { send_rows(nullptr, 0, action); }
+  void send(Span<const std::int64_t> rows, Span<const float> action) { send_rows(rows.data(), rows.size(), action); }
+  void send(Span<const std::int64_t> rows, Span<const double> action) { send_rows(rows.data(), rows.size(), action); }
   /* Waits until `least` rows are done, at most `timeout` seconds (a negative number: no limit). Writes the numbers of
    * the rows that are done to the first elements of `rows`, writes their outputs to `out`, and returns how many rows
    * these are. If some of them failed, it has written all that, too, and throws an Error whose `received` is their
    * number; status[row] of the Batch tells which rows failed. */
   std::size_t recv(std::size_t least, Span<std::int64_t> rows, Batch &out, double timeout = -1) {
-    std::size_t count = 0;
+    std::int64_t count = 0;
     const mjenv_batch written = out.raw();
-    const mjenv_status result = mjenv_recv(handle(), least, timeout, rows.data(), rows.size(), &count, &written);
-    keep(check(result, count));
-    return count;
+    const mjenv_status result =
+        mjenv_recv(handle(), int64(least), timeout, rows.data(), int64(rows.size()), &count, &written);
+    check(result, static_cast<std::size_t>(count));
+    return static_cast<std::size_t>(count);
   }
 
-  mjenv_status seed_actions(std::uint64_t seed) { return keep(check(mjenv_seed_actions(handle(), seed))); }
-  mjenv_status sample_actions(Span<float> action) {
-    return keep(check(mjenv_sample_actions(handle(), action.data(), action.size())));
+  void seed_actions(std::uint64_t seed) { check(mjenv_seed_actions(handle(), seed)); }
+  void sample_actions(Span<float> action) {
+    check(mjenv_sample_actions(handle(), action.data(), int64(action.size())));
   }
 
   /* ---- State of rows ---- */
 
   /* Reads an array of a row's mjData or of the mjModel by its MuJoCo name. */
   std::vector<double> read(std::int64_t row, const std::string &array) {
-    std::vector<double> values;
-    std::size_t length = 0;
-    const auto get = [&](const char *text) {
-      return mjenv_read(handle(), row, text, values.data(), values.size(), &length);
-    };
-    if (keep(with_text(array, get)) != MJENV_OK || length == 0) return values;
-    values.resize(length);
-    if (keep(with_text(array, get)) != MJENV_OK) values.clear();
-    return values;
+    return fetch<double>([&](double *values, std::int64_t capacity, std::int64_t *count) {
+      with_text(array, [&](const char *text) { return mjenv_read(handle(), row, text, values, capacity, count); });
+    });
   }
-  mjenv_status set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
-    return keep(check(mjenv_set_state(handle(), row, qpos.data(), qpos.size(), qvel.data(), qvel.size())));
+  void set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
+    check(mjenv_set_state(handle(), row, qpos.data(), int64(qpos.size()), qvel.data(), int64(qvel.size())));
   }
-  /* Writes all elements of an array of a row's mjModel or mjData, or of all rows. */
-  mjenv_status write(std::int64_t row, const std::string &array, Span<const double> values) {
-    return keep(with_text(
-        array, [&](const char *text) { return mjenv_write(handle(), row, text, values.data(), values.size()); }));
-  }
-  /* Writes values[rows][elements of the array]: to all rows, or to those where mask[rows] is not 0. */
-  mjenv_status write_rows(const std::string &array, Span<const double> values) {
-    return write_masked(nullptr, array, values);
-  }
-  mjenv_status write_rows(Span<const std::uint8_t> mask, const std::string &array, Span<const double> values) {
-    return is_per_row(mask.size()) ? write_masked(mask.data(), array, values) : status_;
+  /* Writes an array of the rows' mjModel or mjData: all its elements, or rows() times as many. */
+  void write(const std::string &array, Span<const double> values) { write_rows(nullptr, array, values); }
+  void write(Span<const std::uint8_t> mask, const std::string &array, Span<const double> values) {
+    write_rows(of(mask), array, values);
   }
   /* Calls mj_setConst. */
-  mjenv_status set_constants(std::int64_t row = MJENV_ALL_ROWS) {
-    return keep(check(mjenv_set_constants(handle(), row)));
-  }
+  void set_constants() { check(mjenv_set_constants(handle(), nullptr)); }
+  void set_constants(Span<const std::uint8_t> mask) { check(mjenv_set_constants(handle(), of(mask))); }
   /* Replaces what resets draw; an empty list draws nothing. */
-  mjenv_status randomize(Span<const mjenv_randomization> items) {
-    return keep(check(mjenv_randomize(handle(), items.data(), items.size())));
+  void randomize(Span<const mjenv_randomization> items) {
+    check(mjenv_randomize(handle(), items.data(), int64(items.size())));
   }
   /* Replaces noise, delays and pushes; without an argument there are none. */
-  mjenv_status perturb(const mjenv_perturbation &perturbation) {
-    return keep(check(mjenv_perturb(handle(), &perturbation)));
-  }
-  mjenv_status perturb() { return keep(check(mjenv_perturb(handle(), nullptr))); }
-  mjenv_status simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
-    return keep(check(mjenv_simulate(handle(), row, ctrl.data(), ctrl.size(), frames)));
+  void perturb(const mjenv_perturbation &perturbation) { check(mjenv_perturb(handle(), &perturbation)); }
+  void perturb() { check(mjenv_perturb(handle(), nullptr)); }
+  void simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
+    check(mjenv_simulate(handle(), row, ctrl.data(), int64(ctrl.size()), frames));
   }
   /* All six words of mjenv_get_stream. */
   std::vector<std::uint64_t> stream(std::int64_t row) {
     std::vector<std::uint64_t> words(6);
-    if (keep(check(mjenv_get_stream(handle(), row, words.data(), words.size()))) != MJENV_OK) words.clear();
+    check(mjenv_get_stream(handle(), row, words.data(), int64(words.size())));
     return words;
   }
   /* words: four or six. */
-  mjenv_status set_stream(std::int64_t row, Span<const std::uint64_t> words) {
-    return keep(check(mjenv_set_stream(handle(), row, words.data(), words.size())));
+  void set_stream(std::int64_t row, Span<const std::uint64_t> words) {
+    check(mjenv_set_stream(handle(), row, words.data(), int64(words.size())));
   }
-  mjenv_status copy_row(std::int64_t from, Span<const std::uint8_t> to_mask) {
-    return is_per_row(to_mask.size()) ? keep(check(mjenv_copy_row(handle(), from, to_mask.data()))) : status_;
-  }
+  void copy_row(Span<const std::uint8_t> mask, std::int64_t from) { check(mjenv_copy_row(handle(), of(mask), from)); }
   std::vector<std::byte> snapshot(std::int64_t row = MJENV_ALL_ROWS) {
-    std::vector<std::byte> image;
-    std::size_t size = 0;
-    if (keep(check(mjenv_snapshot(handle(), row, nullptr, 0, &size))) != MJENV_OK) return image;
-    image.resize(size);
-    if (keep(check(mjenv_snapshot(handle(), row, image.data(), size, &size))) != MJENV_OK) image.clear();
-    return image;
+    return fetch<std::byte>([&](std::byte *image, std::int64_t capacity, std::int64_t *size) {
+      check(mjenv_snapshot(handle(), row, image, capacity, size));
+    });
   }
-  mjenv_status restore(Span<const std::byte> image, std::int64_t row = MJENV_ALL_ROWS) {
-    return keep(check(mjenv_restore(handle(), row, image.data(), image.size())));
+  void restore(Span<const std::byte> image, std::int64_t row = MJENV_ALL_ROWS) {
+    check(mjenv_restore(handle(), row, image.data(), int64(image.size())));
   }
 
-  mjenv_status status() const { return status_; }
   mjenv_env *handle() const { return handle_.get(); }
 
  private:
@@ -448,14 +388,15 @@ class Env {
     void operator()(mjenv_env *env) const { mjenv_destroy(env); }
   };
   std::unique_ptr<mjenv_env, Destroy> handle_;
-  mjenv_status status_ = MJENV_OK;
+  std::size_t rows_;
 
-  mjenv_status keep(mjenv_status result) { return status_ = result; }
   /* The C functions take the bare pointer of an array with one element for each row. */
-  bool is_per_row(std::size_t size) {
-    if (size == rows()) return true;
-    keep(refuse(MJENV_E_SIZE, "a mask and a list of seeds have one element for each row"));
-    return false;
+  static void check_size(std::size_t size, std::size_t needed) {
+    if (size != needed) throw Error(MJENV_E_SIZE, "a mask and a list of seeds have one element for each row");
+  }
+  const std::uint8_t *of(Span<const std::uint8_t> mask) const {
+    check_size(mask.size(), rows());
+    return mask.data();
   }
   static mjenv_dtype dtype_of(Span<const float>) { return MJENV_DTYPE_FLOAT32; }
   static mjenv_dtype dtype_of(Span<const double>) { return MJENV_DTYPE_FLOAT64; }
@@ -481,28 +422,31 @@ class Env {
     batch.final_info.resize(size * batch.info_count);
     return batch;
   }
-  mjenv_status reset_rows(const std::uint8_t *mask, Batch &out) {
-    const mjenv_batch written = out.raw();
-    return keep(check(mjenv_reset(handle(), mask, &written)));
+  void seed_rows(const std::uint8_t *mask, Span<const std::uint64_t> seeds, std::size_t words) {
+    check_size(seeds.size(), rows() * words);
+    check(mjenv_seed(handle(), mask, seeds.data(), int64(words)));
   }
-  mjenv_status write_masked(const std::uint8_t *mask, const std::string &array, Span<const double> values) {
-    return keep(with_text(
-        array, [&](const char *text) { return mjenv_write_rows(handle(), mask, text, values.data(), values.size()); }));
+  void reset_rows(const std::uint8_t *mask, Batch &out) {
+    const mjenv_batch written = out.raw();
+    check(mjenv_reset(handle(), mask, &written));
+  }
+  void write_rows(const std::uint8_t *mask, const std::string &array, Span<const double> values) {
+    with_text(array,
+              [&](const char *text) { return mjenv_write(handle(), mask, text, values.data(), int64(values.size())); });
   }
   template <typename Real>
-  mjenv_status step_rows(const std::uint8_t *mask, Span<const Real> action, Batch &out) {
+  void step_rows(const std::uint8_t *mask, Span<const Real> action, Batch &out) {
     const mjenv_batch written = out.raw();
-    return keep(check(mjenv_step(handle(), mask, action.data(), action.size(), dtype_of(action), &written)));
+    check(mjenv_step(handle(), mask, action.data(), int64(action.size()), dtype_of(action), &written));
   }
   template <typename Real>
-  mjenv_status play(Span<const Real> action, std::size_t steps, Batch &out) {
+  void play(Span<const Real> action, std::size_t steps, Batch &out) {
     const mjenv_batch written = out.raw();
-    return keep(check(mjenv_rollout(handle(), action.data(), action.size(), dtype_of(action),
-                                    static_cast<std::int64_t>(steps), &written)));
+    check(mjenv_rollout(handle(), action.data(), int64(action.size()), dtype_of(action), int64(steps), &written));
   }
   template <typename Real>
-  mjenv_status send_rows(const std::int64_t *rows, std::size_t row_count, Span<const Real> action) {
-    return keep(check(mjenv_send(handle(), rows, row_count, action.data(), action.size(), dtype_of(action))));
+  void send_rows(const std::int64_t *rows, std::size_t row_count, Span<const Real> action) {
+    check(mjenv_send(handle(), rows, int64(row_count), action.data(), int64(action.size()), dtype_of(action)));
   }
 };
 
@@ -513,21 +457,19 @@ class Renderer {
   explicit Renderer(const Env &env) { make(env, nullptr); }
   Renderer(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
   static mjenv_render_settings defaults(const Env &env) {
-    mjenv_render_settings settings{};
-    settings.struct_size = sizeof settings;
+    mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
     check(mjenv_render_defaults(env.handle(), &settings));
     return settings;
   }
 
   /* Draws a row into rgb[height][width][3] and depth[height][width]. */
-  mjenv_status draw(std::int64_t row, Span<std::uint8_t> rgb) {
-    return status_ = check(mjenv_render(handle(), row, rgb.data(), rgb.size(), nullptr, 0));
+  void draw(std::int64_t row, Span<std::uint8_t> rgb) {
+    check(mjenv_render(handle(), row, rgb.data(), int64(rgb.size()), nullptr, 0));
   }
-  mjenv_status draw(std::int64_t row, Span<std::uint8_t> rgb, Span<float> depth) {
-    return status_ = check(mjenv_render(handle(), row, rgb.data(), rgb.size(), depth.data(), depth.size()));
+  void draw(std::int64_t row, Span<std::uint8_t> rgb, Span<float> depth) {
+    check(mjenv_render(handle(), row, rgb.data(), int64(rgb.size()), depth.data(), int64(depth.size())));
   }
 
-  mjenv_status status() const { return status_; }
   mjenv_renderer *handle() const { return handle_.get(); }
 
  private:
@@ -535,11 +477,10 @@ class Renderer {
     void operator()(mjenv_renderer *renderer) const { mjenv_renderer_destroy(renderer); }
   };
   std::unique_ptr<mjenv_renderer, Destroy> handle_;
-  mjenv_status status_ = MJENV_OK;
 
   void make(const Env &env, const mjenv_render_settings *settings) {
     mjenv_renderer *made = nullptr;
-    status_ = check(mjenv_renderer_create(env.handle(), settings, &made));
+    check(mjenv_renderer_create(env.handle(), settings, &made));
     handle_.reset(made);
   }
 };
@@ -551,9 +492,8 @@ class Window {
   Window(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
 
   bool is_open() const { return mjenv_window_is_open(handle()) != 0; }
-  mjenv_status draw(std::int64_t row) { return status_ = check(mjenv_window_draw(handle(), row)); }
+  void draw(std::int64_t row) { check(mjenv_window_draw(handle(), row)); }
 
-  mjenv_status status() const { return status_; }
   mjenv_window *handle() const { return handle_.get(); }
 
  private:
@@ -561,11 +501,10 @@ class Window {
     void operator()(mjenv_window *window) const { mjenv_window_destroy(window); }
   };
   std::unique_ptr<mjenv_window, Destroy> handle_;
-  mjenv_status status_ = MJENV_OK;
 
   void make(const Env &env, const mjenv_render_settings *settings) {
     mjenv_window *made = nullptr;
-    status_ = check(mjenv_window_create(env.handle(), settings, &made));
+    check(mjenv_window_create(env.handle(), settings, &made));
     handle_.reset(made);
   }
 };

@@ -68,6 +68,8 @@ typedef struct mjenv_task_option {
   const char *choices;  /* the valid texts of a STRING, separated by blanks; NULL: any text is valid. Unused for other
                            kinds */
 } mjenv_task_option;
+#define MJENV_TASK_OPTION_INIT \
+  { sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL }
 
 /* One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it
  * sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no
@@ -76,26 +78,31 @@ typedef struct mjenv_task_option {
  * The fields of a role are stored one after the other, in the order in which they are described. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
-  mjenv_role role;  /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
-  const char *name; /* without blanks and quotes; unique in its role */
-  const char *doc;  /* one line of documentation with the unit; NULL: the library's own for a name that the built-in
+  mjenv_role role;   /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
+  const char *name;  /* without blanks and quotes; unique in its role */
+  const char *doc;   /* one line of documentation with the unit; NULL: the library's own for a name that the built-in
                        robots use, such as "qpos" or "x_velocity", else none */
-  mjenv_type type;  /* the type in Python; 0: np.float64. An observation is always np.float64 */
-  int32_t ndim;     /* 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands
+  mjenv_dtype dtype; /* the type in Python; 0: FLOAT64. An observation is always np.float64 */
+  int32_t ndim;      /* 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands
                        for a vector of length 1) */
-  int64_t shape[4]; /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length).
+  int64_t shape[4];  /* the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length).
                        The fields of a role have at most 16777216 elements together */
 } mjenv_task_field;
+#define MJENV_TASK_FIELD_INIT                                                                            \
+  {                                                                                                      \
+    sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, { 0, 0, 0, 0 } \
+  }
 
-/* Gymnasium's default_camera_config. NaN means MuJoCo's default. */
+/* Gymnasium's default_camera_config. NaN means MuJoCo's default, as in MJENV_TASK_CAMERA_INIT. */
 typedef struct mjenv_task_camera {
   uint32_t struct_size;
-  int32_t reserved;   /* 0 */
-  double trackbodyid; /* the index of a body */
-  double distance;    /* m */
-  double lookat[3];   /* m */
-  double elevation;   /* degrees */
+  int32_t trackbodyid; /* the index of a body; -1: MuJoCo's default */
+  double distance;     /* m */
+  double lookat[3];    /* m */
+  double elevation;    /* degrees */
 } mjenv_task_camera;
+#define MJENV_TASK_CAMERA_INIT \
+  { sizeof(mjenv_task_camera), -1, NAN, {NAN, NAN, NAN}, NAN }
 
 /* ---- The data that callbacks read and write ---- */
 
@@ -271,6 +278,11 @@ typedef struct mjenv_task {
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */
   int32_t fixed_frame_skip; /* 1: the task has no option frame_skip */
 } mjenv_task;
+#define MJENV_TASK_INIT                                                                                           \
+  {                                                                                                               \
+    sizeof(mjenv_task), 0, NULL, NULL, NULL, 1, 0, 0, 0, 0, NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL, \
+        NULL, NULL, NULL, 0, 0, 0, 0                                                                              \
+  }
 
 /* Registers a task for the rest of the process. Any thread may call it at any time.
  * task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay
@@ -291,6 +303,8 @@ typedef struct mjenv_plugin {
   const mjenv_task *const *tasks;
   int64_t task_count; /* at least 1 */
 } mjenv_plugin;
+#define MJENV_PLUGIN_INIT \
+  { sizeof(mjenv_plugin), MJENV_ABI_VERSION, NULL, 0 }
 
 /* Loads a plug-in and registers its tasks: all of them, or none if one is refused. When they are registered, the
  * plug-in is never unloaded.
@@ -418,7 +432,7 @@ static inline void mjenv_build_need(mjenv_builder *builder, const char *array) {
  * "contact.", whose elements lie apart in MuJoCo's memory: call mjenv_build_need with "contacts" and read
  * mjenv_sim.contacts instead.
  * name   the array's name in MuJoCo, as in mjenv_read
- * field  receives the shape and the type of the elements (double for MJENV_TYPE_FLOAT64, int32_t for MJENV_TYPE_INT32
+ * field  receives the shape and the type of the elements (double for MJENV_DTYPE_FLOAT64, int32_t for MJENV_DTYPE_INT32
  *        and so on); NULL: not wanted */
 static inline int32_t mjenv_build_array(mjenv_builder *builder, const char *name, mjenv_field *field) {
   return builder->api->array(builder, name, field);
@@ -445,10 +459,10 @@ static inline void mjenv_build_carry_bounds(mjenv_builder *builder, int64_t firs
 
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {
-  /* NOLINTNEXTLINE(modernize-use-nullptr): this is C, too */
-  mjenv_task_field field = {sizeof(mjenv_task_field), 0, 0, 0, 0, 1, {0, 0, 0, 0}};
+  mjenv_task_field field = MJENV_TASK_FIELD_INIT;
   field.role = role;
   field.name = name;
+  field.ndim = 1;
   field.shape[0] = length;
   builder->api->field(builder, &field);
 }

@@ -295,20 +295,19 @@ struct PythonFloat {
 /* A value of another type. */
 struct Typed {
   double value;
-  mjenv_type type;
+  mjenv_dtype type;
 };
 
 namespace detail {
 
 /* Describes a field: a scalar with ndim 0, a vector of count numbers with ndim 1. */
-inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, const char *doc, mjenv_type type,
+inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, const char *doc, mjenv_dtype type,
                      std::int32_t ndim = 0, Eigen::Index count = 1) {
-  mjenv_task_field field{};
-  field.struct_size = sizeof field;
+  mjenv_task_field field = MJENV_TASK_FIELD_INIT;
   field.role = role;
   field.name = name;
   field.doc = doc;
-  field.type = type;
+  field.dtype = type;
   field.ndim = ndim;
   field.shape[0] = count;
   mjenv_build_field(builder, &field);
@@ -334,23 +333,23 @@ class Info {
       : entry_(entries.data()), end_(entry_ + entries.size()), to_(to) {}
 
   void operator()(const char *name, double value, const char *doc = "") {
-    scalar(name, value, MJENV_TYPE_FLOAT64, doc);
+    scalar(name, value, MJENV_DTYPE_FLOAT64, doc);
   }
   void operator()(const char *name, np::Scalar value, const char *doc = "") {
-    scalar(name, value, MJENV_TYPE_ACTION, doc);
+    scalar(name, value, MJENV_DTYPE_ACTION, doc);
   }
   void operator()(const char *name, PythonFloat value, const char *doc = "") {
-    scalar(name, value.value, MJENV_TYPE_NATIVE_FLOAT, doc);
+    scalar(name, value.value, MJENV_DTYPE_NATIVE_FLOAT, doc);
   }
   void operator()(const char *name, Typed value, const char *doc = "") { scalar(name, value.value, value.type, doc); }
   /* An int or a bool. */
   template <typename T, typename = std::enable_if_t<std::is_integral_v<T>>>
   void operator()(const char *name, T value, const char *doc = "") {
-    scalar(name, static_cast<double>(value), MJENV_TYPE_NATIVE_INT, doc);
+    scalar(name, static_cast<double>(value), MJENV_DTYPE_NATIVE_INT, doc);
   }
   template <typename Derived>
   void operator()(const char *name, const Eigen::DenseBase<Derived> &values, const char *doc = "") {
-    if (learned_) return learn(name, MJENV_TYPE_FLOAT64, 1, values.size(), doc);
+    if (learned_) return learn(name, MJENV_DTYPE_FLOAT64, 1, values.size(), doc);
     double *to = next(name, values.size());
     for (Eigen::Index i = 0; i < values.size(); ++i) to[i] = values.derived().coeff(i);
   }
@@ -366,7 +365,7 @@ class Info {
   const Entry *entry_ = nullptr, *end_ = nullptr;
   double *to_ = nullptr;
 
-  void scalar(const char *name, double value, mjenv_type type, const char *doc) {
+  void scalar(const char *name, double value, mjenv_dtype type, const char *doc) {
     if (learned_) return learn(name, type, 0, 1, doc);
     *next(name, 1) = value;
   }
@@ -376,7 +375,7 @@ class Info {
     to_ += entry_++->count;
     return to;
   }
-  void learn(const char *name, mjenv_type type, std::int32_t ndim, Eigen::Index count, const char *doc) {
+  void learn(const char *name, mjenv_dtype type, std::int32_t ndim, Eigen::Index count, const char *doc) {
     for (const auto &entry : *learned_)
       if (entry.text == name) throw std::logic_error("the info has two fields \"" + entry.text + '"');
     detail::describe(builder_, role_, name, doc, type, ndim, count);
@@ -400,15 +399,16 @@ struct Real {
   operator double() const { return value; }
 };
 inline Typed numpy_typed(double product, Real factor) {
-  return {product, factor.integer ? MJENV_TYPE_INT64 : MJENV_TYPE_FLOAT64};
+  return {product, factor.integer ? MJENV_DTYPE_INT64 : MJENV_DTYPE_FLOAT64};
 }
 inline Typed python_typed(double product, Real factor) {
-  return {product, factor.integer ? MJENV_TYPE_NATIVE_INT : MJENV_TYPE_NATIVE_FLOAT};
+  return {product, factor.integer ? MJENV_DTYPE_NATIVE_INT : MJENV_DTYPE_NATIVE_FLOAT};
 }
 
-/* Gymnasium's default_camera_config. kUnset means MuJoCo's default. */
+/* Gymnasium's default_camera_config. kUnset and the trackbodyid -1 mean MuJoCo's default. */
 struct Camera {
-  double trackbodyid = kUnset, distance = kUnset;
+  std::int32_t trackbodyid = -1;
+  double distance = kUnset;
   std::array<double, 3> lookat{kUnset, kUnset, kUnset};
   double elevation = kUnset;
 
@@ -496,7 +496,7 @@ class Robot {
   /* Increase it when the task changes, so that snapshots of the old task are refused. */
   Robot &revision(std::int32_t number) { return outline_.revision = number, *this; }
   /* The reward's type in Python; by default np.float64. */
-  Robot &reward_type(mjenv_type type) {
+  Robot &reward_type(mjenv_dtype type) {
     if (builder_) detail::describe(builder_, MJENV_ROLE_REWARD, "reward", "", type);
     return *this;
   }
@@ -603,14 +603,13 @@ class Robot {
   template <typename T = double>
   Shared<T> array(const char *name) {
     if (!builder_) return {};
-    mjenv_field field{};
-    field.struct_size = sizeof field;
+    mjenv_field field = MJENV_FIELD_INIT;
     const std::int32_t at = mjenv_build_array(builder_, name, &field);
-    const mjenv_type wanted = std::is_same_v<T, double>         ? MJENV_TYPE_FLOAT64
-                              : std::is_same_v<T, float>        ? MJENV_TYPE_FLOAT32
-                              : std::is_same_v<T, std::int32_t> ? MJENV_TYPE_INT32
-                                                                : MJENV_TYPE_UINT8;
-    if (field.struct_size && field.name && field.type != wanted)
+    const mjenv_dtype wanted = std::is_same_v<T, double>         ? MJENV_DTYPE_FLOAT64
+                               : std::is_same_v<T, float>        ? MJENV_DTYPE_FLOAT32
+                               : std::is_same_v<T, std::int32_t> ? MJENV_DTYPE_INT32
+                                                                 : MJENV_DTYPE_UINT8;
+    if (field.struct_size && field.name && field.dtype != wanted)
       throw std::invalid_argument("array \"" + std::string(name) + "\" has another element type");
     return {at, static_cast<Eigen::Index>(field.count)};
   }
@@ -751,7 +750,7 @@ class Robot {
   }
   /* Describes a vector. */
   void describe(mjenv_role role, const char *name, const std::string &doc, Eigen::Index count) {
-    detail::describe(builder_, role, name, doc.c_str(), MJENV_TYPE_FLOAT64, 1, count);
+    detail::describe(builder_, role, name, doc.c_str(), MJENV_DTYPE_FLOAT64, 1, count);
   }
   int element(const char *name, int at) {
     const auto numbers = array<std::int32_t>(name);
@@ -854,8 +853,7 @@ class Description {
     Robot robot(definition.id, outline_, functions, nullptr);
     definition.define(robot);
     for (const auto &from : outline_.options) {
-      mjenv_task_option to{};
-      to.struct_size = sizeof to;
+      mjenv_task_option to = MJENV_TASK_OPTION_INIT;
       to.kind = from.kind;
       to.name = from.name.c_str();
       to.doc = from.doc.c_str();
@@ -869,10 +867,11 @@ class Description {
       options_.push_back(to);
     }
     const Camera &camera = outline_.camera;
-    camera_ = {
-        sizeof camera_,  0, camera.trackbodyid, camera.distance, {camera.lookat[0], camera.lookat[1], camera.lookat[2]},
-        camera.elevation};
-    task_.struct_size = sizeof task_;
+    camera_ = {sizeof camera_,
+               camera.trackbodyid,
+               camera.distance,
+               {camera.lookat[0], camera.lookat[1], camera.lookat[2]},
+               camera.elevation};
     task_.revision = outline_.revision;
     task_.id = definition.id;
     task_.model = outline_.model.empty() && !outline_.model_text.empty() ? nullptr : outline_.model.c_str();
@@ -904,7 +903,7 @@ class Description {
   Outline outline_;
   std::vector<mjenv_task_option> options_;
   mjenv_task_camera camera_{};
-  mjenv_task task_{};
+  mjenv_task task_ = MJENV_TASK_INIT;
 };
 
 /* The list of definitions in this program or shared object. Its symbols are hidden, so that shared objects in one

@@ -26,6 +26,7 @@ CAMERA_DEFAULT = -2
 
 class Status(IntEnum):
     OK = 0
+    DIVERGED = 1
     E_ARGUMENT = -1
     E_NAME = -2
     E_TYPE = -3
@@ -48,8 +49,14 @@ class Status(IntEnum):
 
 
 class Dtype(IntEnum):
-    FLOAT64 = 0
-    FLOAT32 = 1
+    FLOAT64 = 1
+    FLOAT32 = 2
+    INT64 = 3
+    INT32 = 4
+    UINT8 = 5
+    ACTION = 6
+    NATIVE_FLOAT = 7
+    NATIVE_INT = 8
 
 
 class Role(IntEnum):
@@ -70,17 +77,6 @@ class Kind(IntEnum):
     REALS = 3
     STRING = 4
     STRING_OR_INT = 5
-
-
-class Type(IntEnum):
-    FLOAT64 = 1
-    ACTION = 2
-    NATIVE_FLOAT = 3
-    NATIVE_INT = 4
-    INT64 = 5
-    FLOAT32 = 6
-    INT32 = 7
-    UINT8 = 8
 
 
 class Distribution(IntEnum):
@@ -153,7 +149,7 @@ class mjenv_field(Structure):
         ("shape", c_int64 * 4),
         ("offset", c_int64),
         ("count", c_int64),
-        ("type", c_int32),
+        ("dtype", c_int32),
         ("reserved", c_int32),
     )
 
@@ -168,6 +164,17 @@ class mjenv_space(Structure):
     )
 
 
+class mjenv_info(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("threads", c_int32),
+        ("rows", c_int64),
+        ("frame_skip", c_int64),
+        ("lanes", c_int64),
+        ("lanes_reason", c_char_p),
+    )
+
+
 class mjenv_spec(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
@@ -179,7 +186,8 @@ class mjenv_spec(Structure):
         ("camera_distance", c_double),
         ("camera_elevation", c_double),
         ("camera_lookat", c_double * 3),
-        ("camera_trackbodyid", c_double),
+        ("camera_trackbodyid", c_int32),
+        ("reserved", c_int32),
         ("model_xml", c_char_p),
     )
 
@@ -284,13 +292,11 @@ class Library(CDLL):
         self.mjenv_abi_version.restype = c_uint32
         self.mjenv_version.argtypes = ()
         self.mjenv_version.restype = c_char_p
-        self.mjenv_version_number.argtypes = ()
-        self.mjenv_version_number.restype = c_uint32
         self.mjenv_status_name.argtypes = (c_int32,)
         self.mjenv_status_name.restype = c_char_p
         self.mjenv_last_error.argtypes = ()
         self.mjenv_last_error.restype = c_char_p
-        self.mjenv_error_of.argtypes = (c_void_p, c_char_p, c_size_t, POINTER(c_size_t))
+        self.mjenv_error_of.argtypes = (c_void_p, c_char_p, c_int64, POINTER(c_int64))
         self.mjenv_error_of.restype = c_int32
         self.mjenv_id_count.argtypes = ()
         self.mjenv_id_count.restype = c_int64
@@ -310,13 +316,13 @@ class Library(CDLL):
         self.mjenv_options_at.restype = c_int32
         self.mjenv_options_set_integer.argtypes = (c_void_p, c_char_p, c_int64)
         self.mjenv_options_set_integer.restype = c_int32
-        self.mjenv_options_set_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_size_t)
+        self.mjenv_options_set_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_int64)
         self.mjenv_options_set_reals.restype = c_int32
         self.mjenv_options_set_string.argtypes = (c_void_p, c_char_p, c_char_p)
         self.mjenv_options_set_string.restype = c_int32
         self.mjenv_options_get_integer.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
         self.mjenv_options_get_integer.restype = c_int32
-        self.mjenv_options_get_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
+        self.mjenv_options_get_reals.argtypes = (c_void_p, c_char_p, POINTER(c_double), c_int64, POINTER(c_int64))
         self.mjenv_options_get_reals.restype = c_int32
         self.mjenv_options_get_string.argtypes = (c_void_p, c_char_p, POINTER(c_char_p))
         self.mjenv_options_get_string.restype = c_int32
@@ -324,12 +330,8 @@ class Library(CDLL):
         self.mjenv_create.restype = c_int32
         self.mjenv_destroy.argtypes = (c_void_p,)
         self.mjenv_destroy.restype = None
-        self.mjenv_rows.argtypes = (c_void_p,)
-        self.mjenv_rows.restype = c_int64
-        self.mjenv_frame_skip.argtypes = (c_void_p,)
-        self.mjenv_frame_skip.restype = c_int64
-        self.mjenv_lanes.argtypes = (c_void_p, POINTER(c_int64), POINTER(c_char_p))
-        self.mjenv_lanes.restype = c_int32
+        self.mjenv_info_of.argtypes = (c_void_p, POINTER(mjenv_info))
+        self.mjenv_info_of.restype = c_int32
         self.mjenv_options_of.argtypes = (c_void_p,)
         self.mjenv_options_of.restype = c_void_p
         self.mjenv_space_of.argtypes = (c_void_p, c_int32, POINTER(mjenv_space))
@@ -338,39 +340,37 @@ class Library(CDLL):
         self.mjenv_field_count.restype = c_int64
         self.mjenv_field_at.argtypes = (c_void_p, c_int32, c_int64, POINTER(mjenv_field))
         self.mjenv_field_at.restype = c_int32
-        self.mjenv_seed.argtypes = (c_void_p, POINTER(c_uint64), POINTER(c_uint8))
+        self.mjenv_seed.argtypes = (c_void_p, POINTER(c_uint8), POINTER(c_uint64), c_int64)
         self.mjenv_seed.restype = c_int32
-        self.mjenv_seed_digits.argtypes = (c_void_p, c_int64, POINTER(c_uint32), c_size_t)
-        self.mjenv_seed_digits.restype = c_int32
-        self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
+        self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
         self.mjenv_get_stream.restype = c_int32
-        self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_size_t)
+        self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
         self.mjenv_set_stream.restype = c_int32
         self.mjenv_seed_actions.argtypes = (c_void_p, c_uint64)
         self.mjenv_seed_actions.restype = c_int32
-        self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_size_t)
+        self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_int64)
         self.mjenv_sample_actions.restype = c_int32
         self.mjenv_reset.argtypes = (c_void_p, POINTER(c_uint8), POINTER(mjenv_batch))
         self.mjenv_reset.restype = c_int32
-        self.mjenv_step.argtypes = (c_void_p, POINTER(c_uint8), c_void_p, c_size_t, c_int32, POINTER(mjenv_batch))
+        self.mjenv_step.argtypes = (c_void_p, POINTER(c_uint8), c_void_p, c_int64, c_int32, POINTER(mjenv_batch))
         self.mjenv_step.restype = c_int32
-        self.mjenv_send.argtypes = (c_void_p, POINTER(c_int64), c_size_t, c_void_p, c_size_t, c_int32)
+        self.mjenv_send.argtypes = (c_void_p, POINTER(c_int64), c_int64, c_void_p, c_int64, c_int32)
         self.mjenv_send.restype = c_int32
         self.mjenv_recv.argtypes = (
             c_void_p,
-            c_size_t,
+            c_int64,
             c_double,
             POINTER(c_int64),
-            c_size_t,
-            POINTER(c_size_t),
+            c_int64,
+            POINTER(c_int64),
             POINTER(mjenv_batch),
         )
         self.mjenv_recv.restype = c_int32
-        self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_size_t, c_int32, c_int64, POINTER(mjenv_batch))
+        self.mjenv_rollout.argtypes = (c_void_p, c_void_p, c_int64, c_int32, c_int64, POINTER(mjenv_batch))
         self.mjenv_rollout.restype = c_int32
         self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
         self.mjenv_observe.restype = c_int32
-        self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_size_t, POINTER(c_size_t))
+        self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_int64, POINTER(c_int64))
         self.mjenv_read.restype = c_int32
         self.mjenv_object_count.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
         self.mjenv_object_count.restype = c_int32
@@ -378,23 +378,21 @@ class Library(CDLL):
         self.mjenv_object_index.restype = c_int32
         self.mjenv_object_name.argtypes = (c_void_p, c_char_p, c_int64, POINTER(c_char_p))
         self.mjenv_object_name.restype = c_int32
-        self.mjenv_set_state.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, POINTER(c_double), c_size_t)
+        self.mjenv_set_state.argtypes = (c_void_p, c_int64, POINTER(c_double), c_int64, POINTER(c_double), c_int64)
         self.mjenv_set_state.restype = c_int32
-        self.mjenv_write.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_size_t)
+        self.mjenv_write.argtypes = (c_void_p, POINTER(c_uint8), c_char_p, POINTER(c_double), c_int64)
         self.mjenv_write.restype = c_int32
-        self.mjenv_write_rows.argtypes = (c_void_p, POINTER(c_uint8), c_char_p, POINTER(c_double), c_size_t)
-        self.mjenv_write_rows.restype = c_int32
-        self.mjenv_set_constants.argtypes = (c_void_p, c_int64)
+        self.mjenv_set_constants.argtypes = (c_void_p, POINTER(c_uint8))
         self.mjenv_set_constants.restype = c_int32
-        self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_size_t, c_int64)
+        self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_int64, c_int64)
         self.mjenv_simulate.restype = c_int32
-        self.mjenv_copy_row.argtypes = (c_void_p, c_int64, POINTER(c_uint8))
+        self.mjenv_copy_row.argtypes = (c_void_p, POINTER(c_uint8), c_int64)
         self.mjenv_copy_row.restype = c_int32
-        self.mjenv_snapshot.argtypes = (c_void_p, c_int64, c_void_p, c_size_t, POINTER(c_size_t))
+        self.mjenv_snapshot.argtypes = (c_void_p, c_int64, c_void_p, c_int64, POINTER(c_int64))
         self.mjenv_snapshot.restype = c_int32
-        self.mjenv_restore.argtypes = (c_void_p, c_int64, c_void_p, c_size_t)
+        self.mjenv_restore.argtypes = (c_void_p, c_int64, c_void_p, c_int64)
         self.mjenv_restore.restype = c_int32
-        self.mjenv_randomize.argtypes = (c_void_p, POINTER(mjenv_randomization), c_size_t)
+        self.mjenv_randomize.argtypes = (c_void_p, POINTER(mjenv_randomization), c_int64)
         self.mjenv_randomize.restype = c_int32
         self.mjenv_perturb.argtypes = (c_void_p, POINTER(mjenv_perturbation))
         self.mjenv_perturb.restype = c_int32
@@ -406,7 +404,7 @@ class Library(CDLL):
         self.mjenv_renderer_destroy.restype = None
         self.mjenv_renderer_gl.argtypes = (c_void_p,)
         self.mjenv_renderer_gl.restype = c_char_p
-        self.mjenv_render.argtypes = (c_void_p, c_int64, POINTER(c_uint8), c_size_t, POINTER(c_float), c_size_t)
+        self.mjenv_render.argtypes = (c_void_p, c_int64, POINTER(c_uint8), c_int64, POINTER(c_float), c_int64)
         self.mjenv_render.restype = c_int32
         self.mjenv_window_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))
         self.mjenv_window_create.restype = c_int32

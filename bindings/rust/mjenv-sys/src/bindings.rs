@@ -27,6 +27,8 @@ pub struct mjenv_window {
 #[doc = " What a function returns."]
 pub type mjenv_status = i32;
 pub const MJENV_OK: mjenv_status = 0;
+#[doc = " only in mjenv_batch.status: the row's state diverged"]
+pub const MJENV_DIVERGED: mjenv_status = 1;
 #[doc = " a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a"]
 #[doc = "struct_size is too small, or the options belong to an environment"]
 pub const MJENV_E_ARGUMENT: mjenv_status = -1;
@@ -55,7 +57,7 @@ pub const MJENV_E_FORKED: mjenv_status = -11;
 pub const MJENV_E_FILE: mjenv_status = -12;
 #[doc = " the model is malformed or refused, or lacks something that is needed"]
 pub const MJENV_E_MODEL: mjenv_status = -13;
-#[doc = " MuJoCo reported an error; in mjenv_batch.status also: the row's state diverged"]
+#[doc = " MuJoCo reported an error"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
 #[doc = " the image is damaged, or was made with another id, model, options, randomisation,"]
 #[doc = "perturbation, number of rows, revision of the task, version of MuJoCo, MJENV_MATH or"]
@@ -69,10 +71,21 @@ pub const MJENV_E_MEMORY: mjenv_status = -17;
 pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
-#[doc = " The type of the elements of an array that the caller passes as void *."]
+#[doc = " The types of numbers. Arrays that a caller passes as void * are of FLOAT64 or FLOAT32. A field's type is the one that"]
+#[doc = " its values have in Gymnasium; the library passes them as doubles, which hold all of these values exactly."]
 pub type mjenv_dtype = i32;
-pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 0;
-pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 1;
+pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 1;
+pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 2;
+pub const MJENV_DTYPE_INT64: mjenv_dtype = 3;
+pub const MJENV_DTYPE_INT32: mjenv_dtype = 4;
+#[doc = " flags, pixels and characters"]
+pub const MJENV_DTYPE_UINT8: mjenv_dtype = 5;
+#[doc = " float32 when the action is float32, else float64"]
+pub const MJENV_DTYPE_ACTION: mjenv_dtype = 6;
+#[doc = " the language's own number: Python's float"]
+pub const MJENV_DTYPE_NATIVE_FLOAT: mjenv_dtype = 7;
+#[doc = " the language's own integer: Python's int"]
+pub const MJENV_DTYPE_NATIVE_INT: mjenv_dtype = 8;
 #[doc = " What a list of fields describes (mjenv_field_at)."]
 pub type mjenv_role = i32;
 #[doc = " the parts of an observation, in order"]
@@ -105,25 +118,6 @@ pub const MJENV_KIND_REALS: mjenv_kind = 3;
 pub const MJENV_KIND_STRING: mjenv_kind = 4;
 #[doc = " a name as text, or an index as integer"]
 pub const MJENV_KIND_STRING_OR_INT: mjenv_kind = 5;
-#[doc = " The type that a value has in Gymnasium. The library passes fields and arrays as doubles, which hold all of these"]
-#[doc = " values exactly."]
-pub type mjenv_type = i32;
-#[doc = " np.float64"]
-pub const MJENV_TYPE_FLOAT64: mjenv_type = 1;
-#[doc = " np.float32 when the action is float32, else np.float64"]
-pub const MJENV_TYPE_ACTION: mjenv_type = 2;
-#[doc = " the language's own number: Python's float"]
-pub const MJENV_TYPE_NATIVE_FLOAT: mjenv_type = 3;
-#[doc = " the language's own integer: Python's int"]
-pub const MJENV_TYPE_NATIVE_INT: mjenv_type = 4;
-#[doc = " np.int64"]
-pub const MJENV_TYPE_INT64: mjenv_type = 5;
-#[doc = " np.float32: some mjModel arrays"]
-pub const MJENV_TYPE_FLOAT32: mjenv_type = 6;
-#[doc = " np.int32: some mjModel and mjData arrays"]
-pub const MJENV_TYPE_INT32: mjenv_type = 7;
-#[doc = " np.uint8: flags, pixels and characters in mjModel (4.0: flags in mjData, too)"]
-pub const MJENV_TYPE_UINT8: mjenv_type = 8;
 #[doc = " Describes one constructor option. mjenv_options_at fills it."]
 #[repr(C)]
 pub struct mjenv_option {
@@ -166,7 +160,7 @@ pub struct mjenv_field {
     pub offset: i64,
     #[doc = " the number of elements: the product of the shape, 1 for a scalar"]
     pub count: i64,
-    pub type_: mjenv_type,
+    pub dtype: mjenv_dtype,
     #[doc = " 0"]
     pub reserved: i32,
 }
@@ -201,6 +195,30 @@ impl Default for mjenv_space {
         }
     }
 }
+#[doc = " Describes an environment. mjenv_info_of fills it."]
+#[repr(C)]
+pub struct mjenv_info {
+    pub struct_size: u32,
+    #[doc = " how many threads step rows"]
+    pub threads: i32,
+    pub rows: i64,
+    #[doc = " how many times one step calls mj_step"]
+    pub frame_skip: i64,
+    #[doc = " how many rows each thread steps together, in the lanes of the CPU's vector unit, which"]
+    #[doc = "takes less time and gives the same results; 0: each row is stepped alone"]
+    pub lanes: i64,
+    #[doc = " why rows are stepped alone; \"\" if none is. It lives until the next mjenv_info_of"]
+    pub lanes_reason: *const ::std::os::raw::c_char,
+}
+impl Default for mjenv_info {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
 #[doc = " Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static."]
 #[repr(C)]
 pub struct mjenv_spec {
@@ -220,8 +238,10 @@ pub struct mjenv_spec {
     pub camera_elevation: f64,
     #[doc = " m"]
     pub camera_lookat: [f64; 3usize],
-    #[doc = " the index of a body"]
-    pub camera_trackbodyid: f64,
+    #[doc = " the index of a body; -1 where Gymnasium leaves it to MuJoCo"]
+    pub camera_trackbodyid: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
     #[doc = " the MJCF text of the default model; NULL if a registered task has it in a file, and for"]
     #[doc = "\"Model-v0\""]
     pub model_xml: *const ::std::os::raw::c_char,
@@ -238,13 +258,13 @@ impl Default for mjenv_spec {
 #[doc = " The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays"]
 #[doc = " that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays"]
 #[doc = " have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count]."]
-#[doc = " For mjenv_rollout, [rows] is mjenv_rows * steps. One batch can serve all other functions."]
+#[doc = " For mjenv_rollout, [rows] is rows * steps. One batch can serve all other functions."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
     #[doc = " of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest"]
     pub obs_dtype: mjenv_dtype,
-    #[doc = " mjenv_rows; for mjenv_rollout, mjenv_rows * steps"]
+    #[doc = " those of the environment; for mjenv_rollout, rows * steps"]
     pub rows: i64,
     #[doc = " of obs and final_obs: the observation space's count"]
     pub obs_count: i64,
@@ -262,15 +282,9 @@ pub struct mjenv_batch {
     pub terminated: *mut u8,
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK; MJENV_E_TASK: a callback of a registered task failed; MJENV_E_VALUE or"]
-    #[doc = "MJENV_E_MODEL: what the reset drew was refused (mjenv_randomize); MJENV_E_PHYSICS: MuJoCo"]
-    #[doc = "failed, memory ran out in this row (the call then returns MJENV_E_MEMORY), or the row's state"]
-    #[doc = "diverged: MuJoCo found bad numbers in it and reset the simulation (4.0: unless the model"]
-    #[doc = "disables that). A diverged row's other outputs are valid, those of a failed row are"]
-    #[doc = "undefined. If the call returned MJENV_OK, MJENV_E_PHYSICS means diverged. If it returned an"]
-    #[doc = "error, MJENV_E_PHYSICS means failed or diverged, and the status does not tell which."]
-    #[doc = "If mjenv_recv's array `rows` has no room for a failed row, that call returns the row's"]
-    #[doc = "error all the same, and a later mjenv_recv reports the row with its status"]
+    #[doc = " [rows] MJENV_OK; MJENV_DIVERGED if MuJoCo found bad numbers in the row and reset its"]
+    #[doc = "simulation (4.0: unless the model disables that): the other outputs are valid; a negative"]
+    #[doc = "status if the row failed: they are undefined"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -506,10 +520,6 @@ extern "C" {
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the version as one number, larger for later versions: 1000000 * major + 1000 * minor + patch."]
-    pub fn mjenv_version_number() -> u32;
-}
-extern "C" {
     #[doc = " Returns the name of a status, such as \"MJENV_E_VALUE\"; \"unknown status\" for other numbers; static."]
     pub fn mjenv_status_name(status: mjenv_status) -> *const ::std::os::raw::c_char;
 }
@@ -528,8 +538,8 @@ extern "C" {
     pub fn mjenv_error_of(
         handle: *const ::std::os::raw::c_void,
         text: *mut ::std::os::raw::c_char,
-        capacity: usize,
-        size: *mut usize,
+        capacity: i64,
+        size: *mut i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -572,7 +582,7 @@ extern "C" {
     pub fn mjenv_options_destroy(options: *mut mjenv_options);
 }
 extern "C" {
-    #[doc = " Returns the number of options; 0 for NULL."]
+    #[doc = " Returns the number of options; 0 for NULL (mjenv_last_error then has the reason)."]
     pub fn mjenv_options_count(options: *const mjenv_options) -> i64;
 }
 extern "C" {
@@ -585,7 +595,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. In Gymnasium, infos"]
-    #[doc = " and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.type tells this"]
+    #[doc = " and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.dtype tells this"]
     #[doc = " type: after this call, the one for the integer. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
@@ -599,7 +609,7 @@ extern "C" {
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
         values: *const f64,
-        count: usize,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -625,8 +635,8 @@ extern "C" {
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
         values: *mut f64,
-        capacity: usize,
-        count: *mut usize,
+        capacity: i64,
+        count: *mut i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -654,29 +664,13 @@ extern "C" {
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Returns the number of rows; 0 for NULL."]
-    pub fn mjenv_rows(env: *const mjenv_env) -> i64;
-}
-extern "C" {
-    #[doc = " Returns how many times one step calls mj_step; 0 for NULL."]
-    pub fn mjenv_frame_skip(env: *const mjenv_env) -> i64;
-}
-extern "C" {
-    #[doc = " Tells how many rows each thread steps together, in the lanes of the CPU's vector unit, and why not all or none of the"]
-    #[doc = " rows are. The results are the same either way, but rows in lanes take less time."]
-    #[doc = "   lanes     receives how many; 0: each row is stepped alone"]
-    #[doc = "   reason    receives a text that says why rows are stepped alone; \"\" if none is. It lives until the next call of this"]
-    #[doc = "             function with the environment. NULL: not wanted"]
-    #[doc = " Lanes that mjenv_create refuses stay off: by the option \"lanes\" or the variable MJENV_LANES, the library, the model,"]
-    #[doc = " or too few rows for a thread. Otherwise the answer may change in each call that changes rows. After mjenv_write,"]
-    #[doc = " mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an array of the mjModel"]
-    #[doc = " that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied is stepped alone as"]
-    #[doc = " long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb) has ended."]
-    pub fn mjenv_lanes(
-        env: *mut mjenv_env,
-        lanes: *mut i64,
-        reason: *mut *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
+    #[doc = " Describes an environment. Lanes that mjenv_create refuses stay off: by the option \"lanes\" or the variable MJENV_LANES,"]
+    #[doc = " the library, the model, or too few rows for a thread. Otherwise the answer may change in each call that changes rows."]
+    #[doc = " After mjenv_write, mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an"]
+    #[doc = " array of the mjModel that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied"]
+    #[doc = " is stepped alone as long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb)"]
+    #[doc = " has ended."]
+    pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be"]
@@ -692,7 +686,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of fields of a role; 0 if env is NULL or the role is unknown."]
+    #[doc = " Returns the number of fields of a role; 0 if env is NULL or the role is unknown (mjenv_last_error then has the"]
+    #[doc = " reason)."]
     pub fn mjenv_field_count(env: *const mjenv_env, role: mjenv_role) -> i64;
 }
 extern "C" {
@@ -705,20 +700,17 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Gives each row a new random stream: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not"]
-    #[doc = " reset the rows. A row that was never seeded is seeded from the system's entropy at its first reset."]
-    #[doc = "   seeds     [rows]; elements outside the mask are not read"]
-    pub fn mjenv_seed(env: *mut mjenv_env, seeds: *const u64, mask: *const u8) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Gives one row the random stream default_rng(seed), for a seed of any size."]
-    #[doc = "   digits    [count] the seed's 32-bit digits, the least significant first; count >= 1"]
-    #[doc = " Errors: VALUE (row), SIZE."]
-    pub fn mjenv_seed_digits(
+    #[doc = " Gives rows new random streams: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not reset the"]
+    #[doc = " rows. A row that was never seeded is seeded from the system's entropy at its first reset."]
+    #[doc = "   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first."]
+    #[doc = "             Those of rows outside the mask are not read"]
+    #[doc = "   words     >= 1; 1 for usual seeds"]
+    #[doc = " Errors: SIZE (words)."]
+    pub fn mjenv_seed(
         env: *mut mjenv_env,
-        row: i64,
-        digits: *const u32,
-        count: usize,
+        mask: *const u8,
+        seeds: *const u64,
+        words: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -733,7 +725,7 @@ extern "C" {
         env: *mut mjenv_env,
         row: i64,
         words: *mut u64,
-        count: usize,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -743,7 +735,7 @@ extern "C" {
         env: *mut mjenv_env,
         row: i64,
         words: *const u64,
-        count: usize,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -755,11 +747,7 @@ extern "C" {
     #[doc = " Draws one action for each row, in the order of the rows, as action_space.sample() does."]
     #[doc = "   action    [rows][actuators] receives the actions; count = rows * actuators"]
     #[doc = " Errors: SIZE, MODEL (an actuator has infinite bounds)."]
-    pub fn mjenv_sample_actions(
-        env: *mut mjenv_env,
-        action: *mut f32,
-        count: usize,
-    ) -> mjenv_status;
+    pub fn mjenv_sample_actions(env: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Begins new episodes. A row draws its initial state from its random stream, which continues from episode to episode."]
@@ -791,7 +779,7 @@ extern "C" {
         env: *mut mjenv_env,
         mask: *const u8,
         action: *const ::std::os::raw::c_void,
-        count: usize,
+        count: i64,
         dtype: mjenv_dtype,
         out: *const mjenv_batch,
     ) -> mjenv_status;
@@ -801,16 +789,16 @@ extern "C" {
     #[doc = " them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment"]
     #[doc = " has one thread only, the rows are stepped in mjenv_recv. It has one if num_threads is 1, if there is one row, if"]
     #[doc = " num_threads is 0 and the process may use one CPU, or if a registered task asks for the caller's thread."]
-    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were mjenv_rows"]
+    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were their number"]
     #[doc = "   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
     #[doc = " Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way"]
     #[doc = " already, or listed twice), FORKED. After an error, no row was sent."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
         rows: *const i64,
-        row_count: usize,
+        row_count: i64,
         action: *const ::std::os::raw::c_void,
-        count: usize,
+        count: i64,
         dtype: mjenv_dtype,
     ) -> mjenv_status;
 }
@@ -830,11 +818,11 @@ extern "C" {
     #[doc = " FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
-        least: usize,
+        least: i64,
         timeout: f64,
         rows: *mut i64,
-        capacity: usize,
-        count: *mut usize,
+        capacity: i64,
+        count: *mut i64,
         out: *const mjenv_batch,
     ) -> mjenv_status;
 }
@@ -844,14 +832,14 @@ extern "C" {
     #[doc = " observation and flags repeat, and its rewards and infos are 0."]
     #[doc = "   action    [rows][steps][actuators] of type dtype; count = rows * steps * actuators"]
     #[doc = "   steps     >= 1"]
-    #[doc = "   out       has mjenv_rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and"]
+    #[doc = "   out       has rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and"]
     #[doc = "             final_info are not written. May be NULL"]
     #[doc = " If a row fails in step t, status of step t has the reason. Nothing is written for its later steps, not even status."]
     #[doc = " Errors: as mjenv_step, and VALUE (steps)."]
     pub fn mjenv_rollout(
         env: *mut mjenv_env,
         action: *const ::std::os::raw::c_void,
-        count: usize,
+        count: i64,
         dtype: mjenv_dtype,
         steps: i64,
         out: *const mjenv_batch,
@@ -878,8 +866,8 @@ extern "C" {
         row: i64,
         array: *const ::std::os::raw::c_char,
         values: *mut f64,
-        capacity: usize,
-        count: *mut usize,
+        capacity: i64,
+        count: *mut i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -918,13 +906,13 @@ extern "C" {
         env: *mut mjenv_env,
         row: i64,
         qpos: *const f64,
-        nq: usize,
+        nq: i64,
         qvel: *const f64,
-        nv: usize,
+        nv: i64,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of a row, or of MJENV_ALL_ROWS, which then all have the same values."]
+    #[doc = " Writes an array of rows."]
     #[doc = "   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers (\"body_mass\","]
     #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)"]
     #[doc = "             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,"]
@@ -932,7 +920,8 @@ extern "C" {
     #[doc = "             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations, body_sameframe, geom_sameframe"]
     #[doc = "             and site_sameframe, which mj_setConst computes). Of the mjData: time, qpos, qvel, act, qacc_warmstart,"]
     #[doc = "             ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active"]
-    #[doc = "   values    [count] all elements of the array; count is the number that mjenv_read gives"]
+    #[doc = "   values    [count]. count is the number of the array's elements, which mjenv_read gives: all rows get the same"]
+    #[doc = "             values. Or it is rows * elements: each row gets its own, and those of rows outside the mask are not read"]
     #[doc = " Nothing is written if any value is refused. The model's own value is never refused. Refused are:"]
     #[doc = "   - a number that is not finite, that the array's type cannot hold, or an integer out of its range"]
     #[doc = "   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0"]
@@ -941,35 +930,21 @@ extern "C" {
     #[doc = "     length is less than 1e-15 (mjMINVAL), and a hfield_size above 1e10"]
     #[doc = "   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the"]
     #[doc = "     model's own, because the sign tells what the actuator's state consists of"]
-    #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (row, or a value), SIZE."]
+    #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (a value), SIZE."]
     pub fn mjenv_write(
-        env: *mut mjenv_env,
-        row: i64,
-        array: *const ::std::os::raw::c_char,
-        values: *const f64,
-        count: usize,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Writes an array of many rows, each with values of its own."]
-    #[doc = "   mask      [rows] not 0 for each row to write; NULL: all rows"]
-    #[doc = "   values    [rows][elements of the array]; those of rows that the mask leaves out are not read"]
-    #[doc = "   count     rows * elements"]
-    #[doc = " Errors: as mjenv_write."]
-    pub fn mjenv_write_rows(
         env: *mut mjenv_env,
         mask: *const u8,
         array: *const ::std::os::raw::c_char,
         values: *const f64,
-        count: usize,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Calls mj_setConst for a row, or MJENV_ALL_ROWS: MuJoCo computes anew what it computes from masses, sizes and qpos0"]
-    #[doc = " when it compiles a model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst"]
-    #[doc = " leaves the row in the position qpos_spring, for which it computes last: reset the row or set its state afterwards."]
-    #[doc = " Errors: VALUE (row), PHYSICS, MODEL (it would change what all rows share)."]
-    pub fn mjenv_set_constants(env: *mut mjenv_env, row: i64) -> mjenv_status;
+    #[doc = " Calls mj_setConst for rows: MuJoCo computes anew what it computes from masses, sizes and qpos0 when it compiles a"]
+    #[doc = " model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst leaves a row in the"]
+    #[doc = " position qpos_spring, for which it computes last: reset the row or set its state afterwards."]
+    #[doc = " Errors: PHYSICS, MODEL (it would change what all rows share)."]
+    pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is"]
@@ -979,16 +954,14 @@ extern "C" {
         env: *mut mjenv_env,
         row: i64,
         ctrl: *const f64,
-        count: usize,
+        count: i64,
         frames: i64,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies the row `from` to other rows: simulation state, random stream, step count, own arrays and inputs, and whether"]
-    #[doc = " the episode has ended."]
-    #[doc = "   to_mask   [rows] not 0 for each row to overwrite. It must not be NULL"]
-    #[doc = " Errors: VALUE (row)."]
-    pub fn mjenv_copy_row(env: *mut mjenv_env, from: i64, to_mask: *const u8) -> mjenv_status;
+    #[doc = " Copies the row `from` to the rows of the mask: simulation state, random stream, step count, own arrays and inputs, and"]
+    #[doc = " whether the episode has ended. Errors: VALUE (from)."]
+    pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes that hold what mjenv_copy_row copies."]
@@ -999,8 +972,8 @@ extern "C" {
         env: *mut mjenv_env,
         row: i64,
         image: *mut ::std::os::raw::c_void,
-        capacity_bytes: usize,
-        size_bytes: *mut usize,
+        capacity_bytes: i64,
+        size_bytes: *mut i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -1014,7 +987,7 @@ extern "C" {
         env: *mut mjenv_env,
         row: i64,
         image: *const ::std::os::raw::c_void,
-        size_bytes: usize,
+        size_bytes: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -1029,7 +1002,7 @@ extern "C" {
     pub fn mjenv_randomize(
         env: *mut mjenv_env,
         items: *const mjenv_randomization,
-        count: usize,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -1095,9 +1068,9 @@ extern "C" {
         renderer: *mut mjenv_renderer,
         row: i64,
         rgb: *mut u8,
-        rgb_count: usize,
+        rgb_count: i64,
         depth: *mut f32,
-        depth_count: usize,
+        depth_count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -1177,8 +1150,8 @@ pub struct mjenv_task_field {
     #[doc = " one line of documentation with the unit; NULL: the library's own for a name that the built-in"]
     #[doc = "robots use, such as \"qpos\" or \"x_velocity\", else none"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " the type in Python; 0: np.float64. An observation is always np.float64"]
-    pub type_: mjenv_type,
+    #[doc = " the type in Python; 0: FLOAT64. An observation is always np.float64"]
+    pub dtype: mjenv_dtype,
     #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands"]
     #[doc = "for a vector of length 1)"]
     pub ndim: i32,
@@ -1195,14 +1168,12 @@ impl Default for mjenv_task_field {
         }
     }
 }
-#[doc = " Gymnasium's default_camera_config. NaN means MuJoCo's default."]
+#[doc = " Gymnasium's default_camera_config. NaN means MuJoCo's default, as in MJENV_TASK_CAMERA_INIT."]
 #[repr(C)]
 pub struct mjenv_task_camera {
     pub struct_size: u32,
-    #[doc = " 0"]
-    pub reserved: i32,
-    #[doc = " the index of a body"]
-    pub trackbodyid: f64,
+    #[doc = " the index of a body; -1: MuJoCo's default"]
+    pub trackbodyid: i32,
     #[doc = " m"]
     pub distance: f64,
     #[doc = " m"]
