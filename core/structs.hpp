@@ -20,38 +20,21 @@ constexpr std::size_t by_pointers(std::size_t with_64, std::size_t with_32) {
 }
 
 // The size of a struct in the first release. Every caller's struct is at least as long. These sizes never change.
-template <typename T>
-inline constexpr std::size_t kOldestSize = 0;
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_option> = by_pointers(56, 48);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_field> = by_pointers(80, 72);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_space> = by_pointers(32, 24);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_spec> = by_pointers(96, 88);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_info> = by_pointers(40, 40);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_batch> = by_pointers(136, 96);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_render_settings> = 128;
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_randomization> = by_pointers(64, 56);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_push> = 120;
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_perturbation> = 72;
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_task_option> = by_pointers(80, 64);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_task_field> = by_pointers(64, 56);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_task_camera> = 48;
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_task> = by_pointers(168, 120);
-template <>
-inline constexpr std::size_t kOldestSize<mjenv_plugin> = 24;
+constexpr std::size_t oldest_size(const mjenv_option*) { return by_pointers(56, 48); }
+constexpr std::size_t oldest_size(const mjenv_field*) { return by_pointers(80, 72); }
+constexpr std::size_t oldest_size(const mjenv_space*) { return by_pointers(32, 24); }
+constexpr std::size_t oldest_size(const mjenv_spec*) { return by_pointers(96, 88); }
+constexpr std::size_t oldest_size(const mjenv_info*) { return by_pointers(40, 40); }
+constexpr std::size_t oldest_size(const mjenv_batch*) { return by_pointers(136, 96); }
+constexpr std::size_t oldest_size(const mjenv_render_settings*) { return 128; }
+constexpr std::size_t oldest_size(const mjenv_randomization*) { return by_pointers(64, 56); }
+constexpr std::size_t oldest_size(const mjenv_push*) { return 120; }
+constexpr std::size_t oldest_size(const mjenv_perturbation*) { return 72; }
+constexpr std::size_t oldest_size(const mjenv_task_option*) { return by_pointers(80, 64); }
+constexpr std::size_t oldest_size(const mjenv_task_field*) { return by_pointers(64, 56); }
+constexpr std::size_t oldest_size(const mjenv_task_camera*) { return 48; }
+constexpr std::size_t oldest_size(const mjenv_task*) { return by_pointers(168, 120); }
+constexpr std::size_t oldest_size(const mjenv_plugin*) { return 24; }
 
 // The caller's struct_size. theirs: may lie at any address, so its members must not be read before they are copied.
 template <typename T>
@@ -67,11 +50,12 @@ std::uint32_t struct_size(const T* theirs, const char* name) {
 template <typename T>
 std::size_t shared_size(const T* theirs, const char* name) {
   constexpr std::size_t kWord = sizeof(void*);  // whole words only: half of a pointer is not a valid pointer
-  static_assert(kOldestSize<T> > 0 && kOldestSize<T> % kWord == 0 && sizeof(T) % kWord == 0);
+  constexpr std::size_t kOldest = oldest_size(static_cast<const T*>(nullptr));
+  static_assert(kOldest % kWord == 0 && sizeof(T) % kWord == 0);
   const std::uint32_t size = struct_size(theirs, name);
-  if (size < kOldestSize<T>)
+  if (size < kOldest)
     fail(MJENV_E_ARGUMENT, std::string(name) + "->struct_size is " + std::to_string(size) + ", less than " +
-                               std::to_string(kOldestSize<T>) + "; set it to sizeof");
+                               std::to_string(kOldest) + "; set it to sizeof");
   return std::min<std::size_t>(size / kWord * kWord, sizeof(T));
 }
 

@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <new>
-#include <string>
 
 #include "engine/errors.hpp"
 #include "engine/load.hpp"

@@ -34,8 +34,6 @@ std::vector<std::string> constant_arrays(const Model& model) {
   return found;
 }
 
-void Constants::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
-
 Constants::Constants(const Model& model)
     : blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
   const auto kind_of = [&](const std::string& name, bool is_real) {

@@ -34,9 +34,6 @@ class Constants {
   void save(const OwnArrays& arrays, std::byte* block) const;
 
  private:
-  struct Delete {
-    void operator()(mjData_* data) const;
-  };
   // A copied array, or an option or statistic of the view.
   struct Part {
     enum class Kind { own, shared, unchecked };
@@ -49,7 +46,7 @@ class Constants {
   std::unique_ptr<mjModel_> blank_, view_;  // blank_: what the view is before the arrays are copied
   std::vector<double> copies_;
   std::vector<Part> parts_;
-  std::unique_ptr<mjData_, Delete> data_;
+  std::unique_ptr<mjData_, DeleteData> data_;
 
   void fill(const OwnArrays& arrays, const std::byte* block);
   std::byte* values_of(const OwnArray& array) const;

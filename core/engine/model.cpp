@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstring>
-#include <new>
 #include <string_view>
 #include <type_traits>
 
@@ -138,6 +136,8 @@ const Array* find(const std::vector<Array>& arrays, const std::string& name) {
   const auto found = std::find_if(arrays.begin(), arrays.end(), [&](const Array& array) { return array.name == name; });
   return found == arrays.end() ? nullptr : &*found;
 }
+
+void DeleteData::operator()(mjData* data) const { mj_deleteData(data); }
 
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 

@@ -35,6 +35,10 @@ struct Array {
   void read(double* values) const;
 };
 
+struct DeleteData {
+  void operator()(mjData_* data) const;
+};
+
 // The array with this name; null if there is none.
 const Array* find(const std::vector<Array>& arrays, const std::string& name);
 

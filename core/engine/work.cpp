@@ -1,7 +1,6 @@
 #include "engine/work.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <new>
 #include <utility>
@@ -19,8 +18,6 @@ T* put(T* to, const T* from, std::size_t count) {
 }
 
 }  // namespace
-
-void Work::Delete::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layout_(*model_) {
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);

@@ -89,13 +89,10 @@ class Work {
   bool diverged_early() const { return diverged_early_; }
 
  private:
-  struct Delete {
-    void operator()(mjData_* data) const;
-  };
   std::shared_ptr<const Model> model_;
   std::optional<ModelView> view_;  // only if rows have arrays of their own
   StateLayout layout_;
-  std::unique_ptr<mjData_, Delete> data_;
+  std::unique_ptr<mjData_, DeleteData> data_;
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false;

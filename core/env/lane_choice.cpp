@@ -1,7 +1,6 @@
 #include "env/lane_choice.hpp"
 
 #include <algorithm>
-#include <vector>
 
 #include "engine/lanes/stepper.hpp"
 #include "error.hpp"

@@ -1,7 +1,6 @@
 #include "env/perturbation.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
-
-#include "error.hpp"
 
 namespace mjenv::core {
 

@@ -1,7 +1,6 @@
 #include "numpy/random.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>

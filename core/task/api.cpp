@@ -32,26 +32,25 @@ std::string required_text(const char* value, const char* what) {
 
 Builder& cast(mjenv_builder* builder) { return *static_cast<Builder*>(builder); }
 
+std::string name_of(const char* option) { return required_text(option, "an option's name"); }
+
 std::int64_t integer(mjenv_builder* builder, const char* option) {
-  return cast(builder).attempt(std::int64_t{0},
-                               [&] { return cast(builder).integer(required_text(option, "an option's name")); });
+  return cast(builder).attempt(std::int64_t{0}, [&] { return cast(builder).integer(name_of(option)); });
 }
 
 void reals(mjenv_builder* builder, const char* option, double* values, std::int64_t count) {
-  cast(builder).attempt(0, [&] {
+  cast(builder).attempt([&] {
     if (!values) fail(MJENV_E_ARGUMENT, "values is NULL");
-    cast(builder).reals(required_text(option, "an option's name"), values, count);
-    return 0;
+    cast(builder).reals(name_of(option), values, count);
   });
 }
 
 std::int32_t is_integer(mjenv_builder* builder, const char* option) {
-  return cast(builder).attempt(
-      0, [&] { return cast(builder).is_integer(required_text(option, "an option's name")) ? 1 : 0; });
+  return cast(builder).attempt(0, [&] { return cast(builder).is_integer(name_of(option)) ? 1 : 0; });
 }
 
 const char* text(mjenv_builder* builder, const char* option) {
-  return cast(builder).attempt("", [&] { return cast(builder).text(required_text(option, "an option's name")); });
+  return cast(builder).attempt("", [&] { return cast(builder).text(name_of(option)); });
 }
 
 std::int32_t index(mjenv_builder* builder, const char* type, const char* name) {
@@ -60,9 +59,8 @@ std::int32_t index(mjenv_builder* builder, const char* type, const char* name) {
 }
 
 std::int32_t option_index(mjenv_builder* builder, const char* option, const char* type) {
-  return cast(builder).attempt(0, [&] {
-    return cast(builder).option_index(required_text(option, "an option's name"), required_text(type, "type"));
-  });
+  return cast(builder).attempt(
+      0, [&] { return cast(builder).option_index(name_of(option), required_text(type, "type")); });
 }
 
 std::int32_t norm_is_fused(mjenv_builder* builder) {
@@ -70,10 +68,7 @@ std::int32_t norm_is_fused(mjenv_builder* builder) {
 }
 
 void need(mjenv_builder* builder, const char* array) {
-  cast(builder).attempt(0, [&] {
-    cast(builder).need(required_text(array, "array"));
-    return 0;
-  });
+  cast(builder).attempt([&] { cast(builder).need(required_text(array, "array")); });
 }
 
 std::int32_t array(mjenv_builder* builder, const char* name, mjenv_field* field) {
@@ -81,25 +76,18 @@ std::int32_t array(mjenv_builder* builder, const char* name, mjenv_field* field)
 }
 
 void field(mjenv_builder* builder, const mjenv_task_field* given) {
-  cast(builder).attempt(0, [&] {
+  cast(builder).attempt([&] {
     if (!given) fail(MJENV_E_ARGUMENT, "field is NULL");
     cast(builder).describe(*given);
-    return 0;
   });
 }
 
 void carry(mjenv_builder* builder, std::int64_t count) {
-  cast(builder).attempt(0, [&] {
-    cast(builder).carry(count);
-    return 0;
-  });
+  cast(builder).attempt([&] { cast(builder).carry(count); });
 }
 
 void carry_bounds(mjenv_builder* builder, std::int64_t first, std::int64_t count, double low, double high) {
-  cast(builder).attempt(0, [&] {
-    cast(builder).carry_bounds({first, count, low, high});
-    return 0;
-  });
+  cast(builder).attempt([&] { cast(builder).carry_bounds({first, count, low, high}); });
 }
 
 // ---- Functions for the random stream ----

@@ -1,9 +1,7 @@
 #include "task/builder.hpp"
 
 #include <algorithm>
-#include <new>
 
-#include "error.hpp"
 #include "structs.hpp"
 #include "task/api.hpp"
 

@@ -25,6 +25,10 @@ class Builder : public mjenv_builder {
   // then on does not call body.
   template <typename T, typename Body>
   T attempt(T fallback, const Body& body) noexcept;
+  template <typename Body>
+  void attempt(const Body& body) noexcept {
+    attempt(0, [&] { return body(), 0; });
+  }
   // Throws the error that attempt kept, if there is one.
   void check() const;
 

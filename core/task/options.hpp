@@ -1,7 +1,6 @@
 // The constructor options of one id. The task's definition and the library declare them, and the caller sets them.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <memory>
 
 #include "engine/assets.hpp"
 #include "engine/errors.hpp"

@@ -16,8 +16,7 @@ struct Grown {
   double newest;
 };
 
-template <>
-inline constexpr std::size_t mjenv::core::kOldestSize<Grown> = 8;
+constexpr std::size_t oldest_size(const Grown*) { return 8; }
 
 using namespace mjenv::core;
 
