@@ -12,10 +12,10 @@
 namespace mjenv::core {
 namespace {
 
-constexpr std::array forces{"cacc", "cfrc_int", "cfrc_ext"};
-constexpr std::array frames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
+constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
+constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 // The others of mjenv_sim, and the rest of the state: each between two blanks.
-constexpr std::string_view shown =
+constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
     "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity ";
@@ -34,15 +34,15 @@ std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, c
 
 }  // namespace
 
-bool is_force(const std::string& array) { return is_in(forces, array); }
-bool is_frame(const std::string& array) { return is_in(frames, array); }
+bool is_force(const std::string& array) { return is_in(kForces, array); }
+bool is_frame(const std::string& array) { return is_in(kFrames, array); }
 bool is_after_every_step(const std::string& array) {
-  return shown.find(" " + array + " ") != shown.npos || is_frame(array);
+  return kShown.find(" " + array + " ") != kShown.npos || is_frame(array);
 }
 
 std::vector<std::string> on_demand_arrays() {
-  std::vector<std::string> names(forces.begin(), forces.end());
-  names.insert(names.end(), frames.begin(), frames.end());
+  std::vector<std::string> names(kForces.begin(), kForces.end());
+  names.insert(names.end(), kFrames.begin(), kFrames.end());
   return names;
 }
 
