@@ -203,7 +203,7 @@ class Player {
 // Steps the rows of an environment in the lanes of one instruction set, beside it, and counts shares of the time.
 class Shadow {
  public:
-  Shadow(const Case& c, const std::shared_ptr<const mjenv::core::Model>& model, const Player& player, int width)
+  Shadow(const Case& c, const std::shared_ptr<const mjenv::core::Model>& model, int width)
       : code_(*mjenv::core::lanes::code_of(width)),
         counting_(count(code_)),
         stepper_(mjenv::core::lanes::make_stepper(*model, counting_)) {
@@ -262,7 +262,7 @@ void measure_case(const Case& c, const std::vector<int>& widths) {
 
   const auto model = mjenv::core::Model::open(c.model);
   std::vector<std::unique_ptr<Shadow>> shadows;
-  for (const int width : widths) shadows.push_back(std::make_unique<Shadow>(c, model, *players[0], width));
+  for (const int width : widths) shadows.push_back(std::make_unique<Shadow>(c, model, width));
   for (int step = 0; step < kSteps * kRounds; ++step) {
     players[0]->sample();
     for (std::size_t i = 0; i < widths.size(); ++i) {
