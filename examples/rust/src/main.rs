@@ -28,21 +28,21 @@ impl Checksum {
 fn play(id: &str, norm: &str) -> Result<(), Error> {
     let mut options = Options::new(id)?;
     let mut env = Env::new(options.set("norm", norm)?, 1)?;
-    let mut batch = env.batch();
+    let mut batch = env.batch::<f64>();
     let mut action = vec![0.0f32; env.action_space().count()];
     let (mut checksum, mut steps, mut total) = (Checksum(0xcbf2_9ce4_8422_2325), 0, 0.0);
 
     let start = Instant::now();
-    env.seed(&[SEED])?;
+    env.seed(.., &[SEED])?;
     env.seed_actions(SEED)?;
     for episode in 1..=EPISODES {
         eprintln!("{id}: episode {episode} of {EPISODES}");
-        env.reset(&mut batch)?;
+        env.reset(.., &mut batch)?;
         checksum.numbers(batch.obs(0));
         batch.reset_infos().for_each(|(_, values)| checksum.numbers(values));
         while !batch.ended(0) {
             env.sample_actions(&mut action)?;
-            env.step(&action, &mut batch)?;
+            env.step(.., &action, &mut batch)?;
             checksum.numbers(batch.obs(0));
             checksum.numbers(batch.reward());
             checksum.word(batch.terminated()[0].into());

@@ -8,12 +8,12 @@
 //!
 //! fn main() -> Result<(), mjenv::Error> {
 //!     let mut env = Env::new(&Options::new("HalfCheetah-v5")?, 16)?;
-//!     let mut batch = env.batch();
-//!     env.reset(&mut batch)?;
+//!     let mut batch = env.batch::<f64>();
+//!     env.reset(.., &mut batch)?;
 //!     let weights = Array2::<f64>::from_elem((17, 6), 0.01);
 //!     for _ in 0..100 {
 //!         let actions = batch.obs_array().dot(&weights).mapv(f64::tanh);
-//!         env.step_array(actions.view(), &mut batch)?;
+//!         env.step_array(.., actions.view(), &mut batch)?;
 //!     }
 //!     println!("mean x = {}", batch.info_array("x_position")?.mean_axis(Axis(0)).unwrap());
 //!     Ok(())
@@ -22,26 +22,35 @@
 
 #![warn(missing_docs)]
 
-use mjenv::{Batch, Env, Error, Real};
+use mjenv::{Batch, Env, Error, Real, Rows};
 use ndarray::{ArrayView1, ArrayView2};
 
 /// Shows a batch as arrays.
 pub trait BatchArrays<T> {
     /// Returns the observations, of shape `[rows, observation_space().count()]`.
+    #[must_use]
     fn obs_array(&self) -> ArrayView2<'_, T>;
 
     /// Returns the rewards, of shape `[rows]`.
+    #[must_use]
     fn reward_array(&self) -> ArrayView1<'_, f64>;
 
     /// Returns an info of the last step, of shape `[rows, count]`. Most infos have a `count` of 1.
-    /// Errors: [`mjenv::ErrorKind::Name`].
+    ///
+    /// # Errors
+    /// [`mjenv::ErrorKind::Name`].
     fn info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// Returns an info of the last reset of each row, of shape `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
+    /// Returns an info of the last reset of each row, of shape `[rows, count]`.
+    ///
+    /// # Errors
+    /// [`mjenv::ErrorKind::Name`].
     fn reset_info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
     /// Returns an mjData array that the option `arrays` names, of shape `[rows, count]`.
-    /// Errors: [`mjenv::ErrorKind::Name`].
+    ///
+    /// # Errors
+    /// [`mjenv::ErrorKind::Name`].
     fn data_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 }
 
@@ -69,20 +78,33 @@ impl<T: Real> BatchArrays<T> for Batch<T> {
 
 /// Lets an environment take arrays.
 pub trait EnvArrays {
-    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`. They are copied only if they are
-    /// not contiguous and row-major. Errors: those of [`Env::step`].
+    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`; for a row or a list of rows, it has
+    /// as many rows as these. They are copied only if they are not contiguous and row-major.
+    ///
+    /// # Errors
+    /// Those of [`Env::step`].
     ///
     /// # Panics
-    /// If the actions have another shape.
-    fn step_array<A: Real, T: Real>(&mut self, actions: ArrayView2<'_, A>, out: &mut Batch<T>) -> Result<(), Error>;
+    /// If the actions have another number of columns.
+    fn step_array<'a, A: Real, T: Real>(
+        &mut self,
+        rows: impl Into<Rows<'a>>,
+        actions: ArrayView2<'_, A>,
+        out: &mut Batch<T>,
+    ) -> Result<(), Error>;
 }
 
 impl EnvArrays for Env {
-    fn step_array<A: Real, T: Real>(&mut self, actions: ArrayView2<'_, A>, out: &mut Batch<T>) -> Result<(), Error> {
-        assert_eq!(actions.dim(), (self.rows(), self.action_space().count()), "the shape of the actions");
+    fn step_array<'a, A: Real, T: Real>(
+        &mut self,
+        rows: impl Into<Rows<'a>>,
+        actions: ArrayView2<'_, A>,
+        out: &mut Batch<T>,
+    ) -> Result<(), Error> {
+        assert_eq!(actions.ncols(), self.action_space().count(), "the columns of the actions");
         match actions.as_slice() {
-            Some(slice) => self.step(slice, out),
-            None => self.step(&actions.iter().copied().collect::<Vec<A>>(), out),
+            Some(slice) => self.step(rows, slice, out),
+            None => self.step(rows, &actions.iter().copied().collect::<Vec<A>>(), out),
         }
     }
 }
@@ -103,9 +125,9 @@ mod tests {
         let mut options = Options::new("Ant-v5").unwrap();
         options.set("arrays", "xpos").unwrap();
         let mut env = Env::new(&options, 3).unwrap();
-        let mut batch = env.batch();
-        env.seed(&[1, 2, 3]).unwrap();
-        env.reset(&mut batch).unwrap();
+        let mut batch = env.batch::<f64>();
+        env.seed(.., &[1, 2, 3]).unwrap();
+        env.reset(.., &mut batch).unwrap();
         (env, batch)
     }
 
@@ -113,7 +135,7 @@ mod tests {
     fn views_show_the_batch() {
         let (mut env, mut batch) = ant();
         assert_eq!(batch.reset_info_array("x_position").unwrap().dim(), (3, 1));
-        env.step(&[0.5f32; 24], &mut batch).unwrap();
+        env.step(.., &[0.5f32; 24], &mut batch).unwrap();
         assert_eq!(batch.obs_array().dim(), (3, 105));
         for row in 0..3 {
             assert_eq!(batch.obs_array().row(row).as_slice().unwrap(), batch.obs(row));
@@ -132,24 +154,29 @@ mod tests {
         let (mut env, mut batch) = ant();
         let (mut other, mut same) = ant();
         for _ in 0..5 {
-            env.step_array(dense.view(), &mut batch).unwrap();
-            other.step_array(columns.view(), &mut same).unwrap();
+            env.step_array(.., dense.view(), &mut batch).unwrap();
+            other.step_array(.., columns.view(), &mut same).unwrap();
             assert_eq!(batch.observations(), same.observations());
         }
+        env.step_array(&[2, 0], columns.select(ndarray::Axis(0), &[2, 0]).view(), &mut batch).unwrap();
+        other.step_array(&[true, false, true], dense.view(), &mut same).unwrap();
+        assert_eq!(batch.observations(), same.observations());
+        let short = env.step_array(.., dense.slice(ndarray::s![..2, ..]), &mut batch);
+        assert_eq!(short.unwrap_err().kind(), mjenv::ErrorKind::Size);
     }
 
     #[test]
     fn a_rollout_of_no_steps() {
         let (env, _) = ant();
-        let none = env.rollout_batch(0);
+        let none = env.rollout_batch::<f64>(0);
         assert_eq!(none.obs_array().len(), 0);
         assert_eq!(none.info_array("x_position").unwrap().len(), 0);
     }
 
     #[test]
-    #[should_panic(expected = "the shape of the actions")]
-    fn another_shape() {
+    #[should_panic(expected = "the columns of the actions")]
+    fn another_number_of_columns() {
         let (mut env, mut batch) = ant();
-        let _ = env.step_array(Array2::<f64>::zeros((8, 3)).view(), &mut batch);
+        let _ = env.step_array(.., Array2::<f64>::zeros((8, 3)).view(), &mut batch);
     }
 }

@@ -46,10 +46,11 @@ impl Role {
     }
 }
 
-/// The type that Gymnasium gives a value. In this crate all values are `f64`, which holds each of them exactly.
+/// A type of numbers. That of a field is the one that Gymnasium gives its values; in this crate all of them are `f64`, which
+/// holds each exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum ValueType {
+pub enum Dtype {
     /// `np.float64`
     Float64,
     /// `np.float32` when the action is float32, else `np.float64`
@@ -70,31 +71,31 @@ pub enum ValueType {
     Unknown,
 }
 
-impl ValueType {
+impl Dtype {
     fn from_raw(raw: i32) -> Self {
         match raw {
-            sys::MJENV_TYPE_FLOAT64 => Self::Float64,
-            sys::MJENV_TYPE_ACTION => Self::Action,
-            sys::MJENV_TYPE_NATIVE_FLOAT => Self::NativeFloat,
-            sys::MJENV_TYPE_NATIVE_INT => Self::NativeInt,
-            sys::MJENV_TYPE_INT64 => Self::Int64,
-            sys::MJENV_TYPE_FLOAT32 => Self::Float32,
-            sys::MJENV_TYPE_INT32 => Self::Int32,
-            sys::MJENV_TYPE_UINT8 => Self::Uint8,
+            sys::MJENV_DTYPE_FLOAT64 => Self::Float64,
+            sys::MJENV_DTYPE_ACTION => Self::Action,
+            sys::MJENV_DTYPE_NATIVE_FLOAT => Self::NativeFloat,
+            sys::MJENV_DTYPE_NATIVE_INT => Self::NativeInt,
+            sys::MJENV_DTYPE_INT64 => Self::Int64,
+            sys::MJENV_DTYPE_FLOAT32 => Self::Float32,
+            sys::MJENV_DTYPE_INT32 => Self::Int32,
+            sys::MJENV_DTYPE_UINT8 => Self::Uint8,
             _ => Self::Unknown,
         }
     }
 
-    pub(crate) fn raw(self) -> sys::mjenv_type {
+    pub(crate) fn raw(self) -> sys::mjenv_dtype {
         match self {
-            Self::Float64 => sys::MJENV_TYPE_FLOAT64,
-            Self::Action => sys::MJENV_TYPE_ACTION,
-            Self::NativeFloat => sys::MJENV_TYPE_NATIVE_FLOAT,
-            Self::NativeInt => sys::MJENV_TYPE_NATIVE_INT,
-            Self::Int64 => sys::MJENV_TYPE_INT64,
-            Self::Float32 => sys::MJENV_TYPE_FLOAT32,
-            Self::Int32 => sys::MJENV_TYPE_INT32,
-            Self::Uint8 => sys::MJENV_TYPE_UINT8,
+            Self::Float64 => sys::MJENV_DTYPE_FLOAT64,
+            Self::Action => sys::MJENV_DTYPE_ACTION,
+            Self::NativeFloat => sys::MJENV_DTYPE_NATIVE_FLOAT,
+            Self::NativeInt => sys::MJENV_DTYPE_NATIVE_INT,
+            Self::Int64 => sys::MJENV_DTYPE_INT64,
+            Self::Float32 => sys::MJENV_DTYPE_FLOAT32,
+            Self::Int32 => sys::MJENV_DTYPE_INT32,
+            Self::Uint8 => sys::MJENV_DTYPE_UINT8,
             Self::Unknown => i32::MAX,
         }
     }
@@ -113,7 +114,7 @@ pub struct Field<'a> {
     /// The number of its elements: the product of the shape.
     pub count: usize,
     /// The type that Gymnasium gives its values.
-    pub value_type: ValueType,
+    pub dtype: Dtype,
     shape: [usize; 4],
     ndim: usize,
 }
@@ -129,26 +130,17 @@ impl<'a> Field<'a> {
             doc,
             offset: size(raw.offset),
             count: size(raw.count),
-            value_type: ValueType::from_raw(raw.type_),
+            dtype: Dtype::from_raw(raw.dtype),
             shape: raw.shape.map(size),
             ndim: size(raw.ndim.into()).min(4),
         }
     }
 
     /// Returns the shape; it is empty for a scalar.
+    #[must_use]
     pub fn shape(&self) -> &[usize] {
         &self.shape[..self.ndim]
     }
-}
-
-/// A floating point type, as NumPy names it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Dtype {
-    /// `f64`
-    Float64,
-    /// `f32`
-    Float32,
 }
 
 /// The space of one row's observation or action: Gymnasium's `Box`. The bounds may be infinite.
@@ -165,6 +157,7 @@ pub struct Space<'a> {
 
 impl Space<'_> {
     /// Returns the number of elements.
+    #[must_use]
     pub fn count(&self) -> usize {
         self.low.len()
     }

@@ -3,6 +3,7 @@ use std::ffi::CStr;
 use std::fmt;
 use std::os::raw::c_void;
 use std::ptr::{self, NonNull};
+use std::slice;
 use std::time::Duration;
 
 use mjenv_sys as sys;
@@ -10,10 +11,11 @@ use mjenv_sys as sys;
 use crate::describe::{int64, size, size_of};
 use crate::error::{check, check_length, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string, lossy};
-use crate::{Batch, Dtype, Field, Options, Real, Role, Space, Spec};
+use crate::{Batch, Dtype, Field, Options, Real, Role, Rows, Space, Spec};
 
 /// How many rows each thread of an environment steps together, see [`Env::lanes`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct Lanes {
     /// How many; 0: each row is stepped alone.
     pub count: usize,
@@ -21,17 +23,49 @@ pub struct Lanes {
     pub reason: String,
 }
 
+mod sealed {
+    pub trait Seed: Copy {
+        /// How many 64-bit words a seed has.
+        const WORDS: usize;
+    }
+
+    impl Seed for u64 {
+        const WORDS: usize = 1;
+    }
+
+    impl<const N: usize> Seed for [u64; N] {
+        const WORDS: usize = N;
+    }
+}
+
+/// A seed: a `u64`, or a larger integer as the array of its 64-bit words, the least significant first.
+pub trait Seed: sealed::Seed {}
+
+impl<T: sealed::Seed> Seed for T {}
+
 /// An environment of one or many rows. Each row is an episode; rows do not influence each other.
 ///
-/// Rows and actuators are numbered from 0. Arrays of actions and outputs hold one row after the other.
+/// Rows and actuators are numbered from 0. Arrays of actions and outputs hold one row after the other. The functions
+/// that are for one or many rows take [`Rows`].
 ///
 /// Dropping the environment waits for its threads and frees it. It takes a few megabytes.
 pub struct Env {
     raw: NonNull<sys::mjenv_env>,
     options: Options,
     rows: usize,
-    /// Row numbers on their way to and from the library, so that sending and receiving allocate nothing.
+    frame_skip: usize,
+    threads: usize,
+    room: Room,
+}
+
+/// Memory for what is passed to the library, so that steps allocate nothing.
+struct Room {
+    /// Row numbers.
     numbers: Vec<i64>,
+    /// A flag for each row.
+    mask: Vec<bool>,
+    /// An element for each row and actuator.
+    actions: Vec<f64>,
 }
 
 // SAFETY: any thread may use an environment, and different environments are independent. The library keeps only the
@@ -39,16 +73,114 @@ pub struct Env {
 // because the library refuses the later of two threads: here the compiler refuses it.
 unsafe impl Send for Env {}
 
+impl Room {
+    fn new(rows: usize, actuators: usize) -> Self {
+        Self { numbers: vec![0; rows], mask: vec![false; rows], actions: vec![0.0; rows * actuators] }
+    }
+
+    /// Returns the mask of the rows as the library takes it: a null pointer for all rows. It is valid as long as `rows`
+    /// and until the room is used again.
+    fn mask(&mut self, rows: Rows<'_>) -> Result<*const u8> {
+        if let Some(list) = rows.list() {
+            self.mask.fill(false);
+            for &row in list {
+                let count = self.mask.len();
+                *self.mask.get_mut(row).ok_or_else(|| no_row(row, count))? = true;
+            }
+        }
+        let flags = match rows {
+            Rows::All => return Ok(ptr::null()),
+            Rows::Mask(mask) => {
+                check_length("mask", mask.len(), self.mask.len())?;
+                mask
+            }
+            Rows::One(_) | Rows::List(_) => &self.mask,
+        };
+        Ok(flags.as_ptr().cast())
+    }
+
+    /// Returns the actions of all rows; those of some rows are put at the places of these rows.
+    fn spread_actions<'a, A: Real>(&'a mut self, rows: Rows<'_>, actions: &'a [A]) -> Result<&'a [A]> {
+        match rows.list() {
+            Some(list) => {
+                let count = self.mask.len();
+                spread("action", list, actions, self.actions(), count)
+            }
+            None => Ok(actions),
+        }
+    }
+
+    /// Returns the row numbers as the library takes them, and the actions of these rows alone.
+    fn sent<'a, A: Real>(&'a mut self, rows: Rows<'_>, actions: &'a [A]) -> Result<(&'a [i64], &'a [A])> {
+        self.numbers.clear();
+        let mask = match rows {
+            Rows::Mask(mask) => mask,
+            _ => {
+                let all = 0..self.mask.len();
+                match rows.list() {
+                    Some(list) => self.numbers.extend(list.iter().map(|&row| int64(row))),
+                    None => self.numbers.extend(all.map(int64)),
+                }
+                return Ok((&self.numbers, actions));
+            }
+        };
+        check_length("mask", mask.len(), self.mask.len())?;
+        check_length("action", actions.len(), self.actions.len())?;
+        let width = actions.len() / mask.len();
+        let mut count = 0;
+        for row in (0..mask.len()).filter(|&row| mask[row]) {
+            self.numbers.push(int64(row));
+            self.actions()[count..][..width].copy_from_slice(&actions[row * width..][..width]);
+            count += width;
+        }
+        let Self { numbers, actions, .. } = self;
+        Ok((numbers, &typed(actions)[..count]))
+    }
+
+    fn actions<A: Real>(&mut self) -> &mut [A] {
+        typed(&mut self.actions)
+    }
+}
+
+/// Uses memory for numbers of either type.
+fn typed<A: Real>(numbers: &mut [f64]) -> &mut [A] {
+    // SAFETY: A is f64 or f32, which needs no more room and no stricter alignment, and for which all bits are valid.
+    unsafe { slice::from_raw_parts_mut(numbers.as_mut_ptr().cast(), numbers.len()) }
+}
+
+/// Copies the values of the rows in `list` to the places of these rows in `all`, which has room for `rows` rows.
+fn spread<'a, T: Copy>(what: &str, list: &[usize], values: &[T], all: &'a mut [T], rows: usize) -> Result<&'a [T]> {
+    let width = all.len() / rows;
+    check_length(what, values.len(), list.len() * width)?;
+    for (index, &row) in list.iter().enumerate() {
+        let place = all.get_mut(row * width..(row + 1) * width).ok_or_else(|| no_row(row, rows))?;
+        place.copy_from_slice(&values[index * width..][..width]);
+    }
+    Ok(all)
+}
+
+fn no_row(row: usize, rows: usize) -> Error {
+    Error::new(ErrorKind::Value, format!("row {row} is outside 0..{}", rows - 1))
+}
+
 impl Env {
-    /// Builds an environment of `rows` rows with a copy of the options. Errors: [`ErrorKind::Value`] (`rows` is 0),
-    /// [`ErrorKind::Name`] (the option `arrays` contains an unknown name), [`ErrorKind::Model`], [`ErrorKind::Memory`].
+    /// Builds an environment of `rows` rows with a copy of the options.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`] (`rows` is 0), [`ErrorKind::Name`] (the option `arrays` contains an unknown name),
+    /// [`ErrorKind::File`], [`ErrorKind::Model`], [`ErrorKind::Memory`].
     pub fn new(options: &Options, rows: usize) -> Result<Self> {
         let options = options.try_clone()?;
         let mut raw = ptr::null_mut();
         // SAFETY: all pointers are valid for the call.
         check(unsafe { sys::mjenv_create(options.raw(), int64(rows), &mut raw) })?;
         let raw = NonNull::new(raw).expect("libmjenv creates an environment or fails");
-        Ok(Self { raw, options, rows, numbers: Vec::with_capacity(rows) })
+        let mut env = Self { raw, options, rows, frame_skip: 0, threads: 0, room: Room::new(0, 0) };
+        let info = env.info()?;
+        env.frame_skip = size(info.frame_skip);
+        env.threads = size(info.threads.into());
+        env.room = Room::new(rows, env.action_space().count());
+        Ok(env)
     }
 
     pub(crate) fn raw(&self) -> *mut sys::mjenv_env {
@@ -56,43 +188,57 @@ impl Env {
     }
 
     /// Returns the number of rows.
+    #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
     /// Returns how many simulation steps of MuJoCo (mj_step) one step takes.
+    #[must_use]
     pub fn frame_skip(&self) -> usize {
-        // SAFETY: the handle is alive.
-        size(unsafe { sys::mjenv_frame_skip(self.raw()) })
+        self.frame_skip
+    }
+
+    /// Returns how many threads step the rows.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.threads
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
     /// alone. The answer may change when rows get values or forces of their own.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Pending`].
     pub fn lanes(&mut self) -> Result<Lanes> {
-        let (mut count, mut reason) = (0, ptr::null());
-        // SAFETY: the handle is alive.
-        check(unsafe { sys::mjenv_lanes(self.raw(), &mut count, &mut reason) })?;
-        // SAFETY: the text lives until the next call with the environment, which is borrowed.
-        Ok(Lanes { count: size(count), reason: unsafe { borrowed(reason) }.to_string() })
+        let info = self.info()?;
+        // SAFETY: the text lives until the library is asked again, and the environment is borrowed.
+        Ok(Lanes { count: size(info.lanes), reason: unsafe { borrowed(info.lanes_reason) }.to_string() })
+    }
+
+    fn info(&mut self) -> Result<sys::mjenv_info> {
+        let mut info = sys::mjenv_info { struct_size: size_of::<sys::mjenv_info>(), ..Default::default() };
+        // SAFETY: handle and struct are valid for the call.
+        check(unsafe { sys::mjenv_info_of(self.raw(), &mut info) })?;
+        Ok(info)
     }
 
     /// Returns what Gymnasium registers for the id.
+    #[must_use]
     pub fn spec(&self) -> Spec {
         self.options.spec()
     }
 
     /// Returns the options with which the environment was built.
+    #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// Allocates outputs for this environment with observations in `f64`, as Gymnasium has them.
-    pub fn batch(&self) -> Batch<f64> {
-        Batch::new(self, self.rows)
-    }
-
-    /// Allocates outputs for this environment with observations rounded to `f32`.
-    pub fn batch_f32(&self) -> Batch<f32> {
+    /// Allocates outputs for this environment. Their observations are `f64`, as Gymnasium has them, or rounded to `f32`:
+    /// `env.batch::<f64>()`.
+    #[must_use]
+    pub fn batch<T: Real>(&self) -> Batch<T> {
         Batch::new(self, self.rows)
     }
 
@@ -100,24 +246,19 @@ impl Env {
     ///
     /// # Panics
     /// If they do not fit into the address space.
-    pub fn rollout_batch(&self, steps: usize) -> Batch<f64> {
-        Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
-    }
-
-    /// Does what [`Env::rollout_batch`] does, with observations rounded to `f32`.
-    ///
-    /// # Panics
-    /// If they do not fit into the address space.
-    pub fn rollout_batch_f32(&self, steps: usize) -> Batch<f32> {
+    #[must_use]
+    pub fn rollout_batch<T: Real>(&self, steps: usize) -> Batch<T> {
         Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
     }
 
     /// Returns the space of one row's observation.
+    #[must_use]
     pub fn observation_space(&self) -> Space<'_> {
         self.space(Role::Observation)
     }
 
     /// Returns the space of one row's action.
+    #[must_use]
     pub fn action_space(&self) -> Space<'_> {
         self.space(Role::Action)
     }
@@ -129,13 +270,14 @@ impl Env {
         let bound = |values: *const f64| match size(raw.count) {
             0 => &[],
             // SAFETY: the bounds hold `count` values that belong to the environment and never change.
-            count => unsafe { std::slice::from_raw_parts(values, count) },
+            count => unsafe { slice::from_raw_parts(values, count) },
         };
         let dtype = if raw.dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
         Space { dtype, low: bound(raw.low), high: bound(raw.high) }
     }
 
     /// Returns the fields of a role, in Gymnasium's order.
+    #[must_use]
     pub fn fields(&self, role: Role) -> impl ExactSizeIterator<Item = Field<'_>> + '_ {
         // SAFETY: the handle is alive.
         let count = size(unsafe { sys::mjenv_field_count(self.raw(), role.raw()) });
@@ -156,148 +298,145 @@ impl Env {
         unsafe { Field::from_raw(&raw) }
     }
 
-    /// Gives every row a new random stream from its own seed: a row with the seed `s` draws what NumPy's
-    /// `default_rng(s)` draws. `seeds` has an element for each row. A row that is never seeded gets its seed from the
-    /// system's entropy at its first reset. Errors: [`ErrorKind::Size`].
-    pub fn seed(&mut self, seeds: &[u64]) -> Result<()> {
+    /// Gives each of the rows a new random stream from its own seed: a row with the seed `s` draws what NumPy's
+    /// `default_rng(s)` draws. `seeds` has an element for each row, a `u64` or an array of words. A row that is never
+    /// seeded gets its seed from the system's entropy at its first reset.
+    ///
+    /// ```
+    /// # fn main() -> Result<(), mjenv::Error> {
+    /// # let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5")?, 2)?;
+    /// env.seed(.., &[42, 43])?;
+    /// env.seed(1, &[[0, 1]])?; // 2 to the power of 64
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// [`ErrorKind::Size`] (there are more or fewer seeds, or a seed has no words); those of [`Rows`].
+    pub fn seed<'a, S: Seed>(&mut self, rows: impl Into<Rows<'a>>, seeds: &[S]) -> Result<()> {
+        let rows = rows.into();
+        let mask = self.room.mask(rows)?;
+        let mut all;
+        let seeds = match (rows.list(), seeds) {
+            (Some([]), []) => return Ok(()),
+            (Some(list), [first, ..]) => {
+                all = vec![*first; self.rows];
+                spread("seeds", list, seeds, &mut all, self.rows)?
+            }
+            _ => seeds,
+        };
         check_length("seeds", seeds.len(), self.rows)?;
-        // SAFETY: there is a seed for each row; a null mask means all rows.
-        check(unsafe { sys::mjenv_seed(self.raw(), seeds.as_ptr(), ptr::null()) })
-    }
-
-    /// Does what [`Env::seed`] does, for the rows where `mask` is true. `mask` and `seeds` have an element for each row
-    /// of the environment. Errors: [`ErrorKind::Size`].
-    pub fn seed_where(&mut self, mask: &[bool], seeds: &[u64]) -> Result<()> {
-        check_length("mask", mask.len(), self.rows)?;
-        check_length("seeds", seeds.len(), self.rows)?;
-        // SAFETY: there are a seed and a flag for each row.
-        check(unsafe { sys::mjenv_seed(self.raw(), seeds.as_ptr(), mask.as_ptr() as *const u8) })
-    }
-
-    /// Seeds one row from an integer of any size, given as its 32-bit digits, the least significant first.
-    /// Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Size`] (`digits` is empty).
-    pub fn seed_digits(&mut self, row: usize, digits: &[u32]) -> Result<()> {
-        // SAFETY: the pointer is valid for the given number of digits.
-        check(unsafe { sys::mjenv_seed_digits(self.raw(), int64(row), digits.as_ptr(), digits.len()) })
+        // SAFETY: there is a seed of so many words for each row, and a mask that is not null has a flag for each row.
+        check(unsafe { sys::mjenv_seed(self.raw(), mask, seeds.as_ptr().cast(), int64(S::WORDS)) })
     }
 
     /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
     /// high half of the increment, and `has_uint32` and `uinteger`, which keep the half of a 64-bit draw that is not
-    /// used yet. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row was neither seeded
-    /// nor reset).
+    /// used yet.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row was neither seeded nor reset).
     pub fn stream(&self, row: usize) -> Result<[u64; 6]> {
         let mut words = [0; 6];
         // SAFETY: the pointer is valid for the given number of words.
-        check(unsafe { sys::mjenv_get_stream(self.raw(), int64(row), words.as_mut_ptr(), words.len()) })?;
+        check(unsafe { sys::mjenv_get_stream(self.raw(), int64(row), words.as_mut_ptr(), 6) })?;
         Ok(words)
     }
 
-    /// Replaces the random stream of a row by `words`, in the order of [`Env::stream`]. Errors: [`ErrorKind::Value`]
-    /// (there is no such row, or the increment is even).
+    /// Replaces the random stream of a row by `words`, in the order of [`Env::stream`].
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`] (there is no such row, or the increment is even).
     pub fn set_stream(&mut self, row: usize, words: &[u64; 6]) -> Result<()> {
         // SAFETY: the pointer is valid for the given number of words.
-        check(unsafe { sys::mjenv_set_stream(self.raw(), int64(row), words.as_ptr(), words.len()) })
+        check(unsafe { sys::mjenv_set_stream(self.raw(), int64(row), words.as_ptr(), 6) })
     }
 
-    /// Begins a new episode in every row. The start is drawn from the row's random stream. Writes the observations and
-    /// the reset infos into `out`. Errors: [`ErrorKind::Size`] (`out` is of another environment),
-    /// [`ErrorKind::Physics`].
-    pub fn reset<T: Real>(&mut self, out: &mut Batch<T>) -> Result<()> {
-        let out = out.raw();
-        // SAFETY: the arrays of the batch have the sizes in `out`.
-        check(unsafe { sys::mjenv_reset(self.raw(), ptr::null(), &out) })
+    /// Begins a new episode in each of the rows. The start is drawn from the row's random stream. Writes the
+    /// observations and the reset infos into `out`, where the other rows keep their values.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Size`] (`out` is of another environment), [`ErrorKind::Physics`]; those of [`Rows`].
+    pub fn reset<'a, T: Real>(&mut self, rows: impl Into<Rows<'a>>, out: &mut Batch<T>) -> Result<()> {
+        let (mask, out) = (self.room.mask(rows.into())?, out.raw());
+        // SAFETY: the arrays of the batch have the sizes in `out`, and a mask that is not null has a flag for each row.
+        check(unsafe { sys::mjenv_reset(self.raw(), mask, &out) })
     }
 
-    /// Does what [`Env::reset`] does, for the rows where `mask` is true; `mask` has an element for each row. The
-    /// outputs of the other rows keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
-    pub fn reset_where<T: Real>(&mut self, mask: &[bool], out: &mut Batch<T>) -> Result<()> {
-        check_length("mask", mask.len(), self.rows)?;
-        let out = out.raw();
-        // SAFETY: the arrays of the batch have the sizes in `out`, and the mask has an element for each row.
-        check(unsafe { sys::mjenv_reset(self.raw(), mask.as_ptr() as *const u8, &out) })
-    }
-
-    /// Steps every row. `actions` is `[rows][action_space().count()]`, one row after the other. `f32` and `f64` actions
-    /// give different bits, as in NumPy.
+    /// Steps the rows. `actions` has `action_space().count()` numbers for each row. `f32` and `f64` actions give
+    /// different bits, as in NumPy. Writes the outputs into `out`; the other rows keep their state, and their outputs
+    /// keep their values.
     ///
     /// With the option `autoreset_mode` a step also resets rows whose episodes have ended, as Gymnasium's SyncVectorEnv
     /// does. If MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] returns true for it, and the other
     /// rows are stepped.
     ///
-    /// Errors: [`ErrorKind::Size`], [`ErrorKind::NotReset`], [`ErrorKind::EpisodeEnded`],
-    /// [`ErrorKind::Value`] (an action is NaN or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row). The option
-    /// `strict` turns the checks of episodes and actions off.
-    pub fn step<A: Real, T: Real>(&mut self, actions: &[A], out: &mut Batch<T>) -> Result<()> {
-        let out = out.raw();
-        let action = actions.as_ptr() as *const c_void;
-        // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
-        check(unsafe { sys::mjenv_step(self.raw(), ptr::null(), action, actions.len(), A::DTYPE, &out) })
+    /// # Errors
+    /// [`ErrorKind::Size`], [`ErrorKind::NotReset`], [`ErrorKind::EpisodeEnded`], [`ErrorKind::Value`] (an action is NaN
+    /// or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row); those of [`Rows`]. The option `strict` turns the
+    /// checks of episodes and actions off.
+    pub fn step<'a, A: Real, T: Real>(
+        &mut self,
+        rows: impl Into<Rows<'a>>,
+        actions: &[A],
+        out: &mut Batch<T>,
+    ) -> Result<()> {
+        let (rows, env, out) = (rows.into(), self.raw(), out.raw());
+        let mask = self.room.mask(rows)?;
+        let actions = self.room.spread_actions(rows, actions)?;
+        let (action, count) = (actions.as_ptr().cast(), int64(actions.len()));
+        // SAFETY: the arrays of the batch have the sizes in `out`, a mask that is not null has a flag for each row, and
+        // the actions have the given length and type.
+        check(unsafe { sys::mjenv_step(env, mask, action, count, A::DTYPE, &out) })
     }
 
-    /// Does what [`Env::step`] does, for the rows where `mask` is true; `mask` has an element for each row. `actions` has
-    /// the elements of all rows, of which those of the other rows are ignored. The other rows and their outputs keep
-    /// their values. Errors: those of [`Env::step`].
-    pub fn step_where<A: Real, T: Real>(&mut self, mask: &[bool], actions: &[A], out: &mut Batch<T>) -> Result<()> {
-        check_length("mask", mask.len(), self.rows)?;
-        let out = out.raw();
-        let (mask, action, count) = (mask.as_ptr() as *const u8, actions.as_ptr() as *const c_void, actions.len());
-        // SAFETY: the arrays of the batch have the sizes in `out`, the mask has an element for each row, and the actions
-        // have the given length and type.
-        check(unsafe { sys::mjenv_step(self.raw(), mask, action, count, A::DTYPE, &out) })
-    }
-
-    /// Begins a step of every row and returns at once, so that the program can work while the rows are stepped.
-    /// `actions` is `[rows][action_space().count()]` and is copied. [`Env::recv`] returns the results.
+    /// Begins a step of the rows and returns at once, so that the program can work while the rows are stepped. `actions`
+    /// are those of [`Env::step`], and are copied. [`Env::recv`] returns the results.
     ///
-    /// While rows are under way, functions other than [`Env::send`], [`Env::send_rows`] and [`Env::recv`] that read or
-    /// change rows return [`ErrorKind::Pending`].
+    /// While rows are under way, functions other than [`Env::send`] and [`Env::recv`] that read or change rows return
+    /// [`ErrorKind::Pending`].
     ///
     /// ```
     /// # fn main() -> Result<(), mjenv::Error> {
     /// let mut options = mjenv::Options::new("Reacher-v5")?;
     /// options.set("num_threads", 2)?.set("autoreset_mode", "next_step")?;
     /// let mut env = mjenv::Env::new(&options, 8)?;
-    /// let (mut batch, mut rows) = (env.batch(), Vec::new());
-    /// env.reset(&mut batch)?;
-    /// env.send(&[0.0f32; 8 * 2])?;
+    /// let (mut batch, mut rows) = (env.batch::<f64>(), Vec::new());
+    /// env.reset(.., &mut batch)?;
+    /// env.send(.., &[0.0f32; 8 * 2])?;
     /// for _ in 0..100 {
     ///     env.recv(4, None, &mut rows, &mut batch)?;
     ///     let actions: Vec<_> = rows.iter().flat_map(|&row| [batch.obs(row)[0], 0.0]).collect();
-    ///     env.send_rows(&rows, &actions)?;
+    ///     env.send(&rows, &actions)?;
     /// }
     /// # Ok(())
     /// # }
     /// ```
     ///
-    /// Errors: those of [`Env::step`] except for [`ErrorKind::Physics`], which [`Env::recv`] returns;
-    /// [`ErrorKind::Pending`] (a row is under way already).
-    pub fn send<A: Real>(&mut self, actions: &[A]) -> Result<()> {
-        let action = actions.as_ptr() as *const c_void;
-        // SAFETY: the actions have the given length and type, and null rows mean all rows.
-        check(unsafe { sys::mjenv_send(self.raw(), ptr::null(), 0, action, actions.len(), A::DTYPE) })
-    }
-
-    /// Does what [`Env::send`] does, for some rows. `actions` is `[rows.len()][action_space().count()]`.
-    /// Errors: those of [`Env::send`], [`ErrorKind::Value`] (there is no such row).
-    pub fn send_rows<A: Real>(&mut self, rows: &[usize], actions: &[A]) -> Result<()> {
+    /// # Errors
+    /// Those of [`Env::step`] except for [`ErrorKind::Physics`], which [`Env::recv`] returns; [`ErrorKind::Pending`] (a
+    /// row is under way already).
+    pub fn send<'a, A: Real>(&mut self, rows: impl Into<Rows<'a>>, actions: &[A]) -> Result<()> {
+        let env = self.raw();
+        let (rows, actions) = self.room.sent(rows.into(), actions)?;
         if rows.is_empty() {
             // To the library, null rows mean all rows, and the pointer of an empty slice means nothing.
-            return check_length("actions", actions.len(), 0);
+            return check_length("action", actions.len(), 0);
         }
-        self.numbers.clear();
-        self.numbers.extend(rows.iter().map(|&row| int64(row)));
-        let (numbers, action) = (self.numbers.as_ptr(), actions.as_ptr() as *const c_void);
+        let (numbers, row_count) = (rows.as_ptr(), int64(rows.len()));
+        let (action, count) = (actions.as_ptr().cast(), int64(actions.len()));
         // SAFETY: rows and actions have the given lengths and type.
-        check(unsafe { sys::mjenv_send(self.raw(), numbers, rows.len(), action, actions.len(), A::DTYPE) })
+        check(unsafe { sys::mjenv_send(env, numbers, row_count, action, count, A::DTYPE) })
     }
 
     /// Waits until at least `least` of the rows that were sent have been stepped, or until `timeout` has passed. Writes
     /// the numbers of all rows that are done into `rows`, which it empties first, and their outputs into `out`, each at
     /// the row's own place. Each row is reported once.
     ///
-    /// Errors: [`ErrorKind::NotPending`], [`ErrorKind::Size`] (fewer than `least` rows are under way,
-    /// or `out` is of another environment), [`ErrorKind::Physics`] (MuJoCo failed in a row, for which [`Batch::failed`]
-    /// returns true). If a row failed, `rows` and `out` are written all the same.
+    /// # Errors
+    /// [`ErrorKind::NotPending`], [`ErrorKind::Size`] (fewer than `least` rows are under way, or `out` is of another
+    /// environment), [`ErrorKind::Physics`] (MuJoCo failed in a row, for which [`Batch::failed`] returns true). If a row
+    /// failed, `rows` and `out` are written all the same.
     pub fn recv<T: Real>(
         &mut self,
         least: usize,
@@ -306,30 +445,36 @@ impl Env {
         out: &mut Batch<T>,
     ) -> Result<()> {
         rows.clear();
-        self.numbers.resize(self.rows, 0);
+        self.room.numbers.resize(self.rows, 0);
         // The library waits without limit for a negative time.
         let seconds = timeout.map_or(-1.0, |timeout| timeout.as_secs_f64());
-        let (env, numbers, room, mut count) = (self.raw(), self.numbers.as_mut_ptr(), self.rows, 0);
-        let out = out.raw();
+        let (env, numbers, room, mut count) = (self.raw(), self.room.numbers.as_mut_ptr(), int64(self.rows), 0);
+        let (least, out) = (int64(least), out.raw());
         // SAFETY: there is room for the number of every row, and the arrays of the batch have the sizes in `out`.
         let result = check(unsafe { sys::mjenv_recv(env, least, seconds, numbers, room, &mut count, &out) });
-        rows.extend(self.numbers[..count].iter().map(|&row| size(row)));
+        rows.extend(self.room.numbers[..size(count)].iter().map(|&row| size(row)));
         result
     }
 
     /// Steps every row `steps` times, beginning at its present state. `actions` is
     /// `[rows][steps][action_space().count()]`, and `out` comes from [`Env::rollout_batch`]. A row whose episode ends
     /// stays there: for the steps that remain, its flags and its observation repeat, and its rewards and infos are 0.
-    /// No row is reset. Errors: those of [`Env::step`].
+    /// No row is reset.
+    ///
+    /// # Errors
+    /// Those of [`Env::step`].
     pub fn rollout<A: Real, T: Real>(&mut self, actions: &[A], steps: usize, out: &mut Batch<T>) -> Result<()> {
         let out = out.raw();
-        let (env, action, count) = (self.raw(), actions.as_ptr() as *const c_void, actions.len());
+        let (env, action, count) = (self.raw(), actions.as_ptr().cast(), int64(actions.len()));
         // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
         check(unsafe { sys::mjenv_rollout(env, action, count, A::DTYPE, int64(steps), &out) })
     }
 
     /// Writes the present observations of all rows, without a step, and the arrays that the option `arrays` names. The
-    /// other outputs keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// other outputs keep their values.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn observe<T: Real>(&self, out: &mut Batch<T>) -> Result<()> {
         let out = out.raw();
         // SAFETY: the arrays of the batch have the sizes in `out`.
@@ -337,23 +482,30 @@ impl Env {
     }
 
     /// Seeds the random stream of [`Env::sample_actions`], as Gymnasium's `action_space.seed(seed)` does.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Busy`].
     pub fn seed_actions(&mut self, seed: u64) -> Result<()> {
         // SAFETY: the handle is alive.
         check(unsafe { sys::mjenv_seed_actions(self.raw(), seed) })
     }
 
     /// Draws an action for each row, as Gymnasium's `action_space.sample()` does, and writes them into `actions`,
-    /// `[rows][action_space().count()]`. All rows draw from one stream, one after the other. Errors:
+    /// `[rows][action_space().count()]`. All rows draw from one stream, one after the other.
+    ///
+    /// # Errors
     /// [`ErrorKind::Size`], [`ErrorKind::Model`] (an actuator has no bounds).
     pub fn sample_actions(&mut self, actions: &mut [f32]) -> Result<()> {
         // SAFETY: the pointer is valid for the given number of elements.
-        check(unsafe { sys::mjenv_sample_actions(self.raw(), actions.as_mut_ptr(), actions.len()) })
+        check(unsafe { sys::mjenv_sample_actions(self.raw(), actions.as_mut_ptr(), int64(actions.len())) })
     }
 
     /// Reads an array of the row's mjData or of the mjModel by its MuJoCo name: `"xpos"`, `"body_mass"`, `"nq"`,
     /// `"opt.timestep"`. The values are those of Gymnasium's `env.unwrapped.data` after the last step, row-major.
     /// [`Env::fields`] lists the arrays with their shapes and units under [`Role::Data`] and [`Role::Model`].
-    /// Errors: [`ErrorKind::Name`], [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Physics`].
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Physics`].
     pub fn read(&self, row: usize, array: &str) -> Result<Vec<f64>> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let mut values = vec![0.0; self.read_raw(row, &name, &mut [])?];
@@ -362,7 +514,9 @@ impl Env {
     }
 
     /// Does what [`Env::read`] does, and writes into the first elements of `values`. Returns how many it wrote.
-    /// Errors: those of [`Env::read`], [`ErrorKind::Size`] (`values` is too short).
+    ///
+    /// # Errors
+    /// Those of [`Env::read`], [`ErrorKind::Size`] (`values` is too short).
     pub fn read_into(&self, row: usize, array: &str, values: &mut [f64]) -> Result<usize> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let count = self.read_raw(row, &name, values)?;
@@ -376,14 +530,17 @@ impl Env {
     /// Returns the array's length. If `values` is empty, it reads nothing else.
     fn read_raw(&self, row: usize, array: &CStr, values: &mut [f64]) -> Result<usize> {
         let mut count = 0;
-        let (to, room) = (values.as_mut_ptr(), values.len());
+        let (to, room) = (values.as_mut_ptr(), int64(values.len()));
         // SAFETY: all pointers are valid for the call, and `values` has the given room.
         check(unsafe { sys::mjenv_read(self.raw(), int64(row), array.as_ptr(), to, room, &mut count) })?;
-        Ok(count)
+        Ok(size(count))
     }
 
     /// Returns how many objects of a kind the model has. `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`,
-    /// `"actuator"`, `"tendon"`, `"sensor"` or `"light"`. Errors: [`ErrorKind::Name`].
+    /// `"actuator"`, `"tendon"`, `"sensor"` or `"light"`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`].
     pub fn object_count(&self, kind: &str) -> Result<usize> {
         let kind = c_string(format_args!("type {kind:?}"), kind)?;
         let mut count = 0;
@@ -393,7 +550,9 @@ impl Env {
     }
 
     /// Returns the index of a named object; [`Env::object_count`] lists the kinds.
-    /// Errors: [`ErrorKind::Name`] (the kind or the object).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`] (the kind or the object).
     pub fn object_index(&self, kind: &str, name: &str) -> Result<usize> {
         let (kind, name) =
             (c_string(format_args!("type {kind:?}"), kind)?, c_string(format_args!("name {name:?}"), name)?);
@@ -403,8 +562,10 @@ impl Env {
         Ok(size(index))
     }
 
-    /// Returns the name of an object; it is empty if the object has none. Errors: [`ErrorKind::Name`] (the kind),
-    /// [`ErrorKind::Value`] (there is no such object).
+    /// Returns the name of an object; it is empty if the object has none.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`] (the kind), [`ErrorKind::Value`] (there is no such object).
     pub fn object_name(&self, kind: &str, index: usize) -> Result<Cow<'_, str>> {
         let kind = c_string(format_args!("type {kind:?}"), kind)?;
         let mut name = ptr::null();
@@ -416,143 +577,129 @@ impl Env {
 
     /// Sets the positions and velocities of a row, in MuJoCo's units, and computes what depends on them, as Gymnasium's
     /// `set_state` does. `qpos` has nq elements and `qvel` has nv. The count of steps goes on. After it the row may be
-    /// stepped, even if it was never reset or its episode had ended. Errors: [`ErrorKind::Value`] (there is no such
-    /// row, or a number is NaN or infinite), [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// stepped, even if it was never reset or its episode had ended.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`] (there is no such row, or a number is NaN or infinite), [`ErrorKind::Size`],
+    /// [`ErrorKind::Physics`].
     pub fn set_state(&mut self, row: usize, qpos: &[f64], qvel: &[f64]) -> Result<()> {
-        let env = self.raw();
+        let (env, nq, nv) = (self.raw(), int64(qpos.len()), int64(qvel.len()));
         // SAFETY: the pointers are valid for the given number of elements.
-        check(unsafe { sys::mjenv_set_state(env, int64(row), qpos.as_ptr(), qpos.len(), qvel.as_ptr(), qvel.len()) })
+        check(unsafe { sys::mjenv_set_state(env, int64(row), qpos.as_ptr(), nq, qvel.as_ptr(), nv) })
     }
 
-    /// Writes an array of a row's mjModel, or an input of its mjData, by its MuJoCo name: `"body_mass"`,
+    /// Writes an array of the mjModel of the rows, or an input of their mjData, by its MuJoCo name: `"body_mass"`,
     /// `"geom_friction"`, `"opt.timestep"`, `"xfrc_applied"`. `values` has all elements of the array, as many as
-    /// [`Env::read`] returns. The effect is that of the same assignment in Gymnasium
-    /// (`env.unwrapped.model.body_mass[:] = values`): values of the mjModel stay over resets, and a reset clears the
-    /// inputs. mjenv.h lists what can be written.
+    /// [`Env::read`] returns, and each of the rows gets these; or it has the elements of one row after the other. The
+    /// effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`): values of the
+    /// mjModel stay over resets, and a reset clears the inputs. mjenv.h lists what can be written.
     ///
     /// ```
     /// # fn main() -> Result<(), mjenv::Error> {
-    /// let mut env = mjenv::Env::new(&mjenv::Options::new("Hopper-v5")?, 2)?;
+    /// let mut env = mjenv::Env::new(&mjenv::Options::new("Hopper-v5")?, 3)?;
     /// let mut masses = env.read(1, "body_mass")?;
     /// masses[1] *= 1.5; // the torso of row 1
     /// env.write(1, "body_mass", &masses)?;
+    /// env.write(.., "opt.timestep", &[0.002, 0.003, 0.004])?; // each row its own
+    /// env.write(.., "opt.timestep", &[0.002])?;
     /// # assert_eq!(env.read(1, "body_mass")?[1], env.read(0, "body_mass")?[1] * 1.5);
     /// # Ok(())
     /// # }
     /// ```
     ///
-    /// Errors: [`ErrorKind::Name`] (there is no such array, or it cannot be written), [`ErrorKind::Value`] (there is no
-    /// such row, or MuJoCo could not compute with a value), [`ErrorKind::Size`]. After an error nothing was written.
-    pub fn write(&mut self, row: usize, array: &str, values: &[f64]) -> Result<()> {
-        self.write_raw(int64(row), array, values)
-    }
-
-    /// Does what [`Env::write`] does, for all rows, which then have the same values. Errors: those of [`Env::write`].
-    pub fn write_all(&mut self, array: &str, values: &[f64]) -> Result<()> {
-        self.write_raw(sys::MJENV_ALL_ROWS.into(), array, values)
-    }
-
-    fn write_raw(&mut self, row: i64, array: &str, values: &[f64]) -> Result<()> {
+    /// # Errors
+    /// [`ErrorKind::Name`] (there is no such array, or it cannot be written), [`ErrorKind::Value`] (MuJoCo could not
+    /// compute with a value), [`ErrorKind::Size`]; those of [`Rows`]. After an error nothing was written.
+    pub fn write<'a>(&mut self, rows: impl Into<Rows<'a>>, array: &str, values: &[f64]) -> Result<()> {
+        let rows = rows.into();
         let name = c_string(format_args!("array {array:?}"), array)?;
-        // SAFETY: all pointers are valid for the call, and `values` has the given number of elements.
-        check(unsafe { sys::mjenv_write(self.raw(), row, name.as_ptr(), values.as_ptr(), values.len()) })
-    }
-
-    /// Writes an array of all rows, each with values of its own: `values` is `[rows][elements of the array]`, one row
-    /// after the other. Errors: those of [`Env::write`].
-    pub fn write_rows(&mut self, array: &str, values: &[f64]) -> Result<()> {
-        self.write_rows_raw(ptr::null(), array, values)
-    }
-
-    /// Does what [`Env::write_rows`] does, for the rows where `mask` is true; `mask` has an element for each row.
-    /// `values` has the elements of all rows, of which those of the other rows are ignored. Errors: those of
-    /// [`Env::write`].
-    pub fn write_rows_where(&mut self, mask: &[bool], array: &str, values: &[f64]) -> Result<()> {
-        check_length("mask", mask.len(), self.rows)?;
-        self.write_rows_raw(mask.as_ptr() as *const u8, array, values)
-    }
-
-    fn write_rows_raw(&mut self, mask: *const u8, array: &str, values: &[f64]) -> Result<()> {
-        let name = c_string(format_args!("array {array:?}"), array)?;
+        let mask = self.room.mask(rows)?;
+        let mut all;
+        let values = match (rows.list(), self.read_raw(0, &name, &mut [])?) {
+            (Some(list), elements) if elements != values.len() => {
+                all = vec![0.0; self.rows * elements];
+                spread(&format!("array {array:?}"), list, values, &mut all, self.rows)?
+            }
+            _ => values,
+        };
+        let (env, from, count) = (self.raw(), values.as_ptr(), int64(values.len()));
         // SAFETY: all pointers are valid for the call, `values` has the given number of elements, and a mask that is
-        // not null has an element for each row.
-        check(unsafe { sys::mjenv_write_rows(self.raw(), mask, name.as_ptr(), values.as_ptr(), values.len()) })
+        // not null has a flag for each row.
+        check(unsafe { sys::mjenv_write(env, mask, name.as_ptr(), from, count) })
     }
 
-    /// Calls mj_setConst for a row: MuJoCo computes anew what it computes from masses, sizes and `qpos0` when it
-    /// compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The row ends in the position
-    /// `qpos_spring`, for which mj_setConst computes last: reset the row, or set its state. Errors:
-    /// [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Physics`], [`ErrorKind::Model`] (it would change what
-    /// all rows share).
-    pub fn set_constants(&mut self, row: usize) -> Result<()> {
-        // SAFETY: the handle is alive.
-        check(unsafe { sys::mjenv_set_constants(self.raw(), int64(row)) })
-    }
-
-    /// Does what [`Env::set_constants`] does, for all rows. Errors: those of [`Env::set_constants`].
-    pub fn set_constants_all(&mut self) -> Result<()> {
-        // SAFETY: the handle is alive.
-        check(unsafe { sys::mjenv_set_constants(self.raw(), sys::MJENV_ALL_ROWS.into()) })
+    /// Calls mj_setConst for the rows: MuJoCo computes anew what it computes from masses, sizes and `qpos0` when it
+    /// compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The rows end in the position
+    /// `qpos_spring`, for which mj_setConst computes last: reset them, or set their state.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Physics`], [`ErrorKind::Model`] (it would change what all rows share); those of [`Rows`].
+    pub fn set_constants<'a>(&mut self, rows: impl Into<Rows<'a>>) -> Result<()> {
+        let mask = self.room.mask(rows.into())?;
+        // SAFETY: the handle is alive, and a mask that is not null has a flag for each row.
+        check(unsafe { sys::mjenv_set_constants(self.raw(), mask) })
     }
 
     /// Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a number for
     /// each actuator, as Gymnasium's `do_simulation` does. It counts no step of the environment and gives no reward.
-    /// Errors: [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`],
-    /// [`ErrorKind::Physics`].
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn simulate(&mut self, row: usize, ctrl: &[f64], frames: usize) -> Result<()> {
-        let (env, frames) = (self.raw(), int64(frames));
+        let (env, count, frames) = (self.raw(), int64(ctrl.len()), int64(frames));
         // SAFETY: the pointer is valid for the given number of elements.
-        check(unsafe { sys::mjenv_simulate(env, int64(row), ctrl.as_ptr(), ctrl.len(), frames) })
+        check(unsafe { sys::mjenv_simulate(env, int64(row), ctrl.as_ptr(), count, frames) })
     }
 
-    /// Copies the row `from` into all rows where `to` is true: simulation, random stream, counters and
-    /// written arrays. `to` has an element for each row. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Size`].
-    pub fn copy_row(&mut self, from: usize, to: &[bool]) -> Result<()> {
-        check_length("mask", to.len(), self.rows)?;
-        // SAFETY: there is a flag for each row.
-        check(unsafe { sys::mjenv_copy_row(self.raw(), int64(from), to.as_ptr() as *const u8) })
+    /// Copies the row `from` into the rows `to`: simulation, random stream, counters and written arrays.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`] (there is no row `from`); those of [`Rows`].
+    pub fn copy_row<'a>(&mut self, from: usize, to: impl Into<Rows<'a>>) -> Result<()> {
+        let mask = self.room.mask(to.into())?;
+        // SAFETY: a mask that is not null has a flag for each row.
+        check(unsafe { sys::mjenv_copy_row(self.raw(), mask, int64(from)) })
     }
 
-    /// Saves a row as bytes, called an image: simulation, random stream, counters and written arrays.
-    /// [`Env::restore`] continues from it. Errors: [`ErrorKind::Value`] (there is no such row).
-    pub fn snapshot(&self, row: usize) -> Result<Vec<u8>> {
-        self.image(int64(row))
-    }
-
-    /// Saves all rows as one image, for [`Env::restore_all`].
-    pub fn snapshot_all(&self) -> Result<Vec<u8>> {
-        self.image(sys::MJENV_ALL_ROWS.into())
-    }
-
-    fn image(&self, row: i64) -> Result<Vec<u8>> {
-        let mut size = 0;
+    /// Saves one row or all rows as bytes, called an image: simulation, random stream, counters and written arrays.
+    /// [`Env::restore`] continues from it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] (`rows` is a list or a mask), [`ErrorKind::Value`] (there is no such row).
+    pub fn snapshot<'a>(&self, rows: impl Into<Rows<'a>>) -> Result<Vec<u8>> {
+        let (row, mut bytes) = (one_or_all(rows.into())?, 0);
         // SAFETY: all pointers are valid for the call; it reads only the size.
-        check(unsafe { sys::mjenv_snapshot(self.raw(), row, ptr::null_mut(), 0, &mut size) })?;
-        let mut image = vec![0u8; size];
-        let (to, room) = (image.as_mut_ptr() as *mut c_void, image.len());
-        // SAFETY: all pointers are valid for the call, and `values` has the given room.
-        check(unsafe { sys::mjenv_snapshot(self.raw(), row, to, room, &mut size) })?;
+        check(unsafe { sys::mjenv_snapshot(self.raw(), row, ptr::null_mut(), 0, &mut bytes) })?;
+        let mut image = vec![0u8; size(bytes)];
+        let (to, room) = (image.as_mut_ptr() as *mut c_void, bytes);
+        // SAFETY: all pointers are valid for the call, and `image` has the given room.
+        check(unsafe { sys::mjenv_snapshot(self.raw(), row, to, room, &mut bytes) })?;
         Ok(image)
     }
 
-    /// Sets a row to the state that [`Env::snapshot`] saved. The row continues with the same bits, also in another
-    /// process and with another number of threads. The environment must have the same id, model and options as the one
-    /// that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`. Errors: [`ErrorKind::Value`] (there
-    /// is no such row), [`ErrorKind::Snapshot`].
-    pub fn restore(&mut self, row: usize, image: &[u8]) -> Result<()> {
-        self.set_image(int64(row), image)
-    }
-
-    /// Sets all rows to the state that [`Env::snapshot_all`] saved, as [`Env::restore`] does for one. The image must
-    /// hold as many rows as the environment has. Errors: [`ErrorKind::Snapshot`].
-    pub fn restore_all(&mut self, image: &[u8]) -> Result<()> {
-        self.set_image(sys::MJENV_ALL_ROWS.into(), image)
-    }
-
-    fn set_image(&mut self, row: i64, image: &[u8]) -> Result<()> {
-        let (from, size) = (image.as_ptr() as *const c_void, image.len());
+    /// Sets one row or all rows to the state that [`Env::snapshot`] saved. They continue with the same bits, also in
+    /// another process and with another number of threads. The environment must have the same id, model and options as
+    /// the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`, and the image must hold
+    /// as many rows.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] (`rows` is a list or a mask), [`ErrorKind::Value`] (there is no such row),
+    /// [`ErrorKind::Snapshot`].
+    pub fn restore<'a>(&mut self, rows: impl Into<Rows<'a>>, image: &[u8]) -> Result<()> {
+        let (row, from, bytes) = (one_or_all(rows.into())?, image.as_ptr() as *const c_void, int64(image.len()));
         // SAFETY: the pointer is valid for the given number of bytes.
-        check(unsafe { sys::mjenv_restore(self.raw(), row, from, size) })
+        check(unsafe { sys::mjenv_restore(self.raw(), row, from, bytes) })
+    }
+}
+
+/// Returns the row as the library takes it.
+fn one_or_all(rows: Rows<'_>) -> Result<i64> {
+    match rows {
+        Rows::All => Ok(sys::MJENV_ALL_ROWS.into()),
+        Rows::One(row) => Ok(int64(row)),
+        Rows::List(_) | Rows::Mask(_) => {
+            Err(Error::new(ErrorKind::Argument, "an image holds one row or all rows, not some".to_string()))
+        }
     }
 }
 

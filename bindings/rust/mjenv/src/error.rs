@@ -91,11 +91,13 @@ impl Error {
     }
 
     /// Returns what kind of failure it was.
+    #[must_use]
     pub fn kind(&self) -> ErrorKind {
         self.kind
     }
 
     /// Returns the reason in words. It names the wrong argument and, where there are some, the valid choices.
+    #[must_use]
     pub fn message(&self) -> &str {
         &self.message
     }

@@ -9,16 +9,16 @@
 //!     let mut options = Options::new("Ant-v5")?;
 //!     options.set("ctrl_cost_weight", 0.1)?.set("healthy_z_range", [0.3, 1.0])?;
 //!     let mut env = Env::new(&options, 1)?;
-//!     let mut batch = env.batch();
+//!     let mut batch = env.batch::<f64>();
 //!     let mut action = vec![0.0f32; env.action_space().count()];
 //!
-//!     env.seed(&[42])?;
+//!     env.seed(.., &[42])?;
 //!     env.seed_actions(42)?;
-//!     env.reset(&mut batch)?;
+//!     env.reset(.., &mut batch)?;
 //!     let mut total = 0.0;
 //!     while !batch.ended(0) {
 //!         env.sample_actions(&mut action)?;
-//!         env.step(&action, &mut batch)?;
+//!         env.step(.., &action, &mut batch)?;
 //!         total += batch.reward()[0];
 //!     }
 //!     println!("return {total}, last at x = {}", batch.info("x_position")?[0]);
@@ -76,6 +76,7 @@
 //! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.
 
 #![warn(missing_docs, missing_debug_implementations, unsafe_op_in_unsafe_fn)]
+#![warn(clippy::missing_errors_doc, clippy::must_use_candidate)]
 
 #[cfg(feature = "library")]
 mod batch;
@@ -97,6 +98,8 @@ mod registration;
 #[cfg(feature = "library")]
 mod render;
 #[cfg(feature = "library")]
+mod rows;
+#[cfg(feature = "library")]
 mod spec;
 pub mod task;
 #[cfg_attr(not(feature = "library"), allow(dead_code))]
@@ -106,13 +109,14 @@ mod text;
 pub use {
     batch::{Batch, Real},
     describe::{Field, Role, Space},
-    env::{Env, Lanes},
+    env::{Env, Lanes, Seed},
     error::{Error, ErrorKind, Result},
     options::{Kind, OptionInfo, Options, Value},
     randomization::{Distribution, Effect, Perturbation, Push, Randomization},
     registration::{load_tasks, register},
     render::{Camera, Gl, Image, RenderSettings, Renderer, Window},
+    rows::Rows,
     spec::{ids, spec, version, Spec},
 };
 
-pub use describe::{Dtype, ValueType};
+pub use describe::Dtype;

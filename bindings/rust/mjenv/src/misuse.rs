@@ -48,10 +48,10 @@ pub struct OptionsOfEnv;
 /// Outputs cannot be borrowed while the next step writes them.
 /// ```compile_fail,E0502
 /// let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
-/// let mut batch = env.batch();
-/// env.reset(&mut batch).unwrap();
+/// let mut batch = env.batch::<f64>();
+/// env.reset(.., &mut batch).unwrap();
 /// let obs = batch.obs(0);
-/// env.step(&[0.0f32; 2], &mut batch).unwrap();
+/// env.step(.., &[0.0f32; 2], &mut batch).unwrap();
 /// println!("{}", obs[0]);
 /// ```
 pub struct OutputsWhileWritten;
@@ -59,9 +59,9 @@ pub struct OutputsWhileWritten;
 /// Outputs cannot be borrowed while rows are received into them.
 /// ```compile_fail,E0502
 /// let mut env = mjenv::Env::new(&mjenv::Options::new("Reacher-v5").unwrap(), 1).unwrap();
-/// let (mut batch, mut rows) = (env.batch(), Vec::new());
-/// env.reset(&mut batch).unwrap();
-/// env.send(&[0.0f32; 2]).unwrap();
+/// let (mut batch, mut rows) = (env.batch::<f64>(), Vec::new());
+/// env.reset(.., &mut batch).unwrap();
+/// env.send(.., &[0.0f32; 2]).unwrap();
 /// let obs = batch.obs(0);
 /// env.recv(1, None, &mut rows, &mut batch).unwrap();
 /// println!("{}", obs[0]);

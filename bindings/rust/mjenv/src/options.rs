@@ -69,14 +69,15 @@ impl<'a> OptionInfo<'a> {
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Value {
     /// The value of a [`Kind::Flag`].
     Flag(bool),
     /// The value of a [`Kind::Integer`], or the index in a [`Kind::StringOrInteger`]. You may also set a
     /// [`Kind::Reals`] of one number to an integer: some infos and rewards are then integers in Gymnasium, and
-    /// [`Field::value_type`] says so.
+    /// [`Field::dtype`] says so.
     ///
-    /// [`Field::value_type`]: crate::Field::value_type
+    /// [`Field::dtype`]: crate::Field::dtype
     Integer(i64),
     /// All numbers of a [`Kind::Reals`].
     Reals(Vec<f64>),
@@ -255,7 +256,10 @@ unsafe impl Send for Options {}
 unsafe impl Sync for Options {}
 
 impl Options {
-    /// Returns the options of an id at their defaults. Errors: [`ErrorKind::Name`], [`ErrorKind::Memory`].
+    /// Returns the options of an id at their defaults.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Memory`].
     pub fn new(id: &str) -> Result<Self> {
         let spec = crate::spec(id)?;
         let id = c_string(format_args!("id {id:?}"), id)?;
@@ -280,11 +284,13 @@ impl Options {
     }
 
     /// Returns what Gymnasium registers for the id.
+    #[must_use]
     pub fn spec(&self) -> Spec {
         self.spec
     }
 
     /// Describes all options, in Gymnasium's order.
+    #[must_use]
     pub fn schema(&self) -> impl ExactSizeIterator<Item = OptionInfo<'_>> + '_ {
         // SAFETY: the handle is alive.
         let count = size(unsafe { sys::mjenv_options_count(self.raw()) });
@@ -313,8 +319,11 @@ impl Options {
     /// Sets an option; returns the options, so that calls can be chained with `?`.
     ///
     /// `value` is a `bool`, a text, an integer of any type, an `f32` or `f64`, or for several numbers an array, a slice
-    /// or a `Vec`. Errors: [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`] (also for an integer that
-    /// does not fit into an `i64`), [`ErrorKind::Size`], [`ErrorKind::Argument`].
+    /// or a `Vec`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`] (also for an integer that does not fit into an
+    /// `i64`), [`ErrorKind::Size`], [`ErrorKind::Argument`].
     pub fn set<V>(&mut self, name: &str, value: V) -> Result<&mut Self>
     where
         V: TryInto<Value>,
@@ -329,7 +338,7 @@ impl Options {
             match &value {
                 Value::Flag(flag) => sys::mjenv_options_set_integer(raw, key, (*flag).into()),
                 Value::Integer(integer) => sys::mjenv_options_set_integer(raw, key, *integer),
-                Value::Reals(reals) => sys::mjenv_options_set_reals(raw, key, reals.as_ptr(), reals.len()),
+                Value::Reals(reals) => sys::mjenv_options_set_reals(raw, key, reals.as_ptr(), int64(reals.len())),
                 Value::Text(text) => {
                     let text = c_string(format_args!("the text for option {name:?}"), text)?;
                     sys::mjenv_options_set_string(raw, key, text.as_ptr())
@@ -341,7 +350,9 @@ impl Options {
     }
 
     /// Reads an option as a `bool`, an integer of any type, an `f64`, a `Vec<f64>` or a `String`.
-    /// Errors: [`ErrorKind::Name`], [`ErrorKind::Type`] (also for an integer that the type does not hold),
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Type`] (also for an integer that the type does not hold),
     /// [`ErrorKind::Argument`].
     pub fn get<T: TryFrom<Value, Error = Value>>(&self, name: &str) -> Result<T> {
         T::try_from(self.value(name)?).map_err(|held| {
@@ -350,7 +361,10 @@ impl Options {
         })
     }
 
-    /// Reads an option of any kind. Errors: [`ErrorKind::Name`], [`ErrorKind::Argument`].
+    /// Reads an option of any kind.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Argument`].
     pub fn value(&self, name: &str) -> Result<Value> {
         let kind = self.schema().find(|option| option.name == name).map(|option| option.kind);
         let name = c_string(format_args!("option {name:?}"), name)?;
@@ -375,10 +389,10 @@ impl Options {
         let mut count = 0;
         // SAFETY: all pointers are valid for the call, which writes no values.
         check(unsafe { sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), ptr::null_mut(), 0, &mut count) })?;
-        let mut values = vec![0.0; count];
+        let mut values = vec![0.0; size(count)];
         // SAFETY: all pointers are valid for the call; there is room for `count` values.
         check(unsafe {
-            sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), values.as_mut_ptr(), values.len(), &mut count)
+            sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), values.as_mut_ptr(), count, &mut count)
         })?;
         Ok(Value::Reals(values))
     }

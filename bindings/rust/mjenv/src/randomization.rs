@@ -63,6 +63,7 @@ impl Distribution {
 
 /// What becomes of a value that is drawn. The model's own value is the one that was loaded with the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Effect {
     /// The value that is drawn.
     Value,
@@ -102,6 +103,7 @@ pub struct Randomization {
 
 impl Randomization {
     /// One draw for each element of the array.
+    #[must_use]
     pub fn new(array: &str, effect: Effect, distribution: Distribution) -> Self {
         Self { array: array.to_owned(), effect, distribution, elements: None, shared: false, constants: false }
     }
@@ -147,16 +149,17 @@ impl Env {
     /// let mut env = Env::new(&Options::new("Hopper-v5")?, 2)?;
     /// let scale = Distribution::Uniform { low: 0.5, high: 1.5 };
     /// env.randomize(&[Randomization::new("geom_friction", Effect::Scale, scale)])?;
-    /// let mut batch = env.batch();
-    /// env.reset(&mut batch)?;
+    /// let mut batch = env.batch::<f64>();
+    /// env.reset(.., &mut batch)?;
     /// assert_ne!(env.read(0, "geom_friction")?, env.read(1, "geom_friction")?);
     /// # Ok(())
     /// # }
     /// ```
     ///
-    /// Errors: [`ErrorKind::Name`](crate::ErrorKind::Name) (an array), [`ErrorKind::Value`](crate::ErrorKind::Value)
-    /// (an element, a parameter, or a value that can be drawn), [`ErrorKind::Size`](crate::ErrorKind::Size). After an
-    /// error nothing has changed.
+    /// # Errors
+    /// [`ErrorKind::Name`](crate::ErrorKind::Name) (an array), [`ErrorKind::Value`](crate::ErrorKind::Value) (an
+    /// element, a parameter, or a value that can be drawn), [`ErrorKind::Size`](crate::ErrorKind::Size). After an error
+    /// nothing has changed.
     pub fn randomize(&mut self, items: &[Randomization]) -> Result<()> {
         let mut kept = Vec::with_capacity(items.len());
         for item in items {
@@ -182,12 +185,14 @@ impl Env {
             })
             .collect();
         // SAFETY: all pointers are valid for the call, which copies what they point to.
-        check(unsafe { sys::mjenv_randomize(self.raw(), raw.as_ptr(), raw.len()) })
+        check(unsafe { sys::mjenv_randomize(self.raw(), raw.as_ptr(), int64(raw.len())) })
     }
 
     /// Replaces noise, delays and pushes, from each row's next reset on. mjenv.h describes what happens in a step.
-    /// Errors: [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Size`](crate::ErrorKind::Size). After an
-    /// error nothing has changed.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Size`](crate::ErrorKind::Size). After an error
+    /// nothing has changed.
     pub fn perturb(&mut self, perturbation: &Perturbation) -> Result<()> {
         let pushes: Vec<_> = perturbation
             .pushes

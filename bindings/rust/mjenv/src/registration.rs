@@ -12,7 +12,8 @@ use crate::task::{Description, Task};
 /// Registers a task for the rest of the process: its id can then be used like a built-in one. Any thread may call this
 /// at any time.
 ///
-/// Errors: [`ErrorKind::Value`] (the id is malformed or already registered, or a number is out of its bounds),
+/// # Errors
+/// [`ErrorKind::Value`] (the id is malformed or already registered, or a number is out of its bounds),
 /// [`ErrorKind::Argument`] (a name is missing), [`ErrorKind::Task`] (`build` failed when it listed the options).
 pub fn register<T: Task>() -> Result<()> {
     check_abi()?;
@@ -28,8 +29,8 @@ pub fn register<T: Task>() -> Result<()> {
 ///
 /// The environment variable `MJENV_TASKS` lists plug-ins, separated by `:`, that the library loads by itself.
 ///
-/// Errors: [`ErrorKind::Task`] (the file is no plug-in, or was built for another ABI version), and those of
-/// [`register`].
+/// # Errors
+/// [`ErrorKind::Task`] (the file is no plug-in, or was built for another ABI version), and those of [`register`].
 pub fn load_tasks(path: impl AsRef<Path>) -> Result<()> {
     check_abi()?;
     let path = path.as_ref();

@@ -40,6 +40,7 @@ impl Gl {
 
 /// The camera of a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Camera {
     /// The model's camera "track" if it has one; otherwise the free camera.
     #[default]
@@ -212,16 +213,19 @@ impl<T: Copy + Default> Image<T> {
     }
 
     /// Returns the width in pixels.
+    #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
     /// Returns the height in pixels.
+    #[must_use]
     pub fn height(&self) -> usize {
         self.pixels.len() / self.width
     }
 
     /// Returns all pixels, line by line: `[height][width]`.
+    #[must_use]
     pub fn pixels(&self) -> &[T] {
         &self.pixels
     }
@@ -230,6 +234,7 @@ impl<T: Copy + Default> Image<T> {
     ///
     /// # Panics
     /// If the pixel is outside of the picture.
+    #[must_use]
     pub fn get(&self, x: usize, y: usize) -> T {
         assert!(x < self.width, "column {x} is outside 0..{}", self.width);
         self.pixels[y * self.width + x]
@@ -238,6 +243,7 @@ impl<T: Copy + Default> Image<T> {
 
 impl Image<[u8; 3]> {
     /// Returns red, green and blue of all pixels, line by line, as image crates take them: `[height][width][3]`.
+    #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
         self.pixels.into_iter().flatten().collect()
     }
@@ -259,9 +265,11 @@ pub struct Renderer {
 unsafe impl Send for Renderer {}
 
 impl Renderer {
-    /// Builds a renderer. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value),
-    /// [`ErrorKind::Name`](crate::ErrorKind::Name) (the camera), [`ErrorKind::Render`](crate::ErrorKind::Render),
-    /// [`ErrorKind::Memory`](crate::ErrorKind::Memory).
+    /// Builds a renderer.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Name`](crate::ErrorKind::Name) (the camera),
+    /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
         settings.with_raw(|settings| {
@@ -273,29 +281,39 @@ impl Renderer {
     }
 
     /// Returns the OpenGL in use: `"egl, VENDOR, RENDERER, VERSION"`.
+    #[must_use]
     pub fn gl(&self) -> &str {
         // SAFETY: the text belongs to the renderer.
         unsafe { borrowed(sys::mjenv_renderer_gl(self.raw.as_ptr())) }
     }
 
-    /// Draws a row and returns its colours, red, green and blue. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value)
-    /// (there is no such row), [`ErrorKind::NotReset`](crate::ErrorKind::NotReset) (the row was
-    /// never reset), [`ErrorKind::Argument`](crate::ErrorKind::Argument) (the environment was dropped), [`ErrorKind::Render`](crate::ErrorKind::Render),
-    /// [`ErrorKind::Busy`](crate::ErrorKind::Busy).
+    /// Draws a row and returns its colours, red, green and blue.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`](crate::ErrorKind::Value) (there is no such row),
+    /// [`ErrorKind::NotReset`](crate::ErrorKind::NotReset) (the row was never reset),
+    /// [`ErrorKind::Argument`](crate::ErrorKind::Argument) (the environment was dropped),
+    /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Busy`](crate::ErrorKind::Busy).
     pub fn render(&mut self, row: usize) -> Result<Image<[u8; 3]>> {
         let mut colours = Image::new(self.width, self.height);
         self.draw(row, Some(&mut colours), None)?;
         Ok(colours)
     }
 
-    /// Draws a row and returns its depth buffer, from 0 (near) to 1 (far). Errors: those of [`Renderer::render`].
+    /// Draws a row and returns its depth buffer, from 0 (near) to 1 (far).
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
     pub fn render_depth(&mut self, row: usize) -> Result<Image<f32>> {
         let mut depth = Image::new(self.width, self.height);
         self.draw(row, None, Some(&mut depth))?;
         Ok(depth)
     }
 
-    /// Draws a row once, and returns its colours and its depth buffer. Errors: those of [`Renderer::render`].
+    /// Draws a row once, and returns its colours and its depth buffer.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
     pub fn render_both(&mut self, row: usize) -> Result<(Image<[u8; 3]>, Image<f32>)> {
         let (mut colours, mut depth) = (Image::new(self.width, self.height), Image::new(self.width, self.height));
         self.draw(row, Some(&mut colours), Some(&mut depth))?;
@@ -304,9 +322,9 @@ impl Renderer {
 
     fn draw(&mut self, row: usize, rgb: Option<&mut Image<[u8; 3]>>, depth: Option<&mut Image<f32>>) -> Result<()> {
         let (rgb, bytes) =
-            rgb.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), 3 * image.pixels.len()));
+            rgb.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), int64(3 * image.pixels.len())));
         let (depth, count) =
-            depth.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), image.pixels.len()));
+            depth.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), int64(image.pixels.len())));
         // SAFETY: the handle is alive, the buffers have the lengths given.
         check(unsafe { sys::mjenv_render(self.raw.as_ptr(), int64(row), rgb.cast(), bytes, depth, count) })
     }
@@ -333,8 +351,11 @@ pub struct Window {
 }
 
 impl Window {
-    /// Opens a window. It always has the free camera. Errors: [`ErrorKind::Value`](crate::ErrorKind::Value),
-    /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
+    /// Opens a window. It always has the free camera.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Render`](crate::ErrorKind::Render),
+    /// [`ErrorKind::Memory`](crate::ErrorKind::Memory).
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
         settings.with_raw(|settings| {
@@ -345,13 +366,17 @@ impl Window {
     }
 
     /// Returns whether the window is open: false once the user has closed it.
+    #[must_use]
     pub fn is_open(&self) -> bool {
         // SAFETY: the handle is alive.
         unsafe { sys::mjenv_window_is_open(self.raw.as_ptr()) != 0 }
     }
 
     /// Draws a row. While the user pauses, it keeps drawing and does not return. It draws nothing once the window is
-    /// closed. Errors: those of [`Renderer::render`].
+    /// closed.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
     pub fn draw(&mut self, row: usize) -> Result<()> {
         // SAFETY: the handle is alive.
         check(unsafe { sys::mjenv_window_draw(self.raw.as_ptr(), int64(row)) })
@@ -373,6 +398,7 @@ impl fmt::Debug for Window {
 
 impl Env {
     /// Returns Gymnasium's settings for pictures of this environment.
+    #[must_use]
     pub fn render_settings(&self) -> RenderSettings {
         RenderSettings::of(self)
     }

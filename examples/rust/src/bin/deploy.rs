@@ -137,18 +137,18 @@ fn hexadecimal(value: f64) -> String {
 
 fn play(policy: &Policy, episodes: usize, seed: u64) -> Result<(), Box<dyn Error>> {
     let mut env = Env::new(&Options::new(&policy.id)?, 1)?;
-    let mut batch = env.batch();
+    let mut batch = env.batch::<f64>();
     policy.check(batch.obs(0).len(), env.action_space().count())?;
-    env.seed(&[seed])?;
+    env.seed(.., &[seed])?;
     for _ in 0..episodes {
-        env.reset(&mut batch)?;
+        env.reset(.., &mut batch)?;
         let (mut length, mut total, mut checksum) = (0, 0.0, 0xcbf2_9ce4_8422_2325_u64);
         while !batch.ended(0) {
             let action = policy.act(batch.obs(0));
             for number in &action {
                 checksum = (checksum ^ u64::from(number.to_bits())).wrapping_mul(0x0100_0000_01b3);
             }
-            env.step(&action, &mut batch)?;
+            env.step(.., &action, &mut batch)?;
             total += batch.reward()[0];
             length += 1;
         }

@@ -9,7 +9,7 @@ use mjenv_sys as sys;
 
 use super::row::{Carry, Rng};
 use super::sim::{Array, Element, Shape, Sim};
-use super::ValueType;
+use super::Dtype;
 use crate::describe::{int64, size, size_of};
 use crate::numpy::Norm;
 
@@ -74,6 +74,7 @@ macro_rules! call {
     };
 }
 
+#[allow(clippy::must_use_candidate)] // a look-up alone says that the task needs the object
 impl<'a> Builder<'a> {
     /// A builder for the run that lists the options.
     pub(super) fn listing() -> Self {
@@ -188,7 +189,7 @@ impl<'a> Builder<'a> {
 
     /// How Euclidean norms are rounded: the option `norm`.
     pub fn norm(&self) -> Norm {
-        Norm { fused: !self.lists() && call!(self.norm_is_fused()) != 0 }
+        Norm::new(!self.lists() && call!(self.norm_is_fused()) != 0)
     }
 
     // ---- The model ----
@@ -293,8 +294,8 @@ impl<'a> Builder<'a> {
     }
 
     /// Sets the type that the reward has in Python; by default np.float64.
-    pub fn reward_type(&mut self, value_type: ValueType) {
-        self.describe(sys::MJENV_ROLE_REWARD, "reward", "", value_type, None);
+    pub fn reward_dtype(&mut self, dtype: Dtype) {
+        self.describe(sys::MJENV_ROLE_REWARD, "reward", "", dtype, None);
     }
 
     pub(super) fn describe(
@@ -302,7 +303,7 @@ impl<'a> Builder<'a> {
         role: sys::mjenv_role,
         name: &str,
         doc: &str,
-        value_type: ValueType,
+        dtype: Dtype,
         length: Option<usize>,
     ) {
         if self.lists() {
@@ -314,7 +315,7 @@ impl<'a> Builder<'a> {
             role,
             name: name.as_ptr(),
             doc: doc.as_ptr(),
-            type_: value_type.raw(),
+            dtype: dtype.raw(),
             ndim: length.is_some().into(),
             shape: [length.map_or(0, int64), 0, 0, 0],
         };
@@ -351,8 +352,8 @@ impl<'a> Builder<'a> {
         if self.shape.arrays.len() <= at {
             self.shape.arrays.resize(at + 1, (0, 0));
         }
-        self.shape.arrays[at] = (field.type_, size(field.count));
-        (at, Some(field.type_))
+        self.shape.arrays[at] = (field.dtype, size(field.count));
+        (at, Some(field.dtype))
     }
 
     /// An element of an array of int32; 0 in the run that lists the options.

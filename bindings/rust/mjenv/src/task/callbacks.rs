@@ -14,7 +14,7 @@ use super::builder::{c_text, Builder, Declared};
 use super::fields::{Entry, Fields};
 use super::row::{Carried, Carry, Rng, Row, Start};
 use super::sim::{Shape, Sim};
-use super::{Failure, Model, Outcome, Result, Task, ValueType};
+use super::{Dtype, Failure, Model, Outcome, Result, Task};
 use crate::describe::{int64, size_of};
 
 /// A task in one environment, which the library knows as `self`.
@@ -41,17 +41,17 @@ impl<T: Task> Instance<T> {
         let mut this = Self { task, shape, observation: Vec::new(), info: Vec::new(), reset_info: Vec::new() };
         this.try_methods(&mut b, raw)?;
         if let Some(Some(skipped)) = b.structure {
-            b.describe(sys::MJENV_ROLE_STRUCTURE, "skipped_qpos", "", ValueType::Float64, Some(skipped));
+            b.describe(sys::MJENV_ROLE_STRUCTURE, "skipped_qpos", "", Dtype::Float64, Some(skipped));
         }
         let roles = [sys::MJENV_ROLE_OBSERVATION, sys::MJENV_ROLE_INFO, sys::MJENV_ROLE_RESET_INFO];
         for (role, entries) in roles.into_iter().zip([&this.observation, &this.info, &this.reset_info]) {
             for entry in entries {
-                b.describe(role, &entry.name, &entry.doc, entry.value_type, entry.length);
+                b.describe(role, &entry.name, &entry.doc, entry.dtype, entry.length);
             }
         }
         if b.structure.is_some() {
             for entry in &this.observation {
-                b.describe(sys::MJENV_ROLE_STRUCTURE, &entry.name, &entry.doc, entry.value_type, Some(entry.count()));
+                b.describe(sys::MJENV_ROLE_STRUCTURE, &entry.name, &entry.doc, entry.dtype, Some(entry.count()));
             }
         }
         Ok(this)
@@ -220,7 +220,10 @@ impl fmt::Debug for Description {
 }
 
 impl Description {
-    /// Describes a task. Fails with a text that names the id.
+    /// Describes a task.
+    ///
+    /// # Errors
+    /// A text that names the id: `build` failed when it listed the options.
     pub fn of<T: Task>() -> std::result::Result<Box<Self>, String> {
         caught(|| {
             let mut b = Builder::listing();
@@ -237,11 +240,11 @@ impl Description {
             model: c_text(model),
             camera: sys::mjenv_task_camera {
                 struct_size: size_of::<sys::mjenv_task_camera>(),
-                reserved: 0,
-                trackbodyid: T::CAMERA.trackbodyid,
-                distance: T::CAMERA.distance,
-                lookat: T::CAMERA.lookat,
-                elevation: T::CAMERA.elevation,
+                // A number that does not fit becomes one that the library refuses.
+                trackbodyid: T::CAMERA.trackbodyid.map_or(-1, |body| i32::try_from(body).unwrap_or(i32::MAX)),
+                distance: T::CAMERA.distance.unwrap_or(f64::NAN),
+                lookat: T::CAMERA.lookat.unwrap_or([f64::NAN; 3]),
+                elevation: T::CAMERA.elevation.unwrap_or(f64::NAN),
             },
             options: declared.iter().map(Declared::raw).collect(),
             declared,

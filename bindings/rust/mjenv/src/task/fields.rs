@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::marker::PhantomData;
 
-use super::ValueType;
+use super::Dtype;
 use crate::numpy::Scalar;
 
 mod sealed {
@@ -13,7 +13,7 @@ mod sealed {
 /// A number that [`Fields::put`] takes: `f64`, [`Scalar`], an integer or a `bool`.
 pub trait Value: sealed::Sealed {
     /// The type that the value has in Python.
-    const TYPE: ValueType;
+    const TYPE: Dtype;
 
     /// Returns the value as the library stores it.
     fn number(self) -> f64;
@@ -21,11 +21,11 @@ pub trait Value: sealed::Sealed {
 
 /// Implements Value for a type.
 macro_rules! values {
-    ($($type:ty: $value_type:ident, $number:expr;)*) => {$(
+    ($($type:ty: $dtype:ident, $number:expr;)*) => {$(
         impl sealed::Sealed for $type {}
 
         impl Value for $type {
-            const TYPE: ValueType = ValueType::$value_type;
+            const TYPE: Dtype = Dtype::$dtype;
 
             #[inline]
             fn number(self) -> f64 {
@@ -49,7 +49,7 @@ values! {
 pub(super) struct Entry {
     pub(super) name: String,
     pub(super) doc: String,
-    pub(super) value_type: ValueType,
+    pub(super) dtype: Dtype,
     /// The length of a vector; `None`: a scalar.
     pub(super) length: Option<usize>,
 }
@@ -115,8 +115,8 @@ impl<'a> Fields<'a> {
         let mut values = values.into_iter();
         let (needed, to) = match self.next(name) {
             Some((Some(needed), to)) => (needed, to),
-            Some((None, _)) => return self.other(name, ValueType::Float64, Some(values.count()), Some(1)),
-            None => return self.other(name, ValueType::Float64, Some(values.count()), None),
+            Some((None, _)) => return self.other(name, Dtype::Float64, Some(values.count()), Some(1)),
+            None => return self.other(name, Dtype::Float64, Some(values.count()), None),
         };
         let mut found = 0;
         for (place, value) in values.by_ref().take(needed).enumerate() {
@@ -127,7 +127,7 @@ impl<'a> Fields<'a> {
         found += values.count();
         match found == needed {
             true => Put(None),
-            false => self.other(name, ValueType::Float64, Some(found), Some(needed)),
+            false => self.other(name, Dtype::Float64, Some(found), Some(needed)),
         }
     }
 
@@ -150,13 +150,13 @@ impl<'a> Fields<'a> {
 
     /// Notes a field in a trial call, or that a field is wrong.
     #[cold]
-    fn other(&mut self, name: &str, value_type: ValueType, length: Option<usize>, needed: Option<usize>) -> Put<'_> {
+    fn other(&mut self, name: &str, dtype: Dtype, length: Option<usize>, needed: Option<usize>) -> Put<'_> {
         match &mut self.target {
             Target::Learned(entries) => {
                 if entries.iter().any(|entry| entry.name == name) {
                     self.wrong.get_or_insert_with(|| format!("the field {name:?} is written twice"));
                 }
-                entries.push(Entry { name: name.to_string(), doc: String::new(), value_type, length });
+                entries.push(Entry { name: name.to_string(), doc: String::new(), dtype, length });
                 Put(entries.last_mut())
             }
             Target::Memory { expected, .. } => {
@@ -194,6 +194,7 @@ impl<'a> Fields<'a> {
 #[derive(Debug)]
 pub struct Put<'a>(Option<&'a mut Entry>);
 
+#[allow(clippy::must_use_candidate)] // the field is written already
 impl Put<'_> {
     /// One line of documentation with the unit.
     pub fn doc(self, text: &str) -> Self {
@@ -201,8 +202,8 @@ impl Put<'_> {
     }
 
     /// The type that the value has in Python.
-    pub fn value_type(self, value_type: ValueType) -> Self {
-        self.change(|entry| entry.value_type = value_type)
+    pub fn dtype(self, dtype: Dtype) -> Self {
+        self.change(|entry| entry.dtype = dtype)
     }
 
     #[inline]

@@ -71,9 +71,9 @@
 //! let mut options = mjenv::Options::new("Swingup-v0")?;
 //! options.set("ctrl_cost_weight", 0.1)?.set("num_threads", 2)?;
 //! let mut envs = mjenv::Env::new(&options, 64)?;
-//! let mut batch = envs.batch();
-//! envs.reset(&mut batch)?;
-//! envs.step(&[0.5f32; 64], &mut batch)?;
+//! let mut batch = envs.batch::<f64>();
+//! envs.reset(.., &mut batch)?;
+//! envs.step(.., &[0.5f32; 64], &mut batch)?;
 //! assert_eq!(batch.info("height")?.len(), 64);
 //! # Ok(())
 //! # }
@@ -146,7 +146,7 @@ pub use sim::{Action, Array, Contact, Element, Sim};
 #[doc(hidden)]
 pub use callbacks::{plugin, Description};
 
-pub use crate::describe::{Dtype, ValueType};
+pub use crate::describe::Dtype;
 
 /// Why a method of a task fails. A text becomes one by `"the reason".into()`, and `?` converts any error.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -155,6 +155,7 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 pub type Result<T = (), E = Failure> = std::result::Result<T, E>;
 
 /// A robot and its task. The [module](self) explains it and has an example.
+#[allow(clippy::missing_errors_doc)] // the task decides
 pub trait Task: Sized + Send + Sync + 'static {
     /// The id: letters, digits, `_`, `.` and `-`, then `-v` and a number: `"Cartpole-v0"`.
     const ID: &'static str;
@@ -209,6 +210,7 @@ pub trait Task: Sized + Send + Sync + 'static {
 
 /// Where a task's model comes from. It is the default of the options `xml_file` and `xml_string`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Model {
     /// A built-in model (`"hopper.xml"`), or a path that begins with `./`, `/` or `~`. `./` means the folder of the
     /// program or shared object that contains the task.
@@ -217,23 +219,22 @@ pub enum Model {
     Text(&'static str),
 }
 
-/// Gymnasium's `default_camera_config`. NaN means MuJoCo's default.
+/// Gymnasium's `default_camera_config`. `None` means MuJoCo's default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraConfig {
     /// The index of the body that the camera follows.
-    pub trackbodyid: f64,
+    pub trackbodyid: Option<u32>,
     /// The distance from the point that it looks at, m.
-    pub distance: f64,
+    pub distance: Option<f64>,
     /// The point that it looks at, m.
-    pub lookat: [f64; 3],
+    pub lookat: Option<[f64; 3]>,
     /// The angle above the horizontal plane, degrees. Negative: the camera looks down.
-    pub elevation: f64,
+    pub elevation: Option<f64>,
 }
 
 impl CameraConfig {
     /// MuJoCo's defaults.
-    pub const DEFAULT: Self =
-        Self { trackbodyid: f64::NAN, distance: f64::NAN, lookat: [f64::NAN; 3], elevation: f64::NAN };
+    pub const DEFAULT: Self = Self { trackbodyid: None, distance: None, lookat: None, elevation: None };
 }
 
 /// The result of a step.

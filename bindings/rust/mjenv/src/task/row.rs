@@ -103,6 +103,7 @@ impl Carried<'_> {
     ///
     /// # Panics
     /// If they were not declared in this environment.
+    #[must_use]
     pub fn get<const N: usize>(&self, numbers: Carry<N>) -> [f64; N] {
         // SAFETY: `place` checks that the numbers exist; an array of f64 has the alignment of f64.
         unsafe { (self.place(numbers) as *const [f64; N]).read() }

@@ -53,10 +53,10 @@ macro_rules! elements {
 }
 
 elements! {
-    f64: MJENV_TYPE_FLOAT64;
-    f32: MJENV_TYPE_FLOAT32;
-    i32: MJENV_TYPE_INT32;
-    u8: MJENV_TYPE_UINT8;
+    f64: MJENV_DTYPE_FLOAT64;
+    f32: MJENV_DTYPE_FLOAT32;
+    i32: MJENV_DTYPE_INT32;
+    u8: MJENV_DTYPE_UINT8;
 }
 
 /// An array of mjData or mjModel that [`Builder::array`](super::Builder::array) looked up.
@@ -80,16 +80,17 @@ pub(super) struct Shape {
 pub struct Action<'a> {
     /// The values. They hold a float32 exactly.
     pub values: &'a [f64],
-    /// The dtype that the caller passed.
+    /// The dtype that the caller passed: `Dtype::Float32` or `Dtype::Float64`.
     pub dtype: Dtype,
 }
 
 impl Action<'_> {
     /// `numpy.square(action).sum()`, computed in the action's dtype as NumPy does.
+    #[must_use]
     pub fn sum_square(&self) -> Scalar {
         match self.dtype {
             Dtype::Float32 => Scalar::Float32(sum_of(self.values, |value| value as f32 * value as f32)),
-            Dtype::Float64 => Scalar::Float64(sum_of(self.values, |value| value * value)),
+            _ => Scalar::Float64(sum_of(self.values, |value| value * value)),
         }
     }
 }
@@ -147,24 +148,28 @@ impl<'a> Sim<'a> {
     }
 
     /// The time of one mj_step, s.
+    #[must_use]
     pub fn timestep(&self) -> f64 {
         // SAFETY: the struct lives during the call of the task's method.
         unsafe { (*self.raw).timestep }
     }
 
     /// The time of one step of the environment, s.
+    #[must_use]
     pub fn dt(&self) -> f64 {
         // SAFETY: as in `timestep`.
         unsafe { (*self.raw).dt }
     }
 
     /// The time since the reset, s.
+    #[must_use]
     pub fn time(&self) -> f64 {
         // SAFETY: as in `timestep`; the pointer is valid.
         unsafe { *(*self.raw).time }
     }
 
     /// The row's action. Only [`Task::step`](super::Task::step) sees one; elsewhere its values are NaN.
+    #[must_use]
     pub fn action(&self) -> Action<'a> {
         // SAFETY: as in `timestep`; the array has an element for each actuator.
         let (values, dtype) = unsafe { (read((*self.raw).action, (*self.raw).nu), (*self.raw).action_dtype) };
@@ -176,6 +181,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Panics
     /// If they were not declared in this environment.
+    #[must_use]
     pub fn carried<const N: usize>(&self, numbers: Carry<N>) -> [f64; N] {
         // SAFETY: the numbers live during the call of the task's method, and nobody has a reference to them. `get` only
         // reads.
@@ -186,6 +192,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Panics
     /// If it was not looked up in this environment.
+    #[must_use]
     pub fn array<T: Element>(&self, array: Array<T>) -> &'a [T] {
         let count = match self.shape.arrays.get(array.index) {
             Some(&(element_type, count)) if element_type == T::TYPE => count,
@@ -206,6 +213,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Panics
     /// If the model does not have it.
+    #[must_use]
     pub fn sensor(&self, sensor: super::Sensor) -> &'a [f64] {
         &self.sensordata()[sensor.first..][..sensor.count]
     }
@@ -214,6 +222,7 @@ impl<'a> Sim<'a> {
     ///
     /// # Panics
     /// If build did not ask for them.
+    #[must_use]
     pub fn contacts(&self) -> &'a [Contact] {
         // SAFETY: the array, if it is there, has this many contacts, which have the layout of Contact.
         unsafe {

@@ -4,7 +4,6 @@
 
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_void};
-use std::ptr;
 use std::slice;
 use std::thread::{self, JoinHandle};
 
@@ -119,9 +118,9 @@ unsafe extern "C" fn mjenv_options_set_reals(
     options: *mut mjenv_options,
     _: *const c_char,
     values: *const f64,
-    count: usize,
+    count: i64,
 ) -> mjenv_status {
-    options_mut(options).range.copy_from_slice(slice::from_raw_parts(values, count));
+    options_mut(options).range.copy_from_slice(slice::from_raw_parts(values, count as usize));
     MJENV_OK
 }
 
@@ -153,13 +152,13 @@ unsafe extern "C" fn mjenv_options_get_reals(
     options: *const mjenv_options,
     _: *const c_char,
     values: *mut f64,
-    capacity: usize,
-    count: *mut usize,
+    capacity: i64,
+    count: *mut i64,
 ) -> mjenv_status {
     let range = options_of(options).range;
-    *count = range.len();
+    *count = range.len() as i64;
     if capacity > 0 {
-        slice::from_raw_parts_mut(values, capacity).copy_from_slice(&range);
+        slice::from_raw_parts_mut(values, capacity as usize).copy_from_slice(&range);
     }
     MJENV_OK
 }
@@ -188,12 +187,15 @@ unsafe extern "C" fn mjenv_create(options: *const mjenv_options, rows: i64, env:
 #[no_mangle]
 unsafe extern "C" fn mjenv_destroy(env: *mut mjenv_env) {
     let env = Box::from_raw(env as *mut Env);
-    env.sent.into_iter().for_each(|(_, thread)| thread.join().unwrap());
+    for (_, thread) in env.sent {
+        thread.join().unwrap();
+    }
 }
 
 #[no_mangle]
-extern "C" fn mjenv_frame_skip(_: *const mjenv_env) -> i64 {
-    5
+unsafe extern "C" fn mjenv_info_of(_: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status {
+    (*info).frame_skip = 5;
+    MJENV_OK
 }
 
 #[no_mangle]
@@ -218,7 +220,7 @@ unsafe extern "C" fn mjenv_field_at(
 ) -> mjenv_status {
     let (name, count) = FIELDS[index as usize];
     let field = &mut *field;
-    (field.name, field.doc, field.type_) = (text(name), text(b"\0"), MJENV_TYPE_FLOAT64 as i32);
+    (field.name, field.doc, field.dtype) = (text(name), text(b"\0"), MJENV_DTYPE_FLOAT64 as i32);
     (field.offset, field.count) = (index * 2, count as i64);
     (field.ndim, field.shape[0]) = (1, count as i64);
     MJENV_OK
@@ -241,11 +243,11 @@ unsafe extern "C" fn mjenv_read(
     row: i64,
     _: *const c_char,
     values: *mut f64,
-    capacity: usize,
-    count: *mut usize,
+    capacity: i64,
+    count: *mut i64,
 ) -> mjenv_status {
-    *count = ELEMENTS;
-    slice::from_raw_parts_mut(values, capacity).fill(row as f64);
+    *count = ELEMENTS as i64;
+    slice::from_raw_parts_mut(values, capacity as usize).fill(row as f64);
     MJENV_OK
 }
 
@@ -254,20 +256,20 @@ unsafe extern "C" fn mjenv_snapshot(
     env: *mut mjenv_env,
     row: i64,
     image: *mut c_void,
-    capacity: usize,
-    size: *mut usize,
+    capacity: i64,
+    size: *mut i64,
 ) -> mjenv_status {
     *size = 8;
     if !image.is_null() {
         let state = env_of(env).state[row as usize];
-        slice::from_raw_parts_mut(image as *mut u8, capacity).copy_from_slice(&state.to_ne_bytes());
+        slice::from_raw_parts_mut(image as *mut u8, capacity as usize).copy_from_slice(&state.to_ne_bytes());
     }
     MJENV_OK
 }
 
 #[no_mangle]
-unsafe extern "C" fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const c_void, size: usize) -> mjenv_status {
-    match slice::from_raw_parts(image as *const u8, size).try_into() {
+unsafe extern "C" fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const c_void, size: i64) -> mjenv_status {
+    match slice::from_raw_parts(image as *const u8, size as usize).try_into() {
         Ok(bytes) => env_of(env).state[row as usize] = f64::from_ne_bytes(bytes),
         Err(_) => return MJENV_E_SNAPSHOT,
     }
@@ -275,8 +277,8 @@ unsafe extern "C" fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const 
 }
 
 #[no_mangle]
-unsafe extern "C" fn mjenv_sample_actions(_: *mut mjenv_env, action: *mut f32, count: usize) -> mjenv_status {
-    slice::from_raw_parts_mut(action, count).fill(0.5);
+unsafe extern "C" fn mjenv_sample_actions(_: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status {
+    slice::from_raw_parts_mut(action, count as usize).fill(0.5);
     MJENV_OK
 }
 
@@ -296,12 +298,12 @@ unsafe extern "C" fn mjenv_step(
     env: *mut mjenv_env,
     mask: *const u8,
     action: *const c_void,
-    count: usize,
+    count: i64,
     dtype: mjenv_dtype,
     out: *const mjenv_batch,
 ) -> mjenv_status {
     let state = &mut env_of(env).state;
-    if count != state.len() * ACTUATORS {
+    if count as usize != state.len() * ACTUATORS {
         return MJENV_E_SIZE;
     }
     let sums = sums(action, count, dtype);
@@ -320,15 +322,15 @@ unsafe extern "C" fn mjenv_step(
 unsafe extern "C" fn mjenv_send(
     env: *mut mjenv_env,
     rows: *const i64,
-    row_count: usize,
+    row_count: i64,
     action: *const c_void,
-    count: usize,
+    count: i64,
     dtype: mjenv_dtype,
 ) -> mjenv_status {
     let env = env_of(env);
     let all: Vec<i64> = (0..env.state.len() as i64).collect();
-    let rows = if rows.is_null() { &all[..] } else { slice::from_raw_parts(rows, row_count) };
-    if count != rows.len() * ACTUATORS {
+    let rows = if rows.is_null() { &all[..] } else { slice::from_raw_parts(rows, row_count as usize) };
+    if count as usize != rows.len() * ACTUATORS {
         return MJENV_E_SIZE;
     }
     if rows.iter().any(|row| env.sent.iter().any(|sent| sent.0 == *row)) {
@@ -349,11 +351,11 @@ unsafe extern "C" fn mjenv_send(
 #[no_mangle]
 unsafe extern "C" fn mjenv_recv(
     env: *mut mjenv_env,
-    least: usize,
+    least: i64,
     _: f64,
     rows: *mut i64,
-    _: usize,
-    count: *mut usize,
+    _: i64,
+    count: *mut i64,
     out: *const mjenv_batch,
 ) -> mjenv_status {
     let env = env_of(env);
@@ -361,7 +363,7 @@ unsafe extern "C" fn mjenv_recv(
         return MJENV_E_NOT_PENDING;
     }
     *count = least;
-    for (i, (row, thread)) in env.sent.drain(..least).enumerate() {
+    for (i, (row, thread)) in env.sent.drain(..least as usize).enumerate() {
         write(&*out, row as usize, thread.join().unwrap());
         *rows.add(i) = row;
     }
@@ -374,11 +376,11 @@ unsafe extern "C" fn mjenv_recv(
 // ---- Actions and outputs ----
 
 /// Returns the sum of each row's actions.
-unsafe fn sums(action: *const c_void, count: usize, dtype: mjenv_dtype) -> Vec<f64> {
+unsafe fn sums(action: *const c_void, count: i64, dtype: mjenv_dtype) -> Vec<f64> {
     let actions: Vec<f64> = if dtype == MJENV_DTYPE_FLOAT32 {
-        slice::from_raw_parts(action as *const f32, count).iter().map(|&a| a.into()).collect()
+        slice::from_raw_parts(action as *const f32, count as usize).iter().map(|&a| a.into()).collect()
     } else {
-        slice::from_raw_parts(action as *const f64, count).to_vec()
+        slice::from_raw_parts(action as *const f64, count as usize).to_vec()
     };
     actions.chunks(ACTUATORS).map(|row| row.iter().sum()).collect()
 }
@@ -401,7 +403,7 @@ unsafe fn write(out: &mjenv_batch, row: usize, state: f64) {
 
 unsafe fn observe(out: &mjenv_batch, to: *mut c_void, row: usize, state: f64) {
     for element in row * ELEMENTS..(row + 1) * ELEMENTS {
-        if out.obs_dtype == MJENV_DTYPE_FLOAT32 as i32 {
+        if out.obs_dtype == MJENV_DTYPE_FLOAT32 {
             *(to as *mut f32).add(element) = state as f32;
         } else {
             *(to as *mut f64).add(element) = state;

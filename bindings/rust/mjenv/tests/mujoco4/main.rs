@@ -23,10 +23,10 @@ fn mujoco_is_opened_when_it_is_first_needed() {
     }
     std::env::set_var("MJENV_MUJOCO", given);
     let mut env = Env::new(&options, 1).unwrap();
-    let mut batch = env.batch();
-    env.seed(&[1]).unwrap();
-    env.reset(&mut batch).unwrap();
-    env.step(&[0.0; 3], &mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(.., &[1]).unwrap();
+    env.reset(.., &mut batch).unwrap();
+    env.step(.., &[0.0; 3], &mut batch).unwrap();
     let image = env.snapshot(0).unwrap();
     env.restore(0, &image).unwrap();
 }

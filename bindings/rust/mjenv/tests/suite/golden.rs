@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mjenv::{Options, Value, ValueType};
+use mjenv::{Dtype, Options, Value};
 
 pub fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../tests/golden")
@@ -34,13 +34,13 @@ pub fn real(text: &str) -> f64 {
     sign * mantissa as f64 * 2f64.powi(exponent)
 }
 
-pub fn value_type(name: &str) -> ValueType {
+pub fn dtype(name: &str) -> Dtype {
     match name {
-        "numpy_float64" => ValueType::Float64,
-        "action_dtype" => ValueType::Action,
-        "python_float" => ValueType::NativeFloat,
-        "python_int" => ValueType::NativeInt,
-        "numpy_int64" => ValueType::Int64,
+        "numpy_float64" => Dtype::Float64,
+        "action_dtype" => Dtype::Action,
+        "python_float" => Dtype::NativeFloat,
+        "python_int" => Dtype::NativeInt,
+        "numpy_int64" => Dtype::Int64,
         _ => panic!("no value type {name}"),
     }
 }
@@ -58,12 +58,12 @@ fn option_value(words: &[&str]) -> Value {
 pub struct Info {
     pub name: String,
     pub count: usize,
-    pub value_type: ValueType,
+    pub dtype: Dtype,
 }
 
 impl Info {
     pub fn parse(words: &[&str]) -> Self {
-        Self { name: words[0].to_string(), count: words[1].parse().unwrap(), value_type: value_type(words[2]) }
+        Self { name: words[0].to_string(), count: words[1].parse().unwrap(), dtype: dtype(words[2]) }
     }
 }
 

@@ -4,6 +4,7 @@ mod allocation;
 mod asynchronous;
 mod golden;
 mod misuse;
+mod numpy;
 mod options;
 mod pictures;
 mod randomisation;

@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use mjenv::{Env, ErrorKind, Options, Role, Value, ValueType};
+use mjenv::{Dtype, Env, ErrorKind, Options, Role, Value};
 
 fn ant() -> Options {
     Options::new("Ant-v5").unwrap()
@@ -65,7 +65,7 @@ fn a_copy_equals_and_goes_its_own_way() {
     for options in [&options, &copy, &of_env] {
         let env = Env::new(options, 1).unwrap();
         let survive = env.fields(Role::Info).find(|field| field.name == "reward_survive").unwrap();
-        assert_eq!(survive.value_type, ValueType::NativeInt);
+        assert_eq!(survive.dtype, Dtype::NativeInt);
     }
     copy.set("frame_skip", 4).unwrap();
     assert_eq!(options.get::<i64>("frame_skip").unwrap(), 3);

@@ -8,9 +8,9 @@ use mjenv::{Camera, Env, ErrorKind, Image, Options, RenderSettings, Renderer};
 
 fn ready(id: &str, rows: usize) -> Env {
     let mut env = Env::new(&Options::new(id).unwrap(), rows).unwrap();
-    env.seed(&(0..rows as u64).map(|row| 8 + row).collect::<Vec<_>>()).unwrap();
-    let mut batch = env.batch();
-    env.reset(&mut batch).unwrap();
+    env.seed(.., &(0..rows as u64).map(|row| 8 + row).collect::<Vec<_>>()).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
     env
 }
 
@@ -31,12 +31,12 @@ fn assert_recorded(id: &str) {
     let (rgb, depth) = file[end + 1..].split_at(3 * width * height);
 
     let mut env = Env::new(&Options::new(id).unwrap(), 1).unwrap();
-    let mut batch = env.batch();
-    env.seed(&[seed as u64]).unwrap();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(.., &[seed as u64]).unwrap();
+    env.reset(.., &mut batch).unwrap();
     let action = vec![0.0f32; env.action_space().count()];
     for _ in 0..steps {
-        env.step(&action, &mut batch).unwrap();
+        env.step(.., &action, &mut batch).unwrap();
     }
     let mut renderer = Renderer::new(&env, &env.render_settings().size(width, height)).unwrap();
     let (colours, depths) = renderer.render_both(0).unwrap();

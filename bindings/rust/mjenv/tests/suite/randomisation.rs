@@ -30,7 +30,7 @@ fn hopper(rows: usize) -> Env {
     let mut env = Env::new(&Options::new("Hopper-v5").unwrap(), rows).unwrap();
     env.randomize(&items()).unwrap();
     env.perturb(&perturbation()).unwrap();
-    env.seed(&(3..3 + rows as u64).collect::<Vec<_>>()).unwrap();
+    env.seed(.., &(3..3 + rows as u64).collect::<Vec<_>>()).unwrap();
     env
 }
 
@@ -38,13 +38,13 @@ fn hopper(rows: usize) -> Env {
 fn rows_draw_as_environments_of_one_row() {
     let (mut many, mut one) = (hopper(2), hopper(1));
     let own = Env::new(&Options::new("Hopper-v5").unwrap(), 1).unwrap().read(0, "body_mass").unwrap();
-    let (mut batch, mut out) = (many.batch(), one.batch());
-    many.reset(&mut batch).unwrap();
-    one.reset(&mut out).unwrap();
+    let (mut batch, mut out) = (many.batch::<f64>(), one.batch::<f64>());
+    many.reset(.., &mut batch).unwrap();
+    one.reset(.., &mut out).unwrap();
     for step in 0..8 {
         assert_bits(&format!("step {step}"), batch.obs(0), out.obs(0));
-        many.step(&[0.1f32; 6], &mut batch).unwrap();
-        one.step(&[0.1f32; 3], &mut out).unwrap();
+        many.step(.., &[0.1f32; 6], &mut batch).unwrap();
+        one.step(.., &[0.1f32; 3], &mut out).unwrap();
     }
     let mass = many.read(1, "body_mass").unwrap();
     assert!((1..3).all(|i| mass[i] != own[i] && mass[i] / own[i] >= 0.5 && mass[i] / own[i] <= 1.5));

@@ -20,7 +20,7 @@ fn bits(batch: &Batch) -> Vec<u64> {
     let infos = batch.infos().chain(batch.reset_infos()).flat_map(|(_, values)| values);
     let numbers = batch.observations().iter().chain(batch.reward()).chain(infos).map(|number| number.to_bits());
     let flags = batch.terminated().iter().chain(batch.truncated()).map(|flag| u64::from(*flag));
-    let failures = (0..batch.rows()).map(|row| u64::from(batch.failed(row)));
+    let failures = (0..batch.rows()).map(|row| u64::from(batch.failed(row)) + 2 * u64::from(batch.diverged(row)));
     numbers.chain(flags).chain(failures).collect()
 }
 
@@ -37,12 +37,12 @@ impl Pair {
     fn new(id: &str, rows: usize) -> Self {
         let options = Options::new(id).unwrap();
         let (mut env, mut twin) = (Env::new(&options, rows).unwrap(), Env::new(&options, rows).unwrap());
-        let (mut batch, mut twin_batch) = (env.batch(), twin.batch());
+        let (mut batch, mut twin_batch) = (env.batch::<f64>(), twin.batch::<f64>());
         let seeds: Vec<_> = (0..rows as u64).collect();
         for (env, batch) in [(&mut env, &mut batch), (&mut twin, &mut twin_batch)] {
-            env.seed(&seeds).unwrap();
+            env.seed(.., &seeds).unwrap();
             env.seed_actions(5).unwrap();
-            env.reset(batch).unwrap();
+            env.reset(.., batch).unwrap();
         }
         let actions = vec![0.0; rows * env.action_space().count()];
         let mut pair = Self { env, batch, twin, twin_batch, actions };
@@ -53,7 +53,7 @@ impl Pair {
     fn step(&mut self) {
         for (env, batch) in [(&mut self.env, &mut self.batch), (&mut self.twin, &mut self.twin_batch)] {
             env.sample_actions(&mut self.actions).unwrap();
-            env.step(&self.actions, batch).unwrap();
+            env.step(.., &self.actions, batch).unwrap();
         }
         assert_eq!(bits(&self.batch), bits(&self.twin_batch));
     }
@@ -148,26 +148,26 @@ fn models() {
 fn steps_out_of_time() {
     let mut options = Options::new("InvertedPendulum-v5").unwrap();
     let mut env = Env::new(options.set("max_episode_steps", 2).unwrap(), 2).unwrap();
-    let mut batch = env.batch();
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::NotReset, &["row 0", "reset"]);
-    env.reset_where(&[true, false], &mut batch).unwrap();
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::NotReset, &["row 1", "reset"]);
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    assert_refused(env.step(.., &[0.0f32; 2], &mut batch), ErrorKind::NotReset, &["row 0", "reset"]);
+    env.reset(&[true, false], &mut batch).unwrap();
+    assert_refused(env.step(.., &[0.0f32; 2], &mut batch), ErrorKind::NotReset, &["row 1", "reset"]);
+    env.reset(.., &mut batch).unwrap();
     for _ in 0..2 {
-        env.step(&[0.0f32; 2], &mut batch).unwrap();
+        env.step(.., &[0.0f32; 2], &mut batch).unwrap();
     }
     assert_eq!(batch.truncated(), [true, true]);
     let before = bits(&batch);
-    assert_refused(env.step(&[0.0f32; 2], &mut batch), ErrorKind::EpisodeEnded, &["row 0", "ended", "strict"]);
+    assert_refused(env.step(.., &[0.0f32; 2], &mut batch), ErrorKind::EpisodeEnded, &["row 0", "ended", "strict"]);
     assert_eq!(bits(&batch), before);
-    env.reset(&mut batch).unwrap();
-    env.step(&[0.0f32; 2], &mut batch).unwrap();
+    env.reset(.., &mut batch).unwrap();
+    env.step(.., &[0.0f32; 2], &mut batch).unwrap();
 
     let mut free = Env::new(options.set("strict", false).unwrap(), 1).unwrap();
-    let mut batch = free.batch();
-    free.reset(&mut batch).unwrap();
+    let mut batch = free.batch::<f64>();
+    free.reset(.., &mut batch).unwrap();
     for _ in 0..3 {
-        free.step(&[f32::NAN], &mut batch).unwrap();
+        free.step(.., &[f32::NAN], &mut batch).unwrap();
     }
     assert!(batch.ended(0));
 }
@@ -178,12 +178,12 @@ fn actions() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut actions = [0.5f32; 12];
         actions[9] = bad;
-        pair.refuses(ErrorKind::Value, &["row 1", "action[3]", "strict"], |env, out| env.step(&actions, out));
+        pair.refuses(ErrorKind::Value, &["row 1", "action[3]", "strict"], |env, out| env.step(.., &actions, out));
         let wide = actions.map(f64::from);
-        pair.refuses(ErrorKind::Value, &["row 1", "action[3]"], |env, out| env.step(&wide, out));
+        pair.refuses(ErrorKind::Value, &["row 1", "action[3]"], |env, out| env.step(.., &wide, out));
     }
-    pair.refuses(ErrorKind::Size, &["action", "6", "12"], |env, out| env.step(&[0.0f32; 6], out));
-    pair.refuses(ErrorKind::Size, &["action", "0", "12"], |env, out| env.step::<f64, _>(&[], out));
+    pair.refuses(ErrorKind::Size, &["action", "6", "12"], |env, out| env.step(.., &[0.0f32; 6], out));
+    pair.refuses(ErrorKind::Size, &["action", "0", "12"], |env, out| env.step::<f64, _>(.., &[], out));
     pair.refuses(ErrorKind::Size, &["action", "13", "12"], |env, _| env.sample_actions(&mut [0.0; 13]));
 }
 
@@ -191,13 +191,13 @@ fn actions() {
 fn outputs_of_another_environment() {
     let mut pair = Pair::new("HalfCheetah-v5", 2);
     let mut options = Options::new("HalfCheetah-v5").unwrap();
-    let mut single = Env::new(&options, 1).unwrap().batch();
+    let mut single = Env::new(&options, 1).unwrap().batch::<f64>();
     options.set("exclude_current_positions_from_observation", false).unwrap();
-    let mut other = Env::new(&options, 2).unwrap().batch();
+    let mut other = Env::new(&options, 2).unwrap().batch::<f64>();
     let before = (bits(&single), bits(&other));
-    pair.refuses(ErrorKind::Size, &["rows", "1", "2"], |env, _| env.step(&[0.0f32; 12], &mut single));
-    pair.refuses(ErrorKind::Size, &["obs_count", "18", "17"], |env, _| env.step(&[0.0f32; 12], &mut other));
-    pair.refuses(ErrorKind::Size, &["rows"], |env, _| env.reset(&mut single));
+    pair.refuses(ErrorKind::Size, &["rows", "1", "2"], |env, _| env.step(.., &[0.0f32; 12], &mut single));
+    pair.refuses(ErrorKind::Size, &["obs_count", "18", "17"], |env, _| env.step(.., &[0.0f32; 12], &mut other));
+    pair.refuses(ErrorKind::Size, &["rows"], |env, _| env.reset(.., &mut single));
     pair.refuses(ErrorKind::Size, &["obs_count"], |env, _| env.observe(&mut other));
     assert_eq!((bits(&single), bits(&other)), before);
     pair.refuses(ErrorKind::Name, &["x_speed", "x_velocity"], |_, out| out.info("x_speed").map(<[f64]>::to_vec));
@@ -209,26 +209,30 @@ fn outputs_of_another_environment() {
 #[test]
 fn outputs_without_room_for_arrays_or_reset_infos() {
     let mut options = Options::new("HalfCheetah-v5").unwrap();
-    let mut plain = Env::new(&options, 1).unwrap().batch();
+    let mut plain = Env::new(&options, 1).unwrap().batch::<f64>();
     let mut env = Env::new(options.set("arrays", "xpos").unwrap(), 1).unwrap();
-    let mut batch = env.batch();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
     let needs = ["arrays_count", "0", "24"];
-    assert_refused(env.step(&[0.0f32; 6], &mut plain), ErrorKind::Size, &needs);
-    assert_refused(env.reset(&mut plain), ErrorKind::Size, &needs);
-    assert_refused(env.reset_where(&[true], &mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.step(.., &[0.0f32; 6], &mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.reset(.., &mut plain), ErrorKind::Size, &needs);
+    assert_refused(env.reset(&[true], &mut plain), ErrorKind::Size, &needs);
     assert_refused(env.observe(&mut plain), ErrorKind::Size, &needs);
     assert_refused(env.rollout(&[0.0f32; 6], 1, &mut plain), ErrorKind::Size, &needs);
-    env.step(&[0.0f32; 6], &mut batch).unwrap();
+    env.step(.., &[0.0f32; 6], &mut batch).unwrap();
     assert_refused(batch.array("qpos").map(<[f64]>::to_vec), ErrorKind::Name, &["qpos", "xpos"]);
     assert_refused(batch.final_info("x_velocity").map(<[f64]>::to_vec), ErrorKind::Name, &["autoreset_mode"]);
 
     // These two differ only in their reset infos.
     let old = Env::new(&Options::new("HalfCheetah-v4").unwrap(), 1).unwrap();
     let mut new = Env::new(&Options::new("HalfCheetah-v5").unwrap(), 1).unwrap();
-    assert_refused(new.reset(&mut old.batch()), ErrorKind::Size, &["info_count", "0", "1"]);
-    new.reset(&mut new.batch()).unwrap();
-    assert_refused(new.step(&[0.0f32; 6], &mut old.batch()), ErrorKind::Size, &["reset_info_count", "0", "1"]);
+    assert_refused(new.reset(.., &mut old.batch::<f64>()), ErrorKind::Size, &["info_count", "0", "1"]);
+    new.reset(.., &mut new.batch::<f64>()).unwrap();
+    assert_refused(
+        new.step(.., &[0.0f32; 6], &mut old.batch::<f64>()),
+        ErrorKind::Size,
+        &["reset_info_count", "0", "1"],
+    );
 
     let mut other = Options::new("HalfCheetah-v5").unwrap();
     other.set("arrays", "xposs").unwrap();
@@ -238,7 +242,7 @@ fn outputs_without_room_for_arrays_or_reset_infos() {
 #[test]
 fn rollouts() {
     let mut pair = Pair::new("HalfCheetah-v4", 2);
-    let mut out = pair.env.rollout_batch(3);
+    let mut out = pair.env.rollout_batch::<f64>(3);
     pair.refuses(ErrorKind::Size, &["action", "12", "36"], |env, _| env.rollout(&[0.0f32; 12], 3, &mut out));
     pair.refuses(ErrorKind::Size, &["rows", "2", "6"], |env, batch| env.rollout(&[0.0f32; 36], 3, batch));
     pair.refuses(ErrorKind::Value, &["steps", "0"], |env, _| env.rollout::<f32, _>(&[], 0, &mut out));
@@ -260,12 +264,22 @@ fn streams_and_simulations() {
 #[test]
 fn seeds_and_masks() {
     let mut pair = Pair::new("Swimmer-v5", 2);
-    pair.refuses(ErrorKind::Size, &["seeds", "1", "2"], |env, _| env.seed(&[1]));
-    pair.refuses(ErrorKind::Size, &["seeds", "3", "2"], |env, _| env.seed_where(&[true; 2], &[1; 3]));
-    pair.refuses(ErrorKind::Size, &["mask", "0", "2"], |env, _| env.seed_where(&[], &[1; 2]));
-    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, out| env.reset_where(&[true], out));
-    pair.refuses(ErrorKind::Size, &["digit"], |env, _| env.seed_digits(0, &[]));
-    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.seed_digits(2, &[1]));
+    pair.refuses(ErrorKind::Size, &["seeds", "1", "2"], |env, _| env.seed(.., &[1]));
+    pair.refuses(ErrorKind::Size, &["seeds", "3", "2"], |env, _| env.seed(&[true; 2], &[1; 3]));
+    pair.refuses(ErrorKind::Size, &["mask", "0", "2"], |env, _| env.seed(&[false; 0], &[1; 2]));
+    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, out| env.reset(&[true], out));
+    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, _| env.seed(&[true], &[1; 2]));
+    pair.refuses(ErrorKind::Size, &["seeds", "2", "1"], |env, _| env.seed(0, &[1, 2]));
+    pair.refuses(ErrorKind::Size, &["seeds", "1", "2"], |env, _| env.seed(&[1, 0], &[1]));
+    pair.refuses(ErrorKind::Size, &["words", "0"], |env, _| env.seed(0, &[[0; 0]]));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.seed(2, &[1]));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.seed(&[0, 2], &[1, 2]));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, out| env.reset(2, out));
+    pair.refuses(ErrorKind::Size, &["action", "4", "2"], |env, out| env.step(1, &[0.0; 4], out));
+    pair.refuses(ErrorKind::Size, &["action", "2", "4"], |env, out| env.step(&[true, false], &[0.0; 2], out));
+    pair.refuses(ErrorKind::Value, &["row 7", "0..1"], |env, out| env.step(&[1, 7], &[0.0; 4], out));
+    pair.refuses(ErrorKind::Size, &["mask", "3", "2"], |env, _| env.send(&[false; 3], &[0.0; 4]));
+    pair.refuses(ErrorKind::Size, &["action", "2", "4"], |env, _| env.send(&[false, true], &[0.0; 2]));
 }
 
 #[test]
@@ -303,18 +317,23 @@ fn writes() {
     let mass = pair.env.read(0, "body_mass").unwrap();
     let bad = |value| mass.iter().map(|_| value).collect::<Vec<f64>>();
     pair.refuses(ErrorKind::Name, &["body_maas"], |env, _| env.write(0, "body_maas", &[]));
-    pair.refuses(ErrorKind::Name, &["xpos", "MuJoCo computes it"], |env, _| env.write_all("xpos", &[]));
-    pair.refuses(ErrorKind::Name, &["body_parentid", "structure"], |env, _| env.write_rows("body_parentid", &[]));
+    pair.refuses(ErrorKind::Name, &["xpos", "MuJoCo computes it"], |env, _| env.write(.., "xpos", &[]));
+    pair.refuses(ErrorKind::Name, &["body_parentid", "structure"], |env, _| env.write(.., "body_parentid", &[]));
     pair.refuses(ErrorKind::Argument, &["body_mass", "NUL"], |env, _| env.write(0, "body_mass\0", &mass));
     pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.write(2, "body_mass", &mass));
     pair.refuses(ErrorKind::Size, &["body_mass", "4", "5"], |env, _| env.write(1, "body_mass", &mass[..4]));
     pair.refuses(ErrorKind::Size, &["body_mass"], |env, _| env.write(1, "body_mass", &[]));
-    pair.refuses(ErrorKind::Size, &["body_mass", "5", "2 rows"], |env, _| env.write_rows("body_mass", &mass));
-    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, _| env.write_rows_where(&[true], "body_mass", &mass));
+    pair.refuses(ErrorKind::Size, &["body_mass", "7", "5 or 10"], |env, _| {
+        env.write(.., "body_mass", &[&mass[..], &mass[..2]].concat())
+    });
+    pair.refuses(ErrorKind::Size, &["body_mass", "10", "5"], |env, _| env.write(1, "body_mass", &mass.repeat(2)));
+    pair.refuses(ErrorKind::Size, &["body_mass", "6", "10"], |env, _| env.write(&[1, 0], "body_mass", &[1.0; 6]));
+    pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.write(&[1, 2], "body_mass", &mass));
+    pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, _| env.write(&[true], "body_mass", &mass));
     pair.refuses(ErrorKind::Value, &["body_mass[0]", "nan"], |env, _| env.write(0, "body_mass", &bad(f64::NAN)));
-    pair.refuses(ErrorKind::Value, &["body_mass", "-1"], |env, _| env.write_all("body_mass", &bad(-1.0)));
+    pair.refuses(ErrorKind::Value, &["body_mass", "-1"], |env, _| env.write(.., "body_mass", &bad(-1.0)));
     let half_bad = [&mass[..], &bad(-1.0)].concat();
-    pair.refuses(ErrorKind::Value, &["body_mass", "-1"], |env, _| env.write_rows("body_mass", &half_bad));
+    pair.refuses(ErrorKind::Value, &["body_mass", "-1"], |env, _| env.write(.., "body_mass", &half_bad));
     pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.set_constants(2));
 }
 
@@ -330,8 +349,10 @@ fn images() {
     pair.refuses(ErrorKind::Snapshot, &["damaged"], |env, _| env.restore(1, &image[..image.len() - 1]));
     pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.restore(2, &image));
     pair.refuses(ErrorKind::Value, &["row 9"], |env, _| env.snapshot(9));
-    pair.refuses(ErrorKind::Snapshot, &["1 row(s)", "2"], |env, _| env.restore_all(&image));
-    let all = pair.env.snapshot_all().unwrap();
+    pair.refuses(ErrorKind::Snapshot, &["1 row(s)", "2"], |env, _| env.restore(.., &image));
+    let all = pair.env.snapshot(..).unwrap();
+    pair.refuses(ErrorKind::Argument, &["one row or all"], |env, _| env.snapshot(&[true, false]));
+    pair.refuses(ErrorKind::Argument, &["one row or all"], |env, _| env.restore(&[0], &image));
     pair.refuses(ErrorKind::Snapshot, &["2 row(s)", "1"], |env, _| env.restore(0, &all));
     pair.refuses(ErrorKind::Value, &["row 2"], |env, _| env.copy_row(2, &[true; 2]));
     pair.refuses(ErrorKind::Size, &["mask", "1", "2"], |env, _| env.copy_row(0, &[true]));

@@ -52,12 +52,12 @@ impl<'a> Replay<'a> {
             options.set("strict", false).unwrap().set("num_threads", 2).unwrap();
         }
         let mut env = Env::new(&options, rows).unwrap();
-        let mut batch = env.batch();
+        let mut batch = env.batch::<f64>();
         let others: Vec<_> = (0..rows).map(|other| other != row).collect();
         let seeds: Vec<_> = (0..rows as u64).map(|other| golden.seed + 1 + other).collect();
-        env.seed_where(&others, &seeds).unwrap();
-        env.reset_where(&others, &mut batch).unwrap();
-        env.seed_where(&only(row, rows), &vec![golden.seed; rows]).unwrap();
+        env.seed(&others, &seeds).unwrap();
+        env.reset(&others, &mut batch).unwrap();
+        env.seed(&only(row, rows), &vec![golden.seed; rows]).unwrap();
         Self { golden, recording: Recording::new(golden), row, env, batch }
     }
 
@@ -83,7 +83,7 @@ impl<'a> Replay<'a> {
 
     fn reset(&mut self, episode: usize) {
         let (row, rows) = (self.row, self.batch.rows());
-        self.env.reset_where(&only(row, rows), &mut self.batch).unwrap();
+        self.env.reset(&only(row, rows), &mut self.batch).unwrap();
         let (place, batch) = (self.place(&format!("reset {episode}")), &self.batch);
         assert_bits(&format!("{place} obs"), batch.obs(row), self.recording.reset_obs.row(episode));
         let expected = self.recording.reset_info.row(episode);
@@ -95,7 +95,7 @@ impl<'a> Replay<'a> {
     fn step_with<A: Real>(&mut self, step: usize, actions: &[A]) {
         let (row, rows) = (self.row, self.batch.rows());
         let count = self.env.action_space().count();
-        self.env.step(&actions[step * count..][..count].repeat(rows), &mut self.batch).unwrap();
+        self.env.step(.., &actions[step * count..][..count].repeat(rows), &mut self.batch).unwrap();
         let (place, batch) = (self.place(&format!("step {step}")), &self.batch);
         check_step(&place, batch, row, &self.golden.info, &self.recording, step);
         assert!(!batch.was_reset()[row]);
@@ -144,7 +144,7 @@ pub fn check_infos<'a>(
 
 pub fn described(env: &Env, role: Role) -> Vec<Info> {
     env.fields(role)
-        .map(|field| Info { name: field.name.into_owned(), count: field.count, value_type: field.value_type })
+        .map(|field| Info { name: field.name.into_owned(), count: field.count, dtype: field.dtype })
         .collect()
 }
 

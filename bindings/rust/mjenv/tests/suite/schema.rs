@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use mjenv::{Dtype, Env, ErrorKind, Kind, Options, Role, Space, Value, ValueType};
+use mjenv::{Dtype, Env, ErrorKind, Kind, Options, Role, Space, Value};
 
-use crate::golden::{folder, real, value_type, Info};
+use crate::golden::{dtype, folder, real, Info};
 use crate::replay::described;
 
 /// The lines of an id in schema.txt. Each line is a key followed by words.
@@ -92,8 +92,8 @@ fn every_id_is_declared_as_gymnasium_declares_it() {
         check_space(env.action_space(), section, "action");
         assert_eq!(described(&env, Role::Info), section.infos("info"), "{id}");
         assert_eq!(described(&env, Role::ResetInfo), section.infos("reset_info"), "{id}");
-        let reward: Vec<_> = env.fields(Role::Reward).map(|field| field.value_type).collect();
-        assert_eq!(reward, [value_type(section.one("reward"))], "{id}");
+        let reward: Vec<_> = env.fields(Role::Reward).map(|field| field.dtype).collect();
+        assert_eq!(reward, [dtype(section.one("reward"))], "{id}");
         let structure: Vec<_> = section.rows("structure").map(|words| (words[0], words[1])).collect();
         let fields: Vec<_> = env.fields(Role::Structure).map(|f| (f.name.into_owned(), f.count.to_string())).collect();
         assert_eq!(fields.iter().map(|(name, count)| (&name[..], &count[..])).collect::<Vec<_>>(), structure, "{id}");
@@ -114,9 +114,9 @@ fn fields_tell_where_their_elements_are() {
     }
     assert!(env.fields(Role::Action).all(|actuator| actuator.shape().is_empty()));
     let xpos = env.fields(Role::Data).find(|field| field.name == "xpos").unwrap();
-    assert_eq!((xpos.shape(), xpos.value_type), (&[14, 3][..], ValueType::Float64));
+    assert_eq!((xpos.shape(), xpos.dtype), (&[14, 3][..], Dtype::Float64));
     let names = env.fields(Role::Model).find(|field| field.name == "geom_rgba").unwrap();
-    assert_eq!(names.value_type, ValueType::Float32);
+    assert_eq!(names.dtype, Dtype::Float32);
 }
 
 #[test]
@@ -161,10 +161,10 @@ fn an_integer_weight_makes_gymnasiums_int() {
     let survive = |options: &Options| {
         let env = Env::new(options, 1).unwrap();
         let field = env.fields(Role::Info).find(|field| field.name == "reward_survive").unwrap();
-        field.value_type
+        field.dtype
     };
-    assert_eq!(survive(options.set("healthy_reward", 1.0).unwrap()), ValueType::NativeFloat);
-    assert_eq!(survive(options.set("healthy_reward", 1).unwrap()), ValueType::NativeInt);
+    assert_eq!(survive(options.set("healthy_reward", 1.0).unwrap()), Dtype::NativeFloat);
+    assert_eq!(survive(options.set("healthy_reward", 1).unwrap()), Dtype::NativeInt);
 }
 
 #[test]

@@ -14,19 +14,19 @@ const ARRAYS: [&str; 6] = ["time", "qpos", "qvel", "ctrl", "xpos", "qfrc_actuato
 fn a_row_goes_through_the_recorded_stages() {
     for golden in Golden::all("state", "") {
         let mut env = Env::new(&golden.options(), 2).unwrap();
-        let mut batch = env.batch();
+        let mut batch = env.batch::<f64>();
         let actions = match golden.actions() {
             Actions::Float32(actions) => actions,
             Actions::Float64(_) => panic!("{} has float64 actions", golden.file),
         };
         let nu = env.action_space().count();
-        env.seed(&[golden.seed; 2]).unwrap();
+        env.seed(.., &[golden.seed; 2]).unwrap();
         for (index, stage) in golden.bytes("stage").into_iter().enumerate() {
             let place = format!("{} stage {index}", golden.file);
             let action = &actions[index * nu..][..nu];
             match stage {
-                0 => env.reset(&mut batch).unwrap(),
-                1 => env.step(&action.repeat(2), &mut batch).unwrap(),
+                0 => env.reset(.., &mut batch).unwrap(),
+                1 => env.step(.., &action.repeat(2), &mut batch).unwrap(),
                 2 => {
                     let (qpos, qvel) = (golden.table("set_qpos"), golden.table("set_qvel"));
                     (0..2).for_each(|row| env.set_state(row, qpos.row(index), qvel.row(index)).unwrap());
@@ -55,27 +55,36 @@ fn a_stream_is_numpys_and_can_be_replaced() {
     let text = fs::read_to_string(folder().join("random.txt")).unwrap();
     let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 2).unwrap();
     let (mut words, mut seed, mut state) = (Vec::new(), None, None);
+    // The least significant of three words comes first.
+    let words_of = |digits: &str| {
+        let padded = format!("{digits:0>48}");
+        [32, 16, 0].map(|first| u64::from_str_radix(&padded[first..][..16], 16).unwrap())
+    };
     for (key, value) in text.lines().filter_map(|line| line.split_once(' ')) {
         match key {
-            "seed" => seed = u64::from_str_radix(value, 16).ok(),
+            "seed" => seed = Some(words_of(value)),
             "state" => state = u128::from_str_radix(value, 16).ok(),
             "inc" => words.extend(seed.zip(state).zip(u128::from_str_radix(value, 16).ok())),
             _ => {}
         }
     }
-    assert!(words.len() > 3);
+    assert!(words.iter().filter(|((seed, _), _)| seed[2] > 0).count() > 0);
     for ((seed, state), increment) in words {
-        env.seed(&[0, seed]).unwrap();
         let expected = [state as u64, (state >> 64) as u64, increment as u64, (increment >> 64) as u64, 0, 0];
-        assert_eq!(env.stream(1).unwrap(), expected, "seed {seed}");
+        env.seed(.., &[[0; 3], seed]).unwrap();
+        assert_eq!(env.stream(1).unwrap(), expected, "seed {seed:?}");
+        if seed[1..] == [0; 2] {
+            env.seed(&[1, 0], &[seed[0], 9]).unwrap();
+            assert_eq!(env.stream(1).unwrap(), expected, "seed {seed:?}");
+        }
     }
 
     let golden = Golden::of("Reacher-v5");
-    env.seed(&[0, golden.seed]).unwrap();
+    env.seed(.., &[0, golden.seed]).unwrap();
     let stream = env.stream(1).unwrap();
     env.set_stream(0, &stream).unwrap();
-    let mut batch = env.batch();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
     assert_bits("obs", batch.obs(0), golden.table("reset_obs").row(0));
 
     // The state of np.random.default_rng(42) in NumPy after integers(0, 10), which has used half of a draw.
@@ -114,7 +123,7 @@ fn an_image_moves_between_rows_and_environments() {
     let expected = replay.env.read(0, "xpos").unwrap();
 
     let mut env = Env::new(&golden.options(), 3).unwrap();
-    let mut batch = env.batch();
+    let mut batch = env.batch::<f64>();
     env.restore(1, &image).unwrap();
     assert_bits("xpos", &env.read(1, "xpos").unwrap(), &expected);
     env.observe(&mut batch).unwrap();
@@ -124,7 +133,7 @@ fn an_image_moves_between_rows_and_environments() {
 #[test]
 fn set_state_sets_what_is_observed() {
     let mut env = Env::new(&Options::new("InvertedPendulum-v5").unwrap(), 2).unwrap();
-    let (mut batch, mut narrow) = (env.batch(), env.batch_f32());
+    let (mut batch, mut narrow) = (env.batch::<f64>(), env.batch::<f32>());
     env.set_state(1, &[0.1, -0.2], &[0.3, -0.4]).unwrap();
     env.observe(&mut batch).unwrap();
     assert_bits("obs", batch.obs(1), &[0.1, -0.2, 0.3, -0.4]);
@@ -139,31 +148,31 @@ fn set_state_sets_what_is_observed() {
 #[test]
 fn reading_takes_a_shared_reference() {
     let mut env = Env::new(&Options::new("Reacher-v5").unwrap(), 2).unwrap();
-    let mut batch = env.batch();
-    env.seed(&[1, 2]).unwrap();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(.., &[1, 2]).unwrap();
+    env.reset(.., &mut batch).unwrap();
     let (first, second) = (&env, &env);
     let space = first.action_space();
-    let mut out = first.batch();
+    let mut out = first.batch::<f64>();
     second.observe(&mut out).unwrap();
     assert_bits("obs", out.observations(), batch.observations());
     let mut values = [0.0; 4];
     first.read_into(1, "qpos", &mut values).unwrap();
     assert_bits("qpos", &second.read(1, "qpos").unwrap(), &values);
     assert_eq!(first.snapshot(0).unwrap(), second.snapshot(0).unwrap());
-    assert_eq!(first.snapshot_all().unwrap(), second.snapshot_all().unwrap());
+    assert_eq!(first.snapshot(..).unwrap(), second.snapshot(..).unwrap());
     assert_ne!(first.stream(0).unwrap(), second.stream(1).unwrap());
     assert_eq!(space.count(), 2);
 }
 
 #[test]
-fn a_seed_may_be_given_in_digits() {
+fn a_seed_may_be_given_in_words() {
     let golden = Golden::of("Hopper-v4.options");
     assert!(golden.seed > u32::MAX.into());
     let mut env = Env::new(&golden.options(), 2).unwrap();
-    let mut batch = env.batch();
-    env.seed_digits(1, &[golden.seed as u32, (golden.seed >> 32) as u32, 0]).unwrap();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(1, &[[golden.seed, 0]]).unwrap();
+    env.reset(.., &mut batch).unwrap();
     assert_bits("obs", batch.obs(1), golden.table("reset_obs").row(0));
 }
 
@@ -208,33 +217,34 @@ fn a_row_that_mujoco_fails_in_keeps_its_state_and_the_others_go_on() {
     let mut options = Options::new("HalfCheetah-v5").unwrap();
     options.set("xml_string", BOX).unwrap().set("num_threads", 2).unwrap();
     let (mut env, mut whole) = (Env::new(&options, 3).unwrap(), Env::new(&options, 3).unwrap());
-    let (mut batch, mut wanted) = (env.batch(), whole.batch());
+    let (mut batch, mut wanted) = (env.batch::<f64>(), whole.batch::<f64>());
     for (env, batch) in [(&mut env, &mut batch), (&mut whole, &mut wanted)] {
-        env.seed(&[1, 2, 3]).unwrap();
-        env.reset(batch).unwrap();
+        env.seed(.., &[1, 2, 3]).unwrap();
+        env.reset(.., batch).unwrap();
     }
     env.set_state(1, &[0.0, -2.6, 0.0], &[0.0, -10.0, 0.0]).unwrap();
-    let refused = env.step(&[1.0f32; 3], &mut batch).unwrap_err();
+    let refused = env.step(.., &[1.0f32; 3], &mut batch).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::Physics);
     assert!(refused.to_string().contains("row 1"), "{refused}");
-    whole.step(&[1.0f32; 3], &mut wanted).unwrap();
+    whole.step(.., &[1.0f32; 3], &mut wanted).unwrap();
     assert_eq!([0, 1, 2].map(|row| batch.failed(row)), [false, true, false]);
+    assert!((0..3).all(|row| !batch.diverged(row)));
     for row in [0, 2] {
         assert_bits("obs", batch.obs(row), wanted.obs(row));
     }
     assert_eq!(env.read(1, "qpos").unwrap(), [0.0, -2.6, 0.0]);
-    env.reset(&mut batch).unwrap();
-    env.step(&[1.0f32; 3], &mut batch).unwrap();
+    env.reset(.., &mut batch).unwrap();
+    env.step(.., &[1.0f32; 3], &mut batch).unwrap();
 }
 
 #[test]
 fn a_diverged_row_is_told() {
     let mut env = Env::new(&Options::new("InvertedPendulum-v4").unwrap(), 2).unwrap();
-    let mut batch = env.batch();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
     env.set_state(1, &[0.0, 0.0], &[1e200, 0.0]).unwrap();
-    env.step(&[0.0, 0.0], &mut batch).unwrap();
-    assert_eq!([batch.failed(0), batch.failed(1)], [false, true]);
-    env.reset(&mut batch).unwrap();
-    assert!(!batch.failed(1));
+    env.step(.., &[0.0, 0.0], &mut batch).unwrap();
+    assert_eq!([0, 1].map(|row| (batch.failed(row), batch.diverged(row))), [(false, false), (false, true)]);
+    env.reset(.., &mut batch).unwrap();
+    assert!(!batch.diverged(1));
 }

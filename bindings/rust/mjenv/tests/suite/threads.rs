@@ -49,7 +49,7 @@ fn an_episode_goes_on_in_another_thread() {
             replay = scope
                 .spawn(move || {
                     replay.step(step);
-                    let error = replay.env.step(&[0.0f32], &mut replay.batch).unwrap_err();
+                    let error = replay.env.step(.., &[0.0f32], &mut replay.batch).unwrap_err();
                     assert_eq!(error.kind(), ErrorKind::Size);
                     replay
                 })

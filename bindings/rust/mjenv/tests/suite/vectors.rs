@@ -50,7 +50,7 @@ impl<'a> Replay<'a> {
             Actions::Float32(actions) => actions,
             Actions::Float64(_) => panic!("{} has float64 actions", golden.file),
         };
-        Self { batch: env.batch(), env, golden, actions }
+        Self { batch: env.batch::<f64>(), env, golden, actions }
     }
 
     fn reset(&mut self, reset: usize) {
@@ -58,8 +58,8 @@ impl<'a> Replay<'a> {
         let seeds = &self.golden.integers("reset_seed")[reset * ROWS..][..ROWS];
         let seeded: Vec<_> = seeds.iter().map(|&seed| seed >= 0).collect();
         let seeds: Vec<_> = seeds.iter().map(|&seed| seed as u64).collect();
-        self.env.seed_where(&seeded, &seeds).unwrap();
-        self.env.reset_where(mask, &mut self.batch).unwrap();
+        self.env.seed(&seeded, &seeds).unwrap();
+        self.env.reset(mask, &mut self.batch).unwrap();
         let infos = Infos::new(self.golden, "reset_reset_info", &self.golden.reset_info);
         for row in (0..ROWS).filter(|&row| mask[row]) {
             let place = format!("{} reset {reset} row {row}", self.golden.file);
@@ -75,7 +75,7 @@ impl<'a> Replay<'a> {
 
     fn step(&mut self, step: usize) {
         let count = ROWS * self.env.action_space().count();
-        self.env.step(&self.actions[step * count..][..count], &mut self.batch).unwrap();
+        self.env.step(.., &self.actions[step * count..][..count], &mut self.batch).unwrap();
         let batch = &self.batch;
         let flags = |name: &str| self.golden.flags(name)[step * ROWS..][..ROWS].to_vec();
         assert_eq!(batch.terminated(), flags("terminated"));

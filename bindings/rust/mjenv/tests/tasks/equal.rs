@@ -37,17 +37,17 @@ pub fn assert_bits(what: &str, [expected, found]: [&[f64]; 2]) {
 impl Pair {
     fn new(own: &str, setting: Setting) -> Self {
         let mut envs = ["Hopper-v5", own].map(|id| env_of(id, setting));
-        let mut batches = [envs[0].batch(), envs[1].batch()];
+        let mut batches = [envs[0].batch::<f64>(), envs[1].batch::<f64>()];
         for (env, batch) in envs.iter_mut().zip(&mut batches) {
-            env.seed(&(7..7 + ROWS as u64).collect::<Vec<_>>()).unwrap();
-            env.reset(batch).unwrap();
+            env.seed(.., &(7..7 + ROWS as u64).collect::<Vec<_>>()).unwrap();
+            env.reset(.., batch).unwrap();
         }
         Self { envs, batches }
     }
 
     fn step<A: Real>(&mut self, actions: &[A]) {
         for (env, batch) in self.envs.iter_mut().zip(&mut self.batches) {
-            env.step(actions, batch).unwrap();
+            env.step(.., actions, batch).unwrap();
         }
     }
 
@@ -116,9 +116,9 @@ pub fn states(own: &str) {
     let setting = Setting { threads: 2, autoreset: "disabled", changed: false };
     let mut pair = Pair::new(own, setting);
     (0..5).for_each(|step| pair.step(&actions(&pair, step)));
-    let image = pair.envs[1].snapshot_all().unwrap();
+    let image = pair.envs[1].snapshot(..).unwrap();
     pair.envs[1] = env_of(own, Setting { threads: 5, ..setting });
-    pair.envs[1].restore_all(&image).unwrap();
+    pair.envs[1].restore(.., &image).unwrap();
     pair.step(&actions(&pair, 5));
     pair.assert_equal(5);
 

@@ -141,9 +141,9 @@ fn a_panic_or_an_err_is_the_error_of_its_row() {
                 }
             };
             assert_ne!(place, "build");
-            let mut batch = env.batch();
-            env.seed(&[1, 2, 3, 4]).unwrap();
-            let result = env.reset(&mut batch).and_then(|()| env.step(&[0.0f64; 4], &mut batch));
+            let mut batch = env.batch::<f64>();
+            env.seed(.., &[1, 2, 3, 4]).unwrap();
+            let result = env.reset(.., &mut batch).and_then(|()| env.step(.., &[0.0f64; 4], &mut batch));
             if place == "drop" {
                 result.unwrap();
                 continue;
@@ -296,9 +296,9 @@ fn fields_must_be_the_same_in_each_call() {
         let mut env = env_with(Fickle::ID, |options| {
             options.set("wrong", wrong).unwrap();
         })?;
-        let mut batch = env.batch();
-        env.reset(&mut batch)?;
-        env.step(&[0.0f64; 4], &mut batch)
+        let mut batch = env.batch::<f64>();
+        env.reset(.., &mut batch)?;
+        env.step(.., &[0.0f64; 4], &mut batch)
     };
     step("").unwrap();
     let expected = [
@@ -354,8 +354,8 @@ impl Task for Reach {
 fn an_image_with_a_number_out_of_bounds_is_refused() {
     register::<Reach>().unwrap();
     let mut wide = env(Reach::ID).unwrap();
-    let mut batch = wide.batch();
-    wide.reset(&mut batch).unwrap();
+    let mut batch = wide.batch::<f64>();
+    wide.reset(.., &mut batch).unwrap();
     assert_eq!(batch.obs(0), [3.5]);
     let image = wide.snapshot(0).unwrap();
     wide.restore(1, &image).unwrap();
@@ -363,7 +363,7 @@ fn an_image_with_a_number_out_of_bounds_is_refused() {
     GREATEST.store(2, Ordering::SeqCst);
     let mut narrow = env(Reach::ID).unwrap();
     assert_eq!(narrow.restore(0, &image).unwrap_err().kind(), ErrorKind::Snapshot);
-    let error = narrow.reset(&mut batch).unwrap_err();
+    let error = narrow.reset(.., &mut batch).unwrap_err();
     assert!(
         error.kind() == ErrorKind::Task && error.message().contains("reset: carried[0] is 3, not 0 to 2"),
         "{error}"
@@ -405,7 +405,7 @@ impl Task for Ball {
         b.need("contacts");
         b.need("geom_xpos");
         b.need("cfrc_ext");
-        b.reward_type(ValueType::NativeFloat);
+        b.reward_dtype(Dtype::NativeFloat);
         Ok(Self {
             weight: b.real_within("weight", 0.5, 0.0..=1.0, "a weight"),
             gains: b.reals("gains", [1.0, 2.0, 3.0], "gains"),
@@ -474,21 +474,21 @@ fn a_task_reads_its_row_and_carries_numbers() {
         assert_eq!(options.set("mode", "quick").unwrap_err().kind(), ErrorKind::Value);
     })
     .unwrap();
-    let (mut batch, mut next) = (env.batch(), env.batch());
+    let (mut batch, mut next) = (env.batch::<f64>(), env.batch::<f64>());
     let names = |role| env.fields(role).map(|field| (field.name.to_string(), field.count)).collect::<Vec<_>>();
     assert_eq!(names(Role::Observation), [("goal".to_string(), 3), ("steps".to_string(), 1)]);
-    assert_eq!(env.fields(Role::Reward).next().unwrap().value_type, ValueType::NativeFloat);
+    assert_eq!(env.fields(Role::Reward).next().unwrap().dtype, Dtype::NativeFloat);
     let infos: Vec<_> = env.fields(Role::Info).map(|field| (field.name.into_owned(), field.doc)).collect();
     assert_eq!(infos[4], ("options".to_string(), "some of them"));
     assert_eq!((env.spec().version, env.spec().robot, env.spec().max_episode_steps), (3, "Ball", 7));
 
     // numpy.random.default_rng(s).permutation(3) for s = 1, 2, 3, 4
-    env.seed(&[1, 2, 3, 4]).unwrap();
-    env.reset(&mut batch).unwrap();
+    env.seed(.., &[1, 2, 3, 4]).unwrap();
+    env.reset(.., &mut batch).unwrap();
     let goals = [[0.0, 1.0, 2.0], [2.0, 0.0, 1.0], [2.0, 1.0, 0.0], [0.0, 1.0, 2.0]];
     assert_eq!(batch.reset_info("goal").unwrap(), goals.concat());
     for step in 1..=3 {
-        env.step(&[0.5f64; 4], &mut batch).unwrap();
+        env.step(.., &[0.5f64; 4], &mut batch).unwrap();
         assert_eq!(batch.obs(2)[3], f64::from(step));
     }
     assert_eq!(batch.info("mass").unwrap(), [0.5; 4]);
@@ -496,10 +496,10 @@ fn a_task_reads_its_row_and_carries_numbers() {
     assert_eq!(batch.info("fast").unwrap(), [1.0; 4]);
     assert!(batch.info("contacts").unwrap().iter().all(|&count| count == 1.0));
 
-    let image = env.snapshot_all().unwrap();
-    env.step(&[0.5f64; 4], &mut batch).unwrap();
-    env.restore_all(&image).unwrap();
-    env.step(&[0.5f64; 4], &mut next).unwrap();
+    let image = env.snapshot(..).unwrap();
+    env.step(.., &[0.5f64; 4], &mut batch).unwrap();
+    env.restore(.., &image).unwrap();
+    env.step(.., &[0.5f64; 4], &mut next).unwrap();
     assert_eq!(next.observations(), batch.observations());
     assert_eq!(next.info("draw"), batch.info("draw"));
     assert_eq!(next.obs(0)[3], 4.0);
@@ -549,9 +549,9 @@ impl Task for Draws {
 fn the_random_stream_is_that_of_numpy() {
     register::<Draws>().unwrap();
     let mut env = env(Draws::ID).unwrap();
-    let mut batch = env.batch();
-    env.seed(&[7; 4]).unwrap();
-    env.reset(&mut batch).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(.., &[7; 4]).unwrap();
+    env.reset(.., &mut batch).unwrap();
     // Of numpy.random.default_rng(7): random(), uniform(-1, 3), normal(), integers(-5, 9), choice(4),
     // choice(3, p=[.2, .5, .3]), choice(9, 4, replace=False), permutation(6)
     let drawn = [0.625095466604667, 2.588855203878302, -0.2741378553622176, 6.0, 0.0, 1.0];
@@ -562,7 +562,7 @@ fn the_random_stream_is_that_of_numpy() {
         options.set("wrong", true).unwrap();
     })
     .unwrap();
-    let error = env.reset(&mut batch).unwrap_err();
+    let error = env.reset(.., &mut batch).unwrap_err();
     assert!(error.message().contains("Draws-v0: reset: sample: size is negative or larger than count"), "{error}");
 }
 

@@ -7,7 +7,7 @@ pub struct Hopper {
     forward_reward_weight: f64,
     ctrl_cost_weight: f64,
     healthy_reward: f64,
-    survive_type: ValueType,
+    survive_type: Dtype,
     terminate_when_unhealthy: bool,
     state_range: [f64; 2],
     z_range: [f64; 2],
@@ -27,8 +27,12 @@ impl Task for Hopper {
     const FRAME_SKIP: u32 = 4;
     const TIME_LIMIT: u64 = 1000;
     const REWARD_THRESHOLD: Option<f64> = Some(3800.0);
-    const CAMERA: CameraConfig =
-        CameraConfig { trackbodyid: 2.0, distance: 3.0, lookat: [0.0, 0.0, 1.15], elevation: -20.0 };
+    const CAMERA: CameraConfig = CameraConfig {
+        trackbodyid: Some(2),
+        distance: Some(3.0),
+        lookat: Some([0.0, 0.0, 1.15]),
+        elevation: Some(-20.0),
+    };
 
     fn build(b: &mut Builder) -> Result<Self> {
         if b.sim().map_or(false, |sim| sim.qpos().len() < 3) {
@@ -39,8 +43,8 @@ impl Task for Hopper {
             ctrl_cost_weight: b.real("ctrl_cost_weight", 1e-3, "weight of the squared action"),
             healthy_reward: b.real("healthy_reward", 1.0, "reward for each step while healthy"),
             survive_type: match b.is_integer("healthy_reward") {
-                true => ValueType::NativeInt,
-                false => ValueType::NativeFloat,
+                true => Dtype::NativeInt,
+                false => Dtype::NativeFloat,
             },
             terminate_when_unhealthy: b.flag("terminate_when_unhealthy", true, "terminate the episode when unhealthy"),
             state_range: b.reals(
@@ -99,7 +103,7 @@ impl Task for Hopper {
         info.put("x_velocity", velocity);
         info.put("reward_forward", forward);
         info.put("reward_ctrl", -ctrl);
-        info.put("reward_survive", survive).value_type(self.survive_type);
+        info.put("reward_survive", survive).dtype(self.survive_type);
         Ok(Outcome {
             reward: (forward + survive) - f64::from(ctrl),
             terminated: self.terminate_when_unhealthy && !healthy,
