@@ -11,10 +11,10 @@ function main(path, first_step, end_step, taken, left, threads)
     batch = Batch(env)
     seed!(env, [1, 2, g.seed])
     reset!(batch, env)
-    first_step == "0" || restore!(env, read(taken); row = 3)
+    first_step == "0" || restore!(env, read(taken); rows = 3)
     for t in (parse(Int, first_step) + 1):parse(Int, end_step)
         if t > 1 && t - 1 in g[:reset_at]
-            reset!(batch, env; mask = [false, false, true])
+            reset!(batch, env; rows = [false, false, true])
             same(batch.obs[:, 3], g[:reset_obs][:, findfirst(==(t - 1), g[:reset_at])]) || error("reset before $t")
         end
         step!(batch, env, repeat(g[:action][:, t], 1, 3))
@@ -23,7 +23,7 @@ function main(path, first_step, end_step, taken, left, threads)
         (batch.terminated[3], batch.truncated[3]) == (g[:terminated][t] == 1, g[:truncated][t] == 1) ||
             error("flags of $t")
     end
-    write(left, snapshot(env; row = 3))
+    write(left, snapshot(env; rows = 3))
 end
 
 main(ARGS...)

@@ -15,6 +15,8 @@ close(env)
 An [`Env`](@ref) holds one or many rows. A row is an episode; rows do not influence each other. An array for many rows
 has a column for each row. To step without allocating memory, write into a [`Batch`](@ref).
 
+Functions that are for one or many rows take [`MJEnv.Rows`](@ref) as `rows`; by default they are for all.
+
 Rows and objects are numbered from 1. The texts of errors come from the C library, where they are numbered from 0.
 
 The module does not export names that programs like to use for variables: `MJEnv.info`, `MJEnv.reset_info`,
@@ -42,13 +44,15 @@ export seed!, reset!, step!, observe, observe!
 export observation_space, action_space, seed_actions!, sample_actions, sample_actions!
 export rollout, rollout!, send!, recv!
 export object_count, object_index, object_name, set_state!, simulate!, snapshot, restore!, copy_row!, set_stream!
-export write!, write_rows!, set_constants!, randomize!, perturb!, lanes
+export write!, set_constants!, randomize!, perturb!, lanes
 export Renderer, render, render_depth, render_both, Window, draw!
 
 include("capi.jl")
 include("library.jl")
 include("options.jl")
 include("fields.jl")
+include("rows.jl")
+include("box.jl")
 include("env.jl")
 include("batch.jl")
 include("state.jl")

@@ -9,8 +9,8 @@ write into them, so that these calls need not allocate. The fields are:
 - `obs`: a `Matrix{dtype}` with a column for each row. `Float64` is Gymnasium's; `Float32` is rounded to nearest.
 - `reward`: a `Vector{Float64}`; 0 after a reset
 - `terminated`, `truncated`: two `Vector{Bool}`; false after a reset
-- `status`: a `Vector{MJEnv.Status}`: `MJENV_E_PHYSICS` for a row in which MuJoCo failed, or whose state diverged so
-  that MuJoCo restarted it; otherwise `MJENV_OK`
+- `status`: a `Vector{MJEnv.Status}`: `MJENV_DIVERGED` for a row whose state diverged so that MuJoCo restarted it,
+  `MJENV_E_PHYSICS` for a row in which MuJoCo failed and which kept its state, otherwise `MJENV_OK`
 - `was_reset`: a `Vector{Bool}`, true where the last call began an episode (see the option `autoreset_mode`)
 - `final_obs`: the last observation of the episode that a step ended and reset. It has the size of `obs` if the option
   `autoreset_mode` is `:same_step`, and no columns otherwise. A step writes the columns of the rows that it resets.
@@ -24,7 +24,7 @@ With `steps` the batch has room for [`rollout!`](@ref): for each row and step a 
 A batch fits every environment that has as many rows and outputs of the same sizes. With another environment, calls
 throw a `DimensionMismatch`.
 """
-mutable struct Batch{T<:Union{Float32,Float64}}
+Base.@kwdef mutable struct Batch{T<:Union{Float32,Float64}}
     obs::Matrix{T}
     reward::Vector{Float64}
     terminated::Vector{Bool}
@@ -37,9 +37,9 @@ mutable struct Batch{T<:Union{Float32,Float64}}
     final_info::Vector{Float64}
     arrays::Vector{Float64}
     # What MJEnv.info shows of the last call.
-    fields::Vector{Field}
-    values::Vector{Float64}
-    action_type::DataType
+    fields::Vector{Field} = Field[]
+    values::Vector{Float64} = Float64[]
+    action_type::DataType = Float64
     # What the other functions show.
     info_fields::Vector{Field}
     reset_info_fields::Vector{Field}
@@ -51,23 +51,20 @@ function Batch(env::Env; dtype::Type{T} = Float64, steps::Integer = 1) where {T<
     final = steps == 1 && env.same_step ? columns : 0
     info_count = record_length(env.info_fields)
     return Batch{T}(
-        zeros(T, env.obs_count, columns),
-        zeros(columns),
-        zeros(Bool, columns),
-        zeros(Bool, columns),
-        fill(MJENV_OK, columns),
-        zeros(Bool, columns),
-        zeros(info_count * columns),
-        zeros(record_length(env.reset_info_fields) * columns),
-        zeros(T, env.obs_count, final),
-        zeros(info_count * final),
-        zeros(record_length(env.array_fields) * columns),
-        Field[],
-        Float64[],
-        Float64,
-        env.info_fields,
-        env.reset_info_fields,
-        env.array_fields,
+        obs = zeros(T, env.obs_count, columns),
+        reward = zeros(columns),
+        terminated = zeros(Bool, columns),
+        truncated = zeros(Bool, columns),
+        status = fill(MJENV_OK, columns),
+        was_reset = zeros(Bool, columns),
+        step_info = zeros(info_count * columns),
+        reset_info = zeros(record_length(env.reset_info_fields) * columns),
+        final_obs = zeros(T, env.obs_count, final),
+        final_info = zeros(info_count * final),
+        arrays = zeros(record_length(env.array_fields) * columns),
+        info_fields = env.info_fields,
+        reset_info_fields = env.reset_info_fields,
+        array_fields = env.array_fields,
     )
 end
 
@@ -138,27 +135,19 @@ end
 # What callers may give as an action.
 const Action = Union{AbstractVecOrMat{<:Real},Tuple{Real,Vararg{Real}}}
 
-as_mask(env::Env, ::Nothing) = C_NULL
-
-function as_mask(env::Env, mask::AbstractVector{Bool})
-    length(mask) == env.rows && return convert(Vector{Bool}, mask)
-    throw(DimensionMismatch("the mask has $(length(mask)) elements; this $env needs $(env.rows)"))
-end
-
 """
-    reset!(env; mask = nothing)
+    reset!(env; rows = :)
 
-Begins a new episode in every row, or in the rows where the `Bool` vector `mask` is true. The start is drawn from the
-row's random stream. Returns `(obs = ..., info = ...)`: `obs` is a vector for one row, and a matrix with a column for
-each row for many. For the rows outside the mask, `obs` is their present observation and `info` is zero.
+Begins a new episode in the [`MJEnv.Rows`](@ref) `rows`. The start is drawn from the row's random stream. Returns
+`(obs = ..., info = ...)`: `obs` is a vector for an environment of one row, and a matrix with a column for each row
+otherwise. For the other rows, `obs` is their present observation and `info` is zero.
 
-    reset!(batch, env; mask = nothing)
+    reset!(batch, env; rows = :)
 
-Writes the outputs of the rows in the mask into a [`Batch`](@ref), which it returns. The outputs of the other rows keep
-their values.
+Writes the outputs of the rows into a [`Batch`](@ref), which it returns. The outputs of the other rows keep their values.
 """
-function reset!(batch::Batch, env::Env; mask::Union{Nothing,AbstractVector{Bool}} = nothing)
-    chosen = as_mask(env, mask)
+function reset!(batch::Batch, env::Env; rows::Rows = (:))
+    chosen = mask_of(env, rows)
     fields = env.reset_info_fields
     GC.@preserve batch begin
         out = raw(batch, env)
@@ -169,44 +158,42 @@ function reset!(batch::Batch, env::Env; mask::Union{Nothing,AbstractVector{Bool}
     return batch
 end
 
-function reset!(env::Env; mask::Union{Nothing,AbstractVector{Bool}} = nothing)
+function reset!(env::Env; rows::Rows = (:))
     batch = Batch(env)
-    mask === nothing || observe!(batch, env)
-    env.latest = reset!(batch, env; mask = mask)
+    rows isa Colon || observe!(batch, env)
+    env.latest = reset!(batch, env; rows = rows)
     return (obs = outputs(env, batch).obs, info = info(batch))
 end
 
 """
-    step!(env, action; mask = nothing)
+    step!(env, action; rows = :)
 
-Steps every row, or the rows where the `Bool` vector `mask` is true. `action` is a vector or a tuple for one row, and a
-matrix with a column for each row for many. `Float32` and `Float64` actions give different bits, as in NumPy. Elements
-of every other type are converted to `Float64`.
+Steps the [`MJEnv.Rows`](@ref) `rows`. `action` is a vector or a tuple for one row, and a matrix with a column for each
+row for many. `Float32` and `Float64` actions give different bits, as in NumPy. Elements of every other type are converted
+to `Float64`.
 
-Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. For one row `obs` is a vector,
-`reward` a `Float64`, and `terminated` and `truncated` are `Bool`s. For many rows `obs` is a matrix with a column for
-each row, and these three are vectors. `info` is the NamedTuple of [`MJEnv.info`](@ref).
+Returns `(obs = ..., reward = ..., terminated = ..., truncated = ..., info = ...)`. For an environment of one row `obs` is
+a vector, `reward` a `Float64`, and `terminated` and `truncated` are `Bool`s. Otherwise `obs` is a matrix with a column
+for each row, and these three are vectors. `info` is the NamedTuple of [`MJEnv.info`](@ref). Rows that are not stepped keep
+their state; for them `obs` is the present observation, and the other results are zero or false.
 
 A NaN or infinite action and a step after the end of an episode throw an [`MJEnvError`](@ref), unless the option
 `strict` is false. After an error all rows are as they were, with one exception: if MuJoCo fails in some rows
 (`MJENV_E_PHYSICS`), these keep their state and the others are stepped.
 
-With a `mask`, `action` still has a column for each row. The other rows keep their state; for them `obs` is the present
-observation, and the other results are zero or false.
+    step!(batch, env, action; rows = :)
 
-    step!(batch, env, action; mask = nothing)
-
-Writes the outputs into a [`Batch`](@ref), which it returns. The outputs of rows outside the mask keep their values. It
-allocates nothing if `action` is an `Array` of `Float32` or `Float64`, or a contiguous view of one. After an error the
-batch is as it was.
+Writes the outputs into a [`Batch`](@ref), which it returns. The outputs of rows that are not stepped keep their values. It
+allocates nothing if it steps all rows and `action` is an `Array` of `Float32` or `Float64`, or a contiguous view of one.
+After an error the batch is as it was.
 """
-step!(batch::Batch, env::Env, action::Action; mask::Union{Nothing,AbstractVector{Bool}} = nothing) =
-    step_dense!(batch, env, dense(action), as_mask(env, mask))
+step!(batch::Batch, env::Env, action::Action; rows::Rows = (:)) =
+    step_dense!(batch, env, columns_of_all(env, dense(action), rows), mask_of(env, rows))
 
-function step!(env::Env, action::Action; mask::Union{Nothing,AbstractVector{Bool}} = nothing)
+function step!(env::Env, action::Action; rows::Rows = (:))
     batch = Batch(env)
-    mask === nothing || observe!(batch, env)
-    env.latest = step!(batch, env, action; mask = mask)
+    rows isa Colon || observe!(batch, env)
+    env.latest = step!(batch, env, action; rows = rows)
     return merge(outputs(env, batch), (info = info(batch),))
 end
 
@@ -220,6 +207,18 @@ function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}, chosen)
         check(env.handle, status)
     end
     return batch
+end
+
+# The action with a column for each row of the environment.
+columns_of_all(::Env, action, ::Union{Colon,AbstractVector{Bool}}) = action
+
+function columns_of_all(env::Env, action, rows::Union{Integer,AbstractVector{<:Integer}})
+    check_columns(env, action, length(rows))
+    all_rows = zeros(eltype(action), env.action_count, env.rows)
+    for (column, row) in enumerate(rows)
+        all_rows[:, row_index(env, row) + 1] = view(action, :, column)
+    end
+    return all_rows
 end
 
 # Returns the elements without gaps between them, in a type that C knows.
@@ -311,5 +310,5 @@ end
 function value_of(batch::Batch, field::Field, values::Vector{Float64}, dimensions)
     columns = length(batch.reward)
     part = view(values, ((first(field.range) - 1) * columns + 1):(last(field.range) * columns))
-    return shaped(part, field, julia_type(field.type, batch.action_type), dimensions)
+    return shaped(part, field, julia_type(field.dtype, batch.action_type), dimensions)
 end

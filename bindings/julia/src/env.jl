@@ -18,8 +18,8 @@ task throw an [`MJEnvError`](@ref).
 `engine` is the version of MuJoCo, `"2.2.2"` or `"4.0"`: see [`MJEnv.engines`](@ref). Their bits differ. By default it
 is what `ENV["MJENV_ENGINE"]` names, without that variable `"2.2.2"`. A process may use both at the same time.
 
-You may read these fields: `id`, `engine`, `rows`, `frame_skip` (how many simulation steps of MuJoCo one step takes) and
-`dt` (how many seconds of simulation one step takes).
+You may read these fields: `id`, `engine`, `rows`, `frame_skip` (how many simulation steps of MuJoCo one step takes), `dt`
+(how many seconds of simulation one step takes) and `threads` (how many threads step rows).
 
 An environment takes a few megabytes outside Julia's heap. `close(env)` frees them at once; without it the garbage
 collector frees them at some time. Every use of a closed environment throws an `ArgumentError`.
@@ -34,6 +34,7 @@ mutable struct Env
     engine::String
     rows::Int
     frame_skip::Int
+    threads::Int
     dt::Float64
     obs_count::Int
     action_count::Int
@@ -78,7 +79,8 @@ function Env(f::Function, id::AbstractString; options...)
 end
 
 function describe!(env::Env)
-    env.frame_skip = mjenv_frame_skip(env.handle)
+    info = info_of(env.handle)
+    env.frame_skip, env.threads = info.frame_skip, info.threads
     env.obs_count = space_of(env.handle, MJENV_ROLE_OBSERVATION).count
     env.action_count = space_of(env.handle, MJENV_ROLE_ACTION).count
     env.info_fields = fields_of(env.handle, MJENV_ROLE_INFO)
@@ -102,11 +104,16 @@ reason)`. `count` is 0 if each row is stepped alone; `reason` is `""` if none is
 values or forces of their own.
 """
 function lanes(env::Env)
-    count, reason = Ref{Int64}(0), Ref{Cstring}(C_NULL)
     return inside(env) do handle
-        check(handle, mjenv_lanes(handle, count, reason))
-        return (count = Int(count[]), reason = unsafe_string(reason[]))
+        info = info_of(handle)
+        return (count = Int(info.lanes), reason = unsafe_string(info.lanes_reason))
     end
+end
+
+function info_of(handle::Handle{mjenv_env})
+    info = Ref(mjenv_info())
+    check(handle, mjenv_info_of(handle, info))
+    return info[]
 end
 
 # Passes the handle to f. While f runs, the environment is neither collected nor closed by another thread.
@@ -207,64 +214,64 @@ function space_of(handle::Handle{mjenv_env}, role::mjenv_role)
     return space[]
 end
 
-function bounds(env::Env, role::mjenv_role)
+function box_of(env::Env, role::mjenv_role)
     return inside(env) do handle
         space = space_of(handle, role)
         T = mjenv_dtype(space.dtype) == MJENV_DTYPE_FLOAT32 ? Float32 : Float64
         copied(pointer) = Vector{T}(unsafe_wrap(Array, pointer, space.count))
-        (low = copied(space.low), high = copied(space.high))
+        Box(copied(space.low), copied(space.high))
     end
 end
 
 """
     observation_space(env)
 
-Returns the bounds of one row's observation, Gymnasium's Box space, as a NamedTuple of two `Float64` vectors: `low` and
-`high`.
+Returns the space of one row's observation, an [`MJEnv.Box`](@ref) of `Float64`, as Gymnasium's.
 """
-observation_space(env::Env) = bounds(env, MJENV_ROLE_OBSERVATION)
+observation_space(env::Env) = box_of(env, MJENV_ROLE_OBSERVATION)
 
 """
     action_space(env)
 
-Returns the bounds of one row's action, Gymnasium's Box space, as a NamedTuple of two `Float32` vectors: `low` and
-`high`.
+Returns the space of one row's action, an [`MJEnv.Box`](@ref) of `Float32`, as Gymnasium's.
 """
-action_space(env::Env) = bounds(env, MJENV_ROLE_ACTION)
+action_space(env::Env) = box_of(env, MJENV_ROLE_ACTION)
 
-digits_of(seed::Integer) = digits(UInt32, BigInt(seed); base = big(2)^32)
-
-function refuse_seed(seed)
-    isnothing(seed) || seed >= 0 || throw(ArgumentError("a seed is a non-negative integer, not $seed"))
+function check_seed(seed)
+    seed >= 0 || throw(ArgumentError("a seed is a non-negative integer, not $seed"))
 end
 
 """
-    seed!(env, seed)
-    seed!(env, seeds)
+    seed!(env, seed; rows = :)
+    seed!(env, seeds; rows = :)
 
-Gives rows new random streams: a row with the seed `s` draws what NumPy's `default_rng(s)` draws. A vector holds a seed
-for each row; `nothing` leaves a row's stream as it is. With one number, row `i` is seeded with `seed + i - 1`, as in
-Gymnasium's vector environments. Seeds are non-negative integers of any size. A row that is never seeded gets its seed
-from the system's entropy at its first reset. Returns `env`.
+Gives the [`MJEnv.Rows`](@ref) `rows` new random streams: a row with the seed `s` draws what NumPy's `default_rng(s)`
+draws. A vector holds a seed for each row. With one number, the first of the rows is seeded with `seed`, the next with
+`seed + 1` and so on, as in Gymnasium's vector environments. Seeds are non-negative integers of any size. A row that is
+never seeded gets its seed from the system's entropy at its first reset. Returns `env`.
 """
-function seed!(env::Env, seeds::AbstractVector{<:Union{Integer,Nothing}})
-    if length(seeds) != env.rows
-        throw(DimensionMismatch("$(length(seeds)) seeds for an environment of $(env.rows) rows"))
+function seed!(env::Env, seeds::AbstractVector{<:Integer}; rows::Rows = (:))
+    if length(seeds) != row_count(env, rows)
+        throw(DimensionMismatch("$(length(seeds)) seeds for $(row_count(env, rows)) rows"))
     end
-    foreach(refuse_seed, seeds)
-    inside(env) do handle
-        for (index, seed) in enumerate(seeds)
-            seed === nothing && continue
-            number = digits_of(seed)
-            check(handle, mjenv_seed_digits(handle, index - 1, number, length(number)))
-        end
+    foreach(check_seed, seeds)
+    words = mapreduce(word_count, max, seeds; init = 1)
+    table = zeros(UInt64, words, env.rows)
+    for (row, seed) in zip(rows isa Union{Colon,AbstractVector{Bool}} ? (1:env.rows) : rows, seeds)
+        digits!(view(table, :, row_index(env, row) + 1), BigInt(seed); base = big(2)^64)
     end
+    mask = mask_of(env, rows)
+    check(env.handle, inside(handle -> mjenv_seed(handle, mask, table, words), env))
     return env
 end
 
-function seed!(env::Env, seed::Integer)
-    refuse_seed(seed)
-    return seed!(env, BigInt(seed) .+ (0:(env.rows - 1)))
+# How many 64-bit words a seed has.
+word_count(seed::Integer) = cld(ndigits(seed; base = 2), 64)
+
+function seed!(env::Env, seed::Integer; rows::Rows = (:))
+    check_seed(seed)
+    numbers = numbers_of(env, rows)
+    return seed!(env, BigInt(seed) .+ (0:(length(numbers) - 1)); rows = numbers)
 end
 
 """

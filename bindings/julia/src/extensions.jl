@@ -1,32 +1,5 @@
 # What the interfaces of other packages need, and how their extensions are loaded.
 
-using Random: Random, AbstractRNG
-
-"""
-    MJEnv.Box(low, high)
-
-The set of all vectors between two bounds, both included. `point in box` tests a vector; `rand(box)` draws one where the
-bounds are finite. Boxes with equal bounds are equal.
-"""
-struct Box{T<:AbstractFloat}
-    low::Vector{T}
-    high::Vector{T}
-end
-
-Base.eltype(::Type{Box{T}}) where {T} = Vector{T}
-Base.in(point::AbstractVector{<:Real}, box::Box) =
-    length(point) == length(box.low) && all(box.low .<= point .<= box.high)
-Base.:(==)(a::Box, b::Box) = a.low == b.low && a.high == b.high
-Base.hash(box::Box, h::UInt) = hash(box.low, hash(box.high, hash(Box, h)))
-
-function Random.rand(rng::AbstractRNG, sampler::Random.SamplerTrivial{Box{T}}) where {T}
-    box = sampler[]
-    if !all(isfinite, box.low) || !all(isfinite, box.high)
-        throw(ArgumentError("there are no random points in a box without bounds"))
-    end
-    return box.low .+ rand(rng, T, length(box.low)) .* (box.high .- box.low)
-end
-
 # An environment of one row together with its outputs. Other packages call this an environment.
 mutable struct Episode
     env::Env
@@ -51,8 +24,8 @@ function step!(episode::Episode, action)
 end
 
 observe(episode::Episode) = episode.batch.obs[:, 1]
-observations(episode::Episode) = Box(observation_space(episode.env)...)
-actions(episode::Episode) = Box(action_space(episode.env)...)
+observations(episode::Episode) = observation_space(episode.env)
+actions(episode::Episode) = action_space(episode.env)
 # These interfaces do not distinguish truncation from termination. In both cases the episode is over.
 ended(episode::Episode) = episode.batch.terminated[1] || episode.batch.truncated[1]
 

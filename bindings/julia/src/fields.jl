@@ -4,8 +4,8 @@
     MJEnv.Field
 
 Describes a term of an observation, an actuator, an info or an array of MuJoCo: its `name`, its `doc`, its `shape` (`()`
-for a number), the `range` of its elements within one row, and the `type` that Gymnasium gives it, such as
-`MJEnv.MJENV_TYPE_FLOAT64`.
+for a number), the `range` of its elements within one row, and the `dtype` that Gymnasium gives it, such as
+`MJEnv.MJENV_DTYPE_FLOAT64`.
 
 Shapes are the reverse of NumPy's, because Julia stores columns and NumPy stores rows: `xpos` has the shape
 `(3, nbody)`, and `xpos[:, b]` is the position of body `b`.
@@ -15,13 +15,16 @@ struct Field
     doc::String
     shape::Tuple{Vararg{Int}}
     range::UnitRange{Int}
-    type::mjenv_type
+    dtype::mjenv_dtype
 end
+
+Base.show(io::IO, field::Field) =
+    print(io, "MJEnv.Field(", repr(field.name), isempty(field.shape) ? "" : ", " * join(field.shape, " × "), ")")
 
 function Field(f::mjenv_field)
     shape = reverse(f.shape[1:f.ndim])
     range = (f.offset + 1):(f.offset + f.count)
-    return Field(unsafe_string(f.name), borrowed(f.doc), shape, range, mjenv_type(f.type))
+    return Field(unsafe_string(f.name), borrowed(f.doc), shape, range, mjenv_dtype(f.dtype))
 end
 
 role_name(role::mjenv_role) = Symbol(lowercase(replace(string(role), "MJENV_ROLE_" => "")))
@@ -43,12 +46,12 @@ end
 # How many numbers the fields of one row have together.
 record_length(fields::Vector{Field}) = isempty(fields) ? 0 : last(fields[end].range)
 
-julia_type(type::mjenv_type, action_type::Type) =
-    type == MJENV_TYPE_ACTION ? action_type :
-    type in (MJENV_TYPE_NATIVE_INT, MJENV_TYPE_INT64) ? Int64 :
-    type == MJENV_TYPE_FLOAT32 ? Float32 :
-    type == MJENV_TYPE_INT32 ? Int32 :
-    type == MJENV_TYPE_UINT8 ? UInt8 : Float64
+julia_type(dtype::mjenv_dtype, action_type::Type) =
+    dtype == MJENV_DTYPE_ACTION ? action_type :
+    dtype in (MJENV_DTYPE_NATIVE_INT, MJENV_DTYPE_INT64) ? Int64 :
+    dtype == MJENV_DTYPE_FLOAT32 ? Float32 :
+    dtype == MJENV_DTYPE_INT32 ? Int32 :
+    dtype == MJENV_DTYPE_UINT8 ? UInt8 : Float64
 
 # The value of a field for one row: a number, or an array of the field's shape.
 shaped(values, field::Field, T::Type) = isempty(field.shape) ? T(values[1]) : reshape(T.(values), field.shape)

@@ -53,28 +53,34 @@ end
 end
 
 """
-    send!(env, action; rows = 1:env.rows)
+    send!(env, action; rows = :)
 
-Begins a step of some rows and returns at once, so that the program can work while the rows are stepped. `action` has a
-column for each of `rows`, and is copied. [`recv!`](@ref) returns the results. While rows are under way, only `send!` of
-other rows, `recv!` and `close` are allowed; other functions that read or change rows throw an [`MJEnvError`](@ref).
-The errors are those of [`step!`](@ref), except that `recv!` throws those of MuJoCo. Returns `env`.
+Begins a step of the [`MJEnv.Rows`](@ref) `rows` and returns at once, so that the program can work while the rows are
+stepped. `action` is that of [`step!`](@ref), and is copied. [`recv!`](@ref) returns the results. While rows are under
+way, only `send!` of other rows, `recv!` and `close` are allowed; other functions that read or change rows throw an
+[`MJEnvError`](@ref). The errors are those of [`step!`](@ref), except that `recv!` throws those of MuJoCo. Returns `env`.
 """
-function send!(env::Env, action::Action; rows::AbstractVector{<:Integer} = 1:env.rows)
+function send!(env::Env, action::Action; rows::Rows = (:))
     given = dense(action)
-    fits = ndims(given) == 1 ? length(rows) == 1 && length(given) == env.action_count :
-           size(given) == (env.action_count, length(rows))
-    fits || refuse_sent(env, given, length(rows))
-    numbers = Int64[row_index(env, row) for row in rows]
+    check_columns(env, given, row_count(env, rows))
+    numbers = Int64.(numbers_of(env, rows)) .- 1
     isempty(numbers) && return env
+    sent = rows isa AbstractVector{Bool} ? given[:, rows] : given
     check(env.handle, inside(env) do handle
-        mjenv_send(handle, numbers, length(numbers), given, length(given), dtype_of(eltype(given)))
+        mjenv_send(handle, numbers, length(numbers), sent, length(sent), dtype_of(eltype(sent)))
     end)
-    env.sent_type = eltype(given)
+    env.sent_type = eltype(sent)
     return env
 end
 
-@noinline function refuse_sent(env, action, count)
+# Whether an action has a column for each of so many rows.
+function check_columns(env::Env, action, count)
+    fits = ndims(action) == 1 ? count == 1 && length(action) == env.action_count :
+           size(action) == (env.action_count, count)
+    fits || refuse_columns(env, action, count)
+end
+
+@noinline function refuse_columns(env, action, count)
     wanted = "$(env.action_count)×$count"
     throw(DimensionMismatch("the action for $count row(s) of this $env is $wanted, not of size $(size(action))"))
 end
@@ -92,7 +98,7 @@ written `rows` and `batch`. The field `status` of the batch says which rows fail
 function recv!(rows::Vector{Int64}, batch::Batch, env::Env; least::Integer = 1, timeout::Real = Inf)
     timeout >= 0 || throw(ArgumentError("timeout is $timeout; it must be 0 or more seconds"))
     seconds = isinf(timeout) ? -1.0 : Float64(timeout)  # the library waits without limit for a negative time
-    received = Ref{Csize_t}(0)
+    received = Ref{Int64}(0)
     status = GC.@preserve batch begin
         out = raw(batch, env)
         inside(handle -> mjenv_recv(handle, least, seconds, rows, length(rows), received, out), env)

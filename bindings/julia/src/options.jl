@@ -18,6 +18,8 @@ struct Option
     default::Any
 end
 
+Base.show(io::IO, option::Option) = print(io, "MJEnv.Option(", repr(option.name), ", ", repr(option.default), ")")
+
 # Creates the options of an id at their defaults, and passes them to f.
 function with_options(f, engine::Engine, id::AbstractString)
     created = Ref{Ptr{mjenv_options}}(C_NULL)
@@ -72,7 +74,7 @@ function get_integer(handle, name)
 end
 
 function get_reals(handle, name)
-    count = Ref{Csize_t}()
+    count = Ref{Int64}()
     check(handle, mjenv_options_get_reals(handle, name, C_NULL, 0, count))
     values = Vector{Float64}(undef, count[])
     check(handle, mjenv_options_get_reals(handle, name, values, length(values), count))

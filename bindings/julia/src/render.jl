@@ -200,6 +200,8 @@ draw!(window::Window; row::Integer = 1) = check(window.handle, mjenv_window_draw
 
 Base.isopen(window::Window) = mjenv_window_is_open(window.handle) != 0
 
+Base.show(io::IO, window::Window) = print(io, "Window(", isopen(window) ? "open" : "closed", ")")
+
 function Base.close(window::Window)
     mjenv_window_destroy(window.handle)
     window.handle = Handle(window.handle.engine, Ptr{mjenv_window}(C_NULL))

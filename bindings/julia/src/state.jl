@@ -1,10 +1,5 @@
 # Reads, sets, copies and saves the state of rows.
 
-function row_index(env::Env, row::Integer)
-    1 <= row <= env.rows && return Int(row) - 1
-    throw(ArgumentError("row $row is outside 1:$(env.rows)"))
-end
-
 function arrays_of(env::Env)
     if isempty(env.arrays)
         # If mjData and mjModel both have an array of a name, the library reads the model's.
@@ -29,14 +24,14 @@ function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer =
     name = text(array)
     index = row_index(env, row)
     values = inside(env) do handle
-        count = Ref{Csize_t}()
+        count = Ref{Int64}()
         check(handle, mjenv_read(handle, index, name, C_NULL, 0, count))
         values = Vector{Float64}(undef, count[])
         check(handle, mjenv_read(handle, index, name, values, length(values), count))
         values
     end
     field = arrays_of(env)[name]
-    return shaped(values, field, julia_type(field.type, Float64))
+    return shaped(values, field, julia_type(field.dtype, Float64))
 end
 
 """
@@ -96,74 +91,62 @@ function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     return env
 end
 
-# The values as the library takes them: all elements of the array, once for each row if rows are its last dimension.
-function written(env::Env, name::String, values::Union{Real,AbstractArray{<:Real}}, rows::Tuple{Vararg{Int}})
-    wanted = haskey(arrays_of(env), name) ? (arrays_of(env)[name].shape..., rows...) : size(values)
-    size(values) == wanted && return collect(Float64, vec(collect(values)))
-    throw(DimensionMismatch("the values of $name have the size $(size(values)); this $env needs $wanted"))
+# The values as the library takes them: all elements of the array, once or for each row of the environment.
+function written(env::Env, name::String, values::Union{Real,AbstractArray{<:Real}}, rows::Rows)
+    shape = haskey(arrays_of(env), name) ? arrays_of(env)[name].shape : size(values)
+    size(values) == shape && return collect(Float64, vec(collect(values)))
+    count = row_count(env, rows)
+    if rows isa Integer || size(values) != (shape..., count)
+        also = rows isa Integer ? "" : " or $((shape..., count))"
+        throw(DimensionMismatch("the values of $name have the size $(size(values)); this $env needs $shape$also"))
+    end
+    rows isa Union{Colon,AbstractVector{Bool}} && return collect(Float64, vec(values))
+    all_rows = zeros(prod(shape), env.rows)
+    all_rows[:, numbers_of(env, rows)] = reshape(values, prod(shape), count)
+    return vec(all_rows)
 end
 
 """
-    write!(env, array, values; row = 1)
+    write!(env, array, values; rows = :)
 
-Writes an array of the row's mjModel, or an input of its mjData, by its MuJoCo name: `:body_mass`, `:geom_friction`,
-`"opt.timestep"`, `:xfrc_applied`. `values` has the size that [`read`](@ref) returns; `row = :` gives all rows these
-values. The effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`): values of
-the mjModel stay over resets, and a reset clears the inputs. mjenv.h lists what can be written. An array that can't be
+Writes an array of the mjModel of the [`MJEnv.Rows`](@ref) `rows`, or an input of their mjData, by its MuJoCo name:
+`:body_mass`, `:geom_friction`, `"opt.timestep"`, `:xfrc_applied`. `values` has the size that [`read`](@ref) returns, and
+each of the rows gets these values; or it has one more dimension, the row, and each row gets its own.
+
+The effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`): values of the
+mjModel stay over resets, and a reset clears the inputs. mjenv.h lists what can be written. An array that can't be
 written, or a value that MuJoCo could not compute with, throws an [`MJEnvError`](@ref), and nothing is written. Returns
 `env`.
 
 ```julia
 masses = read(env, :body_mass)
 masses[2] *= 1.5
-write!(env, :body_mass, masses)
+write!(env, :body_mass, masses; rows = 3)
+write!(env, "opt.timestep", [0.01, 0.02, 0.03])  # three rows
 ```
 """
 function write!(
     env::Env,
     array::Union{Symbol,AbstractString},
     values::Union{Real,AbstractArray{<:Real}};
-    row::Union{Integer,Colon} = 1,
+    rows::Rows = (:),
 )
-    index, name = rows_index(env, row), text(array)
-    numbers = written(env, name, values, ())
-    check(env.handle, inside(handle -> mjenv_write(handle, index, name, numbers, length(numbers)), env))
+    name, mask = text(array), mask_of(env, rows)
+    numbers = written(env, name, values, rows)
+    check(env.handle, inside(handle -> mjenv_write(handle, mask, name, numbers, length(numbers)), env))
     return env
 end
 
 """
-    write_rows!(env, array, values; mask = nothing)
+    set_constants!(env; rows = :)
 
-Writes an array of many rows, each with values of its own: the last dimension of `values` is the row. Rows where the
-`Bool` vector `mask` is false keep theirs. Otherwise it is like [`write!`](@ref). Returns `env`.
-
-```julia
-write_rows!(env, "opt.timestep", [0.01, 0.02, 0.03])  # three rows
-```
+Calls mj_setConst for the [`MJEnv.Rows`](@ref) `rows`: MuJoCo computes anew what it computes from masses, sizes and
+`qpos0` when it compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The rows end in the position
+`qpos_spring`, for which mj_setConst computes last: reset them, or set their state. Returns `env`.
 """
-function write_rows!(
-    env::Env,
-    array::Union{Symbol,AbstractString},
-    values::AbstractArray{<:Real};
-    mask::Union{Nothing,AbstractVector{Bool}} = nothing,
-)
-    name = text(array)
-    numbers = written(env, name, values, (env.rows,))
-    flags = as_mask(env, mask)
-    check(env.handle, inside(handle -> mjenv_write_rows(handle, flags, name, numbers, length(numbers)), env))
-    return env
-end
-
-"""
-    set_constants!(env; row = 1)
-
-Calls mj_setConst for a row, or for all rows with `row = :`: MuJoCo computes anew what it computes from masses, sizes
-and `qpos0` when it compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The row ends in the position
-`qpos_spring`, for which mj_setConst computes last: reset the row, or set its state. Returns `env`.
-"""
-function set_constants!(env::Env; row::Union{Integer,Colon} = 1)
-    index = rows_index(env, row)
-    check(env.handle, inside(handle -> mjenv_set_constants(handle, index), env))
+function set_constants!(env::Env; rows::Rows = (:))
+    mask = mask_of(env, rows)
+    check(env.handle, inside(handle -> mjenv_set_constants(handle, mask), env))
     return env
 end
 
@@ -211,28 +194,25 @@ end
 """
     copy_row!(env, from, to)
 
-Copies the row `from` into all rows where the `Bool` vector `to` is true: simulation, random stream, counters and
-written arrays. Returns `env`.
+Copies the row `from` into the [`MJEnv.Rows`](@ref) `to`: simulation, random stream, counters and written arrays. Returns
+`env`.
 """
-function copy_row!(env::Env, from::Integer, to::AbstractVector{Bool})
-    index, mask = row_index(env, from), as_mask(env, to)
-    check(env.handle, inside(handle -> mjenv_copy_row(handle, index, mask), env))
+function copy_row!(env::Env, from::Integer, to::Rows)
+    index, mask = row_index(env, from), mask_of(env, to)
+    check(env.handle, inside(handle -> mjenv_copy_row(handle, mask, index), env))
     return env
 end
 
-rows_index(env::Env, row::Integer) = row_index(env, row)
-rows_index(::Env, ::Colon) = MJENV_ALL_ROWS
-
 """
-    snapshot(env; row = 1)
+    snapshot(env; rows = :)
 
-Saves a row (or all rows with `row = :`) as a new `Vector{UInt8}`, called an image: simulation, random stream,
-counters and written arrays. [`restore!`](@ref) continues from it.
+Saves all rows, or the row of a number, as a new `Vector{UInt8}`, called an image: simulation, random stream, counters and
+written arrays. [`restore!`](@ref) continues from it.
 """
-function snapshot(env::Env; row::Union{Integer,Colon} = 1)
-    index = rows_index(env, row)
+function snapshot(env::Env; rows::Union{Integer,Colon} = (:))
+    index = image_row(env, rows)
     return inside(env) do handle
-        size = Ref{Csize_t}()
+        size = Ref{Int64}()
         check(handle, mjenv_snapshot(handle, index, C_NULL, 0, size))
         image = Vector{UInt8}(undef, size[])
         check(handle, mjenv_snapshot(handle, index, image, length(image), size))
@@ -241,16 +221,15 @@ function snapshot(env::Env; row::Union{Integer,Colon} = 1)
 end
 
 """
-    restore!(env, image; row = 1)
+    restore!(env, image; rows = :)
 
-Sets a row (or all rows with `row = :`) to the state that a [`snapshot`](@ref) saved. The row continues with the same
-bits, also in another process and with another number of threads. The environment must have the same id, model and
-options as the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`; an image of all rows
-needs as many rows. Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`.
-Returns `env`.
+Sets all rows, or the row of a number, to the state that a [`snapshot`](@ref) of as many rows saved. They continue with
+the same bits, also in another process and with another number of threads. The environment must have the same id, model
+and options as the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`. Otherwise, or if the
+image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
 """
-function restore!(env::Env, image::AbstractVector{UInt8}; row::Union{Integer,Colon} = 1)
-    index = rows_index(env, row)
+function restore!(env::Env, image::AbstractVector{UInt8}; rows::Union{Integer,Colon} = (:))
+    index = image_row(env, rows)
     bytes = convert(Vector{UInt8}, image)
     check(env.handle, inside(handle -> mjenv_restore(handle, index, bytes, length(bytes)), env))
     return env

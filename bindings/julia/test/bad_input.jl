@@ -96,13 +96,26 @@ function bad_calls(env, batch, action)
         (wrong(b -> resize!(b.step_info, 1)), (DimensionMismatch, "step_info")),
         (() -> reset!(Batch(Env("Reacher-v5"; rows = 2)), env), (DimensionMismatch, "obs")),
         (() -> observe!(Batch(Env(env.id; rows = 3)), env), (DimensionMismatch, "obs")),
-        (() -> reset!(batch, env; mask = [true]), (DimensionMismatch, "mask")),
-        (() -> reset!(env; mask = trues(3)), (DimensionMismatch, "mask")),
-        (() -> reset!(env; mask = [1, 0]), (TypeError,)),
+        (() -> reset!(batch, env; rows = [true]), (DimensionMismatch, "mask")),
+        (() -> reset!(env; rows = trues(3)), (DimensionMismatch, "mask")),
+        (() -> reset!(env; rows = [1, 0]), (ArgumentError, "row 0")),
+        (() -> reset!(env; rows = [1.0, 0.0]), (TypeError, "rows")),
         (() -> seed!(env, -1), (ArgumentError, "-1")),
         (() -> seed!(env, [1, -2]), (ArgumentError, "-2")),
         (() -> seed!(env, [1, 2, 3]), (DimensionMismatch, "3 seeds", "2 rows")),
+        (() -> seed!(env, [1, 2]; rows = 1), (DimensionMismatch, "2 seeds", "1 rows")),
+        (() -> seed!(env, [1]; rows = [true, false]), (DimensionMismatch, "1 seeds", "2 rows")),
+        (() -> seed!(env, 1; rows = 0), (ArgumentError, "row 0", "1:2")),
+        (() -> seed!(env, 1; rows = [true]), (DimensionMismatch, "mask", "1", "2")),
         (() -> seed!(env, 1.5), (MethodError,)),
+        (() -> reset!(batch, env; rows = 3), (ArgumentError, "row 3", "1:2")),
+        (() -> reset!(batch, env; rows = [0, 1]), (ArgumentError, "row 0", "1:2")),
+        (() -> step!(batch, env, action; rows = 2), (DimensionMismatch, "1 row(s)", "$(nu)×1", "($nu, 2)")),
+        (() -> step!(batch, env, action[:, 1]; rows = 1:2), (DimensionMismatch, "2 row(s)", "$(nu)×2", "($nu,)")),
+        (() -> step!(batch, env, action[:, 1]; rows = [true, false]), (DimensionMismatch, "action", "$(nu)×2")),
+        (() -> step!(batch, env, action; rows = [1, 4]), (ArgumentError, "row 4", "1:2")),
+        (() -> send!(env, action[:, 1]; rows = [true, false]), (DimensionMismatch, "$(nu)×2")),
+        (() -> copy_row!(env, 1, [3]), (ArgumentError, "row 3")),
         (() -> seed_actions!(env, -1), (ArgumentError, "-1")),
         (() -> seed_actions!(env, big(2)^64), (ArgumentError, "18446744073709551616")),
         (() -> sample_actions!(zeros(Float32, nu), env), (DimensionMismatch, "action")),
@@ -129,16 +142,21 @@ function bad_calls(env, batch, action)
         (() -> write!(env, :body_parentid, read(env, :body_parentid)), (MJENV_E_NAME, "structure")),
         (() -> write!(env, :body_mass, 1.0), (DimensionMismatch, "body_mass", "()", "(14,)")),
         (() -> write!(env, :body_mass, fill(-1, 14)), (MJENV_E_VALUE, "body_mass", "-1")),
-        (() -> write!(env, :body_mass, fill(NaN, 14); row = :), (MJENV_E_VALUE, "body_mass", "nan")),
-        (() -> write!(env, :body_mass, ones(14); row = 3), (ArgumentError, "row 3")),
+        (() -> write!(env, :body_mass, fill(NaN, 14); rows = :), (MJENV_E_VALUE, "body_mass", "nan")),
+        (() -> write!(env, :body_mass, ones(14); rows = 3), (ArgumentError, "row 3")),
         (() -> write!(env, :body_mass, ones(Complex{Int}, 14)), (MethodError,)),
         (() -> write!(env, "body_mass\0", ones(14)), (ArgumentError, "NUL")),
-        (() -> write_rows!(env, :body_mass, ones(14)), (DimensionMismatch, "body_mass", "(14, 2)")),
-        (() -> write_rows!(env, :body_mass, [ones(14) fill(-1, 14)]), (MJENV_E_VALUE, "body_mass", "-1")),
-        (() -> write_rows!(env, :body_mass, ones(14, 2); mask = [true]), (DimensionMismatch, "mask")),
-        (() -> set_constants!(env; row = 3), (ArgumentError, "row 3")),
-        (() -> snapshot(env; row = -1), (ArgumentError, "row -1")),
-        (() -> restore!(env, image; row = 3), (ArgumentError, "row 3")),
+        (() -> write!(env, :body_mass, ones(14, 3)), (DimensionMismatch, "body_mass", "(14, 3)", "(14,)", "(14, 2)")),
+        (() -> write!(env, :body_mass, ones(14, 2); rows = [1]), (DimensionMismatch, "body_mass", "(14, 1)")),
+        (() -> write!(env, :body_mass, ones(14, 1); rows = 1), (DimensionMismatch, "body_mass", "(14, 1)", "(14,)")),
+        (() -> write!(env, :body_mass, ones(14); rows = [1, 3]), (ArgumentError, "row 3")),
+        (() -> write!(env, :body_mass, [ones(14) fill(-1, 14)]), (MJENV_E_VALUE, "body_mass", "-1")),
+        (() -> write!(env, :body_mass, ones(14, 2); rows = [true]), (DimensionMismatch, "mask")),
+        (() -> set_constants!(env; rows = 3), (ArgumentError, "row 3")),
+        (() -> snapshot(env; rows = -1), (ArgumentError, "row -1")),
+        (() -> snapshot(env; rows = [1]), (TypeError, "rows")),
+        (() -> restore!(env, image; rows = trues(2)), (TypeError, "rows")),
+        (() -> restore!(env, image; rows = 3), (ArgumentError, "row 3")),
         (() -> restore!(env, UInt8[]), (MJENV_E_SNAPSHOT,)),
         (() -> restore!(env, rand(UInt8, length(image))), (MJENV_E_SNAPSHOT,)),
         (() -> restore!(env, image[1:(end - 1)]), (MJENV_E_SNAPSHOT,)),
@@ -298,9 +316,9 @@ end
             set_state!(env, zeros(9), fill(1e9, 9))
             for _ in 1:20
                 step!(batch, env, fill(1e30, 6))
-                batch.status[1] == MJEnv.MJENV_E_PHYSICS && break
+                batch.status[1] == MJEnv.MJENV_DIVERGED && break
             end
-            @test batch.status[1] == MJEnv.MJENV_E_PHYSICS
+            @test batch.status[1] == MJEnv.MJENV_DIVERGED
             @test isempty(readdir(folder))
         end
     end

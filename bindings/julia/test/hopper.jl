@@ -4,7 +4,7 @@ struct Hopper <: MJEnv.Task
     forward_reward_weight::Float64
     ctrl_cost_weight::Float64
     healthy_reward::Float64
-    survive_type::MJEnv.mjenv_type
+    survive_type::MJEnv.mjenv_dtype
     terminate_when_unhealthy::Bool
     state_range::NTuple{2,Float64}
     z_range::NTuple{2,Float64}
@@ -34,7 +34,7 @@ function MJEnv.build(
         forward_reward_weight,
         ctrl_cost_weight,
         healthy_reward,
-        MJEnv.is_integer(b, :healthy_reward) ? MJEnv.MJENV_TYPE_NATIVE_INT : MJEnv.MJENV_TYPE_NATIVE_FLOAT,
+        MJEnv.is_integer(b, :healthy_reward) ? MJEnv.MJENV_DTYPE_NATIVE_INT : MJEnv.MJENV_DTYPE_NATIVE_FLOAT,
         terminate_when_unhealthy,
         healthy_state_range,
         healthy_z_range,

@@ -34,8 +34,8 @@ end
         reset!(env)
         @test same(read(env, :qpos; row = 1), recorded[0][1:9])
         @test same(read(env, :qpos; row = 2), recorded[1][1:9])
-        seed!(env, [1, nothing])
-        reset!(env; mask = BitVector([true, false]))
+        seed!(env, [1]; rows = [1])
+        reset!(env; rows = BitVector([true, false]))
         @test same(read(env, :qpos; row = 1), recorded[1][1:9])
         @test same(read(env, :qpos; row = 2), recorded[1][1:9])
         seed!(env, [maximum(keys(recorded)), 0])
@@ -217,8 +217,8 @@ end
     other = make(g; rows = 2)
     hand_over(env, batch, t) = begin
         image = snapshot(env)
-        restore!(other, image; row = 2)
-        restore!(env, isodd(t) ? image : snapshot(other; row = 2))
+        restore!(other, image; rows = 2)
+        restore!(env, isodd(t) ? image : snapshot(other; rows = 2))
         push!(images, image)
     end
     @test agrees(play(g, env, batch; meddle = hand_over), g)
@@ -226,6 +226,27 @@ end
     @test restore!(env, view(images[end], :)) === env
     step!(batch, env, g[:action][:, end])
     @test same(vec(batch.obs), g[:obs][:, end])
+end
+
+@testset "spaces" begin
+    Env("Reacher-v5") do env
+        low, high = space = action_space(env)
+        @test space isa MJEnv.Box{Float32} && (low, high) == (space.low, space.high) == ([-1, -1], [1, 1])
+        @test sample_actions(env) in space && !([2, 0] in space)
+        @test observation_space(env) isa MJEnv.Box{Float64}
+        @test sprint(show, space) == "MJEnv.Box(Float32[-1.0, -1.0], Float32[1.0, 1.0])"
+    end
+end
+
+@testset "what Julia's functions show" begin
+    env = Env("Ant-v5"; arrays = "xpos")
+    field, = fields(env, :arrays)
+    @test sprint(show, field) == "MJEnv.Field(\"xpos\", 3 × 14)"
+    option, = filter(option -> option.name == :frame_skip, MJEnv.schema("Ant-v5"))
+    @test sprint(show, option) == "MJEnv.Option(:frame_skip, 5)"
+    @test sprint(show, Batch(env; dtype = Float32)) == "Batch{Float32} of 105 observations × 1 rows"
+    # The name is that of the standard library, so that programs can use both.
+    @test seed! === MJEnv.Random.seed!
 end
 
 @testset "life" begin
@@ -246,7 +267,7 @@ end
 @testset "documentation of $name" for name in [
     names(MJEnv)
     [:info, :reset_info, :final_info, :arrays, :stream]
-    [:spec, :options, :fields, :Field, :ids, :schema, :Option, :version, :Status, :Box, :Picture]
+    [:spec, :options, :fields, :Field, :ids, :schema, :Option, :version, :Status, :Box, :Picture, :Rows]
 ]
     @test haskey(Base.Docs.meta(MJEnv), Base.Docs.Binding(MJEnv, name))
 end

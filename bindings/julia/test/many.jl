@@ -27,8 +27,9 @@ end
 
 function play_reset(g, env, batch, index)
     mask = g[:reset_mask][:, index] .== 1
-    seed!(env, [seed < 0 ? nothing : seed for seed in g[:reset_seed][:, index]])
-    reset!(batch, env; mask = mask)
+    seeds = vec(g[:reset_seed][:, index])
+    seed!(env, max.(seeds, 0); rows = seeds .>= 0)
+    reset!(batch, env; rows = mask)
     return all(filter(row -> mask[row], 1:VECTOR_ROWS)) do row
         batch.was_reset[row] &&
             same(batch.obs[:, row], row_part(g[:reset_obs][:, index], row, env.obs_count)) &&
@@ -188,16 +189,16 @@ end
     seed!(env, fill(g.seed, 3))
     reset!(batch, env)
     action = repeat(g[:action][:, 1], 1, 3)
-    image = snapshot(env; row = 2)
-    @test step!(batch, env, action; mask = [true, false, true]) === batch
+    image = snapshot(env; rows = 2)
+    @test step!(batch, env, action; rows = [true, false, true]) === batch
     for (row, wanted) in ((1, g[:obs][:, 1]), (2, g[:reset_obs][:, 1]), (3, g[:obs][:, 1]))
         @test same(batch.obs[:, row], wanted)
     end
-    @test snapshot(env; row = 2) == image
-    stepped = step!(env, action; mask = BitVector([false, true, false]))
+    @test snapshot(env; rows = 2) == image
+    stepped = step!(env, action; rows = BitVector([false, true, false]))
     @test same(stepped.obs[:, 2], g[:obs][:, 1])
     @test same(stepped.obs[:, 1], batch.obs[:, 1]) && stepped.reward[1] == 0
-    @test refuses(() -> step!(batch, env, action; mask = [true]), DimensionMismatch, "mask", "3")
+    @test refuses(() -> step!(batch, env, action; rows = [true]), DimensionMismatch, "mask", "3")
 end
 
 # Calls f with a stand-in for the library's function of that name.
@@ -216,7 +217,7 @@ end
 const REAL = Ref{Ptr{Cvoid}}(C_NULL)
 
 function receive_short_of_memory(env, least, timeout, rows, capacity, count, out)
-    ccall(REAL[], Int32, (Ptr{Cvoid}, Csize_t, Cdouble, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{Cvoid}),
+    ccall(REAL[], Int32, (Ptr{Cvoid}, Int64, Cdouble, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{Cvoid}),
           env, least, timeout, rows, capacity, count, out)
     return Int32(MJEnv.MJENV_E_MEMORY)
 end
@@ -226,7 +227,7 @@ end
     batch, rows = reset!(Batch(env), env), zeros(Int, 2)
     send!(env, zeros(2, 2))
     pointer = @cfunction(receive_short_of_memory, Int32,
-                         (Ptr{Cvoid}, Csize_t, Cdouble, Ptr{Int64}, Csize_t, Ptr{Csize_t}, Ptr{Cvoid}))
+                         (Ptr{Cvoid}, Int64, Cdouble, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{Cvoid}))
     standing_in(:mjenv_recv, pointer) do real
         REAL[] = real
         @test refuses(() -> recv!(rows, batch, env; least = 2), MJEnv.MJENV_E_MEMORY)
@@ -243,16 +244,16 @@ end
     reset!(env)
     step!(env, repeat(g[:action][:, 1], 1, 3))
     @test copy_row!(env, 2, [true, false, false]) === env
-    @test restore!(other, snapshot(env; row = :); row = :) === other
+    @test restore!(other, snapshot(env; rows = :); rows = :) === other
     for e in (env, other)
         obs = step!(e, repeat(g[:action][:, 2], 1, 3)).obs
         @test same(obs[:, 1], g[:obs][:, 2])
         @test same(obs[:, 2], g[:obs][:, 2])
         @test obs[:, 3] != g[:obs][:, 2]
     end
-    @test snapshot(env; row = :) == snapshot(other; row = :)
-    @test refuses(() -> restore!(make(g; rows = 2), snapshot(env; row = :); row = :), MJENV_E_SNAPSHOT, "3", "2")
-    @test refuses(() -> restore!(env, snapshot(env; row = :)), MJENV_E_SNAPSHOT, "3", "1")
+    @test snapshot(env; rows = :) == snapshot(other; rows = :)
+    @test refuses(() -> restore!(make(g; rows = 2), snapshot(env; rows = :); rows = :), MJENV_E_SNAPSHOT, "3", "2")
+    @test refuses(() -> restore!(env, snapshot(env); rows = 1), MJENV_E_SNAPSHOT, "3", "1")
     @test refuses(() -> copy_row!(env, 4, trues(3)), ArgumentError, "row 4", "1:3")
     @test refuses(() -> copy_row!(env, 1, trues(2)), DimensionMismatch, "2", "3")
 end
@@ -303,7 +304,7 @@ end
     env = Env("Reacher-v5"; rows = 2)
     reset!(env)
     batch = Batch(env; steps = 4)
-    before = snapshot(env; row = :)
+    before = snapshot(env; rows = :)
     @test refuses(() -> rollout(env, zeros(2, 4)), DimensionMismatch, "2 × steps × 2")
     @test refuses(() -> rollout(env, zeros(3, 4, 2)), DimensionMismatch, "2 × steps × 2", "(3, 4, 2)")
     @test refuses(() -> rollout(env, zeros(2, 4, 1)), DimensionMismatch)
@@ -311,5 +312,5 @@ end
     @test refuses(() -> rollout(env, fill(Inf, 2, 4, 2)), MJENV_E_VALUE, "row 0")
     @test refuses(() -> rollout!(batch, env, zeros(2, 5, 2)), DimensionMismatch, "obs")
     @test refuses(() -> step!(batch, env, zeros(2, 2)), DimensionMismatch, "obs")
-    @test snapshot(env; row = :) == before
+    @test snapshot(env; rows = :) == before
 end

@@ -28,9 +28,9 @@ end
     @test all(0.5 .<= mass[2:3] ./ own[2:3] .<= 1.5) && mass[2:3] != own[2:3] && mass[4:end] == own[4:end]
     @test read(many, "opt.timestep"; row = 2) in (0.001, 0.002)
     @test read(many, :xfrc_applied; row = 2)[1, 2] != 0
-    restore!(one, snapshot(many; row = 1))
+    restore!(one, snapshot(many; rows = 1))
     @test read(one, :geom_friction) == read(many, :geom_friction)
-    image = snapshot(many; row = 1)
+    image = snapshot(many; rows = 1)
     @test randomize!(many, []) === many
     @test perturb!(many) === many
     @test refuses(() -> restore!(many, image), MJEnv.MJENV_E_SNAPSHOT, "randomisation")

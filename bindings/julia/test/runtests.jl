@@ -18,6 +18,7 @@ const TEST_SETS = (
     "schema" => "schema.jl",
     "interface" => "interface.jl",
     "many" => "many.jl",
+    "rows" => "rows.jl",
     "writes" => "writes.jl",
     "randomisation" => "randomisation.jl",
     "bad input" => "bad_input.jl",

@@ -29,14 +29,14 @@ default_of(kind, words) =
     kind == "string_or_int" ? parse(Int, words[1]) : option_value(kind, words)
 
 const TYPES = Dict(
-    MJEnv.MJENV_TYPE_FLOAT64 => "numpy_float64",
-    MJEnv.MJENV_TYPE_ACTION => "action_dtype",
-    MJEnv.MJENV_TYPE_NATIVE_FLOAT => "python_float",
-    MJEnv.MJENV_TYPE_NATIVE_INT => "python_int",
-    MJEnv.MJENV_TYPE_INT64 => "numpy_int64",
+    MJEnv.MJENV_DTYPE_FLOAT64 => "numpy_float64",
+    MJEnv.MJENV_DTYPE_ACTION => "action_dtype",
+    MJEnv.MJENV_DTYPE_NATIVE_FLOAT => "python_float",
+    MJEnv.MJENV_DTYPE_NATIVE_INT => "python_int",
+    MJEnv.MJENV_DTYPE_INT64 => "numpy_int64",
 )
 
-listed(fields) = [[field.name, string(length(field.range)), TYPES[field.type]] for field in fields]
+listed(fields) = [[field.name, string(length(field.range)), TYPES[field.dtype]] for field in fields]
 
 # If all bounds are equal, schema.txt holds one.
 bound_of(words, count) = length(words) == 1 ? fill(real_of(words[1]), count) : real_of.(words)
@@ -78,7 +78,7 @@ bound_of(words, count) = length(words) == 1 ? fill(real_of(words[1]), count) : r
 
         @test listed(fields(env, :info)) == lines("info")
         @test listed(fields(env, :reset_info)) == lines("reset_info")
-        @test [TYPES[field.type] for field in fields(env, :reward)] == only_line("reward")
+        @test [TYPES[field.dtype] for field in fields(env, :reward)] == only_line("reward")
         @test [[f.name, string(length(f.range))] for f in fields(env, :structure)] == lines("structure")
     end
 end

@@ -59,7 +59,7 @@ end
     for options in (NamedTuple(), changed)
         envs, batches = pair(5; options...)
         for role in (:observation, :action, :reward, :info, :reset_info, :structure, :arrays)
-            shown(field) = (field.name, field.shape, field.range, field.type)
+            shown(field) = (field.name, field.shape, field.range, field.dtype)
             @test shown.(fields(envs[1], role)) == shown.(fields(envs[2], role))
         end
         @test observation_space(envs[1]) == observation_space(envs[2])
@@ -76,9 +76,9 @@ end
 
 @testset "states, images, rollouts, send and receive" begin
     envs, batches = both = pair(4; strict = false)
-    images = map(env -> snapshot(env; row = :), envs)
+    images = map(env -> snapshot(env; rows = :), envs)
     @test last(compare(both, 20))
-    foreach((env, image) -> restore!(env, image; row = :), envs, images)
+    foreach((env, image) -> restore!(env, image; rows = :), envs, images)
     for env in envs
         copy_row!(env, 1, [false, true, false, true])
         set_state!(env, read(env, :qpos; row = 3) .+ 0.01, read(env, :qvel; row = 3); row = 3)
@@ -95,7 +95,7 @@ end
         @test sort(recv!(rows, batch, env; least = 3)) == [1, 2, 4]
     end
     @test written(batches[1]) == written(batches[2])
-    @test refuses(() -> restore!(envs[2], images[1]; row = :), MJENV_E_SNAPSHOT, "Hopper-v5")
+    @test refuses(() -> restore!(envs[2], images[1]; rows = :), MJENV_E_SNAPSHOT, "Hopper-v5")
 end
 
 @testset "threads" begin
@@ -229,7 +229,7 @@ function MJEnv.step!(task::Probe, sim, row)
         mode == "close" && close(OTHER[])
         mode == "collect" && GC.gc()
     end
-    reward = MJEnv.typed(sim.time, MJEnv.MJENV_TYPE_NATIVE_FLOAT)
+    reward = MJEnv.typed(sim.time, MJEnv.MJENV_DTYPE_NATIVE_FLOAT)
     return (reward = reward, terminated = false, info = wide_info(task, sim, row))
 end
 
@@ -337,7 +337,7 @@ const SUMS = (
     mass = read(env, :body_mass)[3]
     @test all(abs.(told.force .- 9.81 * mass) .< 1e-3 * mass)
     @test only(f.doc for f in fields(env, :info) if f.name == "tip") == "height of the tip, m"
-    @test [f.type for f in fields(env, :reward)] == [MJEnv.MJENV_TYPE_NATIVE_FLOAT]
+    @test [f.dtype for f in fields(env, :reward)] == [MJEnv.MJENV_DTYPE_NATIVE_FLOAT]
     Env("Probe-v0"; main = "ball") do other
         seed!(other, 0)
         reset!(other)
@@ -349,6 +349,28 @@ const SUMS = (
     @test refuses(() -> Env("Probe-v0"; main = "tail"), MJENV_E_MODEL, "tail")
 end
 
+# The norms of NumPy in random.txt, of numbers that the line gives, or of so many that the rule gives.
+@testset "norms of any length" begin
+    few = many = unlike = 0
+    for words in split.(filter(startswith("norm "), readlines(joinpath(GOLDEN, "random.txt"))))
+        if words[3] == "first"
+            many += 1
+            numbers = [((7919 * i + 13) % 1009) / 17.0 - 30.0 for i in 0:(parse(Int, words[4]) - 1)]
+        else
+            few += 1
+            numbers = real_of.(words[3:(end - 1)])
+            @test MJEnv.Norm(words[2] == "fused")(numbers...) == real_of(words[end])
+        end
+        @test MJEnv.Norm(words[2] == "fused")(numbers) == real_of(words[end])
+        unlike += MJEnv.Norm(words[2] != "fused")(numbers) != real_of(words[end])
+    end
+    @test (few, many) == (400, 2 * 205)
+    @test unlike > 20
+    values = rand(100)
+    @test allocated(MJEnv.Norm(true), values) <= 16
+    @test allocated(MJEnv.Norm(false), values) <= 16
+end
+
 @testset "sums and norms as NumPy's" begin
     values = [1 / i for i in 1:300]
     for (count, total, squares) in SUMS
@@ -357,6 +379,8 @@ end
     end
     @test MJEnv.Norm(false)(0.1, 0.2, 0.3) == sqrt(0.1^2 + 0.2^2 + 0.3^2)
     @test MJEnv.Norm(true)((3, 4)) == 5
+    @test MJEnv.Norm(false)([3.0f0, 4]) == MJEnv.Norm(false)(view([0, 3, 4], 2:3)) == 5
+    @test MJEnv.Norm(true)(Float64[]) == 0
     ctrl = 0.1 * MJEnv.Scalar(Float32(0.7), true)
     @test (ctrl.narrow, Float64(-ctrl)) == (true, -Float64(0.1f0 * 0.7f0))
 end
@@ -392,7 +416,7 @@ end
     seed!(env, 1)
     reset!(env)
     OTHER[] = env
-    image = snapshot(env; row = :)
+    image = snapshot(env; rows = :)
     before = observe(env)
     batch = Batch(env)
     @test refuses(() -> step!(batch, env, [0.0 0.0 1.0 0.0]), MJENV_E_TASK, words...)
@@ -402,7 +426,7 @@ end
     @test step!(env, [0.0 0.0 0.0 0.0]).reward == [0.02, 0.02, 0.01, 0.02]
     send!(env, [0.0 0.0 1.0 0.0])
     @test refuses(() -> recv!(zeros(Int64, 4), batch, env; least = 4), MJENV_E_TASK, words...)
-    restore!(env, image; row = :)
+    restore!(env, image; rows = :)
     @test observe(env) == before
     OTHER[] = nothing
     close(env)

@@ -47,13 +47,13 @@ flat_row(info, row) = Float64[x for value in info for x in reshape(value, :, 3)[
     middle = [false, true, false]
     seed!(env, [1, g.seed, 2])
     reset!(env)
-    seed!(env, [nothing, g.seed, nothing])
+    seed!(env, [g.seed]; rows = 2:2)
     episode = 0
     for t in 1:size(g[:action], 2)
         if t - 1 in g[:reset_at]
             episode += 1
             before = observe(env)
-            obs, told = reset!(env; mask = middle)
+            obs, told = reset!(env; rows = middle)
             @test same(obs[:, 2], g[:reset_obs][:, episode])
             @test same(obs[:, [1, 3]], before[:, [1, 3]])
             @test same(flat_row(told, 2), g[:reset_info][:, episode])

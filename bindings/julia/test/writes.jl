@@ -29,14 +29,14 @@ const MASS_ARRAYS = (:body_mass, :body_inertia)
     env, heavy, light = with_mass(3; rows = 3), with_mass(8), with_mass(0.5)
     @test has_masses(env, [3, 3, 3])
     for array in MASS_ARRAYS
-        @test write!(env, array, read(heavy, array); row = 2) === env
+        @test write!(env, array, read(heavy, array); rows = 2) === env
     end
-    @test set_constants!(env; row = 2) === env
+    @test set_constants!(env; rows = 2) === env
     @test has_masses(env, [3, 8, 3])
     for array in MASS_ARRAYS
-        write!(env, array, read(light, array); row = :)
+        write!(env, array, read(light, array); rows = :)
     end
-    set_constants!(env; row = :)
+    set_constants!(env; rows = :)
     @test has_masses(env, [0.5, 0.5, 0.5])
 end
 
@@ -45,18 +45,18 @@ end
     for array in MASS_ARRAYS
         own = read(env, array)
         values = cat(read(light, array), own, read(heavy, array); dims = ndims(own) + 1)
-        @test write_rows!(env, array, values) === env
+        @test write!(env, array, values) === env
     end
-    set_constants!(env; row = :)
+    set_constants!(env; rows = :)
     @test has_masses(env, [0.5, 3, 8])
     for array in MASS_ARRAYS
         own = read(heavy, array)
-        write_rows!(env, string(array), cat(own, own, own; dims = ndims(own) + 1); mask = [true, false, false])
+        write!(env, string(array), cat(own, own, own; dims = ndims(own) + 1); rows = [true, false, false])
     end
-    set_constants!(env; row = 1)
+    set_constants!(env; rows = 1)
     @test has_masses(env, [8, 3, 8])
     other = with_mass(3; rows = 3)
-    restore!(other, snapshot(env; row = 3); row = 1)
+    restore!(other, snapshot(env; rows = 3); rows = 1)
     copy_row!(env, 2, [true, true, false])
     @test has_masses(env, [3, 3, 8])
     @test has_masses(other, [8, 3, 3])
@@ -64,18 +64,18 @@ end
 
 @testset "model and inputs" begin
     env = Env("Reacher-v5"; rows = 2)
-    write!(env, "opt.timestep", 0.005; row = 2)
+    write!(env, "opt.timestep", 0.005; rows = 2)
     reset!(env)
-    write!(env, :qfrc_applied, 1:4)
+    write!(env, :qfrc_applied, 1:4; rows = 1)
     @test read(env, :qfrc_applied) == 1:4
     @test read(env, :qfrc_applied; row = 2) == zeros(4)
     reset!(env)
     @test read(env, :qfrc_applied) == zeros(4)
     @test [read(env, "opt.timestep"; row = row) for row in 1:2] == [0.01, 0.005]
-    @test read(write_rows!(env, "opt.timestep", [0.02, 0.03]), "opt.timestep"; row = 2) == 0.03
+    @test read(write!(env, "opt.timestep", [0.02, 0.03]), "opt.timestep"; row = 2) == 0.03
     # The size is that of read, which has MuJoCo's dimensions in reverse.
     friction = read(env, :geom_friction) .* 0.5
-    write!(env, :geom_friction, friction)
+    write!(env, :geom_friction, friction; rows = 1)
     @test read(env, :geom_friction) == friction
     @test read(env, :geom_friction; row = 2) == 2 * friction
     send!(env, zeros(Float32, 2, 2))

@@ -69,7 +69,7 @@ function array(b::Builder, name::Union{AbstractString,Symbol})
     field = Ref(mjenv_field())
     index = Int(task_array(b.api, b.raw, text(name), field)) + 1
     field[].name == C_NULL && throw(ArgumentError("there is no array $name"))  # the library says more
-    T = julia_type(mjenv_type(field[].type), Float64)
+    T = julia_type(mjenv_dtype(field[].dtype), Float64)
     size = reverse(field[].shape[1:field[].ndim])
     return NamedArray{T,length(size)}(index, size)
 end
@@ -132,7 +132,7 @@ function structure!(b::Builder; skipped_qpos::Union{Nothing,Integer} = nothing)
     return b
 end
 
-function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, type::mjenv_type, shape::Tuple)
+function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, dtype::mjenv_dtype, shape::Tuple)
     length(shape) <= 4 || throw(ArgumentError("the field $name has $(length(shape)) dimensions; there are at most 4"))
     called, told = text(name), text(doc)
     GC.@preserve called told begin
@@ -140,7 +140,7 @@ function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, type:
             role = Int32(role),
             name = Cstring(pointer(called)),
             doc = Cstring(pointer(told)),
-            type = Int32(type),
+            dtype = Int32(dtype),
             ndim = length(shape),
             shape = ntuple(i -> i <= length(shape) ? Int64(shape[i]) : Int64(0), 4),
         )

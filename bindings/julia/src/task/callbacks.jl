@@ -45,13 +45,13 @@ const Value = Union{Real,Scalar,Typed}
 @inline number(value::Real) = Float64(value)
 @inline number(value::Union{Scalar,Typed}) = value.value
 
-type_of(::Value) = MJENV_TYPE_FLOAT64
-type_of(::Integer) = MJENV_TYPE_NATIVE_INT
-type_of(::Float32) = MJENV_TYPE_FLOAT32
-type_of(::Scalar) = MJENV_TYPE_ACTION
-type_of(value::Typed) = value.type
-type_of(::AbstractArray{<:Integer}) = MJENV_TYPE_INT64
-type_of(values) = MJENV_TYPE_FLOAT64
+type_of(::Value) = MJENV_DTYPE_FLOAT64
+type_of(::Integer) = MJENV_DTYPE_NATIVE_INT
+type_of(::Float32) = MJENV_DTYPE_FLOAT32
+type_of(::Scalar) = MJENV_DTYPE_ACTION
+type_of(value::Typed) = value.dtype
+type_of(::AbstractArray{<:Integer}) = MJENV_DTYPE_INT64
+type_of(values) = MJENV_DTYPE_FLOAT64
 
 shape_of(::Value) = ()
 shape_of(values::AbstractArray) = reverse(size(values))
@@ -110,7 +110,7 @@ build(::Type{T}, b; options...) where {T<:Task} = T(; options...)
 
 function describe_all(b::Builder, role::mjenv_role, values::NamedTuple, docs)
     for (name, value) in pairs(values)
-        type = role == MJENV_ROLE_OBSERVATION ? MJENV_TYPE_FLOAT64 : type_of(value)
+        type = role == MJENV_ROLE_OBSERVATION ? MJENV_DTYPE_FLOAT64 : type_of(value)
         describe(b, role, name, get(docs, name, ""), type, shape_of(value))
     end
     return Layout(keys(values), Int[prod(shape_of(value)) for value in values])
@@ -151,9 +151,9 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
         reward, _, info = first_call(() -> parts_of(step!(task, sim, row)), "step!")
     end
     layout = describe_all(b, MJENV_ROLE_INFO, info, docs)
-    type_of(reward) == MJENV_TYPE_FLOAT64 || describe(b, MJENV_ROLE_REWARD, :reward, "", type_of(reward), ())
+    type_of(reward) == MJENV_DTYPE_FLOAT64 || describe(b, MJENV_ROLE_REWARD, :reward, "", type_of(reward), ())
     if b.has_structure
-        count(name, length) = describe(b, MJENV_ROLE_STRUCTURE, name, "", MJENV_TYPE_FLOAT64, (length,))
+        count(name, length) = describe(b, MJENV_ROLE_STRUCTURE, name, "", MJENV_DTYPE_FLOAT64, (length,))
         b.skipped_qpos === nothing || count(:skipped_qpos, b.skipped_qpos)
         foreach(count, observation.names, observation.counts)
     end

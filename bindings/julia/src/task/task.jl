@@ -67,16 +67,16 @@ A number with the type that it has in Python: see [`MJEnv.typed`](@ref).
 """
 struct Typed
     value::Float64
-    type::mjenv_type
+    dtype::mjenv_dtype
 end
 
 """
-    MJEnv.typed(value, type)
+    MJEnv.typed(value, dtype)
 
-A number of the info, or a reward, that has another type in Python: `MJEnv.MJENV_TYPE_NATIVE_FLOAT` is a float,
-`MJENV_TYPE_NATIVE_INT` an int, `MJENV_TYPE_INT64` an np.int64, and so on.
+A number of the info, or a reward, that has another type in Python: `MJEnv.MJENV_DTYPE_NATIVE_FLOAT` is a float,
+`MJENV_DTYPE_NATIVE_INT` an int, `MJENV_DTYPE_INT64` an np.int64, and so on.
 """
-typed(value::Real, type::mjenv_type) = Typed(value, type)
+typed(value::Real, dtype::mjenv_dtype) = Typed(value, dtype)
 
 # A registered task, which the libraries point to for the rest of the process.
 mutable struct Registration{T<:Task}
@@ -195,7 +195,7 @@ function in_libraries(f, list, what)
     end
 end
 
-raw_camera(; trackbodyid = NaN, distance = NaN, lookat = (NaN, NaN, NaN), elevation = NaN) =
+raw_camera(; trackbodyid = -1, distance = NaN, lookat = (NaN, NaN, NaN), elevation = NaN) =
     mjenv_task_camera(trackbodyid = trackbodyid, distance = distance, lookat = Tuple(lookat), elevation = elevation)
 
 function raw_option(name, setting::Setting, keep, c_text)
