@@ -136,8 +136,8 @@ std::string difference(Work& got, Work& want) {
       if (std::memcmp(a.data(), b.data(), a.size() * sizeof(double))) return found[i].name;
       continue;
     }
-    const std::size_t size = found[i].type == MJENV_TYPE_UINT8   ? 1
-                             : found[i].type == MJENV_TYPE_INT32 ? sizeof(int)
+    const std::size_t size = found[i].type == MJENV_DTYPE_UINT8   ? 1
+                             : found[i].type == MJENV_DTYPE_INT32 ? sizeof(int)
                                                                  : sizeof(double);
     if (count && std::memcmp(found[i].data, expected[i].data, count * size)) return found[i].name;
   }

@@ -118,8 +118,8 @@ std::string difference(Work& work, const mjData& plain) {
     const bool inside = mine >= base && mine < base + self->nbuffer;
     const char* theirs = inside ? static_cast<const char*>(plain.buffer) + (mine - base)
                                 : reinterpret_cast<const char*>(&plain) + (mine - reinterpret_cast<const char*>(self));
-    const std::size_t size = array.type == MJENV_TYPE_UINT8   ? 1
-                             : array.type == MJENV_TYPE_INT32 ? sizeof(int)
+    const std::size_t size = array.type == MJENV_DTYPE_UINT8   ? 1
+                             : array.type == MJENV_DTYPE_INT32 ? sizeof(int)
                                                               : sizeof(double);
     if (length(array, plain) && std::memcmp(mine, theirs, length(array, plain) * size)) return array.name;
   }
