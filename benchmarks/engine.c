@@ -77,14 +77,14 @@ static double clock_seconds(clockid_t clock) {
 static double now(void) { return clock_seconds(CLOCK_PROCESS_CPUTIME_ID); }
 
 static int read_array(const struct library* library, mjenv_env* env, const char* name, double* to) {
-  size_t count;
+  int64_t count;
   check(library, library->mjenv_read(env, 0, name, to, MAX_STATE / 2, &count));
   return (int)count;
 }
 
 static void seed(const struct library* library, struct episode* e) {
   const uint64_t number = 42;
-  check(library, library->mjenv_seed(e->env, &number, NULL));
+  check(library, library->mjenv_seed(e->env, NULL, &number, 1));
   check(library, library->mjenv_seed_actions(e->env, number));
 }
 

@@ -144,11 +144,10 @@ class Player {
     mjenv_options_destroy(options);
     std::vector<std::uint64_t> seeds(kRows);
     for (std::size_t row = 0; row < seeds.size(); ++row) seeds[row] = row;
-    check(mjenv_seed(env_, seeds.data(), nullptr));
+    check(mjenv_seed(env_, nullptr, seeds.data(), 1));
     check(mjenv_seed_actions(env_, 1));
     check(mjenv_reset(env_, nullptr, nullptr));
-    mjenv_space space{};
-    space.struct_size = sizeof space;
+    mjenv_space space = MJENV_SPACE_INIT;
     check(mjenv_space_of(env_, MJENV_ROLE_OBSERVATION, &space));
     observations_.resize(static_cast<std::size_t>(kRows * space.count));
     rewards_.resize(kRows);
@@ -185,7 +184,7 @@ class Player {
     std::vector<double> state(work.layout().size);
     for (const char* array : {"qpos", "qvel", "qacc_warmstart"}) {
       const auto part = work.layout().part(array);
-      std::size_t count = 0;
+      std::int64_t count = 0;
       check(mjenv_read(env_, row, array, state.data() + part->offset, part->count, &count));
     }
     const std::size_t count = actions_.size() / kRows;

@@ -60,7 +60,7 @@ Tape record(const char* id, std::size_t nu) {
   check(mjenv_create(options, 1, &env));
   mjenv_options_destroy(options);
   const std::uint64_t seed = 42;
-  check(mjenv_seed(env, &seed, nullptr));
+  check(mjenv_seed(env, nullptr, &seed, 1));
   check(mjenv_seed_actions(env, seed));
   mjenv_batch out{};
   std::uint8_t terminated = 1, truncated = 0;

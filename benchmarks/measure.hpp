@@ -49,8 +49,7 @@ inline std::string cpu() {
 inline std::int64_t sum_of_counts(const mjenv_env* env, mjenv_role role) {
   std::int64_t total = 0;
   for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
-    mjenv_field field{};
-    field.struct_size = sizeof field;
+    mjenv_field field = MJENV_FIELD_INIT;
     check(mjenv_field_at(env, role, i, &field));
     total += field.count;
   }
@@ -58,7 +57,7 @@ inline std::int64_t sum_of_counts(const mjenv_env* env, mjenv_role role) {
 }
 
 inline std::vector<double> read(mjenv_env* env, const char* array) {
-  std::size_t count = 0;
+  std::int64_t count = 0;
   check(mjenv_read(env, 0, array, nullptr, 0, &count));
   std::vector<double> values(count);
   check(mjenv_read(env, 0, array, values.data(), count, &count));

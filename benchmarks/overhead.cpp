@@ -50,7 +50,7 @@ void run(const Case& c) {
   check(mjenv_create(options, 1, &env));
   mjenv_options_destroy(options);
   const std::uint64_t seed = 1;
-  check(mjenv_seed(env, &seed, nullptr));
+  check(mjenv_seed(env, nullptr, &seed, 1));
   check(mjenv_seed_actions(env, seed));
   check(mjenv_reset(env, nullptr, nullptr));
 

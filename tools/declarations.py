@@ -30,7 +30,6 @@ PYTHON_TYPES = {
     "uint32_t": "c_uint32",
     "int64_t": "c_int64",
     "uint64_t": "c_uint64",
-    "size_t": "c_size_t",
     "float": "c_float",
     "double": "c_double",
 }
@@ -68,7 +67,7 @@ def python_module(api: header.Header) -> str:
         "    CDLL,",
         "    POINTER,",
         "    Structure,",
-        *(f"    {name}," for name in ("c_char_p", "c_double", "c_float", "c_int32", "c_int64", "c_size_t")),
+        *(f"    {name}," for name in ("c_char_p", "c_double", "c_float", "c_int32", "c_int64")),
         *(f"    {name}," for name in ("c_uint8", "c_uint32", "c_uint64", "c_void_p")),
         ")",
         "from enum import IntEnum",
@@ -104,7 +103,6 @@ JULIA_TYPES = {
     "uint32_t": "UInt32",
     "int64_t": "Int64",
     "uint64_t": "UInt64",
-    "size_t": "Csize_t",
     "float": "Float32",
     "double": "Float64",
 }
@@ -238,14 +236,13 @@ def rust_module(_: header.Header) -> str:
 
 # ---- JavaScript ----
 
-# Of WebAssembly: how many bytes, and what JavaScript calls it in calls and in memory. Pointers and size_t have 32 bits.
+# Of WebAssembly: how many bytes, and what JavaScript calls it in calls and in memory. Pointers have 32 bits.
 JAVASCRIPT_TYPES = {
     "uint8_t": (1, "number", "uint8"),
     "int32_t": (4, "number", "int32"),
     "uint32_t": (4, "number", "uint32"),
     "int64_t": (8, "bigint", "int64"),
     "uint64_t": (8, "bigint", "uint64"),
-    "size_t": (4, "number", "uint32"),
     "float": (4, "number", "float32"),
     "double": (8, "number", "float64"),
 }

@@ -20,7 +20,7 @@ from pathlib import Path
 PATH = Path(__file__).resolve().parent.parent / "capi" / "include" / "mjenv" / "mjenv.h"
 TASK = PATH.with_name("task.h")
 
-SCALARS = ("void", "char", "uint8_t", "int32_t", "uint32_t", "int64_t", "uint64_t", "size_t", "float", "double")
+SCALARS = ("void", "char", "uint8_t", "int32_t", "uint32_t", "int64_t", "uint64_t", "float", "double")
 
 
 @dataclass(frozen=True)

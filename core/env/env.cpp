@@ -112,10 +112,9 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 }
 
 LaneChoice Env::lanes() const {
-  check_settled();
   if (lanes_.width == 0) return lanes_;
   if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
-  const std::int64_t alone = rows_.forced_rows();
+  const std::int64_t alone = pipeline_->count() > 0 ? 0 : rows_.forced_rows();  // other threads may change forces
   if (alone == 0) return lanes_;
   return {alone + 1 < rows() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
                                                      " rows have forces in qfrc_applied or xfrc_applied"};
@@ -310,7 +309,10 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
   const auto each = static_cast<std::int64_t>(elements);
   if (count != each && count != rows() * each)
     fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " +
-                           std::to_string(each) + (rows() > 1 ? " or " + std::to_string(rows() * each) : ""));
+                           std::to_string(each) +
+                           (each == 0     ? ": this array is empty in this model"
+                            : rows() == 1 ? ""
+                                          : " for all rows or " + std::to_string(rows() * each) + " for each its own"));
   const bool same = count == each;
   const auto for_each_row = [&](const auto& body) {
     for (std::int64_t row = 0; row < rows(); ++row)

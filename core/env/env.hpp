@@ -37,7 +37,8 @@ class Env {
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together, with the values and forces that rows have now.
+  // How many rows each thread steps together, with the values that rows have now, and, unless rows are under way, with
+  // their forces.
   LaneChoice lanes() const;
 
   // A mask selects the rows whose element is not 0; a null mask selects all rows.

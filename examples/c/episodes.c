@@ -61,7 +61,7 @@ static void* allocate(size_t count, size_t size) {
 static int64_t count_of(const mjenv_env* env, mjenv_role role) {
   int64_t total = 0;
   for (int64_t i = 0; i < p_mjenv_field_count(env, role); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     check(p_mjenv_field_at(env, role, i, &field));
     total += field.count;
   }
@@ -103,7 +103,7 @@ static void play(const char* id, const char* norm) {
   float* action = allocate((size_t)actions.count, sizeof *action);
   double reward, total = 0;
   uint8_t terminated, truncated;
-  const mjenv_batch out = {.struct_size = sizeof out,
+  const mjenv_batch out = {.struct_size = sizeof out, .obs_dtype = MJENV_DTYPE_FLOAT64,
                            .rows = 1,
                            .obs_count = observations.count,
                            .info_count = info_count,
@@ -119,7 +119,7 @@ static void play(const char* id, const char* norm) {
   uint64_t hash = 0xcbf29ce484222325u;
   long steps = 0;
   const double start = now();
-  check(p_mjenv_seed(env, &seed, NULL));
+  check(p_mjenv_seed(env, NULL, &seed, 1));
   check(p_mjenv_seed_actions(env, seed));
   for (int episode = 0; episode < EPISODES; ++episode) {
     check(p_mjenv_reset(env, NULL, &out));

@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   check(mjenv_create(options, 1, &env));
   mjenv_options_destroy(options);
 
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   check(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
   const size_t count = (size_t)space.count;
   float* action = malloc(count * sizeof *action);
@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
       .struct_size = sizeof out, .rows = 1, .reward = &reward, .terminated = &terminated, .truncated = &truncated};
   const uint64_t seed = 42;
   long steps = 0;
-  check(mjenv_seed(env, &seed, NULL));
+  check(mjenv_seed(env, NULL, &seed, 1));
   check(mjenv_seed_actions(env, seed));
   for (int episode = 0; episode < 3; ++episode) {
     check(mjenv_reset(env, NULL, NULL));

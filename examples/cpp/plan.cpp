@@ -51,8 +51,7 @@ struct Rollout {
       : reward(rows * step_count), fell(rows * step_count), steps(step_count) {}
 
   void play(mjenv::Env& env, const std::vector<double>& actions) {
-    mjenv_batch out{};
-    out.struct_size = sizeof out;
+    mjenv_batch out = MJENV_BATCH_INIT;
     out.rows = static_cast<std::int64_t>(reward.size());
     out.reward = reward.data();
     out.terminated = fell.data();

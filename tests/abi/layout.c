@@ -38,6 +38,7 @@ int main(void) {
 
   ENUM(mjenv_status);
   VALUE(MJENV_OK);
+  VALUE(MJENV_DIVERGED);
   VALUE(MJENV_E_ARGUMENT);
   VALUE(MJENV_E_NAME);
   VALUE(MJENV_E_TYPE);
@@ -61,6 +62,12 @@ int main(void) {
   ENUM(mjenv_dtype);
   VALUE(MJENV_DTYPE_FLOAT64);
   VALUE(MJENV_DTYPE_FLOAT32);
+  VALUE(MJENV_DTYPE_INT64);
+  VALUE(MJENV_DTYPE_INT32);
+  VALUE(MJENV_DTYPE_UINT8);
+  VALUE(MJENV_DTYPE_ACTION);
+  VALUE(MJENV_DTYPE_NATIVE_FLOAT);
+  VALUE(MJENV_DTYPE_NATIVE_INT);
 
   ENUM(mjenv_role);
   VALUE(MJENV_ROLE_OBSERVATION);
@@ -79,16 +86,6 @@ int main(void) {
   VALUE(MJENV_KIND_REALS);
   VALUE(MJENV_KIND_STRING);
   VALUE(MJENV_KIND_STRING_OR_INT);
-
-  ENUM(mjenv_type);
-  VALUE(MJENV_TYPE_FLOAT64);
-  VALUE(MJENV_TYPE_ACTION);
-  VALUE(MJENV_TYPE_NATIVE_FLOAT);
-  VALUE(MJENV_TYPE_NATIVE_INT);
-  VALUE(MJENV_TYPE_INT64);
-  VALUE(MJENV_TYPE_FLOAT32);
-  VALUE(MJENV_TYPE_INT32);
-  VALUE(MJENV_TYPE_UINT8);
 
   ENUM(mjenv_distribution);
   VALUE(MJENV_DISTRIBUTION_UNIFORM);
@@ -120,7 +117,7 @@ int main(void) {
   FIELD(mjenv_field, shape);
   FIELD(mjenv_field, offset);
   FIELD(mjenv_field, count);
-  FIELD(mjenv_field, type);
+  FIELD(mjenv_field, dtype);
   FIELD(mjenv_field, reserved);
 
   STRUCT(mjenv_space);
@@ -129,6 +126,14 @@ int main(void) {
   FIELD(mjenv_space, count);
   FIELD(mjenv_space, low);
   FIELD(mjenv_space, high);
+
+  STRUCT(mjenv_info);
+  FIELD(mjenv_info, struct_size);
+  FIELD(mjenv_info, threads);
+  FIELD(mjenv_info, rows);
+  FIELD(mjenv_info, frame_skip);
+  FIELD(mjenv_info, lanes);
+  FIELD(mjenv_info, lanes_reason);
 
   STRUCT(mjenv_spec);
   FIELD(mjenv_spec, struct_size);
@@ -141,6 +146,7 @@ int main(void) {
   FIELD(mjenv_spec, camera_elevation);
   FIELD(mjenv_spec, camera_lookat);
   FIELD(mjenv_spec, camera_trackbodyid);
+  FIELD(mjenv_spec, reserved);
   FIELD(mjenv_spec, model_xml);
 
   STRUCT(mjenv_batch);
@@ -272,13 +278,12 @@ int main(void) {
   FIELD(mjenv_task_field, role);
   FIELD(mjenv_task_field, name);
   FIELD(mjenv_task_field, doc);
-  FIELD(mjenv_task_field, type);
+  FIELD(mjenv_task_field, dtype);
   FIELD(mjenv_task_field, ndim);
   FIELD(mjenv_task_field, shape);
 
   STRUCT(mjenv_task_camera);
   FIELD(mjenv_task_camera, struct_size);
-  FIELD(mjenv_task_camera, reserved);
   FIELD(mjenv_task_camera, trackbodyid);
   FIELD(mjenv_task_camera, distance);
   FIELD(mjenv_task_camera, lookat);

@@ -20,7 +20,7 @@ static struct vector* vector_of(const char* path, int64_t threads, bool split) {
   struct golden_option* option = &v->golden->options[v->golden->option_count++];
   *option = (struct golden_option){.name = "num_threads", .kind = "integer", .integer = threads};
   v->env = golden_create(v->golden, ROWS);
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(v->env, MJENV_ROLE_OBSERVATION, &space));
   v->obs_count = (size_t)space.count;
   v->info_count = (size_t)role_count(v->env, MJENV_ROLE_INFO);
@@ -30,7 +30,7 @@ static struct vector* vector_of(const char* path, int64_t threads, bool split) {
   v->reset_info = allocate(ROWS * v->reset_info_count * sizeof(double));
   v->final_obs = allocate(ROWS * v->obs_count * sizeof(double));
   v->final_info = allocate(ROWS * v->info_count * sizeof(double));
-  v->batch = (mjenv_batch){.struct_size = sizeof v->batch,
+  v->batch = (mjenv_batch){.struct_size = sizeof v->batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
                            .rows = ROWS,
                            .obs_count = (int64_t)v->obs_count,
                            .info_count = (int64_t)v->info_count,
@@ -73,7 +73,7 @@ static uint8_t recorded_flag(const struct vector* v, const char* name, size_t li
   return flag;
 }
 
-static void assert_recorded(const struct vector* v, const char* name, size_t line, size_t row, const double* got,
+static void assert_recorded(const struct vector* v, const char* name, size_t line, int64_t row, const double* got,
                             size_t count) {
   double* want = allocate(count * sizeof *want);
   recorded(v, name, "f8", line, row * count, count, want);
@@ -86,7 +86,7 @@ static void assert_recorded(const struct vector* v, const char* name, size_t lin
 // The numbers of a row under a key of the infos that Gymnasium would return; NULL when the row has no such key.
 static const double* info_under(const struct vector* v, mjenv_role role, const double* info, int row, const char* key) {
   for (int64_t i = 0; i < mjenv_field_count(v->env, role); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     assert_ok(mjenv_field_at(v->env, role, i, &field));
     if (strcmp(field.name, key) == 0) return info + field.offset * ROWS + row * field.count;
   }
@@ -135,7 +135,7 @@ static void replay_reset(struct vector* v, size_t reset) {
     seeded[row] = seeds[row] >= 0;
     given[row] = (uint64_t)seeds[row];
   }
-  assert_ok(mjenv_seed(v->env, given, seeded));
+  assert_ok(mjenv_seed(v->env, seeded, given, 1));
   memset(v->was_reset, PATTERN, sizeof v->was_reset);
   assert_ok(mjenv_reset(v->env, mask, &v->batch));
   for (int row = 0; row < ROWS; ++row) {
@@ -157,7 +157,7 @@ static void play(struct vector* v, size_t step) {
     return;
   }
   int64_t rows[ROWS];
-  size_t done = 0;
+  int64_t done = 0;
   assert_ok(mjenv_send(v->env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
   assert_ok(mjenv_recv(v->env, ROWS, -1, rows, ROWS, &done, &v->batch));
   assert_int_equal(done, ROWS);
@@ -221,7 +221,7 @@ static void test_reset_after_rollout(void** state) {
   static const double action[STEPS * 6] = {0.1};
   double obs[17], final_obs[17];
   uint8_t was_reset = 0;
-  mjenv_batch batch = {.struct_size = sizeof batch, .rows = 1, .obs_count = 17, .obs = obs, .final_obs = final_obs};
+  mjenv_batch batch = {.struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = 1, .obs_count = 17, .obs = obs, .final_obs = final_obs};
   batch.was_reset = &was_reset;
   for (int split = 0; split < 2; ++split) {
     assert_ok(mjenv_reset(env, NULL, NULL));
@@ -229,7 +229,7 @@ static void test_reset_after_rollout(void** state) {
     memset(final_obs, PATTERN, sizeof final_obs);
     if (split) {
       int64_t row;
-      size_t count;
+      int64_t count;
       assert_ok(mjenv_send(env, NULL, 0, action, 6, MJENV_DTYPE_FLOAT64));
       assert_ok(mjenv_recv(env, 1, -1, &row, 1, &count, &batch));
     } else {

@@ -170,12 +170,12 @@ const double* golden_row(const struct golden* golden, const char* name, size_t r
   return buffer;
 }
 
-const void* golden_action(const struct golden* golden, size_t row, void* buffer, mjenv_dtype* dtype, size_t* count) {
+const void* golden_action(const struct golden* golden, size_t row, void* buffer, mjenv_dtype* dtype, int64_t* count) {
   const struct golden_array* actions = find(golden, "action");
   const bool narrow = actions->dtype[1] == '4';
   const size_t width = actions->columns * (narrow ? sizeof(float) : sizeof(double));
   *dtype = narrow ? MJENV_DTYPE_FLOAT32 : MJENV_DTYPE_FLOAT64;
-  *count = actions->columns;
+  *count = (int64_t)actions->columns;
   return memcpy(buffer, (const char*)actions->data + row * width, width);
 }
 
@@ -238,13 +238,13 @@ static bool same_obs(const struct replay* r, const char* array, size_t row) {
 
 static bool same_read(const struct replay* r, const char* array, size_t step) {
   double values[64];
-  size_t count = 0;
+  int64_t count = 0;
   if (refused(r, mjenv_read(r->env, 0, array, values, COUNT(values), &count))) return false;
-  return same(r, array, step, values, count);
+  return same(r, array, step, values, (size_t)count);
 }
 
 static bool replay_reset(const struct replay* r, size_t reset) {
-  if (reset == 0 && refused(r, mjenv_seed(r->env, &r->golden->seed, NULL))) return false;
+  if (reset == 0 && refused(r, mjenv_seed(r->env, NULL, &r->golden->seed, 1))) return false;
   const mjenv_batch batch = batch_of(r, &r->out->batch);
   if (refused(r, mjenv_reset(r->env, NULL, &batch))) return false;
   return same_obs(r, "reset_obs", reset) &&
@@ -255,7 +255,7 @@ static bool replay_reset(const struct replay* r, size_t reset) {
 static bool replay_step(const struct replay* r, size_t step) {
   double action[64];
   mjenv_dtype dtype;
-  size_t count;
+  int64_t count;
   golden_action(r->golden, step, action, &dtype, &count);
   const mjenv_batch batch = batch_of(r, &r->out->batch);
   if (refused(r, mjenv_step(r->env, NULL, action, count, dtype, &batch))) return false;
@@ -319,7 +319,7 @@ static bool reset_rows(const struct replay* r, size_t reset) {
   uint64_t seeds[64];
   assert_true((size_t)r->out->rows <= COUNT(seeds));
   for (int64_t row = 0; row < r->out->rows; ++row) seeds[row] = r->golden->seed;
-  if (reset == 0 && refused(r, mjenv_seed(r->env, seeds, NULL))) return false;
+  if (reset == 0 && refused(r, mjenv_seed(r->env, NULL, seeds, 1))) return false;
   if (refused(r, mjenv_reset(r->env, NULL, &r->out->batch))) return false;
   return same_in_rows(r, "reset_obs", reset, r->out->obs, (size_t)r->out->obs_count);
 }
@@ -328,7 +328,7 @@ static bool step_rows(const struct replay* r, size_t step) {
   const size_t rows = (size_t)r->out->rows;
   double action[64], repeated[64 * 16];
   mjenv_dtype dtype;
-  size_t count;
+  int64_t count;
   golden_action(r->golden, step, action, &dtype, &count);
   const size_t size = count * (dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double));
   assert_true(rows * size <= sizeof repeated);

@@ -68,7 +68,7 @@ size_t golden_steps(const struct golden* golden);
 // Row `row` of a float64 array, copied into buffer: the arrays of a file are not aligned.
 const double* golden_row(const struct golden* golden, const char* name, size_t row, double* buffer);
 // Row `row` of the actions, copied into buffer, and its dtype and count.
-const void* golden_action(const struct golden* golden, size_t row, void* buffer, mjenv_dtype* dtype, size_t* count);
+const void* golden_action(const struct golden* golden, size_t row, void* buffer, mjenv_dtype* dtype, int64_t* count);
 
 // Paths of all *.golden in a folder of this CPU's recordings, sorted; ends with NULL. To be freed by golden_free_list.
 char** golden_list(const char* folder);

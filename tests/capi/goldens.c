@@ -7,11 +7,11 @@
 static void assert_fields(const mjenv_env* env, mjenv_role role, const struct golden_field* want, size_t count) {
   assert_int_equal(mjenv_field_count(env, role), count);
   for (size_t i = 0; i < count; ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     assert_ok(mjenv_field_at(env, role, (int64_t)i, &field));
     assert_string_equal(field.name, want[i].name);
     assert_true(field.count == want[i].count);
-    assert_int_equal(field.type, type_of_name(want[i].type));
+    assert_int_equal(field.dtype, type_of_name(want[i].type));
   }
 }
 

@@ -15,11 +15,11 @@ struct way {
 struct everything {
   mjenv_batch batch;
   unsigned char* memory;
-  size_t size;
+  int64_t size;
 };
 
 static struct everything everything_of(const mjenv_env* env) {
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
   const int64_t info = role_count(env, MJENV_ROLE_INFO), reset_info = role_count(env, MJENV_ROLE_RESET_INFO),
                 arrays = role_count(env, MJENV_ROLE_ARRAYS);
@@ -28,7 +28,7 @@ static struct everything everything_of(const mjenv_env* env) {
   e.memory = allocate(e.size);
   memset(e.memory, 0, e.size);
   double* next = (double*)e.memory;
-  e.batch = (mjenv_batch){.struct_size = sizeof e.batch,
+  e.batch = (mjenv_batch){.struct_size = sizeof e.batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
                           .rows = ROWS,
                           .obs_count = space.count,
                           .info_count = info,
@@ -62,7 +62,7 @@ static void take(mjenv_env* env, struct way way, const float* action, size_t cou
   }
   int64_t rows[ROWS];
   assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
-  for (size_t done = 0, some; done < ROWS; done += some) assert_ok(mjenv_recv(env, 1, -1, rows, ROWS, &some, out));
+  for (int64_t done = 0, some; done < ROWS; done += some) assert_ok(mjenv_recv(env, 1, -1, rows, ROWS, &some, out));
 }
 
 // The hash of all outputs of all steps, and of the image of all rows at the end.
@@ -85,7 +85,7 @@ static uint64_t played(const char* id, struct way way) {
     take(env, way, action, count, &out.batch);
     h = hash(h, out.memory, out.size);
   }
-  size_t size;
+  int64_t size;
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
   unsigned char* image = allocate(size);
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, size, &size));

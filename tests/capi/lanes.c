@@ -73,7 +73,7 @@ static double noise(void) {
 static void send_and_receive(struct player* p, const double* action, size_t count) {
   int64_t rows[64];
   assert_ok(mjenv_send(p->env, NULL, 0, action, count, MJENV_DTYPE_FLOAT64));
-  for (size_t done = 0, some; done < (size_t)p->out->rows; done += some)
+  for (int64_t done = 0, some; done < p->out->rows; done += some)
     assert_ok(mjenv_recv(p->env, 1, -1, rows, COUNT(rows), &some, &p->out->batch));
 }
 
@@ -131,40 +131,40 @@ static void randomise(mjenv_env* env) {
 }
 
 static void fill_array(mjenv_env* env, int64_t row, const char* array, double value) {
-  size_t count;
+  int64_t count;
   double* values = read_array(env, row == MJENV_ALL_ROWS ? 0 : row, array, &count);
-  for (size_t i = 0; i < count; ++i) values[i] = value;
-  assert_ok(mjenv_write(env, row, array, values, count));
+  for (int64_t i = 0; i < count; ++i) values[i] = value;
+  assert_ok(write_row(env, row, array, values, count));
   free(values);
 }
 
 static void scale_array(mjenv_env* env, int64_t row, const char* array, double factor) {
-  size_t count;
+  int64_t count;
   double* values = read_array(env, row, array, &count);
-  for (size_t i = 0; i < count; ++i) values[i] *= factor;
-  assert_ok(mjenv_write(env, row, array, values, count));
+  for (int64_t i = 0; i < count; ++i) values[i] *= factor;
+  assert_ok(write_row(env, row, array, values, count));
   free(values);
 }
 
 // Gives a row friction, where the model has none.
 static void rub(mjenv_env* env, int64_t row) {
-  size_t count;
+  int64_t count;
   double* values = read_array(env, row, "dof_frictionloss", &count);
   values[count - 1] = 0.1;
-  assert_ok(mjenv_write(env, row, "dof_frictionloss", values, count));
+  assert_ok(write_row(env, row, "dof_frictionloss", values, count));
   free(values);
 }
 
 // What happens to rows between two steps, at some of the steps.
 static void disturb(struct player* p, int step) {
   const int64_t rows = p->out->rows;
-  size_t size, nq, nv;
+  int64_t size, nq, nv;
   double *qpos = read_array(p->env, 0, "qpos", &nq), *qvel = read_array(p->env, 0, "qvel", &nv);
   if (step == 10) {  // rows that diverge, at once or in a later frame
     qvel[0] = 1e11;
-    assert_ok(mjenv_write(p->env, rows / 2, "qvel", qvel, nv));
+    assert_ok(write_row(p->env, rows / 2, "qvel", qvel, nv));
     qvel[0] = 3e9;
-    assert_ok(mjenv_write(p->env, rows - 1, "qvel", qvel, nv));
+    assert_ok(write_row(p->env, rows - 1, "qvel", qvel, nv));
   }
   if (step == 12) fill_array(p->env, 1, "qfrc_applied", 0.3);
   if (step == 13) fill_array(p->env, rows / 2, "xfrc_applied", 0.2);
@@ -182,7 +182,7 @@ static void disturb(struct player* p, int step) {
   if (step == 26) {
     uint8_t* mask = allocate((size_t)rows);
     for (int64_t row = 0; row < rows; ++row) mask[row] = row % 3 == 1;
-    assert_ok(mjenv_copy_row(p->env, 0, mask));
+    assert_ok(mjenv_copy_row(p->env, mask, 0));
     free(mask);
   }
   if (step == 32) {  // noise and a delay
@@ -216,7 +216,7 @@ static void compare_arrays(struct player* want, struct player* got) {
                                        "qLD",  "cdof_dot", "ncon", "contact.pos",    "cfrc_ext", "qfrc_constraint"};
   for (int64_t row = 0; row < want->out->rows; ++row)
     for (size_t i = 0; i < COUNT(arrays); ++i) {
-      size_t count, other;
+      int64_t count, other;
       double *expected = read_array(want->env, row, arrays[i], &count),
              *found = read_array(got->env, row, arrays[i], &other);
       assert_int_equal(count, other);
@@ -302,13 +302,10 @@ static void test_refused(void** state) {
 
 // The environment's answer is this number, with a reason that contains the text; "": there is none.
 static void assert_lanes(mjenv_env* env, int64_t wanted, const char* why) {
-  int64_t lanes = -1;
-  const char* reason = NULL;
-  assert_ok(mjenv_lanes(env, &lanes, &reason));
-  if (lanes != wanted || (*why ? !strstr(reason, why) : *reason != 0))
-    fail_msg("%" PRId64 " lanes (%s), not %" PRId64 " (%s)", lanes, reason, wanted, why);
-  assert_ok(mjenv_lanes(env, &lanes, NULL));
-  assert_int_equal(lanes, wanted);
+  mjenv_info info = MJENV_INFO_INIT;
+  assert_ok(mjenv_info_of(env, &info));
+  if (info.lanes != wanted || (*why ? !strstr(info.lanes_reason, why) : *info.lanes_reason != 0))
+    fail_msg("%" PRId64 " lanes (%s), not %" PRId64 " (%s)", info.lanes, info.lanes_reason, wanted, why);
 }
 
 static mjenv_options* options_with_lanes(const char* id, int64_t lanes) {
@@ -380,11 +377,11 @@ static void test_forces(void** state) {
   fill_array(env, 3, "qfrc_applied", 0);
   assert_lanes(env, 2, "1 of 5 rows");
   const uint8_t to[ROWS] = {1, 0, 1, 0, 0};
-  assert_ok(mjenv_copy_row(env, 1, to));
+  assert_ok(mjenv_copy_row(env, to, 1));
   assert_lanes(env, 2, "3 of 5 rows");
   fill_array(env, 3, "xfrc_applied", 1);
   assert_lanes(env, 0, "4 of 5 rows");  // a single row is stepped alone, too
-  size_t size;
+  int64_t size;
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
   unsigned char* image = allocate(size);
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, size, &size));
@@ -396,11 +393,11 @@ static void test_forces(void** state) {
   free(image);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_lanes(env, 2, "");
-  size_t count;
+  int64_t count;
   double* qvel = read_array(env, 0, "qvel", &count);
   fill_array(env, 0, "qfrc_applied", 1);
   qvel[0] = 1e11;  // the row diverges, and MuJoCo resets it
-  assert_ok(mjenv_write(env, 0, "qvel", qvel, count));
+  assert_ok(write_row(env, 0, "qvel", qvel, count));
   free(qvel);
   assert_lanes(env, 2, "1 of 5 rows");
   const float action[ROWS * 3] = {0};
@@ -421,10 +418,10 @@ static void test_forces(void** state) {
   assert_lanes(env, 2, "");
 
   assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
-  int64_t lanes, rows[ROWS];
-  assert_refused(MJENV_E_PENDING, mjenv_lanes(env, &lanes, NULL), "under way");
+  int64_t rows[ROWS];
+  assert_lanes(env, 2, "");  // also while rows are under way
   assert_ok(mjenv_recv(env, ROWS, -1, rows, ROWS, &size, NULL));
-  assert_refused(MJENV_E_ARGUMENT, mjenv_lanes(env, NULL, NULL), "lanes");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_info_of(env, NULL), "info");
   scale_array(env, 1, "geom_size", 1.1);
   assert_lanes(env, 0, "geom_size");
   assert_ok(mjenv_reset(env, NULL, NULL));

@@ -24,7 +24,7 @@ static void twins_of(mjenv_env* env, const char* id, mjenv_env** twins, uint64_t
   }
 }
 
-static unsigned char* image_of(mjenv_env* env, int64_t row, size_t* size) {
+static unsigned char* image_of(mjenv_env* env, int64_t row, int64_t* size) {
   assert_ok(mjenv_snapshot(env, row, NULL, 0, size));
   unsigned char* image = allocate(*size);
   assert_ok(mjenv_snapshot(env, row, image, *size, size));
@@ -32,7 +32,7 @@ static unsigned char* image_of(mjenv_env* env, int64_t row, size_t* size) {
 }
 
 static void assert_same_image(mjenv_env* a, int64_t row_a, mjenv_env* b, int64_t row_b) {
-  size_t size_a, size_b;
+  int64_t size_a, size_b;
   unsigned char *image_a = image_of(a, row_a, &size_a), *image_b = image_of(b, row_b, &size_b);
   assert_int_equal(size_a, size_b);
   assert_memory_equal(image_a, image_b, size_a);
@@ -40,14 +40,14 @@ static void assert_same_image(mjenv_env* a, int64_t row_a, mjenv_env* b, int64_t
   free(image_b);
 }
 
-static void fill_actions(float* action, size_t count, int salt) {
-  for (size_t i = 0; i < count; ++i) action[i] = (float)((i * 37 + (size_t)salt * 101) % 201) / 100 - 1;
+static void fill_actions(float* action, int64_t count, int salt) {
+  for (int64_t i = 0; i < count; ++i) action[i] = (float)((i * 37 + (size_t)salt * 101) % 201) / 100 - 1;
 }
 
 // The info of row `row` of `rows` in field order.
 static void gather_info(const mjenv_env* env, const double* info, int64_t rows, int64_t row, double* to) {
   for (int64_t i = 0; i < mjenv_field_count(env, MJENV_ROLE_INFO); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     assert_ok(mjenv_field_at(env, MJENV_ROLE_INFO, i, &field));
     memcpy(to + field.offset, info + field.offset * rows + row * field.count, (size_t)field.count * sizeof *to);
   }
@@ -71,7 +71,7 @@ static void test_rollout(void** state) {
   double *obs = allocate(ROWS * STEPS * n * sizeof *obs), *info = allocate(ROWS * STEPS * k * sizeof *info);
   double reward[ROWS * STEPS], *gathered = allocate(k * sizeof *gathered);
   uint8_t terminated[ROWS * STEPS], truncated[ROWS * STEPS];
-  const mjenv_batch batch = {.struct_size = sizeof batch,
+  const mjenv_batch batch = {.struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
                              .rows = ROWS * STEPS,
                              .obs_count = one->obs_count,
                              .info_count = one->info_count,
@@ -136,10 +136,10 @@ static void test_send_and_receive(void** state) {
     bool reported[ROWS] = {false};
     for (size_t done = 0; done < ROWS;) {
       int64_t rows[ROWS];
-      size_t count = 0;
+      int64_t count = 0;
       assert_ok(mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch));
       assert_true(count >= 1 && done + count <= ROWS);
-      for (size_t i = 0; i < count; ++i) {
+      for (int64_t i = 0; i < count; ++i) {
         assert_false(reported[rows[i]]);
         reported[rows[i]] = true;
       }
@@ -214,7 +214,7 @@ static void test_polling(void** state) {
     mjenv_env* env = env_with("Reacher-v5", ROWS, threads, "");
     assert_ok(mjenv_reset(env, NULL, NULL));
     int64_t rows[ROWS];
-    size_t count = 0, done = 0;
+    int64_t count = 0, done = 0;
     assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));
     for (int polls = 0; done < ROWS && polls < 100000; ++polls) {
       assert_ok(mjenv_recv(env, 0, -1, rows, ROWS, &count, NULL));
@@ -234,7 +234,7 @@ static void test_polling(void** state) {
   static float still[MANY * 17];
   static int64_t all[MANY];
   mjenv_env* env = env_with("Humanoid-v5", MANY, 2, "");
-  size_t count = 0;
+  int64_t count = 0;
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_send(env, NULL, 0, still, COUNT(still), MJENV_DTYPE_FLOAT32));
   assert_ok(mjenv_recv(env, MANY, 0.001, all, MANY, &count, NULL));
@@ -253,7 +253,7 @@ static void test_under_way(void** state) {
   const uint8_t mask[ROWS] = {1, 1, 1, 1};
   const uint64_t seeds[ROWS] = {0};
   double values[64] = {0};
-  size_t count = 77, size = 0;
+  int64_t count = 77, size = 0;
   assert_refused(MJENV_E_NOT_RESET, mjenv_send(env, NULL, 0, action, ROWS * 6, MJENV_DTYPE_FLOAT32), "reset");
   assert_refused(MJENV_E_NOT_PENDING, mjenv_recv(env, 1, -1, rows, ROWS, &count, &out->batch), "send");
   seed_rows(env, 1);
@@ -275,11 +275,11 @@ static void test_under_way(void** state) {
   assert_refused(MJENV_E_PENDING, mjenv_observe(env, &other->batch), "under way");
   assert_refused(MJENV_E_PENDING, mjenv_snapshot(env, 0, image, sizeof image, &size), "under way");
   assert_refused(MJENV_E_PENDING, mjenv_restore(env, 0, image, sizeof image), "under way");
-  assert_refused(MJENV_E_PENDING, mjenv_copy_row(env, 0, mask), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_copy_row(env, mask, 0), "under way");
   assert_refused(MJENV_E_PENDING, mjenv_read(env, 0, "qpos", values, COUNT(values), &size), "under way");
   assert_refused(MJENV_E_PENDING, mjenv_set_state(env, 0, values, 9, values, 9), "under way");
   assert_refused(MJENV_E_PENDING, mjenv_simulate(env, 0, values, 6, 1), "under way");
-  assert_refused(MJENV_E_PENDING, mjenv_seed(env, seeds, NULL), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_seed(env, NULL, seeds, 1), "under way");
   assert_true(count == 77 && size == 0);
   assert_true(outputs_untouched(other));
   assert_ok(mjenv_recv(env, 2, -1, rows, ROWS, &count, &out->batch));
@@ -302,12 +302,12 @@ static void test_copy_row(void** state) {
   float action[ROWS * 17];
   fill_actions(action, ROWS * 17, 0);
   for (int step = 0; step < 5; ++step) assert_ok(mjenv_step(env, NULL, action, ROWS * 17, MJENV_DTYPE_FLOAT32, NULL));
-  size_t size;
+  int64_t size;
   unsigned char *kept = image_of(env, 1, &size), *then;
   const uint8_t mask[ROWS] = {1, 0, 1, 1};
-  assert_refused(MJENV_E_VALUE, mjenv_copy_row(env, ROWS, mask), "row 4", "0..3");
-  assert_refused(MJENV_E_VALUE, mjenv_copy_row(env, -1, mask), "row -1");
-  assert_ok(mjenv_copy_row(env, 2, mask));
+  assert_refused(MJENV_E_VALUE, mjenv_copy_row(env, mask, ROWS), "row 4", "0..3");
+  assert_refused(MJENV_E_VALUE, mjenv_copy_row(env, mask, -1), "row -1");
+  assert_ok(mjenv_copy_row(env, mask, 2));
   for (int row = 0; row < ROWS; ++row)
     if (mask[row]) assert_same_image(env, row, env, 2);
   then = image_of(env, 1, &size);
@@ -329,7 +329,7 @@ static void test_image_of_all_rows(void** state) {
     fill_actions(action, COUNT(action), step);
     assert_ok(mjenv_step(first, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
   }
-  size_t size;
+  int64_t size;
   unsigned char* image = image_of(first, MJENV_ALL_ROWS, &size);
   assert_ok(mjenv_restore(second, MJENV_ALL_ROWS, image, size));
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(shorter, MJENV_ALL_ROWS, image, size), "image");
@@ -341,7 +341,7 @@ static void test_image_of_all_rows(void** state) {
     assert_same_bits("obs", again->obs, out->obs, (size_t)(ROWS * out->obs_count));
     assert_same_bits("reward", again->reward, out->reward, ROWS);
   }
-  for (size_t i = 0; i < size; i += 7) {
+  for (int64_t i = 0; i < size; i += 7) {
     image[i] ^= 1;
     assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(second, MJENV_ALL_ROWS, image, size), "image");
     image[i] ^= 1;
@@ -371,7 +371,7 @@ static void test_arrays(void** state) {
     fill_actions(action, COUNT(action), step);
     assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, &batch));
     for (int64_t i = 0; i < 3; ++i) {
-      mjenv_field field = {.struct_size = sizeof field};
+      mjenv_field field = MJENV_FIELD_INIT;
       assert_ok(mjenv_field_at(env, MJENV_ROLE_ARRAYS, i, &field));
       for (int row = 0; row < ROWS; ++row) {
         double* want = read_array(env, row, field.name, NULL);

@@ -35,7 +35,7 @@ static mjenv_options* options_with(const char* id, const char* name, const char*
 }
 
 static int64_t obs_count(const mjenv_env* env) {
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
   return space.count;
 }
@@ -310,7 +310,7 @@ static void test_unbounded_actuator(void** state) {
   static const char xml[] = WORLD("<body>" SLIDE("a") "<joint name='b' axis='0 1 0'/>" BALL "</body>",
                                   "<actuator><motor joint='a'/></actuator>");
   mjenv_env* env = env_of_options(options_with("InvertedPendulum-v5", "xml_string", xml), 1);
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
   assert_true(space.count == 1 && space.low[0] == 0 && space.high[0] == 0);
   float action = 5;

@@ -41,7 +41,7 @@ struct picture {
 };
 
 static mjenv_render_settings settings_of(const mjenv_env* env) {
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   assert_ok(mjenv_render_defaults(env, &settings));
   settings.width = WIDTH;
   settings.height = HEIGHT;
@@ -68,14 +68,14 @@ static mjenv_env* ready_env(const char* id, int64_t rows) {
 
 static void step_env(mjenv_env* env, const mjenv_batch* out) {
   float action[64];
-  const size_t count = (size_t)(mjenv_rows(env) * action_count(env));
+  const size_t count = (size_t)(rows_of(env) * action_count(env));
   assert_true(count <= COUNT(action));
   assert_ok(mjenv_sample_actions(env, action, count));
   assert_ok(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, out));
 }
 
 // Everything there is to say of an environment, to be freed.
-static void* snapshot_of(mjenv_env* env, size_t* size) {
+static void* snapshot_of(mjenv_env* env, int64_t* size) {
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, size));
   void* image = allocate(*size);
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, *size, size));
@@ -161,7 +161,7 @@ static void test_no_driver(void** state) {
 }
 
 static int with_osmesa(mjenv_env* env) {
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   mjenv_renderer *renderer = NULL, *other = NULL;
   CHECK(mjenv_render_defaults(env, &settings) == MJENV_OK);
   settings.width = WIDTH;
@@ -197,7 +197,7 @@ static void test_osmesa(void** state) {
 static void test_defaults(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Hopper-v5", 1);
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   assert_ok(mjenv_render_defaults(env, &settings));
   assert_int_equal(settings.struct_size, sizeof settings);
   assert_int_equal(settings.gl, MJENV_GL_AUTO);
@@ -307,7 +307,7 @@ static void test_refused_pictures(void** state) {
   const int64_t row = 1;
   const mjenv_batch out = {.struct_size = sizeof out, .rows = 2};
   int64_t done;
-  size_t count;
+  int64_t count;
   assert_ok(mjenv_send(env, &row, 1, action, 8, MJENV_DTYPE_FLOAT32));
   assert_refused(MJENV_E_PENDING, draw(renderer, 0, &picture), "under way");
   assert_ok(mjenv_recv(env, 1, -1, &done, 1, &count, &out));
@@ -368,11 +368,11 @@ static void test_simulation_untouched(void** state) {
   }
   double* positions[2];
   for (int i = 0; i < 2; ++i) {
-    size_t length;
+    int64_t length;
     positions[i] = read_array(envs[i], 1, "geom_xpos", &length);
     if (i == 1) assert_same_bits("geom_xpos", positions[1], positions[0], length);
   }
-  size_t size, size_after;
+  int64_t size, size_after;
   void* image = snapshot_of(envs[1], &size);
   for (int row = 0; row < FEW; ++row) assert_ok(draw(renderer, row, &picture));
   void* after = snapshot_of(envs[1], &size_after);
@@ -404,7 +404,7 @@ static void* paint(void* argument) {
   struct painter* p = argument;
   mjenv_renderer* own = NULL;
   if (!p->renderer) {
-    mjenv_render_settings settings = {.struct_size = sizeof settings};
+    mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
     mjenv_render_defaults(p->env, &settings);
     settings.width = WIDTH;
     settings.height = HEIGHT;
@@ -522,7 +522,7 @@ static void test_terminated(void** state) {
   mjenv_renderer* fresh = renderer_of(env);
   assert_refused(MJENV_E_RENDER, draw(renderer, 0, &after), "lost");
   mjenv_renderer_destroy(renderer);
-  assert_ok(mjenv_seed(env, (const uint64_t[]){5}, NULL));
+  assert_ok(mjenv_seed(env, NULL, (const uint64_t[]){5}, 1));
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(draw(fresh, 0, &after));
   assert_memory_equal(&after, &before, sizeof before);

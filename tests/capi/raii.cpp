@@ -69,7 +69,7 @@ TEST(options_of_every_kind) {
   options.set("healthy_z_range", {0.1, 2.0}).set("healthy_z_range", range);
   options.set("main_body", "torso").set("norm", std::string("plain"));
   double values[2];
-  std::size_t count;
+  std::int64_t count;
   mjenv::check(mjenv_options_get_reals(options.handle(), "healthy_z_range", values, 2, &count));
   EXPECT(count == 2 && values[0] == 0.3 && values[1] == 0.9);
   mjenv::check(mjenv_options_get_reals(options.handle(), "ctrl_cost_weight", values, 2, &count));
@@ -78,7 +78,7 @@ TEST(options_of_every_kind) {
   mjenv::check(mjenv_options_get_integer(options.handle(), "frame_skip", &skip));
   EXPECT(skip == 3);
   EXPECT(refused(MJENV_E_VALUE, "2^63", [&] { options.set("ctrl_cost_weight", std::uint64_t{1} << 63); }));
-  EXPECT(mjenv_frame_skip(mjenv::Env(options).handle()) == 3);
+  EXPECT(mjenv::Env(options).info().frame_skip == 3);
   return "";
 }
 
@@ -114,11 +114,11 @@ TEST(options_are_copied_and_read) {
   mjenv::Env env(copy);
   const auto cost = [](const mjenv::Env& e) {
     for (const mjenv_field& field : e.fields(MJENV_ROLE_INFO))
-      if (std::strcmp(field.name, "reward_ctrl") == 0) return field.type;
-    return mjenv_type{0};
+      if (std::strcmp(field.name, "reward_ctrl") == 0) return field.dtype;
+    return mjenv_dtype{0};
   };
   EXPECT(cost(env) == cost(mjenv::Env(mjenv::Options("Ant-v5").set("ctrl_cost_weight", 2))));
-  EXPECT(env.options().get_integer("frame_skip") == 4 && env.frame_skip() == 4);
+  EXPECT(env.options().get_integer("frame_skip") == 4 && env.info().frame_skip == 4);
   EXPECT(refused(MJENV_E_TYPE, "frame_skip", [&] { options.get_string("frame_skip"); }));
   return "";
 }
@@ -262,7 +262,7 @@ TEST(rows_are_copied_and_continued) {
   env.step(action, out);
   const std::vector<double> after = out.obs;
   env.restore(all);
-  env.copy_row(1, std::array<std::uint8_t, 3>{1, 0, 0});
+  env.copy_row(std::array<std::uint8_t, 3>{1, 0, 0}, 1);
   env.restore(one, 2);
   env.step(action, out);
   const std::vector<double> middle(after.begin() + 11, after.begin() + 22);
@@ -302,21 +302,22 @@ TEST(rows_are_written) {
   for (double& each : heavy) each *= 2;
   std::vector<double> both = mass;
   both.insert(both.end(), heavy.begin(), heavy.end());
-  env.write(1, "body_mass", heavy);
+  const std::array<std::uint8_t, 2> first{1, 0}, second{0, 1};
+  env.write(second, "body_mass", heavy);
   EXPECT(same_bits(env.read(0, "body_mass"), mass) && same_bits(env.read(1, "body_mass"), heavy));
-  env.write(MJENV_ALL_ROWS, "body_mass", mass);
+  env.write("body_mass", mass);
   EXPECT(same_bits(env.read(1, "body_mass"), mass));
-  env.write_rows("body_mass", both);
+  env.write("body_mass", both);
   EXPECT(same_bits(env.read(0, "body_mass"), mass) && same_bits(env.read(1, "body_mass"), heavy));
   const std::vector<double> light_weight = env.read(0, "dof_invweight0");
-  env.set_constants(1);
+  env.set_constants(second);
   EXPECT(same_bits(env.read(0, "dof_invweight0"), light_weight));
   EXPECT(env.read(1, "body_subtreemass")[0] > env.read(0, "body_subtreemass")[0]);
-  env.write_rows(std::array<std::uint8_t, 2>{1, 0}, "body_mass", std::vector<double>(2 * mass.size(), 0.5));
+  env.write(first, "body_mass", std::vector<double>(2 * mass.size(), 0.5));
   EXPECT(env.read(0, "body_mass")[1] == 0.5 && same_bits(env.read(1, "body_mass"), heavy));
-  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.write(0, "no_such", mass); }));
-  EXPECT(refused(MJENV_E_SIZE, "body_mass", [&] { env.write_rows("body_mass", mass); }));
-  EXPECT(refused(MJENV_E_VALUE, "body_mass", [&] { env.write(0, "body_mass", std::vector<double>(mass.size(), -1)); }));
+  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.write("no_such", mass); }));
+  EXPECT(refused(MJENV_E_SIZE, "body_mass", [&] { env.write("body_mass", std::vector<double>(3 * mass.size())); }));
+  EXPECT(refused(MJENV_E_VALUE, "body_mass", [&] { env.write("body_mass", std::vector<double>(mass.size(), -1)); }));
   return "";
 }
 
@@ -324,8 +325,9 @@ TEST(says_whether_there_are_lanes) {
   mjenv::Options options("Hopper-v5");
   options.set("lanes", std::int64_t{0});
   mjenv::Env env(options, 4);
-  const mjenv::Env::Lanes lanes = env.lanes();
-  EXPECT(lanes.count == 0 && lanes.reason == "the option \"lanes\" is 0");
+  const mjenv_info info = env.info();
+  EXPECT(info.rows == 4 && info.threads == 1 && info.frame_skip == 4);
+  EXPECT(info.lanes == 0 && std::string(info.lanes_reason) == "the option \"lanes\" is 0");
   return "";
 }
 
@@ -333,15 +335,13 @@ TEST(resets_draw) {
   mjenv::Env env("Reacher-v5", 2);
   mjenv::Batch out = env.batch();
   const std::vector<double> range{0.5, 1.5}, noise{0.1};
-  mjenv_randomization item{};
-  item.struct_size = sizeof item;
+  mjenv_randomization item = MJENV_RANDOMIZATION_INIT;
   item.distribution = MJENV_DISTRIBUTION_UNIFORM;
   item.array = "body_mass";
   item.parameters = range.data();
   item.parameter_count = 2;
   item.effect = MJENV_EFFECT_SCALE;
-  mjenv_perturbation perturbation{};
-  perturbation.struct_size = sizeof perturbation;
+  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
   perturbation.observation_noise = noise.data();
   perturbation.observation_noise_count = 1;
   env.randomize(std::vector<mjenv_randomization>{item});

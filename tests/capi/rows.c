@@ -27,7 +27,7 @@ static struct pair* pair_of(const char* text) {
   p->many = env_of_options(options, ROWS);
   p->out = outputs_of(p->many);
   p->nu = (size_t)action_count(p->many);
-  assert_true(mjenv_rows(p->many) == ROWS);
+  assert_true(rows_of(p->many) == ROWS);
   for (int row = 0; row < ROWS; ++row) {
     p->single[row] = env_of_id(id, 1);
     p->single_out[row] = outputs_of(p->single[row]);
@@ -67,7 +67,7 @@ static bool is_scratch(const char* name) {
 
 static void assert_same_array(const struct pair* p, const mjenv_field* field, int row) {
   const char* name = field->name;
-  size_t got_count, want_count;
+  int64_t got_count, want_count;
   double *got = read_array(p->many, row, name, &got_count), *want = read_array(p->single[row], 0, name, &want_count);
   assert_int_equal(got_count, want_count);
   const size_t count = is_scratch(name) ? 0 : want_count;
@@ -82,9 +82,9 @@ static void seed_some(struct pair* p, const uint8_t* mask) {
   uint64_t seeds[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     seeds[row] = ((uint64_t)mixed(1000) << 40) + mixed(1000);
-    if (!mask || mask[row]) assert_ok(mjenv_seed(p->single[row], &seeds[row], NULL));
+    if (!mask || mask[row]) assert_ok(mjenv_seed(p->single[row], NULL, &seeds[row], 1));
   }
-  assert_ok(mjenv_seed(p->many, seeds, mask));
+  assert_ok(mjenv_seed(p->many, mask, seeds, 1));
 }
 
 // Rows outside the mask keep the pattern.
@@ -121,7 +121,7 @@ static void step_all(struct pair* p, bool narrow) {
 }
 
 static mjenv_field data_field(const struct pair* p, int64_t index) {
-  mjenv_field field = {.struct_size = sizeof field};
+  mjenv_field field = MJENV_FIELD_INIT;
   assert_ok(mjenv_field_at(p->many, MJENV_ROLE_DATA, index, &field));
   return field;
 }
@@ -198,12 +198,12 @@ static void test_unfilled(void** state) {
   assert_ok(mjenv_set_state(env, 1, straight, 2, at_rest, 2));
   int shorter = 0;
   for (int64_t i = 0; i < mjenv_field_count(env, MJENV_ROLE_DATA); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     assert_ok(mjenv_field_at(env, MJENV_ROLE_DATA, i, &field));
     const bool has_tail = strncmp(field.name, "wrap_", 5) == 0 || strncmp(field.name, "efc_", 4) == 0 ||
                           strncmp(field.name, "ten_J", 5) == 0;
     if (!has_tail) continue;
-    size_t count = 0;
+    int64_t count = 0;
     free(read_array(env, 0, field.name, &count));
     double *first = read_array(env, 1, field.name, &count), *other = read_array(env, 0, field.name, &count);
     double* again = read_array(env, 1, field.name, &count);
@@ -217,7 +217,7 @@ static void test_unfilled(void** state) {
     double* want = read_array(alone, 0, field.name, &count);
     assert_same_bits(field.name, first, want, count);
     size_t filled = 0, fewer = 0;
-    for (size_t k = 0; k < count; ++k) filled += other[k] != 0, fewer += want[k] != 0;
+    for (int64_t k = 0; k < count; ++k) filled += other[k] != 0, fewer += want[k] != 0;
     shorter += fewer < filled;
     free(first), free(other), free(again), free(want);
     mjenv_destroy(alone);
@@ -235,7 +235,7 @@ static void test_observe(void** state) {
   const size_t count = (size_t)(ROWS * p->out->obs_count);
   double* seen = allocate(count * sizeof *seen);
   float* narrow = allocate(count * sizeof *narrow);
-  mjenv_batch batch = {.struct_size = sizeof batch, .rows = ROWS, .obs_count = p->out->obs_count, .obs = seen};
+  mjenv_batch batch = {.struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = ROWS, .obs_count = p->out->obs_count, .obs = seen};
   assert_ok(mjenv_observe(p->many, &batch));
   assert_same_bits("observation", seen, p->out->obs, count);
   batch.obs = narrow;
@@ -255,7 +255,7 @@ static void test_single_outputs(void** state) {
     seed_some(p, NULL);
     reset_some(p, NULL);
     step_all(p, true);
-    size_t size = 0;
+    int64_t size = 0;
     double* image = NULL;
     for (int row = 0; row < ROWS; ++row) {
       assert_ok(mjenv_snapshot(p->single[row], 0, NULL, 0, &size));
@@ -284,7 +284,7 @@ static void test_single_outputs(void** state) {
       if (kept == 5) assert_int_equal(alone->status[row], *want->status);
     }
     for (int64_t i = 0; kept == 4 && i < mjenv_field_count(p->many, MJENV_ROLE_INFO); ++i) {
-      mjenv_field field = {.struct_size = sizeof field};
+      mjenv_field field = MJENV_FIELD_INIT;
       assert_ok(mjenv_field_at(p->many, MJENV_ROLE_INFO, i, &field));
       for (int row = 0; row < ROWS; ++row)
         assert_same_bits(field.name, alone->info + field.offset * ROWS + row * field.count,

@@ -2,19 +2,19 @@
 
 #include <math.h>
 
-mjenv_type type_of_name(const char* name) {
+mjenv_dtype type_of_name(const char* name) {
   static const struct {
     const char* name;
-    mjenv_type type;
-  } types[] = {{"numpy_float64", MJENV_TYPE_FLOAT64},
-               {"action_dtype", MJENV_TYPE_ACTION},
-               {"python_float", MJENV_TYPE_NATIVE_FLOAT},
-               {"python_int", MJENV_TYPE_NATIVE_INT},
-               {"numpy_int64", MJENV_TYPE_INT64}};
+    mjenv_dtype type;
+  } types[] = {{"numpy_float64", MJENV_DTYPE_FLOAT64},
+               {"action_dtype", MJENV_DTYPE_ACTION},
+               {"python_float", MJENV_DTYPE_NATIVE_FLOAT},
+               {"python_int", MJENV_DTYPE_NATIVE_INT},
+               {"numpy_int64", MJENV_DTYPE_INT64}};
   for (size_t i = 0; i < COUNT(types); ++i)
     if (strcmp(types[i].name, name) == 0) return types[i].type;
   fail_msg("no type %s", name);
-  return MJENV_TYPE_FLOAT64;
+  return MJENV_DTYPE_FLOAT64;
 }
 
 static size_t reals_of(const char* text, double* values, size_t capacity) {

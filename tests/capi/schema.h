@@ -16,7 +16,7 @@ struct schema_option {
 struct schema_field {
   char name[64];
   int64_t count;
-  mjenv_type type;  // 0 in the structure
+  mjenv_dtype type;  // 0 in the structure
 };
 
 struct schema_space {
@@ -35,7 +35,7 @@ struct schema_id {
   char id[64];
   int64_t max_episode_steps, render_fps, frame_skip;
   double reward_threshold, dt;  // the threshold is NaN where there is none
-  mjenv_type reward;
+  mjenv_dtype reward;
   struct schema_option options[32];
   struct schema_field info[32], reset_info[32], structure[16];
   size_t option_count, info_count, reset_info_count, structure_count;
@@ -50,6 +50,6 @@ struct schema {
 
 struct schema* schema_read(void);
 const struct schema_option* schema_option_of(const struct schema_id* id, const char* name);
-mjenv_type type_of_name(const char* name);
+mjenv_dtype type_of_name(const char* name);
 
 #endif

@@ -4,7 +4,7 @@
 #include "schema.h"
 
 static mjenv_field field_at(const mjenv_env* env, mjenv_role role, int64_t index) {
-  mjenv_field field = {.struct_size = sizeof field};
+  mjenv_field field = MJENV_FIELD_INIT;
   assert_ok(mjenv_field_at(env, role, index, &field));
   return field;
 }
@@ -18,7 +18,7 @@ static void assert_same_or_none(const double* got, const double* want, size_t co
 }
 
 static void assert_spec(const struct schema_id* id) {
-  mjenv_spec spec = {.struct_size = sizeof spec};
+  mjenv_spec spec = MJENV_SPEC_INIT;
   assert_ok(mjenv_spec_of(id->id, &spec));
   assert_string_equal(spec.id, id->id);
   assert_int_equal(spec.version, id->id[strlen(id->id) - 1] - '0');
@@ -29,11 +29,12 @@ static void assert_spec(const struct schema_id* id) {
   assert_same_or_none(&spec.camera_distance, &id->camera.distance, 1);
   assert_same_or_none(&spec.camera_elevation, &id->camera.elevation, 1);
   assert_same_or_none(spec.camera_lookat, id->camera.lookat, 3);
-  assert_same_or_none(&spec.camera_trackbodyid, &id->camera.trackbodyid, 1);
+  const double body = id->camera.trackbodyid;
+  assert_int_equal(spec.camera_trackbodyid, isnan(body) ? -1 : (int)body);
 }
 
 static void assert_space(const mjenv_env* env, mjenv_role role, const struct schema_space* want) {
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, role, &space));
   assert_int_equal(space.dtype, want->dtype);
   assert_true(space.count == want->count);
@@ -52,7 +53,7 @@ static void assert_fields(const mjenv_env* env, mjenv_role role, const struct sc
     assert_true(role == MJENV_ROLE_ACTION || field.doc[0]);
     assert_true(field.count == want[i].count);
     if (want[i].type) {
-      assert_int_equal(field.type, want[i].type);
+      assert_int_equal(field.dtype, want[i].type);
       assert_int_equal(field.ndim, field.count == 1 ? 0 : 1);
       assert_true(field.ndim == 0 || field.shape[0] == field.count);
       assert_true(field.offset == offset);
@@ -68,7 +69,7 @@ static void assert_observation_terms(const mjenv_env* env, const struct schema_i
     const mjenv_field field = field_at(env, MJENV_ROLE_OBSERVATION, i);
     assert_true(field.doc[0]);
     assert_true(field.offset == offset);
-    assert_int_equal(field.type, MJENV_TYPE_FLOAT64);
+    assert_int_equal(field.dtype, MJENV_DTYPE_FLOAT64);
     offset += field.count;
     if (id->structure_count == 0) continue;
     while (id->structure[next].count == 0 || strcmp(id->structure[next].name, "skipped_qpos") == 0) ++next;
@@ -84,15 +85,15 @@ static void assert_actions(const mjenv_env* env, const struct schema_id* id) {
   for (int64_t i = 0; i < id->action.count; ++i) {
     const mjenv_field field = field_at(env, MJENV_ROLE_ACTION, i);
     assert_true(field.offset == i && field.count == 1 && field.ndim == 0);
-    assert_int_equal(field.type, MJENV_TYPE_ACTION);
+    assert_int_equal(field.dtype, MJENV_DTYPE_ACTION);
     assert_true(field.name[0] != '\0');
   }
 }
 
 static void assert_time(mjenv_env* env, const struct schema_id* id) {
   double* timestep = read_array(env, 0, "opt.timestep", NULL);
-  const double dt = *timestep * (double)mjenv_frame_skip(env);
-  assert_true(mjenv_frame_skip(env) == id->frame_skip);
+  const double dt = *timestep * (double)frame_skip_of(env);
+  assert_true(frame_skip_of(env) == id->frame_skip);
   assert_same_bits("dt", &dt, &id->dt, 1);
   assert_true((int64_t)nearbyint(1 / dt) == id->render_fps);
   free(timestep);
@@ -102,7 +103,7 @@ static void assert_arrays(mjenv_env* env, mjenv_role role) {
   assert_true(mjenv_field_count(env, role) > 50);
   for (int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
     const mjenv_field field = field_at(env, role, i);
-    size_t count = 0;
+    int64_t count = 0;
     free(read_array(env, 0, field.name, &count));
     assert_int_equal(count, field.count);
     int64_t product = 1;
@@ -123,7 +124,7 @@ static void test_id(void** state) {
   assert_observation_terms(env, id);
   assert_actions(env, id);
   assert_int_equal(mjenv_field_count(env, MJENV_ROLE_REWARD), 1);
-  assert_int_equal(field_at(env, MJENV_ROLE_REWARD, 0).type, id->reward);
+  assert_int_equal(field_at(env, MJENV_ROLE_REWARD, 0).dtype, id->reward);
   assert_time(env, id);
   assert_arrays(env, MJENV_ROLE_DATA);
   assert_arrays(env, MJENV_ROLE_MODEL);

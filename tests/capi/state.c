@@ -4,7 +4,7 @@
 enum { RESET, STEP, SET_STATE, SIMULATE, FRAMES = 3 };
 
 struct image {
-  size_t size;
+  int64_t size;
   unsigned char* bytes;
 };
 
@@ -12,7 +12,7 @@ static struct image image_of(mjenv_env* env, int64_t row) {
   struct image image = {0, NULL};
   assert_ok(mjenv_snapshot(env, row, NULL, 0, &image.size));
   image.bytes = allocate(image.size);
-  size_t size = 0;
+  int64_t size = 0;
   assert_ok(mjenv_snapshot(env, row, image.bytes, image.size, &size));
   assert_int_equal(size, image.size);
   return image;
@@ -23,7 +23,7 @@ static struct image image_of(mjenv_env* env, int64_t row) {
 static void follow_stage(const struct golden* golden, mjenv_env* env, struct outputs* out, size_t stage) {
   double action[64], qpos[64], qvel[64], ctrl[64];
   mjenv_dtype dtype;
-  size_t nu;
+  int64_t nu;
   golden_action(golden, stage, action, &dtype, &nu);
   switch (((const uint8_t*)golden_array(golden, "stage", "u1")->data)[stage]) {
     case RESET: assert_ok(mjenv_reset(env, NULL, &out->batch)); break;
@@ -36,7 +36,7 @@ static void follow_stage(const struct golden* golden, mjenv_env* env, struct out
       break;
     case SIMULATE:
       assert_int_equal(dtype, MJENV_DTYPE_FLOAT32);
-      for (size_t i = 0; i < nu; ++i) ctrl[i] = ((const float*)(const void*)action)[i];
+      for (int64_t i = 0; i < nu; ++i) ctrl[i] = ((const float*)(const void*)action)[i];
       assert_ok(mjenv_simulate(env, 0, ctrl, nu, FRAMES));
       break;
   }
@@ -44,7 +44,7 @@ static void follow_stage(const struct golden* golden, mjenv_env* env, struct out
 
 static void assert_array(const struct golden* golden, mjenv_env* env, const char* recorded, size_t row) {
   double* want = allocate(1000 * sizeof *want);
-  size_t count = 0;
+  int64_t count = 0;
   double* got = read_array(env, 0, strchr(recorded, '.') + 1, &count);
   char what[96];
   snprintf(what, sizeof what, "stage %zu, %s", row, recorded);
@@ -73,7 +73,7 @@ static void test_recorded(void** state) {
   struct golden* golden = golden_read(*state);
   mjenv_env *env = golden_create(golden, 1), *other = golden_create(golden, 1);
   struct outputs* out = outputs_of(env);
-  assert_ok(mjenv_seed(env, &golden->seed, NULL));
+  assert_ok(mjenv_seed(env, NULL, &golden->seed, 1));
   for (size_t stage = 0; stage < golden_array(golden, "stage", "u1")->rows; ++stage) {
     struct image image = image_of(env, 0);
     assert_ok(mjenv_restore(other, 0, image.bytes, image.size));
@@ -149,7 +149,7 @@ static void test_derived_arrays(void** state) {
     assert_int_equal(copy.size, image.size);
     assert_memory_equal(copy.bytes, image.bytes, image.size);
     for (size_t k = 0; k < COUNT(arrays); ++k) {
-      size_t count = 0;
+      int64_t count = 0;
       double *want = read_array(first, 0, arrays[k], &count), *got = read_array(second, 1, arrays[k], NULL);
       assert_same_bits(arrays[k], got, want, count);
       // The row that a work space holds comes back, too.
@@ -221,7 +221,7 @@ static void test_damaged(void** state) {
   char why[512];
   if (!golden_replay(golden, env, 0, 10, why, sizeof why)) fail_msg("%s", why);
   struct image image = image_of(env, 0);
-  for (size_t i = 0; i < image.size; ++i) {
+  for (int64_t i = 0; i < image.size; ++i) {
     for (int bit = 0; bit < 8; bit += 7) {
       image.bytes[i] ^= (unsigned char)(1 << bit);
       assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image.bytes, image.size), "image");
@@ -354,13 +354,13 @@ static void test_math(void** state) {
 static void test_size_of_image(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Ant-v5", 1);
-  size_t size = 0, again = 77;
+  int64_t size = 0, again = 77;
   assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
   unsigned char* bytes = allocate(size);
   memset(bytes, 0x33, size);
   assert_refused(MJENV_E_SIZE, mjenv_snapshot(env, 0, bytes, size - 1, &again), "needed");
   assert_true(again == 77);
-  for (size_t i = 0; i < size; ++i) assert_int_equal(bytes[i], 0x33);
+  for (int64_t i = 0; i < size; ++i) assert_int_equal(bytes[i], 0x33);
   free(bytes);
   mjenv_destroy(env);
 }
@@ -383,12 +383,21 @@ static void test_streams(void** state) {
     assert_ok(mjenv_reset(env, NULL, &out->batch));
     assert_same_bits("obs", out->obs + out->obs_count, out->obs, (size_t)out->obs_count);
   }
-  // Digits make the same stream as the number they stand for, leading zeros or not.
-  const uint32_t digits[3] = {42, 0, 0};
-  for (size_t count = 1; count <= 3; ++count) {
-    assert_ok(mjenv_seed_digits(env, 1, digits, count));
+  // Words make the same stream as the number that they are, leading zeros or not, in the rows of the mask alone.
+  const uint64_t seeds[2][3] = {{7, 7, 7}, {42, 0, 0}};
+  const uint8_t second[] = {0, 1};
+  for (int64_t count = 1; count <= 3; ++count) {
+    const uint64_t* given = &seeds[1][0] - count;
+    assert_ok(mjenv_seed(env, second, given, count));
     assert_ok(mjenv_get_stream(env, 1, words, 4));
     assert_memory_equal(words, want, sizeof words);
+  }
+  // default_rng(2**64 + 42).bit_generator.state of NumPy 2.2.6
+  const uint64_t large[4] = {0x75ef2c2e09d03a59, 0x31588cf6217173a2, 0xcbef315b21966dff, 0x53e23a75742cae30};
+  assert_ok(mjenv_seed(env, NULL, (const uint64_t[2][3]){{42, 1, 0}, {42, 1, 0}}[0], 3));
+  for (int64_t row = 0; row < 2; ++row) {
+    assert_ok(mjenv_get_stream(env, row, words, 4));
+    assert_memory_equal(words, large, sizeof words);
   }
   outputs_free(out);
   mjenv_destroy(env);
@@ -409,11 +418,11 @@ int main(void) {
       cmocka_unit_test(test_streams),
   };
   char** paths = golden_list("state");
-  size_t count = 0;
+  int64_t count = 0;
   while (paths[count]) ++count;
   struct CMUnitTest tests[COUNT(others) + count];
   memcpy(tests, others, sizeof others);
-  for (size_t i = 0; i < count; ++i)
+  for (int64_t i = 0; i < count; ++i)
     tests[COUNT(others) + i] = (struct CMUnitTest){strrchr(paths[i], '/') + 1, test_recorded, NULL, NULL, paths[i]};
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   golden_free_list(paths);

@@ -83,15 +83,46 @@ mjenv_env* env_of_options(mjenv_options* options, int64_t rows) {
 mjenv_env* env_of_id(const char* id, int64_t rows) { return env_of_options(options_of_id(id), rows); }
 
 void seed_rows(mjenv_env* env, uint64_t seed) {
-  const int64_t rows = mjenv_rows(env);
+  const int64_t rows = rows_of(env);
   uint64_t* seeds = allocate((size_t)rows * sizeof *seeds);
   for (int64_t row = 0; row < rows; ++row) seeds[row] = seed + (uint64_t)row;
-  assert_ok(mjenv_seed(env, seeds, NULL));
+  assert_ok(mjenv_seed(env, NULL, seeds, 1));
   free(seeds);
 }
 
+static mjenv_info info_of(const mjenv_env* env) {
+  mjenv_info info = MJENV_INFO_INIT;
+  mjenv_info_of((mjenv_env*)env, &info);
+  return info;
+}
+
+int64_t rows_of(const mjenv_env* env) { return info_of(env).rows; }
+
+int64_t frame_skip_of(const mjenv_env* env) { return info_of(env).frame_skip; }
+
+enum { MOST_ROWS = 1024 };
+
+// A mask that selects one row; NULL for MJENV_ALL_ROWS.
+static const uint8_t* only(int64_t row, uint8_t mask[MOST_ROWS]) {
+  if (row == MJENV_ALL_ROWS) return NULL;
+  assert_in_range(row, 0, MOST_ROWS - 1);
+  memset(mask, 0, MOST_ROWS);
+  mask[row] = 1;
+  return mask;
+}
+
+mjenv_status write_row(mjenv_env* env, int64_t row, const char* array, const double* values, int64_t count) {
+  uint8_t mask[MOST_ROWS];
+  return mjenv_write(env, only(row, mask), array, values, count);
+}
+
+mjenv_status set_constants(mjenv_env* env, int64_t row) {
+  uint8_t mask[MOST_ROWS];
+  return mjenv_set_constants(env, only(row, mask));
+}
+
 int64_t action_count(const mjenv_env* env) {
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
   return space.count;
 }
@@ -99,17 +130,17 @@ int64_t action_count(const mjenv_env* env) {
 int64_t role_count(const mjenv_env* env, mjenv_role role) {
   int64_t total = 0;
   for (int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     assert_ok(mjenv_field_at(env, role, i, &field));
     total += field.count;
   }
   return total;
 }
 
-double* read_array(mjenv_env* env, int64_t row, const char* array, size_t* count) {
-  size_t length = 0;
+double* read_array(mjenv_env* env, int64_t row, const char* array, int64_t* count) {
+  int64_t length = 0;
   assert_ok(mjenv_read(env, row, array, NULL, 0, &length));
-  double* values = allocate(length * sizeof *values);
+  double* values = allocate((size_t)length * sizeof *values);
   if (length > 0) assert_ok(mjenv_read(env, row, array, values, length, &length));
   if (count) *count = length;
   return values;
@@ -144,9 +175,9 @@ void image_seal(unsigned char* image, size_t size) {
 
 struct outputs* outputs_of(const mjenv_env* env) {
   struct outputs* out = allocate(sizeof *out);
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
-  out->rows = mjenv_rows(env);
+  out->rows = rows_of(env);
   out->obs_count = space.count;
   out->info_count = role_count(env, MJENV_ROLE_INFO);
   out->reset_info_count = role_count(env, MJENV_ROLE_RESET_INFO);
@@ -226,7 +257,7 @@ void outputs_row(const mjenv_env* env, const struct outputs* out, mjenv_role inf
   *record++ = out->truncated[row];
   *record++ = out->status[row];
   for (int64_t i = 0; i < mjenv_field_count(env, info_role); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     assert_ok(mjenv_field_at(env, info_role, i, &field));
     const double* info = info_role == MJENV_ROLE_RESET_INFO ? out->reset_info : out->info;
     memcpy(record, info + field.offset * out->rows + row * field.count, (size_t)field.count * sizeof(double));

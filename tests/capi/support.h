@@ -54,12 +54,18 @@ mjenv_env* env_of_options(mjenv_options* options, int64_t rows);
 mjenv_env* env_of_model(const char* xml);  // Model-v0, one row
 // Seeds row i with seed + i.
 void seed_rows(mjenv_env* env, uint64_t seed);
+// Of mjenv_info; 0 if mjenv_info_of fails. const, for functions that only describe an environment.
+int64_t rows_of(const mjenv_env* env);
+int64_t frame_skip_of(const mjenv_env* env);
+// The calls for one row, or MJENV_ALL_ROWS.
+mjenv_status write_row(mjenv_env* env, int64_t row, const char* array, const double* values, int64_t count);
+mjenv_status set_constants(mjenv_env* env, int64_t row);
 
 int64_t action_count(const mjenv_env* env);
 // The sum of the counts of a role's fields.
 int64_t role_count(const mjenv_env* env, mjenv_role role);
 // The array by mjenv_read, to be freed.
-double* read_array(mjenv_env* env, int64_t row, const char* array, size_t* count);
+double* read_array(mjenv_env* env, int64_t row, const char* array, int64_t* count);
 
 // ---- Images ----
 

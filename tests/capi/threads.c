@@ -40,19 +40,18 @@ static void* step_without_end(void* argument) {
 static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double* values, size_t nu) {
   static const uint8_t no_row[ROWS];
   static const uint64_t seeds[ROWS], words[4] = {1, 2, 3, 4};
-  static const uint32_t digit = 1;
   static const double actions[ROWS * 32];  // not values, which holds an image's bytes after a snapshot
   const double numbers[64] = {0, 0, 1, 1};
   uint64_t stream[4];
-  size_t count;
+  int64_t count;
   switch (which) {
     case 0: return mjenv_step(env, NULL, actions, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->batch);
     case 1: return mjenv_reset(env, no_row, &out->batch);
     case 2: return mjenv_read(env, 3, "xpos", values, 1000, &count);
     case 3: return mjenv_observe(env, &out->batch);
     case 4: return mjenv_snapshot(env, 0, values, 1000 * sizeof *values, &count);
-    case 5: return mjenv_seed(env, seeds, no_row);
-    case 6: return mjenv_seed_digits(env, 0, &digit, 1);
+    case 5: return mjenv_seed(env, no_row, seeds, 1);
+    case 6: return mjenv_info_of(env, &(mjenv_info)MJENV_INFO_INIT);
     case 7: return mjenv_seed_actions(env, 1);
     case 8: return mjenv_get_stream(env, 0, stream, 4);
     case 9: return mjenv_set_stream(env, 0, words, 4);
@@ -120,7 +119,7 @@ struct looker {
 static void* look_without_end(void* argument) {
   struct looker* looker = argument;
   double values[200];
-  size_t count;
+  int64_t count;
   while (!__atomic_load_n(&looker->stop, __ATOMIC_ACQUIRE)) {
     const mjenv_status status = mjenv_read(looker->env, 0, "cfrc_ext", values, COUNT(values), &count);
     if (status == MJENV_OK) __atomic_add_fetch(&looker->seen, 1, __ATOMIC_RELAXED);
@@ -145,8 +144,8 @@ static void test_looked_at(void** state) {
   while (!problem && __atomic_load_n(&looker.seen, __ATOMIC_RELAXED) < WANTED && seconds_since(&start) < PATIENCE) {
     double action[64], want[512];
     mjenv_dtype dtype;
-    size_t nu;
-    while (mjenv_seed(looker.env, &golden->seed, NULL) != MJENV_OK) continue;
+    int64_t nu;
+    while (mjenv_seed(looker.env, NULL, &golden->seed, 1) != MJENV_OK) continue;
     while (mjenv_reset(looker.env, NULL, NULL) != MJENV_OK) continue;
     for (size_t step = 0; step < (size_t)first_episode && !problem; ++step) {
       golden_action(golden, step, action, &dtype, &nu);

@@ -31,16 +31,16 @@ static const struct written all[] = {
 
 static void write_both(mjenv_env* many, int row, mjenv_env* single) {
   const struct written* w = &all[mixed(COUNT(all))];
-  size_t count;
+  int64_t count;
   double* values = read_array(single, 0, w->array, &count);
-  for (size_t i = 0; i < count; ++i) values[i] = values[i] * uniform(w->low, w->high) + uniform(-w->shift, w->shift);
-  assert_ok(mjenv_write(many, row, w->array, values, count));
-  assert_ok(mjenv_write(single, 0, w->array, values, count));
+  for (int64_t i = 0; i < count; ++i) values[i] = values[i] * uniform(w->low, w->high) + uniform(-w->shift, w->shift);
+  assert_ok(write_row(many, row, w->array, values, count));
+  assert_ok(write_row(single, 0, w->array, values, count));
   free(values);
 }
 
 static void assert_same_array(mjenv_env* many, int row, mjenv_env* single, const char* array) {
-  size_t count, same_count;
+  int64_t count, same_count;
   double *got = read_array(many, row, array, &count), *want = read_array(single, 0, array, &same_count);
   assert_int_equal(count, same_count);
   assert_same_bits(array, got, want, count);
@@ -68,7 +68,7 @@ static mjenv_env* env_with_threads(const char* id, int threads, int64_t rows) {
 
 struct image {
   unsigned char* bytes;
-  size_t size;
+  int64_t size;
 };
 
 static struct image image_of(mjenv_env* env, int64_t row) {
@@ -124,10 +124,10 @@ static void test_rows(void** state) {
     switch (mixed(8)) {
       case 0: through_an_image(many, row, other); break;
       case 1: {
-        size_t nq, nv;
+        int64_t nq, nv;
         double* values = read_array(single[row], 0, "qpos", &nq);
         double* speeds = read_array(single[row], 0, "qvel", &nv);
-        for (size_t i = 0; i < nv; ++i) speeds[i] *= 0.5;
+        for (int64_t i = 0; i < nv; ++i) speeds[i] *= 0.5;
         assert_ok(mjenv_set_state(many, row, values, nq, speeds, nv));
         assert_ok(mjenv_set_state(single[row], 0, values, nq, speeds, nv));
         free(values);
@@ -159,7 +159,7 @@ static void test_rows(void** state) {
   // A copied row goes on like the one that it was copied from.
   write_both(many, 0, single[0]);
   uint8_t mask[ROWS] = {0, 1, 1, 0, 0};
-  assert_ok(mjenv_copy_row(many, 0, mask));
+  assert_ok(mjenv_copy_row(many, mask, 0));
   for (int row = 0; row < 3; ++row) assert_same_image(many, row, single[0], 0);
   for (int t = 0; t < 5; ++t) {
     for (size_t i = 0; i < ROWS * nu; ++i) action[i] = uniform(-1, 1);
@@ -173,7 +173,7 @@ static void test_rows(void** state) {
   uint8_t was_reset[ROWS];
   out->batch.was_reset = was_reset;
   for (size_t i = 0; i < ROWS * nu; ++i) action[i] = uniform(-1, 1);
-  size_t size;
+  int64_t size;
   assert_ok(mjenv_snapshot(many, MJENV_ALL_ROWS, NULL, 0, &size));
   unsigned char* image = allocate(size);
   assert_ok(mjenv_snapshot(many, MJENV_ALL_ROWS, image, size, &size));
@@ -182,10 +182,10 @@ static void test_rows(void** state) {
   memcpy(rewards, out->reward, sizeof rewards);
   assert_ok(mjenv_restore(many, MJENV_ALL_ROWS, image, size));
   assert_ok(mjenv_send(many, NULL, 0, action, ROWS * nu, MJENV_DTYPE_FLOAT64));
-  assert_refused(MJENV_E_PENDING, mjenv_write(many, 0, "opt.timestep", action, 1), "under way");
+  assert_refused(MJENV_E_PENDING, write_row(many, 0, "opt.timestep", action, 1), "under way");
   assert_refused(MJENV_E_PENDING, mjenv_snapshot(many, 0, NULL, 0, &size), "under way");
   int64_t received[ROWS];
-  size_t count;
+  int64_t count;
   assert_ok(mjenv_recv(many, ROWS, -1, received, ROWS, &count, &out->batch));
   assert_int_equal(count, ROWS);
   assert_same_bits("sent", out->reward, rewards, ROWS);
@@ -211,22 +211,22 @@ static void test_rows(void** state) {
 static void test_read_back(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Ant-v5", 3);
-  size_t count;
+  int64_t count;
   double* mass = read_array(env, 1, "body_mass", &count);
   double* rows = allocate(3 * count * sizeof *rows);
-  for (size_t i = 0; i < 3 * count; ++i) rows[i] = mass[i % count] * (1 + (double)i);
+  for (int64_t i = 0; i < 3 * count; ++i) rows[i] = mass[i % count] * (1 + (double)i);
   const uint8_t mask[3] = {1, 0, 1};
-  assert_ok(mjenv_write_rows(env, mask, "body_mass", rows, 3 * count));
+  assert_ok(mjenv_write(env, mask, "body_mass", rows, 3 * count));
   for (int row = 0; row < 3; ++row) {
     double* read = read_array(env, row, "body_mass", &count);
     assert_same_bits("body_mass", read, row == 1 ? mass : rows + (size_t)row * count, count);
     free(read);
   }
   const double timestep = 0.002, affinity = 3;
-  assert_ok(mjenv_write(env, MJENV_ALL_ROWS, "opt.timestep", &timestep, 1));
+  assert_ok(write_row(env, MJENV_ALL_ROWS, "opt.timestep", &timestep, 1));
   double* contype = read_array(env, 0, "geom_contype", &count);
   contype[1] = affinity;
-  assert_ok(mjenv_write(env, 2, "geom_contype", contype, count));
+  assert_ok(write_row(env, 2, "geom_contype", contype, count));
   double* read = read_array(env, 2, "geom_contype", &count);
   assert_same_bits("geom_contype", read, contype, count);
   free(read);
@@ -246,37 +246,35 @@ static void test_refusals(void** state) {
   mjenv_env* env = env_of_id("Ant-v5", 2);
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
-  size_t count, quats;
+  int64_t count, quats;
   double* mass = read_array(env, 0, "body_mass", &count);
   double* quat = read_array(env, 0, "body_quat", &quats);
   double* rows = allocate(2 * count * sizeof *rows);
   memcpy(rows, mass, count * sizeof *rows);
   memcpy(rows + count, mass, count * sizeof *rows);
-  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "mass", mass, count), "mass", "cannot be written");
-  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "xpos", mass, count), "xpos", "MuJoCo computes it");
-  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "gravity", mass, 3), "mjModel has opt.gravity");
-  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "nq", mass, 1), "nq", "structure");
-  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "body_parentid", mass, count), "structure");
-  assert_refused(MJENV_E_NAME, mjenv_write(env, 0, "mesh_vert", mass, 0), "mesh_vert", "shared");
-  assert_refused(MJENV_E_ARGUMENT, mjenv_write(env, 0, NULL, mass, count), "array");
-  assert_refused(MJENV_E_ARGUMENT, mjenv_write(env, 0, "body_mass", NULL, count), "values");
-  assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, "body_mass", mass, count - 1), "body_mass");
-  assert_refused(MJENV_E_SIZE, mjenv_write_rows(env, NULL, "body_mass", mass, 2 * count - 1), "body_mass");
-  assert_refused(MJENV_E_SIZE, mjenv_write_rows(env, NULL, "qpos", mass, 2), "qpos");
-  assert_refused(MJENV_E_VALUE, mjenv_write(env, 2, "body_mass", mass, count), "row 2");
-  assert_refused(MJENV_E_VALUE, mjenv_write(env, -2, "body_mass", mass, count), "row -2");
-  assert_refused(MJENV_E_VALUE, mjenv_set_constants(env, 2), "row 2");
+  assert_refused(MJENV_E_NAME, write_row(env, 0, "mass", mass, count), "mass", "cannot be written");
+  assert_refused(MJENV_E_NAME, write_row(env, 0, "xpos", mass, count), "xpos", "MuJoCo computes it");
+  assert_refused(MJENV_E_NAME, write_row(env, 0, "gravity", mass, 3), "mjModel has opt.gravity");
+  assert_refused(MJENV_E_NAME, write_row(env, 0, "nq", mass, 1), "nq", "structure");
+  assert_refused(MJENV_E_NAME, write_row(env, 0, "body_parentid", mass, count), "structure");
+  assert_refused(MJENV_E_NAME, write_row(env, 0, "mesh_vert", mass, 0), "mesh_vert", "shared");
+  assert_refused(MJENV_E_ARGUMENT, write_row(env, 0, NULL, mass, count), "array");
+  assert_refused(MJENV_E_ARGUMENT, write_row(env, 0, "body_mass", NULL, count), "values");
+  assert_refused(MJENV_E_SIZE, write_row(env, 0, "body_mass", mass, count - 1), "body_mass");
+  assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "body_mass", mass, 2 * count - 1), "body_mass");
+  assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "qpos", mass, 2), "qpos");
+  assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "body_mass", mass, 3 * count), "body_mass");
   const double bad[] = {NAN, INFINITY, -1, 0};
   for (size_t i = 0; i < COUNT(bad); ++i) {
     rows[count + 3] = bad[i];
-    assert_refused(MJENV_E_VALUE, mjenv_write_rows(env, NULL, "body_mass", rows, 2 * count), "row 1", "body_mass[3]");
+    assert_refused(MJENV_E_VALUE, mjenv_write(env, NULL, "body_mass", rows, 2 * count), "row 1", "body_mass[3]");
   }
   const double zero = 0, half = 0.5, nan = NAN;
-  assert_refused(MJENV_E_VALUE, mjenv_write(env, 0, "opt.timestep", &zero, 1), "positive");
-  assert_refused(MJENV_E_VALUE, mjenv_write(env, 0, "opt.iterations", &half, 1), "integer");
-  assert_refused(MJENV_E_VALUE, mjenv_write(env, MJENV_ALL_ROWS, "time", &nan, 1), "time[0]");
+  assert_refused(MJENV_E_VALUE, write_row(env, 0, "opt.timestep", &zero, 1), "positive");
+  assert_refused(MJENV_E_VALUE, write_row(env, 0, "opt.iterations", &half, 1), "integer");
+  assert_refused(MJENV_E_VALUE, write_row(env, MJENV_ALL_ROWS, "time", &nan, 1), "time[0]");
   memset(quat + 4, 0, 4 * sizeof *quat);
-  assert_refused(MJENV_E_VALUE, mjenv_write(env, 0, "body_quat", quat, quats), "quaternion");
+  assert_refused(MJENV_E_VALUE, write_row(env, 0, "body_quat", quat, quats), "quaternion");
   // Nothing of all this was written.
   for (int row = 0; row < 2; ++row) {
     double* read = read_array(env, row, "body_mass", &count);
@@ -297,16 +295,16 @@ static void test_divergence(void** state) {
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   double force[36] = {0}, action[6] = {0};
-  size_t count;
+  int64_t count;
   free(read_array(env, 1, "qfrc_applied", &count));
   force[1] = 1e12;
-  assert_ok(mjenv_write(env, 1, "qfrc_applied", force, count));
+  assert_ok(write_row(env, 1, "qfrc_applied", force, count));
   assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &out->batch));
   assert_int_equal(out->status[0], MJENV_OK);
-  assert_int_equal(out->status[1], MJENV_E_PHYSICS);
+  assert_int_equal(out->status[1], MJENV_DIVERGED);
   // MuJoCo has reset the row, and with it the force.
   double* left = read_array(env, 1, "qfrc_applied", &count);
-  for (size_t i = 0; i < count; ++i) assert_true(left[i] == 0);
+  for (int64_t i = 0; i < count; ++i) assert_true(left[i] == 0);
   free(left);
   outputs_free(out);
   mjenv_destroy(env);
@@ -317,10 +315,10 @@ static void test_before_the_first_reset(void** state) {
   (void)state;
   enum { MANY = 64 };
   mjenv_env* env = env_with_threads("Hopper-v5", 5, MANY);
-  size_t count;
+  int64_t count;
   double* force = read_array(env, 0, "xfrc_applied", &count);
-  for (size_t i = 0; i < count; ++i) force[i] = 1;
-  assert_ok(mjenv_write(env, MJENV_ALL_ROWS, "xfrc_applied", force, count));
+  for (int64_t i = 0; i < count; ++i) force[i] = 1;
+  assert_ok(write_row(env, MJENV_ALL_ROWS, "xfrc_applied", force, count));
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   memset(force, 0, count * sizeof *force);
@@ -343,8 +341,8 @@ static void test_empty_arrays(void** state) {
   const char* const arrays[] = {
       "pair_margin", "pair_friction", "tendon_stiffness", "mocap_pos", "mocap_quat", "userdata", "act"};
   for (size_t i = 0; i < COUNT(arrays); ++i) {
-    assert_ok(mjenv_write(env, 0, arrays[i], &none, 0));
-    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i],
+    assert_ok(write_row(env, 0, arrays[i], &none, 0));
+    assert_refused(MJENV_E_SIZE, write_row(env, 0, arrays[i], &none, 1), arrays[i],
                    "this array is empty in this model");
   }
   assert_ok(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
@@ -358,8 +356,8 @@ static void test_empty_state(void** state) {
   const double none = 0;
   const char* const arrays[] = {"qpos", "qvel", "act", "ctrl", "qacc_warmstart", "mocap_quat"};
   for (size_t i = 0; i < COUNT(arrays); ++i) {
-    assert_ok(mjenv_write(env, 0, arrays[i], &none, 0));
-    assert_refused(MJENV_E_SIZE, mjenv_write(env, 0, arrays[i], &none, 1), arrays[i],
+    assert_ok(write_row(env, 0, arrays[i], &none, 0));
+    assert_refused(MJENV_E_SIZE, write_row(env, 0, arrays[i], &none, 1), arrays[i],
                    "this array is empty in this model");
   }
   mjenv_destroy(env);
@@ -374,15 +372,15 @@ static void test_divergence_of_another(void** state) {
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_reset(alone, NULL, NULL));
   double force[36] = {0}, action[6] = {0};
-  size_t count, nq, nv;
+  int64_t count, nq, nv;
   free(read_array(env, 1, "qfrc_applied", &count));
   force[1] = 1e12;
-  assert_ok(mjenv_write(env, 1, "qfrc_applied", force, count));
+  assert_ok(write_row(env, 1, "qfrc_applied", force, count));
   assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_step(alone, NULL, action, 3, MJENV_DTYPE_FLOAT64, NULL));
   force[1] = 2;
-  assert_ok(mjenv_write(env, 0, "qfrc_applied", force, count));
-  assert_ok(mjenv_write(alone, 0, "qfrc_applied", force, count));
+  assert_ok(write_row(env, 0, "qfrc_applied", force, count));
+  assert_ok(write_row(alone, 0, "qfrc_applied", force, count));
   assert_same_array(env, 0, alone, "xpos");
   double *qpos = read_array(env, 0, "qpos", &nq), *qvel = read_array(env, 0, "qvel", &nv);
   assert_ok(mjenv_set_state(env, 0, qpos, nq, qvel, nv));
@@ -410,31 +408,31 @@ static void test_one_image(void** state) {
   static const double action[2 * 2] = {0.3, -0.2, 0.3, -0.2};
   mjenv_env *env = env_with_threads("Swimmer-v4", 1, 1), *other = env_with_threads("Swimmer-v4", 1, 2);
   static const uint64_t seeds[] = {8, 8};
-  assert_ok(mjenv_seed(env, seeds, NULL));
-  assert_ok(mjenv_seed(other, seeds, NULL));
+  assert_ok(mjenv_seed(env, NULL, seeds, 1));
+  assert_ok(mjenv_seed(other, NULL, seeds, 1));
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_reset(other, NULL, NULL));
-  size_t masses, gears, sizes;
+  int64_t masses, gears, sizes;
   double *mass = read_array(env, 0, "body_mass", &masses), *gear = read_array(env, 0, "actuator_gear", &gears),
          *size = read_array(env, 0, "geom_size", &sizes);
-  assert_ok(mjenv_write(other, 0, "geom_size", size, sizes));  // the model's own values
+  assert_ok(write_row(other, 0, "geom_size", size, sizes));  // the model's own values
   mass[1] *= 1.5, gear[0] *= 0.5;
-  assert_ok(mjenv_write(env, 0, "body_mass", mass, masses));
-  assert_ok(mjenv_write(env, 0, "actuator_gear", gear, gears));
-  assert_ok(mjenv_write(other, 0, "actuator_gear", gear, gears));
+  assert_ok(write_row(env, 0, "body_mass", mass, masses));
+  assert_ok(write_row(env, 0, "actuator_gear", gear, gears));
+  assert_ok(write_row(other, 0, "actuator_gear", gear, gears));
   mass[1] *= 2;
-  assert_ok(mjenv_write(other, MJENV_ALL_ROWS, "body_mass", mass, masses));
+  assert_ok(write_row(other, MJENV_ALL_ROWS, "body_mass", mass, masses));
   mass[1] /= 2;
-  assert_ok(mjenv_write(other, 0, "body_mass", mass, masses));
+  assert_ok(write_row(other, 0, "body_mass", mass, masses));
   assert_same_image(env, 0, other, 0);
   assert_ok(mjenv_step(env, NULL, action, 2, MJENV_DTYPE_FLOAT64, NULL));
   assert_ok(mjenv_step(other, NULL, action, 4, MJENV_DTYPE_FLOAT64, NULL));
   assert_same_image(env, 0, other, 0);
-  assert_ok(mjenv_set_constants(env, 0));
-  assert_ok(mjenv_set_constants(other, 0));
+  assert_ok(set_constants(env, 0));
+  assert_ok(set_constants(other, 0));
   assert_same_image(env, 0, other, 0);
   const uint8_t second[] = {0, 1};
-  assert_ok(mjenv_copy_row(other, 0, second));
+  assert_ok(mjenv_copy_row(other, second, 0));
   assert_same_image(env, 0, other, 1);
   free(mass), free(gear), free(size);
   mjenv_destroy(env), mjenv_destroy(other);
@@ -448,19 +446,19 @@ static void test_copy_of_a_restored_row(void** state) {
   seed_rows(env, 4);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, NULL));
-  size_t nq, nv, count;
+  int64_t nq, nv, count;
   double *qpos = read_array(env, 0, "qpos", &nq), *qvel = read_array(env, 0, "qvel", &nv);
   qpos[2] += 0.1;
   assert_ok(mjenv_set_state(env, 0, qpos, nq, qvel, nv));
   double* derived = read_array(env, 0, "cvel", &count);  // before qvel is written, and not changed by that
   qvel[0] += 1;
-  assert_ok(mjenv_write(env, 0, "qvel", qvel, nv));
-  size_t size;
+  assert_ok(write_row(env, 0, "qvel", qvel, nv));
+  int64_t size;
   assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
   unsigned char* image = allocate(size + 1);
   assert_ok(mjenv_snapshot(env, 0, image + 1, size, &size));  // an image may lie at any address
   assert_ok(mjenv_restore(other, 0, image + 1, size));
-  assert_ok(mjenv_copy_row(other, 0, (const uint8_t[]){0, 1}));
+  assert_ok(mjenv_copy_row(other, (const uint8_t[]){0, 1}, 0));
   for (int row = 0; row < 2; ++row) {
     double* got = read_array(other, row, "cvel", &count);
     assert_same_bits("cvel", got, derived, count);
@@ -478,22 +476,22 @@ static void test_copy_of_a_restored_row(void** state) {
 static void scale_model(mjenv_env* env, double factor) {
   static const char* const arrays[] = {"body_mass", "opt.gravity"};
   for (size_t k = 0; k < COUNT(arrays); ++k) {
-    size_t count;
+    int64_t count;
     double* values = read_array(env, 0, arrays[k], &count);
-    for (size_t i = 0; i < count; ++i) values[i] *= factor;
-    assert_ok(mjenv_write(env, 0, arrays[k], values, count));
+    for (int64_t i = 0; i < count; ++i) values[i] *= factor;
+    assert_ok(write_row(env, 0, arrays[k], values, count));
     free(values);
   }
 }
 
 // Through an image to row 0 of another environment, and from there to row 1.
 static void assert_same_in_image(mjenv_env* env, mjenv_env* other, const char* array, const double* want) {
-  size_t size, count;
+  int64_t size, count;
   assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
   unsigned char* image = allocate(size);
   assert_ok(mjenv_snapshot(env, 0, image, size, &size));
   assert_ok(mjenv_restore(other, 0, image, size));
-  assert_ok(mjenv_copy_row(other, 0, (const uint8_t[]){0, 1}));
+  assert_ok(mjenv_copy_row(other, (const uint8_t[]){0, 1}, 0));
   for (int row = 0; row < 2; ++row) {
     double* got = read_array(other, row, array, &count);
     assert_same_bits(array, got, want, count);
@@ -508,7 +506,7 @@ static void test_older_values(void** state) {
   (void)state;
   static const double action[6] = {0.3, -0.2, 0.1};
   mjenv_env *env = env_with_threads("HalfCheetah-v5", 1, 1), *other = env_with_threads("HalfCheetah-v5", 1, 2);
-  size_t nq, nv, count;
+  int64_t nq, nv, count;
   seed_rows(env, 4);
   assert_ok(mjenv_reset(env, NULL, NULL));
   scale_model(env, 1.2);
@@ -539,9 +537,9 @@ static void test_image_with_constants(void** state) {
   seed_rows(env, 4);
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int i = 0; i < 9; ++i) assert_ok(mjenv_step(env, NULL, action, 8, MJENV_DTYPE_FLOAT64, NULL));
-  size_t size;
+  int64_t size;
   scale_model(env, 1.5);
-  assert_ok(mjenv_set_constants(env, 0));
+  assert_ok(set_constants(env, 0));
   scale_model(env, 1.5);
   assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
   unsigned char* image = allocate(size);

@@ -63,7 +63,7 @@ struct episode {
 static inline int64_t info_count(const struct library* library, const mjenv_env* env, mjenv_role role) {
   int64_t total = 0;
   for (int64_t i = 0; i < library->mjenv_field_count(env, role); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     check(library, library->mjenv_field_at(env, role, i, &field));
     total += field.count;
   }
@@ -71,7 +71,7 @@ static inline int64_t info_count(const struct library* library, const mjenv_env*
 }
 
 static inline int64_t space_count(const struct library* library, const mjenv_env* env, mjenv_role role) {
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   check(library, library->mjenv_space_of(env, role, &space));
   return space.count;
 }
@@ -95,7 +95,7 @@ static inline void episode_open(struct episode* e, const struct library* library
   e->out.obs = calloc((size_t)e->out.obs_count, sizeof(double));
   e->out.info = calloc((size_t)e->out.info_count, sizeof(double));
   e->out.reset_info = calloc((size_t)e->out.reset_info_count, sizeof(double));
-  check(library, library->mjenv_seed(e->env, &seed, NULL));
+  check(library, library->mjenv_seed(e->env, NULL, &seed, 1));
   check(library, library->mjenv_seed_actions(e->env, seed));
 }
 

@@ -22,11 +22,11 @@ static void add_reals(const double* values, int64_t count) {
 
 static void add_arrays(const struct library* library, mjenv_env* env, mjenv_role role) {
   for (int64_t i = 0; i < library->mjenv_field_count(env, role); ++i) {
-    mjenv_field field = {.struct_size = sizeof field};
+    mjenv_field field = MJENV_FIELD_INIT;
     check(library, library->mjenv_field_at(env, role, i, &field));
     const size_t count = (size_t)field.count;
     double* values = calloc(count + 1, sizeof *values);
-    size_t length;
+    int64_t length;
     check(library, library->mjenv_read(env, 0, field.name, values, count + 1, &length));
     add_reals(values, (int64_t)length);
     free(values);

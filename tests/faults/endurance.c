@@ -71,7 +71,7 @@ static void create_and_destroy(int64_t i) {
   mjenv_options* options = options_of_id(id);
   if (i % 7 == 0) assert_ok(mjenv_options_set_integer(options, "num_threads", 2));
   mjenv_env* env = env_of_options(options, rows);
-  size_t size = 0;
+  int64_t size = 0;
   assert_ok(mjenv_reset(env, NULL, NULL));
   if (i % 11 == 0) assert_ok(mjenv_snapshot(env, 0, image, sizeof image, &size));
   // Under way when it is destroyed.
@@ -99,7 +99,7 @@ static void test_errors(void** state) {
   struct held before = {0};
   for (int64_t i = -1000; i < steps / 10; ++i) {
     double values[4];
-    size_t count;
+    int64_t count;
     mjenv_options* options = NULL;
     if (i == 0) before = held();
     assert_int_equal(mjenv_step(env, NULL, values, 3, MJENV_DTYPE_FLOAT64, NULL), MJENV_E_NOT_RESET);

@@ -18,7 +18,7 @@ static struct {
 static void* call(void* unused) {
   (void)unused;
   pthread_barrier_wait(&s.loaded);
-  mjenv_spec spec = {.struct_size = sizeof spec};
+  mjenv_spec spec = MJENV_SPEC_INIT;
   allocator_arm(ALL, 0);
   s.without_memory = s.spec_of("Hopper-v5", &spec);
   s.told = strstr(s.last_error(), "memory") != NULL;

@@ -18,28 +18,27 @@ static const uint8_t mask[8] = {1};
 static void refuse_env(mjenv_env* env) {
   const mjenv_status wanted = MJENV_E_ARGUMENT;
   const char* why = "env is no live handle";
-  mjenv_space space = {.struct_size = sizeof space};
-  mjenv_field field = {.struct_size = sizeof field};
+  mjenv_space space = MJENV_SPACE_INIT;
+  mjenv_field field = MJENV_FIELD_INIT;
   mjenv_batch batch = {.struct_size = sizeof batch, .rows = 1};
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   mjenv_renderer* renderer = NULL;
   uint64_t words[4] = {1, 2, 3, 4};
-  const uint32_t digit = 1;
   const double numbers[64] = {0};
   double values[64];
   float samples[8];
   const char* name = NULL;
   int64_t number = 0;
-  size_t count = 0;
-  assert_int_equal(mjenv_rows(env), 0);
-  assert_int_equal(mjenv_frame_skip(env), 0);
-  assert_refused(wanted, mjenv_lanes(env, &number, &name), why);
+  int64_t count = 0;
+  mjenv_info info = MJENV_INFO_INIT;
+  assert_refused(wanted, mjenv_info_of(env, &info), why);
   assert_null(mjenv_options_of(env));
   assert_int_equal(mjenv_field_count(env, MJENV_ROLE_INFO), 0);
   assert_refused(wanted, mjenv_space_of(env, MJENV_ROLE_ACTION, &space), why);
   assert_refused(wanted, mjenv_field_at(env, MJENV_ROLE_INFO, 0, &field), why);
-  assert_refused(wanted, mjenv_seed(env, words, NULL), why);
-  assert_refused(wanted, mjenv_seed_digits(env, 0, &digit, 1), why);
+  assert_refused(wanted, mjenv_seed(env, NULL, words, 1), why);
+  assert_refused(wanted, mjenv_set_constants(env, NULL), why);
+  assert_refused(wanted, mjenv_write(env, NULL, "qpos", numbers, 6), why);
   assert_refused(wanted, mjenv_reset(env, NULL, &batch), why);
   assert_refused(wanted, mjenv_step(env, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &batch), why);
   assert_refused(wanted, mjenv_send(env, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64), why);
@@ -56,7 +55,7 @@ static void refuse_env(mjenv_env* env) {
   assert_refused(wanted, mjenv_set_state(env, 0, numbers, 6, numbers, 6), why);
   assert_refused(wanted, mjenv_simulate(env, 0, numbers, 3, 1), why);
   assert_refused(wanted, mjenv_observe(env, &batch), why);
-  assert_refused(wanted, mjenv_copy_row(env, 0, mask), why);
+  assert_refused(wanted, mjenv_copy_row(env, mask, 0), why);
   assert_refused(wanted, mjenv_snapshot(env, 0, values, sizeof values, &count), why);
   assert_refused(wanted, mjenv_restore(env, 0, values, sizeof values), why);
   assert_refused(wanted, mjenv_render_defaults(env, &settings), why);
@@ -68,12 +67,12 @@ static void refuse_env(mjenv_env* env) {
 static void refuse_options(mjenv_options* options) {
   const mjenv_status wanted = MJENV_E_ARGUMENT;
   const char* why = "options is no live handle";
-  mjenv_option option = {.struct_size = sizeof option};
+  mjenv_option option = MJENV_OPTION_INIT;
   mjenv_env* env = NULL;
   double values[2] = {1, 2};
   const char* text = NULL;
   int64_t number = 0;
-  size_t count = 0;
+  int64_t count = 0;
   assert_int_equal(mjenv_options_count(options), 0);
   assert_refused(wanted, mjenv_options_at(options, 0, &option), why);
   assert_refused(wanted, mjenv_options_set_integer(options, "strict", 1), why);
@@ -145,8 +144,8 @@ static void test_never_created(void** state) {
   refuse_options((mjenv_options*)env);
   refuse_renderer((mjenv_renderer*)env);
   for (intptr_t slot = -200; slot <= 200; ++slot)
-    if (slot != 0) assert_int_equal(mjenv_rows((mjenv_env*)((uintptr_t)env + (uintptr_t)(64 * slot))), 0);
-  assert_int_equal(mjenv_rows(env), 1);
+    if (slot != 0) assert_int_equal(rows_of((mjenv_env*)((uintptr_t)env + (uintptr_t)(64 * slot))), 0);
+  assert_int_equal(rows_of(env), 1);
   mjenv_options_destroy(options);
   mjenv_destroy(env);
 }
@@ -196,7 +195,7 @@ static void test_borrowed_options(void** state) {
   assert_ok(mjenv_create(borrowed, 1, &twin));
   mjenv_destroy(env);
   refuse_options(borrowed);
-  assert_int_equal(mjenv_rows(twin), 1);
+  assert_int_equal(rows_of(twin), 1);
   mjenv_destroy(twin);
 }
 
@@ -229,8 +228,8 @@ static void* step_until_refused(void* argument) {
 
 static void* look_until_refused(void* argument) {
   struct user* user = argument;
-  mjenv_space space = {.struct_size = sizeof space};
-  mjenv_field field = {.struct_size = sizeof field};
+  mjenv_space space = MJENV_SPACE_INIT;
+  mjenv_field field = MJENV_FIELD_INIT;
   while (!user->refused) {
     note(user, mjenv_space_of(user->env, MJENV_ROLE_OBSERVATION, &space));
     note(user, mjenv_field_at(user->env, MJENV_ROLE_DATA, 3, &field));
@@ -260,7 +259,7 @@ static void test_destroyed_in_use(void** state) {
     for (int t = 0; t < THREADS; ++t)
       while (!__atomic_load_n(&users[t].started, __ATOMIC_ACQUIRE)) sched_yield();
     mjenv_destroy(env);
-    assert_int_equal(mjenv_rows(env), 0);
+    assert_int_equal(rows_of(env), 0);
     for (int t = 0; t < THREADS; ++t) {
       pthread_join(threads[t], NULL);
       assert_int_equal(users[t].other, MJENV_OK);
@@ -320,14 +319,14 @@ static void test_destroy_sleeps(void** state) {
     pthread_t rolling, destroying;
     assert_int_equal(pthread_create(&rolling, NULL, roll_out, &user), 0);
     while (__atomic_load_n(&user.started, __ATOMIC_ACQUIRE) == 0) sched_yield();
-    size_t count;
+    int64_t count;
     double time = 0;
     while (mjenv_read(user.env, 0, "time", &time, 1, &count) == MJENV_OK &&
            __atomic_load_n(&user.started, __ATOMIC_ACQUIRE) == 1)  // until the rollout is inside
       sched_yield();
     assert_int_equal(pthread_create(&destroying, NULL, destroy_by_name, &destroyer), 0);
     while (__atomic_load_n(&destroyer.thread, __ATOMIC_ACQUIRE) == 0) sched_yield();
-    while (mjenv_rows(user.env) != 0) sched_yield();  // until the handle is dead
+    while (rows_of(user.env) != 0) sched_yield();  // until the handle is dead
     bool was_inside = false;
     while (!slept && __atomic_load_n(&user.started, __ATOMIC_ACQUIRE) == 1) {
       was_inside = true;
@@ -373,7 +372,7 @@ static void test_options_of_two_threads(void** state) {
   assert_int_equal(pthread_create(&thread, NULL, set_until_stopped, &user), 0);
   int read = 0;
   for (int i = 0; i < TIMES; ++i) {
-    mjenv_option option = {.struct_size = sizeof option};
+    mjenv_option option = MJENV_OPTION_INIT;
     const mjenv_status status = mjenv_options_at(user.options, 0, &option);
     assert_true(status == MJENV_OK || status == MJENV_E_BUSY);
     read += status == MJENV_OK;
@@ -423,7 +422,7 @@ static void test_forked_in_use(void** state) {
       const mjenv_status status = mjenv_step(user.env, NULL, action, 12, MJENV_DTYPE_FLOAT64, NULL);
       bool fine = status == MJENV_OK || status == MJENV_E_BUSY || status == MJENV_E_FORKED;
       mjenv_destroy(user.env);
-      fine = fine && mjenv_rows(user.env) == 0;
+      fine = fine && rows_of(user.env) == 0;
       mjenv_options* own = NULL;
       mjenv_env* env = NULL;
       fine = fine && mjenv_options_create("Hopper-v5", &own) == MJENV_OK && mjenv_create(own, 1, &env) == MJENV_OK;

@@ -19,19 +19,19 @@ static struct {
   mjenv_renderer* renderer;
   struct outputs* out;
   unsigned char image[1 << 16];
-  size_t image_size;
+  int64_t image_size;
   double action[ROWS * NU], values[4096];
   double mass[64], heavy[64 * BUILT_ROWS], negative[64 * BUILT_ROWS];
-  size_t bodies;
+  int64_t bodies;
   unsigned char written[1 << 16];
-  size_t written_size;
+  int64_t written_size;
   const char* id;
 } s;
 
 // ---- What may run out of memory ----
 
 static mjenv_status spec_of(void) {
-  mjenv_spec spec = {.struct_size = sizeof spec};
+  mjenv_spec spec = MJENV_SPEC_INIT;
   return mjenv_spec_of("Humanoid-v4", &spec);
 }
 
@@ -59,7 +59,7 @@ static mjenv_status set_reals(void) {
 }
 
 static mjenv_status get_reals(void) {
-  size_t count;
+  int64_t count;
   return mjenv_options_get_reals(s.options, "healthy_z_range", s.values, 2, &count);
 }
 
@@ -113,7 +113,7 @@ static mjenv_status bad_step(void) { return mjenv_step(s.env, NULL, s.action, NU
 
 static mjenv_status send_and_recv(void) {
   int64_t rows[ROWS];
-  size_t count = 0;
+  int64_t count = 0;
   mjenv_status status = mjenv_send(s.threaded, NULL, 0, s.action, ROWS * NU, MJENV_DTYPE_FLOAT64);
   for (size_t left = ROWS; status == MJENV_OK && left > 0; left -= count)
     status = mjenv_recv(s.threaded, 1, -1, rows, ROWS, &count, &s.out->batch);
@@ -130,18 +130,18 @@ static mjenv_status sample(void) {
   return mjenv_sample_actions(s.env, action, NU);
 }
 
-static mjenv_status seed_digits(void) {
-  const uint32_t digits[] = {1, 2, 3, 4, 5, 6, 7, 8, 9};
-  return mjenv_seed_digits(s.env, 0, digits, COUNT(digits));
+static mjenv_status seed_words(void) {
+  static const uint64_t seeds[ROWS][5] = {{1, 2, 3, 4, 5}};
+  return mjenv_seed(s.env, NULL, seeds[0], 5);
 }
 
 static mjenv_status read(void) {
-  size_t count;
+  int64_t count;
   return mjenv_read(s.env, 0, "cfrc_ext", s.values, COUNT(s.values), &count);
 }
 
 static mjenv_status no_array(void) {
-  size_t count;
+  int64_t count;
   return mjenv_read(s.env, 0, "an array that there is not", s.values, COUNT(s.values), &count);
 }
 
@@ -201,7 +201,7 @@ static mjenv_status reset_random(void) {
 
 static mjenv_status restore_random(void) {
   static unsigned char image[1 << 16];
-  size_t size;
+  int64_t size;
   const mjenv_status status = mjenv_snapshot(s.random, 0, image, sizeof image, &size);
   return status ? status : mjenv_restore(s.random, 1, image, size);
 }
@@ -210,22 +210,22 @@ static mjenv_status bad_restore(void) { return mjenv_restore(s.env, 0, s.image, 
 
 // ---- Rows that differ, in an environment that was just built ----
 
-static mjenv_status write(void) { return mjenv_write(s.built, 1, "body_mass", s.heavy, s.bodies); }
-static mjenv_status write_all(void) { return mjenv_write(s.built, MJENV_ALL_ROWS, "body_mass", s.heavy, s.bodies); }
-static mjenv_status bad_write(void) { return mjenv_write(s.built, 1, "body_mass", s.negative, s.bodies); }
-static mjenv_status write_no_array(void) { return mjenv_write(s.built, 1, "an array that there is not", s.heavy, 1); }
+static mjenv_status write(void) { return write_row(s.built, 1, "body_mass", s.heavy, s.bodies); }
+static mjenv_status write_all(void) { return write_row(s.built, MJENV_ALL_ROWS, "body_mass", s.heavy, s.bodies); }
+static mjenv_status bad_write(void) { return write_row(s.built, 1, "body_mass", s.negative, s.bodies); }
+static mjenv_status write_no_array(void) { return write_row(s.built, 1, "an array that there is not", s.heavy, 1); }
 static mjenv_status write_rows(void) {
-  return mjenv_write_rows(s.built, NULL, "body_mass", s.heavy, BUILT_ROWS * s.bodies);
+  return mjenv_write(s.built, NULL, "body_mass", s.heavy, BUILT_ROWS * s.bodies);
 }
 
-static mjenv_status set_constants(void) {
+static mjenv_status write_constants(void) {
   const mjenv_status status = write();
-  return status ? status : mjenv_set_constants(s.built, 1);
+  return status ? status : set_constants(s.built, 1);
 }
 
 static mjenv_status copy_written(void) {
   const mjenv_status status = write();
-  return status ? status : mjenv_copy_row(s.built, 1, (const uint8_t[BUILT_ROWS]){1, 0, 1});
+  return status ? status : mjenv_copy_row(s.built, (const uint8_t[BUILT_ROWS]){1, 0, 1}, 1);
 }
 
 static mjenv_status restore_written(void) { return mjenv_restore(s.built, 0, s.written, s.written_size); }
@@ -243,19 +243,19 @@ static void destroy_built(void) {
 // An image of a row with own arrays, and with what is kept of them because they were written after a reset.
 static void make_written(void) {
   assert_ok(mjenv_read(s.env, 0, "body_mass", s.mass, COUNT(s.mass), &s.bodies));
-  for (size_t i = 0; i < BUILT_ROWS * s.bodies; ++i) {
+  for (int64_t i = 0; i < BUILT_ROWS * s.bodies; ++i) {
     s.heavy[i] = 2 * s.mass[i % s.bodies];
     s.negative[i] = -1;
   }
   assert_ok(create_and_reset());
-  assert_ok(set_constants());
+  assert_ok(write_constants());
   assert_ok(write());
   assert_ok(mjenv_snapshot(s.built, 1, s.written, sizeof s.written, &s.written_size));
   destroy_built();
 }
 
 static mjenv_status render_settings(void) {
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   return mjenv_render_defaults(s.env, &settings);
 }
 
@@ -279,7 +279,7 @@ static mjenv_env* drawn_env(void) {
 }
 
 static mjenv_status renderer_create(void) {
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   mjenv_status status = mjenv_render_defaults(s.drawn, &settings);
   settings.gl = MJENV_GL_OSMESA;
   settings.width = settings.height = SIDE;
@@ -331,7 +331,7 @@ static const struct call calls[] = {
     {"send and recv", send_and_recv, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"rollout", rollout, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"sample_actions", sample, MJENV_OK, MJENV_E_MEMORY, KEEPS},
-    {"seed_digits", seed_digits, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"seed_words", seed_words, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"read", read, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"read, no array", no_array, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
     {"object_index", object, MJENV_OK, MJENV_E_MEMORY, KEEPS},
@@ -352,7 +352,7 @@ static const struct call calls[] = {
     {"write, bad value", bad_write, MJENV_E_VALUE, MJENV_E_MEMORY, FRESH},
     {"write, no array", write_no_array, MJENV_E_NAME, MJENV_E_MEMORY, FRESH},
     {"write_rows", write_rows, MJENV_OK, MJENV_E_MEMORY, FRESH},
-    {"set_constants", set_constants, MJENV_OK, MJENV_E_MEMORY, FRESH},
+    {"set_constants", write_constants, MJENV_OK, MJENV_E_MEMORY, FRESH},
     {"copy_row of written rows", copy_written, MJENV_OK, MJENV_E_MEMORY, FRESH},
     {"restore, own arrays", restore_written, MJENV_OK, MJENV_E_MEMORY, FRESH},
 };
@@ -365,7 +365,7 @@ struct walk {
 
 // Each handle keeps the text of its last error, so that each has one text when blocks are counted.
 static long blocks(void) {
-  size_t count;
+  int64_t count;
   mjenv_options_set_integer(s.options, "no option", 0);
   mjenv_read(s.env, -1, "qpos", NULL, 0, &count);
   mjenv_read(s.threaded, -1, "qpos", NULL, 0, &count);
@@ -379,7 +379,7 @@ static void assert_unwritten(bool row_1) {
   for (int row = 0; row < BUILT_ROWS; ++row) {
     if (row == 1 && !row_1) continue;
     double mass[COUNT(s.mass)];
-    size_t count;
+    int64_t count;
     assert_ok(mjenv_read(s.built, row, "body_mass", mass, COUNT(mass), &count));
     assert_same_bits("body_mass", mass, s.mass, count);
   }
@@ -399,7 +399,7 @@ static struct walk walk(const struct call* call, enum failing failing, size_t st
       fail_msg("%s, allocation %zu: %s: %s", call->name, number, mjenv_status_name(status), mjenv_last_error());
     if (failed && status == MJENV_E_MEMORY)
       assert_true(strstr(mjenv_last_error(), "memory") || strstr(mjenv_last_error(), "threads"));
-    if (call->use == FRESH && status != MJENV_OK && call->run != set_constants)
+    if (call->use == FRESH && status != MJENV_OK && call->run != write_constants)
       assert_unwritten(call->run != copy_written);
     if (call->use != KEEPS) destroy_built();
     const long lost = blocks() - before;

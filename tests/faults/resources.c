@@ -253,7 +253,7 @@ static bool complaints(void) {
   for (int i = 0; i < 50; ++i) mjenv_step(env, NULL, wild, 3, MJENV_DTYPE_FLOAT64, NULL);
   mjenv_simulate(env, 0, wild, 3, 50);
   mjenv_renderer* renderer = NULL;
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   mjenv_render_defaults(env, &settings);
   settings.width = 1 << 16;
   if (mjenv_renderer_create(env, &settings, &renderer) == MJENV_OK) return false;

@@ -43,7 +43,7 @@ static void send_and_receive(void) {
   assert_ok(mjenv_reset(threaded, NULL, NULL));
   for (int step = 0; step < STEPS; ++step) {
     int64_t rows[ROWS];
-    size_t count_ = 0, done = 0;
+    int64_t count_ = 0, done = 0;
     assert_ok(mjenv_sample_actions(one, action, ROWS * NU));
     assert_ok(mjenv_step(one, NULL, action, ROWS * NU, MJENV_DTYPE_FLOAT32, &want->batch));
     assert_ok(mjenv_send(threaded, NULL, 0, action, ROWS * NU, MJENV_DTYPE_FLOAT32));

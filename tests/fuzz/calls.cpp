@@ -93,7 +93,7 @@ class Calls {
     if (status != MJENV_OK) return;
     made.env.reset();
     made.env = EnvHandle(env);
-    made.out = std::make_unique<Outputs>(env, mjenv_rows(env));
+    made.out = std::make_unique<Outputs>(env, rows_of(env));
     made.actuators = static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION));
     made.nq = number(env, "nq");
     made.nv = number(env, "nv");
@@ -122,8 +122,9 @@ class Calls {
     check(mjenv_options_at(options(), integer(), maybe(&option)));
     check(mjenv_options_at(mjenv_options_of(s.env.get()), integer(), maybe(&option)));
     mjenv_field_count(s.env.get(), role);
-    mjenv_rows(s.env.get());
-    mjenv_frame_skip(s.env.get());
+    mjenv_info info = MJENV_INFO_INIT;
+    info.struct_size = field.struct_size;
+    check(mjenv_info_of(s.env.get(), maybe(&info)));
     mjenv_options_count(options());
     mjenv_id_at(integer());
     mjenv_status_name(static_cast<mjenv_status>(integer()));
@@ -149,7 +150,7 @@ class Calls {
         std::int64_t value = 0;
         const char* text = nullptr;
         double into[2];
-        std::size_t count = 0;
+        std::int64_t count = 0;
         check(mjenv_options_get_integer(o, name, maybe(&value)));
         check(mjenv_options_get_string(o, name, maybe(&text)));
         check(mjenv_options_get_reals(o, name, maybe(into), bytes_.below(3), maybe(&count)));
@@ -159,12 +160,11 @@ class Calls {
 
   void seed() {
     Slot& s = slot();
-    const auto seeds = bytes_.list<std::uint64_t>(4);
+    const auto count = static_cast<std::int64_t>(bytes_.below(4));  // of the words of each seed
+    const auto seeds = bytes_.list<std::uint64_t>(12);
     const auto mask = bytes_.list<std::uint8_t>(4);
-    const auto digits = bytes_.list<std::uint32_t>(9);
     std::uint64_t words[4] = {};
-    check(mjenv_seed(s.env.get(), maybe(seeds.data()), maybe(mask.data())));
-    check(mjenv_seed_digits(s.env.get(), row(), maybe(digits.data()), bytes_.below(10)));
+    check(mjenv_seed(s.env.get(), maybe(mask.data()), maybe(seeds.data()), bytes_.below(8) ? count : -count));
     check(mjenv_get_stream(s.env.get(), row(), maybe(words), size(4)));
     check(mjenv_set_stream(s.env.get(), row(), maybe(seeds.data()), size(4)));
     check(mjenv_seed_actions(s.env.get(), seeds[0]));
@@ -173,11 +173,11 @@ class Calls {
   void step() {
     Slot& s = slot();
     mjenv_batch changed{};
-    const auto count = static_cast<std::size_t>(mjenv_rows(s.env.get())) * s.actuators;
+    const auto count = static_cast<std::size_t>(rows_of(s.env.get())) * s.actuators;
     const auto action = bytes_.list<double>(count);
     std::vector<float> drawn(count);
     check(mjenv_sample_actions(s.env.get(), maybe(drawn.data()), size(count)));
-    const std::int64_t dtype = bytes_.below(8) ? 0 : integer() & 3;
+    const std::int64_t dtype = bytes_.below(8) ? 1 : integer() & 15;
     const mjenv_batch* out = batch(s, changed);
     if (bytes_.flag())
       check(mjenv_step(s.env.get(), nullptr, maybe(drawn.data()), size(count), MJENV_DTYPE_FLOAT32, out));
@@ -196,7 +196,7 @@ class Calls {
 
   void roll() {
     Slot& s = slot();
-    const std::int64_t rows = mjenv_rows(s.env.get());
+    const std::int64_t rows = rows_of(s.env.get());
     const auto steps = static_cast<std::int64_t>(bytes_.below(4));
     const auto count = static_cast<std::size_t>(rows * steps) * s.actuators;
     const auto action = bytes_.list<double>(count);
@@ -212,7 +212,7 @@ class Calls {
     std::int64_t rows[4] = {row(), row(), row(), row()};
     const auto action = bytes_.list<double>(4 * s.actuators);
     const bool all = bytes_.flag();
-    const std::size_t sent = all ? static_cast<std::size_t>(mjenv_rows(s.env.get())) : row_count;
+    const std::size_t sent = all ? static_cast<std::size_t>(rows_of(s.env.get())) : row_count;
     check(mjenv_send(s.env.get(), all ? nullptr : rows, size(sent), maybe(action.data()), size(sent * s.actuators),
                      MJENV_DTYPE_FLOAT64));
   }
@@ -220,7 +220,7 @@ class Calls {
   void receive() {
     Slot& s = slot();
     std::int64_t rows[4];
-    std::size_t count = 0;
+    std::int64_t count = 0;
     mjenv_batch changed{};
     const mjenv_batch* out = s.out && bytes_.below(4) ? &s.out->batch : batch(s, changed);
     // No endless wait: rows that are under way are done soon.
@@ -234,7 +234,7 @@ class Calls {
     static const char* const arrays[] = {"qpos",  "xpos", "cfrc_ext", "efc_J", "opt.timestep",
                                          "names", "none", "",         nullptr};
     const char* name = bytes_.one_of(arrays);
-    std::size_t count = 0;
+    std::int64_t count = 0;
     if (check(mjenv_read(s.env.get(), row(), name, nullptr, 0, maybe(&count))) != MJENV_OK) return;
     std::vector<double> values(count);
     check(mjenv_read(s.env.get(), row(), name, maybe(values.data()), at_most(count), maybe(&count)));
@@ -248,13 +248,13 @@ class Calls {
     static const std::int64_t frames[] = {1, 2, 5, 0, -1, INT64_MIN};
     check(mjenv_simulate(s.env.get(), row(), maybe(ctrl.data()), size(s.actuators), bytes_.one_of(frames)));
     const auto mask = bytes_.list<std::uint8_t>(4);
-    check(mjenv_copy_row(s.env.get(), row(), maybe(mask.data())));
+    check(mjenv_copy_row(s.env.get(), maybe(mask.data()), row()));
   }
 
   void snapshot() {
     Slot &from = slot(), &to = slot();
     const std::int64_t which = bytes_.flag() ? MJENV_ALL_ROWS : row();
-    std::size_t bytes = 0;
+    std::int64_t bytes = 0;
     if (check(mjenv_snapshot(from.env.get(), which, nullptr, 0, maybe(&bytes))) != MJENV_OK) return;
     std::vector<unsigned char> image(bytes);
     check(mjenv_snapshot(from.env.get(), which, maybe(image.data()), at_most(bytes), maybe(&bytes)));

@@ -14,8 +14,7 @@ void keep_cheap(const OptionsHandle& options) {
 
 std::string name_of(Bytes& bytes, const OptionsHandle& options) {
   const std::size_t index = bytes.below(40);
-  mjenv_option option{};
-  option.struct_size = sizeof option;
+  mjenv_option option = MJENV_OPTION_INIT;
   if (mjenv_options_at(options.get(), static_cast<std::int64_t>(index), &option) == MJENV_OK) return option.name;
   return bytes.text(20);
 }
@@ -42,7 +41,7 @@ void get(const OptionsHandle& options, const std::string& name) {
   std::int64_t integer = 0;
   const char* text = nullptr;
   double reals[2];
-  std::size_t count = 0;
+  std::int64_t count = 0;
   check(mjenv_options_get_integer(options.get(), name.c_str(), &integer));
   check(mjenv_options_get_string(options.get(), name.c_str(), &text));
   check(mjenv_options_get_reals(options.get(), name.c_str(), reals, 2, &count));

@@ -22,21 +22,18 @@ struct Sample {
 
 void perturb(mjenv_env* env) {
   const double numbers[] = {0.5, 1.5};
-  mjenv_randomization item{};
-  item.struct_size = sizeof item;
+  mjenv_randomization item = MJENV_RANDOMIZATION_INIT;
   item.distribution = MJENV_DISTRIBUTION_UNIFORM;
   item.array = "body_mass";
   item.parameters = numbers;
   item.parameter_count = 2;
   item.effect = MJENV_EFFECT_SCALE;
   REQUIRE(mjenv_randomize(env, &item, 1) == MJENV_OK);
-  mjenv_push push{};
-  push.struct_size = sizeof push;
+  mjenv_push push = MJENV_PUSH_INIT;
   push.body = 1;
   push.min_steps = push.max_steps = 1;
   push.high[0] = 1;
-  mjenv_perturbation perturbation{};
-  perturbation.struct_size = sizeof perturbation;
+  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
   perturbation.action_noise = perturbation.observation_noise = numbers;
   perturbation.action_noise_count = perturbation.observation_noise_count = 1;
   perturbation.action_delay = perturbation.observation_delay = 2;
@@ -84,7 +81,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::vector<double> action(2 * static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION)));
     check(mjenv_observe(env, &out.batch));
     check(mjenv_step(env, nullptr, action.data(), action.size(), MJENV_DTYPE_FLOAT64, &out.batch));
-    std::size_t count = 0;
+    std::int64_t count = 0;
     check(mjenv_read(env, 1, "xpos", nullptr, 0, &count));
     std::vector<double> values(count);
     check(mjenv_read(env, 1, "xpos", values.data(), count, &count));

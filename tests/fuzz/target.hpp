@@ -57,13 +57,20 @@ inline EnvHandle create(const OptionsHandle& options, std::int64_t rows) {
 // A number of the model: "nq", "nv".
 inline std::size_t number(mjenv_env* env, const char* name) {
   double value = 0;
-  std::size_t one = 0;
+  std::int64_t one = 0;
   REQUIRE(mjenv_read(env, 0, name, &value, 1, &one) == MJENV_OK);
   return static_cast<std::size_t>(value);
 }
 
+// 0 if the library refuses.
+inline std::int64_t rows_of(mjenv_env* env) {
+  mjenv_info info = MJENV_INFO_INIT;
+  mjenv_info_of(env, &info);
+  return info.rows;
+}
+
 inline std::vector<unsigned char> image_of(mjenv_env* env, std::int64_t row) {
-  std::size_t size = 0;
+  std::int64_t size = 0;
   REQUIRE(mjenv_snapshot(env, row, nullptr, 0, &size) == MJENV_OK);
   std::vector<unsigned char> image(size);
   REQUIRE(mjenv_snapshot(env, row, image.data(), size, &size) == MJENV_OK);
@@ -81,8 +88,7 @@ inline void put_checksum(std::vector<unsigned char>& image) {
 inline std::int64_t total(const mjenv_env* env, mjenv_role role) {
   std::int64_t count = 0;
   for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
-    mjenv_field field{};
-    field.struct_size = sizeof field;
+    mjenv_field field = MJENV_FIELD_INIT;
     REQUIRE(mjenv_field_at(env, role, i, &field) == MJENV_OK);
     REQUIRE(field.offset == count || role == MJENV_ROLE_DATA || role == MJENV_ROLE_MODEL);
     count += field.count;
@@ -91,8 +97,7 @@ inline std::int64_t total(const mjenv_env* env, mjenv_role role) {
 }
 
 inline mjenv_render_settings render_defaults(const EnvHandle& env) {
-  mjenv_render_settings settings{};
-  settings.struct_size = sizeof settings;
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   REQUIRE(mjenv_render_defaults(env.get(), &settings) == MJENV_OK);
   return settings;
 }

@@ -223,7 +223,7 @@ struct Parts {
       case 21: option.text = text(bytes), option.choices = bytes.flag() ? text(bytes) : nullptr; break;
       case 22: part.role = static_cast<mjenv_role>(bytes.below(10)); break;
       case 23: part.name = text(bytes); break;
-      case 24: part.type = static_cast<mjenv_type>(bytes.below(10)); break;
+      case 24: part.dtype = static_cast<mjenv_dtype>(bytes.below(10)); break;
       case 25: part.ndim = static_cast<std::int32_t>(bytes.below(7)) - 1; break;
       case 26: part.shape[bytes.below(4)] = count(bytes); break;
       default:

@@ -1,6 +1,7 @@
 // Writes to the models and inputs of rows, with any values, and what resets and steps draw, from any distributions; and
 // images of rows that have arrays of their own, damaged with a checksum that fits. What is refused leaves every row as
 // it was; what is written can be read.
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -46,8 +47,7 @@ std::vector<std::string> array_names(const mjenv_env* env) {
   std::vector<std::string> names{"", "no_such_array"};
   for (const mjenv_role role : {MJENV_ROLE_MODEL, MJENV_ROLE_DATA})
     for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
-      mjenv_field field{};
-      field.struct_size = sizeof field;
+      mjenv_field field = MJENV_FIELD_INIT;
       REQUIRE(mjenv_field_at(env, role, i, &field) == MJENV_OK);
       names.emplace_back(field.name);
     }
@@ -79,10 +79,11 @@ class Writes {
   Outputs out_;
   std::vector<std::string> names_;
   std::size_t actuators_;
+  std::array<std::uint8_t, kRows> mask_{};
 
   void call() {
     switch (bytes_.below(12)) {
-      case 0: check(mjenv_set_constants(env_.get(), row())); break;
+      case 0: check(mjenv_set_constants(env_.get(), masked(row()))); break;
       case 1: check(mjenv_reset(env_.get(), nullptr, &out_.batch)); break;
       case 2: step(); break;
       case 3: send(); break;
@@ -128,7 +129,7 @@ class Writes {
 
   // A row's array; nothing if there is none, or if MuJoCo fails to compute it.
   std::vector<double> read(std::int64_t row, const std::string& array) {
-    std::size_t count = 0;
+    std::int64_t count = 0;
     if (check(mjenv_read(env_.get(), row, array.c_str(), nullptr, 0, &count)) != MJENV_OK) return {};
     std::vector<double> values(count);
     if (check(mjenv_read(env_.get(), row, array.c_str(), values.data(), count, &count)) != MJENV_OK) return {};
@@ -145,13 +146,21 @@ class Writes {
       REQUIRE(read[i] == values[i] || read[i] == static_cast<double>(static_cast<float>(values[i])));
   }
 
+  // A mask of one row, or of none; null for all rows.
+  const std::uint8_t* masked(std::int64_t row) {
+    mask_ = {};
+    if (row >= 0 && row < kRows) mask_[static_cast<std::size_t>(row)] = 1;
+    return row == MJENV_ALL_ROWS ? nullptr : mask_.data();
+  }
+
   void write_row() {
     const std::string array = name();
     const std::int64_t target = row();
     const auto before = read_all(array);
     const std::vector<double> values =
         changed(before[target > 0 && target < kRows ? static_cast<std::size_t>(target) : 0]);
-    const mjenv_status status = check(mjenv_write(env_.get(), target, array.c_str(), values.data(), values.size()));
+    const mjenv_status status = check(
+        mjenv_write(env_.get(), masked(target), array.c_str(), values.data(), static_cast<std::int64_t>(values.size())));
     const auto after = read_all(array);
     for (std::size_t i = 0; i < before.size(); ++i) {
       const bool is_written =
@@ -173,7 +182,7 @@ class Writes {
     for (std::uint8_t& chosen : mask) chosen &= 1;
     const bool all = bytes_.flag();
     const mjenv_status status =
-        check(mjenv_write_rows(env_.get(), all ? nullptr : mask.data(), array.c_str(), values.data(), values.size()));
+        check(mjenv_write(env_.get(), all ? nullptr : mask.data(), array.c_str(), values.data(), values.size()));
     const auto after = read_all(array);
     const std::size_t each = values.size() / kRows;
     for (std::size_t i = 0; i < before.size(); ++i)
@@ -237,8 +246,7 @@ class Writes {
         push.high[i] = bytes_.flag() ? push.low[i] : value(1);
       }
     }
-    mjenv_perturbation perturbation{};
-    perturbation.struct_size = sizeof perturbation;
+    mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
     perturbation.action_noise = action_noise.data();
     perturbation.action_noise_count = static_cast<std::int64_t>(action_noise.size());
     perturbation.observation_noise = observation_noise.data();
@@ -268,12 +276,12 @@ class Writes {
     if (check(mjenv_send(env_.get(), nullptr, 0, action.data(), action.size(), MJENV_DTYPE_FLOAT64)) != MJENV_OK)
       return;
     const double timestep = 0.001;
-    REQUIRE(check(mjenv_write(env_.get(), 0, "opt.timestep", &timestep, 1)) == MJENV_E_PENDING);
-    REQUIRE(check(mjenv_set_constants(env_.get(), 0)) == MJENV_E_PENDING);
+    REQUIRE(check(mjenv_write(env_.get(), nullptr, "opt.timestep", &timestep, 1)) == MJENV_E_PENDING);
+    REQUIRE(check(mjenv_set_constants(env_.get(), nullptr)) == MJENV_E_PENDING);
     REQUIRE(check(mjenv_randomize(env_.get(), nullptr, 0)) == MJENV_E_PENDING);
     REQUIRE(check(mjenv_perturb(env_.get(), nullptr)) == MJENV_E_PENDING);
     std::int64_t rows[kRows];
-    std::size_t count = 0;
+    std::int64_t count = 0;
     check(mjenv_recv(env_.get(), kRows, -1, rows, kRows, &count, &out_.batch));
     REQUIRE(count == kRows);
   }
@@ -299,7 +307,7 @@ class Writes {
   void copy() {
     std::vector<std::uint8_t> mask = bytes_.list<std::uint8_t>(kRows);
     for (std::uint8_t& chosen : mask) chosen &= 1;
-    check(mjenv_copy_row(env_.get(), row(), mask.data()));
+    check(mjenv_copy_row(env_.get(), mask.data(), row()));
   }
 
   void set_state() {

@@ -43,7 +43,7 @@ ARRAYS = (
 
 
 def type_name(value: Any) -> str:
-    """mjenv_type's name for what Gymnasium returns."""
+    """mjenv_dtype's name for what Gymnasium returns."""
     if isinstance(value, np.ndarray | np.generic):
         return f"numpy_{value.dtype}"
     return f"python_{type(value).__name__}"

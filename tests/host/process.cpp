@@ -32,7 +32,7 @@ const Setting kOwn{"InvertedPendulum-v5", kModel};
 std::vector<unsigned char> image_of(const Setting& setting) {
   mjenv_env* env = made(setting);
   played(env, 1, 0.25);
-  size_t size = 0;
+  int64_t size = 0;
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, nullptr, 0, &size));
   std::vector<unsigned char> image(size);
   assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image.data(), size, &size));

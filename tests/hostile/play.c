@@ -21,7 +21,7 @@ static void read_all(mjenv_env* env) {
   static const char* const arrays[] = {"qpos",       "xpos",      "sensordata",    "cfrc_ext",
                                        "ten_length", "geom_xmat", "actuator_force"};
   for (size_t i = 0; i < sizeof arrays / sizeof *arrays; ++i) {
-    size_t count = 0;
+    int64_t count = 0;
     TRY(mjenv_read(env, 1, arrays[i], NULL, 0, &count));
     double* values = malloc(count * sizeof *values + 1);
     if (count > 0) TRY(mjenv_read(env, 1, arrays[i], values, count, &count));
@@ -34,7 +34,7 @@ static void draw(mjenv_env* env) {
   enum { WIDTH = 48, HEIGHT = 32 };
   unsigned char rgb[WIDTH * HEIGHT * 3];
   float depth[WIDTH * HEIGHT];
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   for (int all = 0; all < 2; ++all) {
     mjenv_renderer* renderer = NULL;
     TRY(mjenv_render_defaults(env, &settings));
@@ -60,7 +60,7 @@ static void play(mjenv_env* env) {
   const size_t count = (size_t)mjenv_field_count(env, MJENV_ROLE_ACTION) * 2;
   float* action = calloc(count + 1, sizeof *action);
   const uint64_t seeds[2] = {1, 2};
-  TRY(mjenv_seed(env, seeds, NULL));
+  TRY(mjenv_seed(env, NULL, seeds, 1));
   TRY(mjenv_seed_actions(env, 3));
   TRY(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 10; ++step) {
@@ -70,7 +70,7 @@ static void play(mjenv_env* env) {
   }
   read_all(env);
   draw(env);
-  size_t size = 0;
+  int64_t size = 0;
   TRY(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
   void* image = malloc(size);
   TRY(mjenv_snapshot(env, MJENV_ALL_ROWS, image, size, &size));

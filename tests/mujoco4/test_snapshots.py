@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import struct
 import sys
-from ctypes import byref, c_double, c_size_t, c_void_p, create_string_buffer
+from ctypes import byref, c_double, c_int64, c_void_p, create_string_buffer
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,7 @@ class Env:
         self.check(self.library.mjenv_reset(self.handle, None, None))
 
     def image(self) -> bytes:
-        size = c_size_t()
+        size = c_int64()
         self.check(self.library.mjenv_snapshot(self.handle, 0, None, 0, byref(size)))
         image = create_string_buffer(size.value)
         self.check(self.library.mjenv_snapshot(self.handle, 0, image, size, byref(size)))
@@ -108,7 +108,7 @@ def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, p
     library, numbers = env.library, (c_double * 2)(0, 0)
     env.check(library.mjenv_step(env.handle, None, numbers, 2, _abi.Dtype.FLOAT64, None))
     env.check(library.mjenv_set_state(env.handle, 0, numbers, 1, numbers, 1))
-    env.check(library.mjenv_set_constants(env.handle, 0))
+    env.check(library.mjenv_set_constants(env.handle, None))
     image = env.image()
     offset = offset_of(image, part) + 8 * cursor
     assert struct.unpack_from("d", image, offset)[0] in range(samples)

@@ -14,7 +14,7 @@ struct picture {
 };
 
 static mjenv_render_settings settings_of(const mjenv_env* env) {
-  mjenv_render_settings settings = {.struct_size = sizeof settings};
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   assert_ok(mjenv_render_defaults(env, &settings));
   settings.width = WIDTH;
   settings.height = HEIGHT;

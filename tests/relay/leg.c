@@ -7,12 +7,12 @@ static const char* const* words;
 static void restore(mjenv_env* env, int64_t row, const char* path) {
   size_t size;
   char* image = read_file(path, &size);
-  assert_ok(mjenv_restore(env, row, image, size));
+  assert_ok(mjenv_restore(env, row, image, (int64_t)size));
   free(image);
 }
 
 static void save(mjenv_env* env, int64_t row, const char* path) {
-  size_t size;
+  int64_t size;
   assert_ok(mjenv_snapshot(env, row, NULL, 0, &size));
   char* image = allocate(size);
   assert_ok(mjenv_snapshot(env, row, image, size, &size));

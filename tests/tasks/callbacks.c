@@ -93,7 +93,7 @@ static const mjenv_task_field fields[] = {
      .name = "action",
      .ndim = 1,
      .shape = {-1}},
-    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "action", .type = MJENV_TYPE_ACTION},
+    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "action", .dtype = MJENV_DTYPE_ACTION},
     {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "contacts"},
     {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "force"},
     {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = "unwritten", .ndim = 1, .shape = {2}},
@@ -141,7 +141,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   s->tip = mjenv_build_index(builder, "site", "tip");
   s->box = mjenv_build_index(builder, "geom", "ball");
   s->floor = mjenv_build_index(builder, "geom", "floor");
-  mjenv_field field = {.struct_size = sizeof field};
+  mjenv_field field = MJENV_FIELD_INIT;
   s->mass = mjenv_build_array(builder, "body_mass", NULL);
   s->inertia = mjenv_build_array(builder, "qLDiagInv", &field);
   s->extras = mjenv_build_integer(builder, "extras") != 0;
@@ -270,7 +270,7 @@ struct played {
 static struct played* played(void) {
   struct played* p = allocate(sizeof *p);
   memset(p, 0x5a, sizeof *p);
-  p->batch = (mjenv_batch){.struct_size = sizeof p->batch,
+  p->batch = (mjenv_batch){.struct_size = sizeof p->batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
                            .rows = ROWS,
                            .obs_count = CARRIED + 1,
                            .info_count = 5,
@@ -292,7 +292,7 @@ static mjenv_status step_all(mjenv_env* env, const struct played* p) {
 // Moves a row to where the task misbehaves.
 static void spoil(mjenv_env* env, int64_t row) {
   double qpos[16], qvel[16];
-  size_t nq = 0, nv = 0;
+  int64_t nq = 0, nv = 0;
   assert_ok(mjenv_read(env, row, "qpos", qpos, 16, &nq));
   assert_ok(mjenv_read(env, row, "qvel", qvel, 16, &nv));
   qpos[0] = 60;
@@ -352,7 +352,7 @@ static void failing_row(const char* mode, const char* word, const char* callback
   mjenv_env* env = env_of_options(probe(mode), ROWS);
   struct played* p = played();
   double before[16], after[16], time = 0;
-  size_t count = 0;
+  int64_t count = 0;
   seed_rows(env, 0);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(step_all(env, p));
@@ -420,7 +420,7 @@ static void test_failing_noisy_observation(void** state) {
   const mjenv_perturbation noisy = {
       .struct_size = sizeof noisy, .observation_noise = &noise, .observation_noise_count = 1};
   double qpos[16], qvel[16];
-  size_t nq = 0, nv = 0;
+  int64_t nq = 0, nv = 0;
   assert_ok(mjenv_perturb(env, &noisy));
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_read(env, BAD, "qpos", qpos, 16, &nq));
@@ -458,12 +458,12 @@ static void test_carried_once(void** state) {
   mjenv_env* env = env_of_options(probe("step_fails"), ROWS);
   struct played* p = played();
   double x[2] = {60, 0}, qpos[16];
-  size_t nq = 0;
+  int64_t nq = 0;
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_read(env, BAD, "qpos", qpos, 16, &nq));
   for (int i = 0; i < 2; ++i) {
     qpos[0] = x[i];
-    assert_ok(mjenv_write(env, BAD, "qpos", qpos, nq));
+    assert_ok(write_row(env, BAD, "qpos", qpos, nq));
     if (i == 0) assert_refused(MJENV_E_TASK, step_all(env, p), "row 3", "too far");
   }
   assert_ok(step_all(env, p));
@@ -480,11 +480,11 @@ static void test_carried_forces(void** state) {
   mjenv_env* env = env_of_options(chosen, ROWS);
   struct played* p = played();
   const uint64_t seeds[ROWS] = {0};
-  assert_ok(mjenv_seed(env, seeds, NULL));
+  assert_ok(mjenv_seed(env, NULL, seeds, 1));
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int i = 0; i < 100; ++i) assert_ok(step_all(env, NULL));
   double qpos[16], qvel[16];
-  size_t nq = 0, nv = 0;
+  int64_t nq = 0, nv = 0;
   assert_ok(mjenv_read(env, 0, "qpos", qpos, 16, &nq));
   assert_ok(mjenv_read(env, 0, "qvel", qvel, 16, &nv));
   // The only thread stepped the last row last.
@@ -501,7 +501,7 @@ static void test_failing_carry(void** state) {
   mjenv_env* env = env_of_options(probe("carry_fails"), ROWS);
   assert_ok(mjenv_reset(env, NULL, NULL));
   double qpos[16] = {60}, qvel[16] = {0}, x = 0;
-  size_t nq = 0, nv = 0;
+  int64_t nq = 0, nv = 0;
   assert_ok(mjenv_read(env, 0, "qpos", NULL, 0, &nq));
   assert_ok(mjenv_read(env, 0, "qvel", NULL, 0, &nv));
   qpos[4] = 1;
@@ -512,7 +512,7 @@ static void test_failing_carry(void** state) {
   assert_ok(step_all(env, NULL));
   // Written rows are carried anew before they are stepped. Here that fails in all rows, so none is left to be stepped.
   qpos[0] = 60;
-  assert_ok(mjenv_write(env, MJENV_ALL_ROWS, "qpos", qpos, nq));
+  assert_ok(write_row(env, MJENV_ALL_ROWS, "qpos", qpos, nq));
   assert_refused(MJENV_E_TASK, step_all(env, NULL), "carry", "cannot carry that");
   mjenv_destroy(env);
 }
@@ -571,7 +571,7 @@ static void test_extras(void** state) {
   const float action[ROWS] = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int i = 0; i < 300; ++i) assert_ok(mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT32, &p->batch));
-  size_t count = 0;
+  int64_t count = 0;
   double mass[8];
   assert_ok(mjenv_read(env, 0, "body_mass", mass, 8, &count));
   for (int row = 0; row < ROWS; ++row) {
@@ -589,7 +589,7 @@ static void test_carried(void** state) {
   (void)state;
   mjenv_env* env[2];
   struct played* p[2] = {played(), played()};
-  size_t size = 0;
+  int64_t size = 0;
   for (int i = 0; i < 2; ++i) {
     mjenv_options* chosen = probe("none");
     assert_ok(mjenv_options_set_integer(chosen, "num_threads", i ? 4 : 1));
@@ -617,7 +617,7 @@ static void test_carried(void** state) {
 
   uint8_t all[ROWS];
   memset(all, 1, sizeof all);
-  assert_ok(mjenv_copy_row(env[1], 2, all));
+  assert_ok(mjenv_copy_row(env[1], all, 2));
   assert_ok(mjenv_observe(env[1], &p[1]->batch));
   for (int row = 0; row < ROWS; ++row) assert_memory_equal(p[1]->obs[row], p[0]->obs[2], sizeof p[0]->obs[2]);
   assert_ok(step_all(env[1], p[1]));
@@ -652,7 +652,7 @@ static void test_bounds_of_images(void** state) {
   double greatest = 0;
   for (int row = 0; row < ROWS; ++row) greatest = fmax(greatest, before->obs[row][DRAWN]);
   assert_true(greatest > 1 && before->obs[0][STEPS] == 1);
-  size_t size = 0;
+  int64_t size = 0;
   assert_ok(mjenv_snapshot(unbounded, MJENV_ALL_ROWS, NULL, 0, &size));
   // At an odd address, as in a file.
   unsigned char* image = (unsigned char*)allocate(size + 1) + 1;

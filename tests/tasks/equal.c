@@ -45,9 +45,9 @@ struct arrays {
 
 static struct arrays arrays_of(const mjenv_env* env, int64_t rows) {
   const size_t n = (size_t)rows;
-  mjenv_space space = {.struct_size = sizeof space};
+  mjenv_space space = MJENV_SPACE_INIT;
   assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
-  mjenv_batch b = {.struct_size = sizeof b, .rows = rows, .obs_count = space.count};
+  mjenv_batch b = {.struct_size = sizeof b, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = rows, .obs_count = space.count};
   b.info_count = role_count(env, MJENV_ROLE_INFO);
   b.reset_info_count = role_count(env, MJENV_ROLE_RESET_INFO);
   const size_t obs = n * (size_t)b.obs_count * 8, info = n * (size_t)b.info_count * 8;
@@ -107,7 +107,7 @@ static void assert_equal(const struct pair* p, const char* what, int64_t step) {
 
 // Actions that any language can compute, in either type.
 struct actions {
-  size_t count;
+  int64_t count;
   double* wide;
   float* narrow;
 };
@@ -120,7 +120,7 @@ static struct actions actions_for(const mjenv_env* env, int64_t rows) {
 }
 
 static void draw(struct actions* a, int64_t step) {
-  for (size_t i = 0; i < a->count; ++i) {
+  for (int64_t i = 0; i < a->count; ++i) {
     a->wide[i] = (double)((7919 * (i + a->count * (size_t)step) + 13) % 2003) / 1001.0 - 1;
     a->narrow[i] = (float)a->wide[i];
   }
@@ -159,7 +159,7 @@ static void test_descriptions(void** state) {
   assert_int_equal(strlen(spec[1].robot), strlen(task->own) - 3);
   const size_t numbers = offsetof(mjenv_spec, max_episode_steps);
   assert_memory_equal((char*)&spec[0] + numbers, (char*)&spec[1] + numbers, sizeof *spec - numbers);
-  assert_int_equal(mjenv_frame_skip(env[0]), mjenv_frame_skip(env[1]));
+  assert_int_equal(frame_skip_of(env[0]), frame_skip_of(env[1]));
 
   const mjenv_options *a = mjenv_options_of(env[0]), *b = mjenv_options_of(env[1]);
   assert_int_equal(mjenv_options_count(a), mjenv_options_count(b));
@@ -175,7 +175,7 @@ static void test_descriptions(void** state) {
     assert_true(of_a.low == of_b.low && of_a.high == of_b.high);
     if (of_a.kind != MJENV_KIND_REALS) continue;
     double values[2][8];
-    size_t count;
+    int64_t count;
     assert_ok(mjenv_options_get_reals(a, of_a.name, values[0], 8, &count));
     assert_ok(mjenv_options_get_reals(b, of_a.name, values[1], 8, &count));
     assert_same_bits(of_a.name, values[1], values[0], count);
@@ -191,7 +191,7 @@ static void test_descriptions(void** state) {
       assert_int_equal(of_a.ndim, of_b.ndim);
       assert_int_equal(of_a.offset, of_b.offset);
       assert_int_equal(of_a.count, of_b.count);
-      assert_int_equal(of_a.type, of_b.type);
+      assert_int_equal(of_a.dtype, of_b.dtype);
       assert_memory_equal(of_a.shape, of_b.shape, sizeof of_a.shape);
     }
   }
@@ -249,7 +249,7 @@ static void test_state(void** state) {
   for (int64_t t = 0; t < 20; ++t) step_both(&p, &a, t, MJENV_DTYPE_FLOAT32);
 
   // The repeated one goes on in another environment, with other threads.
-  size_t size = 0;
+  int64_t size = 0;
   assert_ok(mjenv_snapshot(p.side[1].env, MJENV_ALL_ROWS, NULL, 0, &size));
   void* image = allocate(size);
   assert_ok(mjenv_snapshot(p.side[1].env, MJENV_ALL_ROWS, image, size, &size));
@@ -266,9 +266,9 @@ static void test_state(void** state) {
   uint8_t some[ROWS] = {0};
   for (int row = 0; row < ROWS; row += 3) some[row] = 1;
   double qpos[64] = {0}, qvel[64] = {0}, ctrl[32] = {0};
-  size_t nq = 0, nv = 0;
+  int64_t nq = 0, nv = 0;
   for (int i = 0; i < 2; ++i) {
-    assert_ok(mjenv_copy_row(p.side[i].env, 4, some));
+    assert_ok(mjenv_copy_row(p.side[i].env, some, 4));
     assert_ok(mjenv_read(p.side[i].env, 10, "qpos", qpos, 64, &nq));
     assert_ok(mjenv_read(p.side[i].env, 10, "qvel", qvel, 64, &nv));
     qpos[2] += 0.01, qvel[1] = -0.5, ctrl[0] = 0.3;
@@ -305,9 +305,9 @@ static void test_rollout(void** state) {
 }
 
 // Sends the actions of all rows and waits for the rows.
-static void send_and_receive(mjenv_env* env, const float* action, size_t count, const mjenv_batch* out) {
+static void send_and_receive(mjenv_env* env, const float* action, int64_t count, const mjenv_batch* out) {
   int64_t done[ROWS];
-  size_t received = 0;
+  int64_t received = 0;
   assert_ok(mjenv_send(env, NULL, 0, action, count, MJENV_DTYPE_FLOAT32));
   assert_ok(mjenv_recv(env, ROWS, -1, done, ROWS, &received, out));
   assert_int_equal(received, ROWS);

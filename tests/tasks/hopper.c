@@ -42,8 +42,8 @@ static const mjenv_task_field fields[] = {
     {FIELD(MJENV_ROLE_INFO, "z_distance_from_origin")},
     {FIELD(MJENV_ROLE_INFO, "x_velocity")},
     {FIELD(MJENV_ROLE_INFO, "reward_forward")},
-    {FIELD(MJENV_ROLE_INFO, "reward_ctrl"), .type = MJENV_TYPE_ACTION},
-    {FIELD(MJENV_ROLE_INFO, "reward_survive"), .type = MJENV_TYPE_NATIVE_FLOAT},
+    {FIELD(MJENV_ROLE_INFO, "reward_ctrl"), .dtype = MJENV_DTYPE_ACTION},
+    {FIELD(MJENV_ROLE_INFO, "reward_survive"), .dtype = MJENV_DTYPE_NATIVE_FLOAT},
 };
 
 static int32_t build(mjenv_builder* builder, void* user, void** self) {
@@ -63,7 +63,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "qpos", builder->sim->nq - h->first);
   mjenv_build_length(builder, MJENV_ROLE_OBSERVATION, "qvel", builder->sim->nv);
   if (mjenv_build_is_integer(builder, "healthy_reward")) {
-    const mjenv_task_field survive = {FIELD(MJENV_ROLE_INFO, "reward_survive"), .type = MJENV_TYPE_NATIVE_INT};
+    const mjenv_task_field survive = {FIELD(MJENV_ROLE_INFO, "reward_survive"), .dtype = MJENV_DTYPE_NATIVE_INT};
     mjenv_build_field(builder, &survive);
   }
   /* Gymnasium's observation_structure */

@@ -547,7 +547,7 @@ MJENV_API void mjenv_destroy(mjenv_env *env);
  * After mjenv_write, mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an
  * array of the mjModel that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied
  * is stepped alone as long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb)
- * has ended. */
+ * has ended. While rows are under way, forces do not count. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
 /* Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be

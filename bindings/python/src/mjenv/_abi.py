@@ -10,7 +10,6 @@ from ctypes import (
     c_float,
     c_int32,
     c_int64,
-    c_size_t,
     c_uint8,
     c_uint32,
     c_uint64,

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import ctypes
 import difflib
+import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
-from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import partial
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import _abi, _draws
-from mjenv._abi import Dtype, Kind, Role, Status, Type
+from mjenv._abi import Dtype, Kind, Role, Status
 from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import Rendering
 from mjenv._owned import Owned
@@ -33,11 +34,11 @@ Float64Array = NDArray[np.float64]
 FLOATS: dict[np.dtype[Any], Dtype] = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 
 DTYPES: dict[int, type[np.generic]] = {
-    Type.FLOAT64: np.float64,
-    Type.INT64: np.int64,
-    Type.FLOAT32: np.float32,
-    Type.INT32: np.int32,
-    Type.UINT8: np.uint8,
+    Dtype.FLOAT64: np.float64,
+    Dtype.INT64: np.int64,
+    Dtype.FLOAT32: np.float32,
+    Dtype.INT32: np.int32,
+    Dtype.UINT8: np.uint8,
 }
 
 # The arrays of bytes in MuJoCo 4.0, which has bools where 2.2.2 has other bytes.
@@ -92,15 +93,12 @@ def camera_config(engine: Engine, id: str) -> dict[str, Any] | None:
     spec = spec_of(engine, id)
     lookat = np.array(spec.camera_lookat)
     values = {
-        "trackbodyid": spec.camera_trackbodyid,
+        "trackbodyid": spec.camera_trackbodyid if spec.camera_trackbodyid >= 0 else math.nan,
         "distance": spec.camera_distance,
         "lookat": lookat,
         "elevation": spec.camera_elevation,
     }
-    config = {name: value for name, value in values.items() if not np.isnan(value).any()}
-    if "trackbodyid" in config:
-        config["trackbodyid"] = int(spec.camera_trackbodyid)
-    return config or None
+    return {name: value for name, value in values.items() if not np.isnan(value).any()} or None
 
 
 class Options:
@@ -142,7 +140,7 @@ class Options:
                 self._check(status)
                 return bool(integer.value) if kind == Kind.FLAG else integer.value
         if kind == Kind.REALS:
-            count = c_size_t()
+            count = c_int64()
             self._check(self._engine.mjenv_options_get_reals(self.pointer, name, None, 0, byref(count)))
             reals = (c_double * count.value)()
             self._check(self._engine.mjenv_options_get_reals(self.pointer, name, reals, count, byref(count)))
@@ -248,6 +246,7 @@ class Rows:
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
+        self._frame_skip: int = self._info().frame_skip
         # The model's qpos0 before anybody writes it, as Gymnasium keeps it; read-only.
         self.init_qpos: Float64Array = self._read(0, "qpos0", int(self._read(0, "nq", 1)[0]))
         self.init_qpos.flags.writeable = False
@@ -325,21 +324,22 @@ class Rows:
     # ---- what the environment consists of ----
 
     def frame_skip(self) -> int:
-        turn = self.enter()
-        try:
-            return int(self.engine.mjenv_frame_skip(self.pointer))
-        finally:
-            self.leave(turn)
+        return self._frame_skip
 
     def lanes(self) -> tuple[int, str]:
         """How many rows a thread steps together, and why rows are stepped alone."""
-        found, reason = c_int64(), c_char_p()
         turn = self.enter()
         try:
-            self.check(self.engine.mjenv_lanes(self.pointer, byref(found), byref(reason)))
-            return found.value, (reason.value or b"").decode()  # another thread's call would replace the text
+            info = self._info()
+            return info.lanes, _text(info.lanes_reason)  # another thread's call would replace the text
         finally:
             self.leave(turn)
+
+    def _info(self) -> Any:
+        """The mjenv_info; for who has the turn."""
+        info = _struct(_abi.mjenv_info)
+        self.check(self.engine.mjenv_info_of(self.pointer, byref(info)))
+        return info
 
     def fields(self, role: Role) -> tuple[Field, ...]:
         """The fields of a role. They are kept, because DATA and MODEL have hundreds."""
@@ -356,7 +356,7 @@ class Rows:
         for i in range(self.engine.mjenv_field_count(self.pointer, role)):
             self.check(self.engine.mjenv_field_at(self.pointer, role, i, byref(field)))
             shape = tuple(field.shape[: field.ndim])
-            yield Field(_text(field.name), shape, field.offset, field.count, Type(field.type), _text(field.doc))
+            yield Field(_text(field.name), shape, field.offset, field.count, Dtype(field.dtype), _text(field.doc))
 
     def array(self, role: Role, name: str) -> Field | None:
         """The array of mjData (Role.DATA) or mjModel (Role.MODEL) with MuJoCo's name."""
@@ -403,13 +403,21 @@ class Rows:
 
     def seed(self, row: int, seed: int) -> None:
         """Gives a row the stream of numpy.random.default_rng(seed), for a seed >= 0 of any size."""
-        count = max(1, (seed.bit_length() + 31) // 32)
-        digits = (c_uint32 * count)(*((seed >> 32 * i) & 0xFFFFFFFF for i in range(count)))
-        self.call(self.engine.mjenv_seed_digits, row, digits, count)
+        count = max(1, (seed.bit_length() + 63) // 64)
+        words = [(seed >> 64 * i) & 0xFFFFFFFFFFFFFFFF for i in range(count)]
+        seeds = np.zeros((self.count, count), np.uint64)
+        seeds[row] = words
+        self.call(self.engine.mjenv_seed, self._only(row), pointer_to(seeds, c_uint64), count)
+
+    def _only(self, row: int) -> Any:
+        """The mask of one row; None, which means all rows, for -1."""
+        if row == _abi.ALL_ROWS:
+            return None
+        return (c_uint8 * self.count)(*(i == row for i in range(self.count)))
 
     def seed_rows(self, seeds: NDArray[np.uint64], mask: NDArray[np.bool_]) -> None:
         """Gives each masked row the stream of its seed."""
-        self.call(self.engine.mjenv_seed, pointer_to(seeds, c_uint64), pointer_to(mask, c_uint8))
+        self.call(self.engine.mjenv_seed, pointer_to(mask, c_uint8), pointer_to(seeds, c_uint64), 1)
 
     def stream(self, row: int) -> dict[str, Any]:
         """A row's random stream, as the state of a numpy.random.PCG64."""
@@ -439,30 +447,31 @@ class Rows:
 
     def _dtype_of(self, field: Field) -> type[np.generic]:
         """The dtype in MuJoCo's Python package."""
-        is_bool = field.type == Type.UINT8 and self.engine.name != "2.2.2" and field.name not in _BYTES
+        is_bool = field.type == Dtype.UINT8 and self.engine.name != "2.2.2" and field.name not in _BYTES
         return np.bool_ if is_bool else DTYPES[field.type]
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)
-        count = c_size_t()
+        count = c_int64()
         self.call(self.engine.mjenv_read, row, name.encode(), pointer_to(values, c_double), size, byref(count))
         return values
 
     def write(self, row: int, name: str, values: Any) -> None:
         """Writes an array of a row's mjModel or mjData, or of all rows (-1)."""
         numbers = np.ascontiguousarray(values, np.float64)
-        self.call(self.engine.mjenv_write, row, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
+        array = encoded(name, "the array")
+        self.call(self.engine.mjenv_write, self._only(row), array, pointer_to(numbers, c_double), numbers.size)
 
     def write_rows(self, mask: NDArray[np.bool_] | None, name: str, values: Any) -> None:
         """Writes an array of the masked rows, of all without a mask: values[rows, ...]."""
         numbers = np.ascontiguousarray(values, np.float64)
         selected = None if mask is None else pointer_to(mask, c_uint8)
         array = encoded(name, "the array")
-        self.call(self.engine.mjenv_write_rows, selected, array, pointer_to(numbers, c_double), numbers.size)
+        self.call(self.engine.mjenv_write, selected, array, pointer_to(numbers, c_double), numbers.size)
 
     def set_constants(self, row: int) -> None:
         """Calls mj_setConst for a row, or for all rows (-1)."""
-        self.call(self.engine.mjenv_set_constants, row)
+        self.call(self.engine.mjenv_set_constants, self._only(row))
 
     def text(self, name: Any) -> bytes:
         """The name of an array, for the library."""
@@ -498,10 +507,10 @@ class Rows:
         self.call(self.engine.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
-        self.call(self.engine.mjenv_copy_row, source, pointer_to(mask, c_uint8))
+        self.call(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)
 
     def snapshot(self, row: int) -> bytes:
-        size = c_size_t()
+        size = c_int64()
         turn = self.enter()
         try:
             self.check(self.engine.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))

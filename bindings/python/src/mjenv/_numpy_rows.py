@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import byref, c_double, c_float, c_size_t, c_uint8, c_uint64
+from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_uint64
 from functools import partial
 from typing import Any, NoReturn
 
@@ -287,7 +287,7 @@ class NumpyRows(Rows):
 
     def _read_row(self, row: int) -> None:
         """Reads the arrays of a row whose state was set."""
-        count = c_size_t()
+        count = c_int64()
         for name, array in self._views.items():
             values = array[row : row + 1]
             pointer = pointer_to(values, c_double)

@@ -7,7 +7,7 @@ import operator
 import os
 import weakref
 from collections.abc import Mapping, Sequence
-from ctypes import byref, c_int64, c_size_t
+from ctypes import byref, c_int64
 from typing import Any
 
 import numpy as np
@@ -169,7 +169,7 @@ class Pool:
             raise NoAsyncCallError("no rows are under way: call send first", Status.E_NOT_PENDING)
         wanted = self.pending if least is None else least
         buffer = np.empty(self.pending, np.int64)
-        count = c_size_t()
+        count = c_int64()
         pointer, size, received = pointer_to(buffer, c_int64), buffer.size, byref(count)
         try:
             status = self._recv(env, wanted, -1, pointer, size, received, self.out)

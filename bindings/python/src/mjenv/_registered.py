@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import _task_abi
-from mjenv._abi import Kind, Role, Status, Type
+from mjenv._abi import Dtype, Kind, Role, Status
 from mjenv._engine import Engine
 from mjenv._handle import Float64Array, Rows, encoded, pointer_to
 from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameError
@@ -52,14 +52,14 @@ CONTACT = {
     "efc_address": (),
 }
 _METHODS = ("reset", "observe", "step", "carry", "reset_info")
-_TYPES = {np.dtype(np.float64): Type.FLOAT64, np.dtype(np.float32): Type.FLOAT32}
-_FIELD_TYPES: dict[Any, Type] = {
-    float: Type.NATIVE_FLOAT,
-    int: Type.NATIVE_INT,
-    "action": Type.ACTION,
-    np.float64: Type.FLOAT64,
-    np.float32: Type.FLOAT32,
-    np.int64: Type.INT64,
+_TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
+_FIELD_TYPES: dict[Any, Dtype] = {
+    float: Dtype.NATIVE_FLOAT,
+    int: Dtype.NATIVE_INT,
+    "action": Dtype.ACTION,
+    np.float64: Dtype.FLOAT64,
+    np.float32: Dtype.FLOAT32,
+    np.int64: Dtype.INT64,
 }
 
 # Engines call a task for the rest of the process.
@@ -231,7 +231,7 @@ class Registered:
                 model.bound_carried(first, count, *task.state_bounds[name])
             first += count
         for name, length in task.observation_fields.items():
-            model.describe(Role.OBSERVATION, name, (length,), Type.FLOAT64)
+            model.describe(Role.OBSERVATION, name, (length,), Dtype.FLOAT64)
         for role, fields in ((Role.INFO, task.info_fields), (Role.RESET_INFO, task.reset_info_fields)):
             for name, given in fields.items():
                 field = given if isinstance(given, Field) else Field(given)
@@ -257,13 +257,13 @@ class Registered:
                 f"{self.id}: observe returned {length} numbers a row; observation_fields has {sum(parts.values())}"
             )
         for name, count in parts.items():
-            model.describe(Role.OBSERVATION, name, (count,), Type.FLOAT64)
+            model.describe(Role.OBSERVATION, name, (count,), Dtype.FLOAT64)
         for name, values in checked.reset_info(sim).items():
             model.describe(Role.RESET_INFO, name, values.shape[1:], _type_of(values))
         _, _, infos = checked.step(sim, np.zeros((1, task.nu), np.float32))
         for name, values in infos.items():
             # Numbers that are float32 because the action is.
-            kind = Type.ACTION if values.dtype == np.float32 else _type_of(values)
+            kind = Dtype.ACTION if values.dtype == np.float32 else _type_of(values)
             model.describe(Role.INFO, name, values.shape[1:], kind)
 
 
@@ -393,8 +393,8 @@ def _kind(value: Any) -> str:
     return f"{len(value)} values" if isinstance(value, tuple) else type(value).__name__
 
 
-def _type_of(values: NDArray[Any]) -> Type:
-    return _TYPES.get(values.dtype, Type.FLOAT64 if values.dtype.kind == "f" else Type.INT64)
+def _type_of(values: NDArray[Any]) -> Dtype:
+    return _TYPES.get(values.dtype, Dtype.FLOAT64 if values.dtype.kind == "f" else Dtype.INT64)
 
 
 def _address(function: Any) -> int:
@@ -422,7 +422,7 @@ def _camera(config: Mapping[str, Any]) -> Any:
     unknown = set(config) - {"trackbodyid", "distance", "lookat", "elevation"}
     if unknown:
         raise OptionError(f"camera has no {sorted(unknown)[0]!r}", Status.E_NAME)
-    camera.trackbodyid = config.get("trackbodyid", math.nan)
+    camera.trackbodyid = config.get("trackbodyid", -1)
     camera.distance = config.get("distance", math.nan)
     camera.elevation = config.get("elevation", math.nan)
     camera.lookat[:] = config.get("lookat", (math.nan,) * 3)

@@ -19,7 +19,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mjenv._abi import Status, Type
+from mjenv._abi import Dtype, Status
 from mjenv._handle import FLOATS, Float64Array, Rows
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError
@@ -31,7 +31,7 @@ _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 # What the library, which writes 0 or 1, never writes to was_reset.
 _UNTOUCHED = 2
 # The types that are Python's own. The others are NumPy's scalars.
-_PYTHON = (Type.NATIVE_FLOAT, Type.NATIVE_INT)
+_PYTHON = (Dtype.NATIVE_FLOAT, Dtype.NATIVE_INT)
 
 
 class Step(Generic[Results]):
@@ -113,21 +113,21 @@ def wrong_shape(actions: Any, shape: tuple[int, ...], rows: Rows) -> InvalidValu
     )
 
 
-def dtype_of(kind: Type, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
+def dtype_of(kind: Dtype, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
     """The dtype of a value in Gymnasium; that of a Python number in an array."""
-    if kind == Type.ACTION:
+    if kind == Dtype.ACTION:
         return action_dtype
     return np.dtype(CONVERTERS.get(kind, np.float64))
 
 
 # What turns an np.float64 into the type that Gymnasium, or a registered task, gives a value.
-CONVERTERS: dict[Type, type[Any]] = {
-    Type.NATIVE_FLOAT: float,
-    Type.NATIVE_INT: int,
-    Type.INT64: np.int64,
-    Type.FLOAT32: np.float32,
-    Type.INT32: np.int32,
-    Type.UINT8: np.uint8,
+CONVERTERS: dict[Dtype, type[Any]] = {
+    Dtype.NATIVE_FLOAT: float,
+    Dtype.NATIVE_INT: int,
+    Dtype.INT64: np.int64,
+    Dtype.FLOAT32: np.float32,
+    Dtype.INT32: np.int32,
+    Dtype.UINT8: np.uint8,
 }
 
 
@@ -145,7 +145,7 @@ class Record:
         self.items = tuple((field.name, _index_of(field)) for field in fields)
         converters = ((field.name, _converter(field, action_dtype)) for field in fields)
         self.conversions = tuple((name, convert) for name, convert in converters if convert)
-        narrowed = [f for f in fields if f.type == Type.ACTION and action_dtype == np.float32 and not f.shape]
+        narrowed = [f for f in fields if f.type == Dtype.ACTION and action_dtype == np.float32 and not f.shape]
         self.narrowed = tuple((field.name, np.zeros(1, np.float32)) for field in narrowed)
 
     def read(self, record: Float64Array) -> Info:

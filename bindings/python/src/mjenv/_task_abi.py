@@ -38,7 +38,7 @@ class mjenv_task_field(Structure):
         ("role", c_int32),
         ("name", c_char_p),
         ("doc", c_char_p),
-        ("type", c_int32),
+        ("dtype", c_int32),
         ("ndim", c_int32),
         ("shape", c_int64 * 4),
     )
@@ -47,8 +47,7 @@ class mjenv_task_field(Structure):
 class mjenv_task_camera(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
-        ("reserved", c_int32),
-        ("trackbodyid", c_double),
+        ("trackbodyid", c_int32),
         ("distance", c_double),
         ("lookat", c_double * 3),
         ("elevation", c_double),

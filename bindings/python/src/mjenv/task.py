@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import _task_abi
-from mjenv._abi import Role, Status, Type, mjenv_field
+from mjenv._abi import Dtype, Role, Status, mjenv_field
 from mjenv._handle import DTYPES, Float64Array, encoded
 from mjenv.errors import InvalidValueError
 
@@ -239,7 +239,7 @@ class Model:
         if not field.count:
             return np.zeros(shape)
         address = self._builder.contents.sim.contents.arrays[index]
-        dtype = np.dtype(DTYPES[field.type])
+        dtype = np.dtype(DTYPES[field.dtype])
         copied = ctypes.string_at(address, field.count * dtype.itemsize)
         return np.frombuffer(copied, dtype).reshape(shape).copy()
 
@@ -263,9 +263,9 @@ class Model:
             return tuple(values)
         return int(values[0]) if self._api.is_integer(self._builder, text) else values[0]
 
-    def describe(self, role: Role, name: str, shape: tuple[int, ...], kind: Type, doc: str = "") -> None:
+    def describe(self, role: Role, name: str, shape: tuple[int, ...], kind: Dtype, doc: str = "") -> None:
         field = _task_abi.mjenv_task_field(ctypes.sizeof(_task_abi.mjenv_task_field), role)
-        field.name, field.doc, field.type = encoded(name, "a field's name"), doc.encode(), kind
+        field.name, field.doc, field.dtype = encoded(name, "a field's name"), doc.encode(), kind
         field.ndim = len(shape)
         field.shape[: len(shape)] = shape
         self._api.field(self._builder, byref(field))

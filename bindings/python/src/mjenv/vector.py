@@ -265,7 +265,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     @property
     def statuses(self) -> NDArray[np.int32]:
-        """For each row mjenv.Status.OK, or E_PHYSICS if MuJoCo found the state diverged in the last step and restarted
+        """For each row mjenv.Status.OK, or DIVERGED if MuJoCo found the state diverged in the last step and restarted
         it. The option on_divergence="terminate" ends the episodes of such rows."""
         return self._pool.outputs.status.copy()
 
