@@ -41,7 +41,7 @@ mjenv::Env make(const std::string& id, std::size_t rows, std::uint64_t seed) {
 
 // The number of steps that take this long, at least one.
 std::size_t steps_in(double seconds, mjenv::Env& env) {
-  const double step = env.read(0, "opt.timestep")[0] * static_cast<double>(mjenv_frame_skip(env.handle()));
+  const double step = env.read(0, "opt.timestep")[0] * static_cast<double>(env.info().frame_skip);
   return static_cast<std::size_t>(std::max(1L, std::lround(seconds / step)));
 }
 

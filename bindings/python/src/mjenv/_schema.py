@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from mjenv._abi import Kind, Type
+from mjenv._abi import Dtype, Kind
 
 
 @dataclass(frozen=True)
@@ -41,5 +41,5 @@ class Field:
     shape: tuple[int, ...]
     offset: int  # of the first element within one row's record
     count: int
-    type: Type
+    type: Dtype
     doc: str
