@@ -1,0 +1,78 @@
+"""The panel of a session: its tabs, and when each is told of changes."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from mjenv.viewer.panels.draw import DrawPanel
+from mjenv.viewer.panels.files import FilesPanel
+from mjenv.viewer.panels.options import OptionsPanel
+from mjenv.viewer.panels.plots import PlotsPanel
+from mjenv.viewer.panels.run import RunPanel
+from mjenv.viewer.panels.values import ValuesPanel
+
+if TYPE_CHECKING:
+    from mjenv.viewer.session import Session
+
+_OFTEN = 0.1  # seconds between two updates of texts and plots
+
+
+class Controls:
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        gui: Any = session.server.viser.gui
+        self._updated = 0.0
+        self._learned = False
+        self._envs = session.envs
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Run"):
+            self.run = RunPanel(gui, session)
+        with tabs.add_tab("Draw"):
+            self.draw = DrawPanel(gui, session.server.viser, lambda: session.picture, session.do, session.picture_anew)
+        # What can change while rows go on belongs into "Model"; what needs a new environment, into "Options".
+        with tabs.add_tab("Options"):
+            self.options = OptionsPanel(gui, session)
+        with tabs.add_tab("Model"):
+            self.values = ValuesPanel(gui, session)
+        with tabs.add_tab("Plots"):
+            self.plots = PlotsPanel(gui, session)
+        with tabs.add_tab("Save"):
+            self.files = FilesPanel(gui, session)
+        session.on_step.append(self._stepped)
+        session.on_change = self._changed
+        session.on_tick = self._tick
+        session.on_report = lambda text: report(session.server.viser, text)
+        self.run.refresh()
+
+    def _stepped(self) -> None:
+        self.plots.add()
+        self.files.recorder.add()
+        if not self._learned:
+            self._learned = True
+            self.plots.learn()
+
+    def _changed(self) -> None:
+        """The row, its state or the environment is another one."""
+        session = self._session
+        if session.envs is not self._envs:
+            self._envs, self._learned = session.envs, False
+            self.values.forget()
+            self.files.forget()
+        self.plots.forget()
+        self.run.refresh()
+
+    def _tick(self) -> None:
+        now = time.monotonic()
+        if now - self._updated < _OFTEN:
+            return
+        self._updated = now
+        self.run.refresh()
+        self.plots.refresh()
+        self.files.refresh()
+
+
+def report(server: Any, text: str) -> None:
+    """Shows a message on every page."""
+    for client in server.get_clients().values():
+        client.add_notification("mjenv", text, color="red", auto_close_seconds=20)

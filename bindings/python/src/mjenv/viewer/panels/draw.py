@@ -1,0 +1,51 @@
+"""The tab that chooses what is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mjenv.viewer.panels.common import on_user
+from mjenv.viewer.picture import Picture
+from mjenv.viewer.scene import GROUPS
+
+Do = Callable[[Callable[[], None]], None]
+
+_COUNTS = {"geom": "ngeom", "site": "nsite", "tendon": "ntendon", "joint": "njnt"}
+
+
+class DrawPanel:
+    def __init__(self, gui: Any, server: Any, picture: Callable[[], Picture], do: Do, changed: Callable[[], None]) -> None:
+        """picture: gives the present one. changed: is called after something else is to be drawn."""
+        self._picture, self._do, self._changed = picture, do, changed
+        self._dark = gui.add_checkbox("Dark", False)
+        on_user(self._dark, lambda value: _theme(server, bool(value)))
+        _theme(server, False)
+        for name, initial in picture().switches.items():
+            box = gui.add_checkbox(name.capitalize(), initial)
+            on_user(box, lambda value, name=name: do(lambda: self._switch(name, value)))
+        for kind, shown in picture().stage.groups.items():
+            prefix = "jnt" if kind == "joint" else kind
+            model = picture().rows[0].model
+            if not int(getattr(model, _COUNTS[kind])):
+                continue
+            found = np.clip(np.asarray(getattr(model, f"{prefix}_group")), 0, GROUPS - 1)
+            with gui.add_folder(f"Groups of {kind}s", expand_by_default=False):
+                for group in sorted({*found.tolist(), 0, 1, 2}):
+                    box = gui.add_checkbox(f"{kind}s of group {group}", shown[group])
+                    on_user(box, lambda value, kind=kind, group=group: do(lambda: self._group(kind, group, value)))
+
+    def _switch(self, name: str, value: bool) -> None:
+        self._picture().switches[name] = bool(value)
+        self._changed()
+
+    def _group(self, kind: str, group: int, value: bool) -> None:
+        self._picture().stage.show_group(kind, group, bool(value))
+        self._changed()
+
+
+def _theme(server: Any, dark: bool) -> None:
+    # The button would offer to send the scene to a server elsewhere.
+    server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, control_width="medium")

@@ -1,0 +1,134 @@
+"""The tab that plots rewards, infos and observations of the row that is followed, by name."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv.viewer.panels.common import on_user
+
+if TYPE_CHECKING:
+    from mjenv.viewer.session import Session
+
+Array = NDArray[Any]
+
+LENGTH = 300  # steps
+_LINES = 12  # in one plot
+_COLOURS = (
+    "#3b7dd8 #e0533d #45a35c #b07cc6 #d9a441 #4cb5ae #8c6d5a #d46a9f #7a8793 #a3b547 #5c5fc4 #c77b4a"
+).split()
+_NOTHING, _REWARDS = "nothing", "reward and its terms"
+
+
+class PlotsPanel:
+    def __init__(self, gui: Any, session: Session) -> None:
+        self._gui, self._session = gui, session
+        self._past: dict[str, deque[float]] = {}
+        self._times: deque[int] = deque(maxlen=LENGTH)
+        self._plots: list[tuple[Any, str, Any]] = []
+        self._tab: Any = None
+        names = tuple(self._choices())
+        self._choosers = [
+            gui.add_dropdown("Upper plot", names, initial_value=_REWARDS),
+            gui.add_dropdown("Lower plot", names, initial_value=_NOTHING),
+        ]
+        self._folder = gui.add_folder("Plots")
+        for chooser in self._choosers:
+            on_user(chooser, lambda value: session.do(self._choose))
+        self.forget()
+        self._choose()
+
+    def _choices(self) -> dict[str, list[str]]:
+        """What can be plotted: the names of the series of each choice."""
+        session = self._session
+        envs = session.envs
+        infos = [name for name in _scalars(session.infos) if not name.startswith("_")]
+        terms = [name for name in infos if name.startswith("reward")]
+        found: dict[str, list[str]] = {_NOTHING: [], _REWARDS: ["reward", *terms]}
+        found |= {f"info {name}": [name] for name in infos}
+        for part, place in envs.envs[0].observation_parts.items():
+            found[f"observation {part}"] = [f"{part}[{i}]" for i in range(place.stop - place.start)]
+        return found
+
+    def _choose(self) -> None:
+        """Makes the plots that are chosen."""
+        for plot, _, _ in self._plots:
+            plot.remove()
+        self._plots = []
+        choices = self._choices()
+        for chooser in self._choosers:
+            series = choices.get(chooser.value, [])[:_LINES]
+            if not series:
+                continue
+            lines = [{"label": "step"}]
+            lines += [{"label": name, "stroke": _COLOURS[i], "width": 1.5} for i, name in enumerate(series)]
+            empty = tuple(np.zeros(1) for _ in lines)
+            with self._folder:
+                plot = self._gui.add_uplot(
+                    empty, tuple(lines), title=chooser.value, aspect=1.5, scales={"x": {"time": False}}
+                )
+            self._plots.append((plot, chooser.value, series))
+        self.refresh()
+
+    def add(self) -> None:
+        """After a step."""
+        session = self._session
+        row = session.picture.follow
+        self._times.append(int(session.steps[row]))
+        values = {"reward": float(session.rewards[row])}
+        values |= {name: float(array[row]) for name, array in _scalars(session.infos).items()}
+        for part, place in self._parts.items():
+            values |= {f"{part}[{i}]": float(value) for i, value in enumerate(session.obs[row, place][:_LINES])}
+        count = len(self._times)
+        for name, value in values.items():
+            past = self._past.setdefault(name, deque([np.nan] * (count - 1), maxlen=LENGTH))
+            past.append(value)
+        for name, past in self._past.items():
+            if name not in values:
+                past.append(np.nan)
+
+    def drop(self) -> None:
+        """After a step back."""
+        if self._times:
+            self._times.pop()
+            for past in self._past.values():
+                past.pop()
+        self.refresh()
+
+    def forget(self) -> None:
+        """Another episode, row or environment."""
+        self._times.clear()
+        self._past.clear()
+        self._parts = self._session.envs.envs[0].observation_parts
+
+    def learn(self) -> None:
+        """The infos of a step are known by now, so they can be chosen."""
+        names = tuple(self._choices())
+        for chooser in self._choosers:
+            if tuple(chooser.options) != names:
+                chosen = chooser.value
+                chooser.options = names
+                chooser.value = chosen if chosen in names else _NOTHING
+        self._choose()
+
+    def refresh(self) -> None:
+        if not self._times:
+            return
+        times = np.array(self._times, float)
+        if (np.diff(times) <= 0).any():  # a reset lies between
+            times = np.arange(len(times), dtype=float)
+        for plot, _, series in self._plots:
+            lines = [np.array(self._past[name]) if name in self._past else np.full(len(times), np.nan) for name in series]
+            plot.data = (times, *lines)
+
+
+def _scalars(infos: dict[str, Any]) -> dict[str, Array]:
+    """The infos that are one number for each row."""
+    return {
+        name: array
+        for name, array in infos.items()
+        if not name.startswith("_") and isinstance(array, np.ndarray) and array.ndim == 1 and array.dtype.kind in "biuf"
+    }

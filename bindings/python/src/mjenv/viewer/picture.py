@@ -1,0 +1,113 @@
+"""The rows of an environment as a browser shows them: which are drawn, which is followed, and what is switched on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv.errors import InvalidValueError
+from mjenv.viewer import poses
+from mjenv.viewer.poses import Pose
+from mjenv.viewer.pull import Pull
+from mjenv.viewer.scene import scene_of
+from mjenv.viewer.server import Server
+from mjenv.viewer.skins import skins_of
+from mjenv.viewer.stage import Stage
+
+Array = NDArray[Any]
+
+# MuJoCo's switches, and whether each is on at first.
+SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contacts": False, "contact forces": False}
+
+
+def rows_of(env: Any) -> tuple[Any, ...]:
+    """The rows of a vector environment, or the one of a single environment."""
+    if hasattr(env, "envs"):
+        return tuple(env.envs)
+    return (env,)
+
+
+class Picture:
+    """What a page draws. One thread at a time calls it: the one that steps the environment."""
+
+    def __init__(self, server: Server, env: Any, shown: int, do: Callable[[Callable[[], None]], None]) -> None:
+        """shown: how many rows are drawn, the first ones. do: runs a function on the thread that steps."""
+        self.server = server
+        self.rows = rows_of(env)[:shown]
+        self.switches = dict(SWITCHES)
+        self.pull = Pull()
+        self.follow = 0  # the number of a row
+        self.tracks = True  # whether the picture moves with that row
+        self._skins = True
+        model, data = self.rows[0].model, self.rows[0].data
+        self.scene = scene_of(model, data)
+        if not self.scene.batches:
+            raise InvalidValueError("the model has no geoms and no sites, so there is nothing to draw")
+        moves = np.flatnonzero(np.asarray(model.body_weldid) > 0)
+        self._root = int(moves[0]) if moves.size else 0
+        self.scale = self.scene.radius / 2
+        self._has_tendons = int(model.ntendon) > 0 and bool(np.asarray(data.ten_wrapnum).sum())
+        self._has_skins = int(getattr(model, "nskin", 0)) > 0
+        self.stage = Stage(server.viser, self.scene, len(self.rows))
+        self.stage.grabbed = lambda row, body, event: do(lambda: self._drag(row, body, event))
+        self._look_at()
+
+    def _look_at(self) -> None:
+        """Where the camera is at first: before the rows, and above them."""
+        height = float(np.asarray(self.rows[0].data.xpos)[self._root][2])
+        distance = 2.2 * self.scene.radius + 1.2 * float(np.abs(self.stage.offsets).max(initial=0))
+        camera = self.server.viser.initial_camera
+        camera.position = (0.35 * distance, -1.2 * distance, height + 0.6 * distance)
+        camera.look_at = (0.0, 0.0, height / 2)
+        camera.up = (0.0, 0.0, 1.0)
+
+    def _drag(self, row: int, body: int, event: Any) -> None:
+        here = self.stage.origin - self.stage.offsets[row]
+        if event.phase == "start":
+            self.pull.grab(row, body, self.rows[row].data, event.start_position + here, event.end_position + here)
+        elif event.phase == "update":
+            self.pull.move(event.end_position + here)
+        else:
+            self.pull.release()
+
+    def read(self) -> list[Pose]:
+        """The rows as they are now."""
+        found = [poses.pose_of(row.data, self._root, self.stage.needs_sites) for row in self.rows]
+        for number, row in enumerate(self.rows):
+            found[number].marks.update(self._marks(row, followed=number == self.follow))
+        return found
+
+    def _marks(self, row: Any, followed: bool) -> dict[str, poses.Marks]:
+        model, data, marks = row.model, row.data, {}
+        if self.switches["tendons"] and self._has_tendons:
+            marks["tendons"] = poses.tendons(model, data)
+        if not followed:
+            return marks
+        if self.switches["joints"]:
+            marks["joints"] = poses.joints(model, data, self.scale)
+        if self.switches["centres of mass"]:
+            marks["centres of mass"] = poses.centres_of_mass(model, data, self.scale)
+        if self.switches["contacts"]:
+            marks["contacts"] = poses.contacts(data, self.scale)
+        if self.switches["contact forces"]:
+            marks["contact forces"] = poses.contact_forces(model, data, self.scale)
+        return marks
+
+    def show(self, found: Sequence[Pose]) -> None:
+        """Sends poses to the browsers, which draw them when they can."""
+        grip = self.pull.grip
+        if grip:
+            one = found[grip.row]
+            spring = self.pull.marks(self.rows[grip.row].data, self.scale)
+            found = [*found]
+            found[grip.row] = replace(one, marks={**one.marks, "pull": spring})
+        origin = np.zeros(3)
+        if self.tracks:
+            origin[:2] = (found[self.follow].root + self.stage.offsets[self.follow])[:2]
+        self.stage.show(found, origin)
+        if self._has_skins:
+            self.stage.show_skins(skins_of(self.rows[self.follow], self.stage.offsets[self.follow]))
