@@ -52,6 +52,7 @@ from mjenv.registration import (
 )
 from mjenv.task import Task
 from mjenv.vector import VectorEnv
+from mjenv.viewer import view
 
 if TYPE_CHECKING:
     from mjenv._overloads import make, make_vec  # the same functions, with the keywords of each id
@@ -106,6 +107,7 @@ __all__ = [
     "register",
     "spec",
     "version",
+    "view",
 ]
 
 register_ids()

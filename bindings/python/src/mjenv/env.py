@@ -230,6 +230,12 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         self._rows.close()
         self._pictures.close()
 
+    def _repr_html_(self) -> str:
+        """What Jupyter shows."""
+        from mjenv.viewer.notebook import html_of
+
+        return html_of(self)
+
     # ---- randomisation ----
 
     def randomize(self, draws: Draws | None) -> None:

@@ -223,6 +223,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         if hasattr(self, "_pool"):  # Gymnasium 1.0 also closes an environment whose __init__ failed
             self._pool.close()
 
+    def _repr_html_(self) -> str:
+        """What Jupyter shows."""
+        from mjenv.viewer.notebook import html_of
+
+        return html_of(self)
+
     # ---- stepping some rows at a time ----
 
     def send(self, actions: ArrayLike, rows: ArrayLike | None = None) -> None:

@@ -49,7 +49,9 @@ def add(commands: Commands) -> None:
         help=f"the VecNormalize that was saved with FILE.zip (default: {NORMALIZER} beside it, if there is one)",
     )
     command.add_argument("--xml", metavar="FILE", help="another model: the option xml_file")
-    command.add_argument("--port", type=not_negative, help="the port of the page (default: the first free from 8080 on)")
+    command.add_argument(
+        "--port", type=not_negative, help="the port of the page (default: the first free from 8080 on)"
+    )
     command.add_argument(
         "--host",
         default="127.0.0.1",

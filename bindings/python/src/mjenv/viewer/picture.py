@@ -26,9 +26,9 @@ SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contact
 
 def rows_of(env: Any) -> tuple[Any, ...]:
     """The rows of a vector environment, or the one of a single environment."""
-    if hasattr(env, "envs"):
-        return tuple(env.envs)
-    return (env,)
+    while hasattr(env, "envs"):  # mjenv.sb3's environments hold a vector environment
+        env = env.envs
+    return tuple(env) if isinstance(env, tuple) else (env,)
 
 
 class Picture:
@@ -55,6 +55,8 @@ class Picture:
         self.stage = Stage(server.viser, self.scene, len(self.rows))
         self.stage.grabbed = lambda row, body, event: do(lambda: self._drag(row, body, event))
         self._look_at()
+        # viser's lights suit darker materials than MuJoCo's models have.
+        server.viser.scene.configure_environment_map("warehouse", environment_intensity=0.35)
 
     def _look_at(self) -> None:
         """Where the camera is at first: before the rows, and above them."""

@@ -32,6 +32,7 @@ def in_all_rows(policy: Policy) -> Callable[[Array], Array]:
             for index in range(weights.shape[1]):
                 total += weights[:, index] * values[:, index, None]
             values = tanh(total).astype(float) if activation == "tanh" else total
-        return np.minimum(np.maximum(values, low), high).astype(np.float32)
+        bounded: Array = np.minimum(np.maximum(values, low), high).astype(np.float32)
+        return bounded
 
     return act

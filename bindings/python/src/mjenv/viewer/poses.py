@@ -45,7 +45,8 @@ def quaternions(matrices: Array) -> Array:
     w, x, y, z = squares.T
     choices = np.stack([np.stack(q, 1) for q in ((w, a, b, c), (a, x, d, e), (b, d, y, f), (c, e, f, z))], axis=1)
     chosen: Array = choices[np.arange(len(m)), squares.argmax(axis=1)]
-    return chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+    unit: Array = chosen / np.linalg.norm(chosen, axis=1, keepdims=True)
+    return unit
 
 
 def along(directions: Array) -> Array:

@@ -46,7 +46,9 @@ class Recorder:
         session = self._session
         row = session.picture.follow
         data = session.picture.rows[row].data
-        frame = {name: np.array(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")}
+        frame: dict[str, Any] = {
+            name: np.array(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")
+        }
         frame |= {"obs": session.obs[row].copy(), "reward": float(session.rewards[row])}
         frame |= {"ended": bool(session.ended[row]), "step": int(session.steps[row])}
         frame |= {f"mocap_{name}": np.array(getattr(data, f"mocap_{name}")) for name in ("pos", "quat")}
@@ -65,7 +67,9 @@ class Recorder:
         mjenv itself draws it, with OpenGL, from the states.
         """
         session = self._session
-        options = {name: value for name, value in session.options.items() if name not in ("num_threads", "autoreset_mode")}
+        options = {
+            name: value for name, value in session.options.items() if name not in ("num_threads", "autoreset_mode")
+        }
         with mjenv.make(session.id, render_mode="rgb_array", **options) as env:
             env.reset(seed=0)
             rate = env.metadata["render_fps"]
@@ -82,7 +86,7 @@ class Recorder:
 
 
 def _mp4(pictures: list[Any], rate: int) -> bytes:
-    import imageio.v2
+    import imageio.v2  # type: ignore[import-not-found, unused-ignore]
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "video.mp4"
@@ -94,7 +98,7 @@ def _mp4(pictures: list[Any], rate: int) -> bytes:
 
 
 def _gif(pictures: list[Any], rate: float) -> bytes:
-    from PIL import Image
+    from PIL import Image  # type: ignore[import-not-found, unused-ignore]
 
     file = io.BytesIO()
     first, *others = [Image.fromarray(picture) for picture in pictures]

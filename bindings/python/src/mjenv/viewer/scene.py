@@ -103,7 +103,9 @@ def _batches(model: Any, kind: str, radius: float) -> list[Batch]:
             continue
         if material not in looks:
             looks[material] = texture_of(model, material)
-        shine = [float(getattr(model, f"mat_{name}")[material]) if material >= 0 else default for name, default in _SHINE]
+        shine = [
+            float(getattr(model, f"mat_{name}")[material]) if material >= 0 else default for name, default in _SHINE
+        ]
         look = Look((red, green, blue, alpha), looks[material], *shine)
         objects = np.array(numbers)
         batches.append(Batch(kind, group, shape, look, objects, owners[objects], world))

@@ -232,7 +232,9 @@ class Session:
         """Takes a step in every row."""
         with self._reported():
             row = self.picture.follow
-            moment = Moment(self.envs.snapshot(row), int(self.steps[row]), float(self.totals[row]), bool(self.ended[row]))
+            moment = Moment(
+                self.envs.snapshot(row), int(self.steps[row]), float(self.totals[row]), bool(self.ended[row])
+            )
             self.picture.pull.apply(self.picture.rows, self.envs.dt)
             actions = self.actions()
             self.obs, self.rewards, terminated, truncated, self.infos = self.envs.step(actions)

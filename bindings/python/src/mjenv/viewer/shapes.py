@@ -66,7 +66,8 @@ def _between(rings: int) -> Array:
 def cylinder(radius: float, half: float) -> Shape:
     around = np.linspace(0, 2 * np.pi, _AROUND, endpoint=False)
     ring = np.stack([radius * np.cos(around), radius * np.sin(around), np.zeros(_AROUND)], axis=1)
-    low, high = ring - (0, 0, half), ring + (0, 0, half)
+    up = np.array([0, 0, half])
+    low, high = ring - up, ring + up
     # The rings stand twice, because a corner has one normal in the mantle and another in the lid.
     vertices = np.concatenate([low, high, low, high, [[0, 0, -half], [0, 0, half]]])
     here = np.arange(_AROUND)
@@ -79,7 +80,8 @@ def cylinder(radius: float, half: float) -> Shape:
 def box(half: Any) -> Shape:
     """Each side has vertices and a texture of its own."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    vertices, faces = [], []
+    vertices: list[Array] = []
+    faces: list[Array] = []
     for axis in range(3):
         for sign in (-1, 1):
             side = np.empty((4, 3))
@@ -108,9 +110,7 @@ def height_field(model: Any, number: int) -> Shape:
     vertices = np.stack([across, along, heights * top], axis=-1).reshape(-1, 3)
     row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij")
     a = (row * columns + column).reshape(-1)
-    faces = np.concatenate(
-        [np.stack([a, a + 1, a + columns + 1], 1), np.stack([a, a + columns + 1, a + columns], 1)]
-    )
+    faces = np.concatenate([np.stack([a, a + 1, a + columns + 1], 1), np.stack([a, a + columns + 1, a + columns], 1)])
     return Shape(vertices, faces, vertices[:, :2] / (2 * x, 2 * y) + 0.5)
 
 
@@ -155,12 +155,12 @@ def arrow() -> Shape:
     """An arrow of length 1 and radius 1 along z, to be scaled."""
     around = np.linspace(0, 2 * np.pi, _AROUND, endpoint=False)
     ring = np.stack([np.cos(around), np.sin(around), np.zeros(_AROUND)], axis=1)
-    flat = np.array([1, 1, 0])
-    rings = [ring * 0, ring * flat * 0.5, ring * flat * 0.5 + (0, 0, 0.75), ring + (0, 0, 0.75), ring * 0 + (0, 0, 1)]
+    neck, tip = np.array([0, 0, 0.75]), np.array([0, 0, 1])
+    rings = [ring * 0, ring / 2, ring / 2 + neck, ring + neck, ring * 0 + tip]
     return Shape(np.concatenate(rings), _between(len(rings)))
 
 
 def unit_cylinder() -> Shape:
     """A cylinder of radius 1 and length 1 that stands on the origin, to be scaled."""
     shape = cylinder(1.0, 0.5)
-    return Shape(shape.vertices + (0, 0, 0.5), shape.faces)
+    return Shape(shape.vertices + np.array([0, 0, 0.5]), shape.faces)

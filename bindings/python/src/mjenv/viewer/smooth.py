@@ -25,4 +25,5 @@ def _turned(first: Array, last: Array, place: float) -> Array:
     """Quaternions on the shorter way: of q and -q, which are the same turn, the nearer one."""
     sign = np.where(np.sum(first * last, axis=1, keepdims=True) < 0, -1.0, 1.0)
     mixed: Array = (1 - place) * sign * first + place * last
-    return mixed / np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-12)
+    unit: Array = mixed / np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-12)
+    return unit

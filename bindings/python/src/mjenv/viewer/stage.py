@@ -41,7 +41,9 @@ class Stage:
         self._marks: dict[str, Any] = {}
         self._capacity: dict[str, int] = {}
         self._skins: list[Any] = []
-        self.groups = {kind: [group < _SHOWN for group in range(GROUPS)] for kind in ("geom", "site", "tendon", "joint")}
+        self.groups = {
+            kind: [group < _SHOWN for group in range(GROUPS)] for kind in ("geom", "site", "tendon", "joint")
+        }
         columns = math.ceil(math.sqrt(rows))
         self.spacing = 2.4 * scene.radius
         places = np.array([divmod(row, columns) for row in range(rows)], float)
@@ -54,8 +56,7 @@ class Stage:
             self._add(f"{_ROOT}/{batch.kind}{number}", batch)
 
     def _add(self, name: str, batch: Batch) -> None:
-        width = np.ptp(batch.shape.vertices[:, :2], axis=0).min() if batch.is_floor else 0.0
-        rows = np.arange(1) if batch.is_floor and width > self.spacing else np.arange(self.rows)
+        rows = np.arange(1 if self._is_shared(batch) else self.rows)
         count = len(rows) * len(batch.objects)
         places = {
             "batched_wxyzs": np.tile(np.array([1, 0, 0, 0], np.float32), (count, 1)),
@@ -82,6 +83,20 @@ class Stage:
             self._let_drag(node, batch)
         self._nodes.append((batch, node, rows))
 
+    def _is_shared(self, batch: Batch) -> bool:
+        """Whether all rows stand on one floor, because those of single rows would overlap."""
+        return batch.is_floor and bool(np.ptp(batch.shape.vertices[:, :2], axis=0).min() > self.spacing)
+
+    def _under(self, batch: Batch, origin: Array) -> Array:
+        """A plane goes on beyond its edges, where it is not drawn. So it is drawn where the picture is, moved by whole
+        repetitions of its texture."""
+        size = np.ptp(batch.shape.vertices[:, :2], axis=0)
+        texture = batch.look.texture
+        if texture is None:
+            return np.array([[origin[0], origin[1], 0.0]])
+        period = size / np.maximum(np.array(texture.repeat) * (size / 2 if texture.is_uniform else 1), 1e-9)
+        return np.array([[*(np.round(origin[:2] / period) * period), 0.0]])
+
     def _let_drag(self, node: Any, batch: Batch) -> None:
         async def dragged(event: Any) -> None:  # awaited one after the other, unlike other functions
             row, index = divmod(int(event.instance_index or 0), len(batch.objects))
@@ -101,8 +116,8 @@ class Stage:
                 kind = batch.kind
                 if not node.visible or kind not in poses[0].position:
                     continue
-                away = np.zeros((1, 3)) if batch.is_floor and len(rows) == 1 else self.offsets
-                position = np.stack([poses[row].position[kind][batch.objects] for row in rows]) + away[rows, None]
+                away = self._under(batch, origin) if self._is_shared(batch) else self.offsets[rows]
+                position = np.stack([poses[row].position[kind][batch.objects] for row in rows]) + away[:, None]
                 turn = np.stack([poses[row].turn[kind][batch.objects] for row in rows])
                 node.batched_positions = position.reshape(-1, 3).astype(np.float32)
                 node.batched_wxyzs = turn.reshape(-1, 4).astype(np.float32)
@@ -182,13 +197,13 @@ class Stage:
 
 
 def _bytes(colour: Any) -> tuple[int, int, int]:
-    red, green, blue = (int(round(255 * min(max(float(part), 0), 1))) for part in colour[:3])
+    red, green, blue = (round(255 * min(max(float(part), 0), 1)) for part in colour[:3])
     return red, green, blue
 
 
 def _textured(shape: Shape, look: Look, texture: Texture) -> Any:
-    import trimesh  # viser brings it
-    from PIL import Image
+    import trimesh  # type: ignore[import-not-found, unused-ignore]  # viser brings it
+    from PIL import Image  # type: ignore[import-not-found, unused-ignore]
 
     colour = [*_bytes(look.colour), int(255 * look.colour[3])]
     if texture.is_cube:
@@ -205,7 +220,7 @@ def _textured(shape: Shape, look: Look, texture: Texture) -> Any:
         baseColorTexture=Image.fromarray(texture.pixels),
         baseColorFactor=colour,
         metallicFactor=0.0,
-        roughnessFactor=float(np.clip(1 - look.shininess * look.specular, 0.2, 1)),
+        roughnessFactor=float(np.clip(1 - look.shininess * look.specular / 4, 0.2, 1)),
         alphaMode="BLEND" if colour[3] < 255 else "OPAQUE",
         doubleSided=True,
     )

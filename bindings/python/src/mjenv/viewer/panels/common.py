@@ -6,12 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 
-def on_user(handle: Any, function: Callable[[Any], None]) -> None:
-    """Calls a function with the value that a user gives an input, and not with those that the program gives it."""
+def on_user(handle: Any, function: Callable[..., None], *first: Any) -> None:
+    """Calls function(*first, value) with the value that a user gives an input, and not with those that the program
+    gives it."""
 
     async def updated(event: Any) -> None:  # awaited one after the other, unlike other functions
         if event.client is not None:
-            function(event.target.value)
+            function(*first, event.target.value)
 
     handle.on_update(updated)
 

@@ -17,15 +17,18 @@ _COUNTS = {"geom": "ngeom", "site": "nsite", "tendon": "ntendon", "joint": "njnt
 
 
 class DrawPanel:
-    def __init__(self, gui: Any, server: Any, picture: Callable[[], Picture], do: Do, changed: Callable[[], None]) -> None:
+    def __init__(
+        self, gui: Any, server: Any, picture: Callable[[], Picture], do: Do, changed: Callable[[], None]
+    ) -> None:
         """picture: gives the present one. changed: is called after something else is to be drawn."""
-        self._picture, self._do, self._changed = picture, do, changed
+        self._picture, self._changed = picture, changed
+        self._run = do
         self._dark = gui.add_checkbox("Dark", False)
         on_user(self._dark, lambda value: _theme(server, bool(value)))
         _theme(server, False)
         for name, initial in picture().switches.items():
             box = gui.add_checkbox(name.capitalize(), initial)
-            on_user(box, lambda value, name=name: do(lambda: self._switch(name, value)))
+            on_user(box, self._do, self._switch, name)
         for kind, shown in picture().stage.groups.items():
             prefix = "jnt" if kind == "joint" else kind
             model = picture().rows[0].model
@@ -35,7 +38,10 @@ class DrawPanel:
             with gui.add_folder(f"Groups of {kind}s", expand_by_default=False):
                 for group in sorted({*found.tolist(), 0, 1, 2}):
                     box = gui.add_checkbox(f"{kind}s of group {group}", shown[group])
-                    on_user(box, lambda value, kind=kind, group=group: do(lambda: self._group(kind, group, value)))
+                    on_user(box, self._do, self._group, kind, group)
+
+    def _do(self, function: Callable[..., None], *arguments: Any) -> None:
+        self._run(lambda: function(*arguments))
 
     def _switch(self, name: str, value: bool) -> None:
         self._picture().switches[name] = bool(value)
@@ -48,4 +54,4 @@ class DrawPanel:
 
 def _theme(server: Any, dark: bool) -> None:
     # The button would offer to send the scene to a server elsewhere.
-    server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, control_width="medium")
+    server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, control_width="large")

@@ -17,9 +17,7 @@ Array = NDArray[Any]
 
 LENGTH = 300  # steps
 _LINES = 12  # in one plot
-_COLOURS = (
-    "#3b7dd8 #e0533d #45a35c #b07cc6 #d9a441 #4cb5ae #8c6d5a #d46a9f #7a8793 #a3b547 #5c5fc4 #c77b4a"
-).split()
+_COLOURS = ("#3b7dd8 #e0533d #45a35c #b07cc6 #d9a441 #4cb5ae #8c6d5a #d46a9f #7a8793 #a3b547 #5c5fc4 #c77b4a").split()
 _NOTHING, _REWARDS = "nothing", "reward and its terms"
 
 
@@ -63,7 +61,7 @@ class PlotsPanel:
             series = choices.get(chooser.value, [])[:_LINES]
             if not series:
                 continue
-            lines = [{"label": "step"}]
+            lines: list[dict[str, Any]] = [{"label": "step"}]
             lines += [{"label": name, "stroke": _COLOURS[i], "width": 1.5} for i, name in enumerate(series)]
             empty = tuple(np.zeros(1) for _ in lines)
             with self._folder:
@@ -121,7 +119,9 @@ class PlotsPanel:
         if (np.diff(times) <= 0).any():  # a reset lies between
             times = np.arange(len(times), dtype=float)
         for plot, _, series in self._plots:
-            lines = [np.array(self._past[name]) if name in self._past else np.full(len(times), np.nan) for name in series]
+            lines = [
+                np.array(self._past[name]) if name in self._past else np.full(len(times), np.nan) for name in series
+            ]
             plot.data = (times, *lines)
 
 

@@ -59,7 +59,7 @@ class RunPanel:
         on_user(self._track, lambda value: session.do(lambda: setattr(session.picture, "tracks", bool(value))))
         on_user(self._source, lambda value: session.do(lambda: setattr(session, "source", value)))
         for number, slider in enumerate(self._sliders):
-            on_user(slider, lambda value, number=number: session.do(lambda: self._push(number, value)))
+            on_user(slider, self._push, number)
         on_click(zero, lambda: session.do(self._release))
 
     def _switch(self) -> None:
@@ -80,7 +80,7 @@ class RunPanel:
         session.do(go)
 
     def _push(self, number: int, value: float) -> None:
-        self._session.sliders[number] = value
+        self._session.do(lambda: self._session.sliders.__setitem__(number, value))
 
     def _release(self) -> None:
         self._session.sliders[:] = 0

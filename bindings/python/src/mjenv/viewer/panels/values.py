@@ -45,9 +45,12 @@ class ValuesPanel:
         self._text = gui.add_markdown("")
         own = gui.add_button("The model's own values")
         for label, slider in self._sliders.items():
-            on_user(slider, lambda value, label=label: session.do(lambda: self.scale(label, float(value))))
+            on_user(slider, self._asked, label)
         on_click(own, lambda: session.do(self._reset))
         self.forget()
+
+    def _asked(self, label: str, factor: float) -> None:
+        self._session.do(lambda: self.scale(label, float(factor)))
 
     def forget(self) -> None:
         """The environment is another one, with the model's own values."""

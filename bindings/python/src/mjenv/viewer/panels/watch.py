@@ -1,0 +1,55 @@
+"""The panel of an environment that a program steps."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from mjenv.viewer.panels.common import on_click, on_user
+from mjenv.viewer.panels.draw import DrawPanel
+
+if TYPE_CHECKING:
+    from mjenv.viewer.watch import View
+
+_OFTEN = 0.5  # seconds between two updates of the text
+
+
+class WatchPanel:
+    def __init__(self, view: View) -> None:
+        self._view = view
+        self._updated, self._counted = time.monotonic(), 0
+        server: Any = view.server.viser
+        gui = server.gui
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Run"):
+            gui.add_markdown(
+                "A program steps these environments. Pausing lets it wait, and pulling a body changes what it computes."
+            )
+            self._status = gui.add_markdown("")
+            self._pause = gui.add_button("Pause")
+            step = gui.add_button("Step")
+            real = gui.add_checkbox("Real time", False, hint="The program waits, so that a second takes a second")
+            row: Any = gui.add_slider("Row", 0, view.count - 1, 1, 0) if view.count > 1 else None
+            track = gui.add_checkbox("Move with the row", True)
+        with tabs.add_tab("Draw"):
+            DrawPanel(gui, server, lambda: view.picture, view.do, lambda: None)
+        on_click(self._pause, lambda: view.do(self._switch))
+        on_click(step, lambda: view.do(view.go_one_step))
+        on_user(real, lambda value: view.do(lambda: setattr(view, "real_time", bool(value))))
+        on_user(track, lambda value: view.do(lambda: setattr(view.picture, "tracks", bool(value))))
+        if row is not None:
+            on_user(row, lambda value: view.do(lambda: setattr(view.picture, "follow", int(value))))
+
+    def _switch(self) -> None:
+        self._view.paused = not self._view.paused
+
+    def refresh(self) -> None:
+        now = time.monotonic()
+        passed = now - self._updated
+        if passed < _OFTEN:
+            return
+        view = self._view
+        rate = (view.steps - self._counted) / passed
+        self._updated, self._counted = now, view.steps
+        self._pause.label = "Continue" if view.paused else "Pause"
+        self._status.content = f"step {view.steps} · {rate:.0f} steps a second"
