@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import io
 import os
+import socket
 import sys
 import webbrowser
 from typing import Any
@@ -29,17 +30,15 @@ class Server:
     def __init__(self, port: int | None = None, host: str = "127.0.0.1", label: str | None = None) -> None:
         """port: None for the first free one from 8080 on. Raises InvalidValueError if the port is in use."""
         viser = viser_module()
+        _check(host, port or 0)
         with _silent():
-            try:
-                self.viser: Any = viser.ViserServer(
-                    host=host, port=FIRST_PORT if port is None else port, label=label, verbose=False
-                )
-            except OverflowError as error:
-                raise InvalidValueError(f"there is no port {port}: {error}") from None
+            self.viser: Any = viser.ViserServer(
+                host=host, port=FIRST_PORT if port is None else port, label=label, verbose=False
+            )
         found = self.viser.get_port()
-        if port not in (None, 0, found):
+        if port not in (None, 0, found):  # another program has taken it in the meantime
             self.close()
-            raise InvalidValueError(f"port {port} of {host} is in use or not allowed: choose another, or none")
+            raise InvalidValueError(f"port {port} of {host} is in use: choose another, or none")
         self.address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{found}"
         self.port: int = found
 
@@ -52,6 +51,21 @@ class Server:
     def is_watched(self) -> bool:
         """Whether a browser shows the page."""
         return bool(self.viser.get_clients())
+
+
+def _check(host: str, port: int) -> None:
+    """Raises InvalidValueError unless the address can be listened at, because viser would wait forever."""
+    if not 0 <= port < 2**16:
+        raise InvalidValueError(f"there is no port {port}; ports are 0 to 65535")
+    try:
+        (family, kind, _, _, address), *_ = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        with socket.socket(family, kind) as tried:
+            if os.name == "posix":
+                tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            tried.bind(address)
+            tried.listen()
+    except OSError as error:
+        raise InvalidValueError(f"port {port} of {host} cannot be used: {error}: choose another, or none") from None
 
 
 def open_browser(address: str) -> None:

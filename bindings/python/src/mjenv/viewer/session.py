@@ -198,11 +198,10 @@ class Session:
 
     @contextlib.contextmanager
     def _reported(self) -> Any:
-        """An error pauses, and the page shows it."""
+        """The page shows an error."""
         try:
             yield
         except Exception as error:
-            self.playing = False
             self.on_report(f"{type(error).__name__}: {error}")
 
     def _draw(self, now: float, interval: float) -> None:
@@ -229,25 +228,29 @@ class Session:
     # ---- what a user can do ----
 
     def step(self) -> None:
-        """Takes a step in every row."""
+        """Takes a step in every row. An error pauses, and the page shows it."""
         with self._reported():
-            row = self.picture.follow
-            moment = Moment(
-                self.envs.snapshot(row), int(self.steps[row]), float(self.totals[row]), bool(self.ended[row])
-            )
-            self.picture.pull.apply(self.picture.rows, self.envs.dt)
-            actions = self.actions()
-            self.obs, self.rewards, terminated, truncated, self.infos = self.envs.step(actions)
-            self.history.append(moment)
-            begun = self.ended  # these rows were reset instead
-            self.steps = np.where(begun, 0, self.steps + 1)
-            self.totals = np.where(begun, 0.0, self.totals + self.rewards)
-            self.ended = terminated | truncated
-            if begun[: len(self.picture.rows)].any():
-                self._now = None
-            self._stale = True
-            for function in self.on_step:
-                function()
+            try:
+                self._step()
+            except Exception:
+                self.playing = False
+                raise
+
+    def _step(self) -> None:
+        row = self.picture.follow
+        moment = Moment(self.envs.snapshot(row), int(self.steps[row]), float(self.totals[row]), bool(self.ended[row]))
+        self.picture.pull.apply(self.picture.rows, self.envs.dt)
+        self.obs, self.rewards, terminated, truncated, self.infos = self.envs.step(self.actions())
+        self.history.append(moment)
+        begun = self.ended  # these rows were reset instead
+        self.steps = np.where(begun, 0, self.steps + 1)
+        self.totals = np.where(begun, 0.0, self.totals + self.rewards)
+        self.ended = terminated | truncated
+        if begun[: len(self.picture.rows)].any():
+            self._now = None  # no way leads from the end of an episode to the beginning of the next
+        self._stale = True
+        for function in self.on_step:
+            function()
 
     def actions(self) -> Array:
         """The actions of all rows. Sliders move the row that is followed, and add to what the policy does."""

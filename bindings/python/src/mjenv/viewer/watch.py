@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import queue
 import sys
 import threading
@@ -172,6 +173,7 @@ def _viewed(kind: type[Any], view: View) -> type[Any]:
         method = getattr(kind, name)
         waits, shows = name in _STEPS, name in _SHOWN
 
+        @functools.wraps(method)  # Gymnasium looks at the arguments
         def call(self: Any, *arguments: Any, **keywords: Any) -> Any:
             if waits:
                 view.before()
@@ -180,7 +182,6 @@ def _viewed(kind: type[Any], view: View) -> type[Any]:
                 view.after()
             return results
 
-        call.__name__, call.__doc__ = name, method.__doc__
         return call
 
     def reduce(self: Any, protocol: Any) -> Any:

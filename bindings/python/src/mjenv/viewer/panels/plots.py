@@ -26,8 +26,8 @@ class PlotsPanel:
         self._gui, self._session = gui, session
         self._past: dict[str, deque[float]] = {}
         self._times: deque[int] = deque(maxlen=LENGTH)
-        self._plots: list[tuple[Any, str, Any]] = []
-        self._tab: Any = None
+        self._plots: dict[tuple[Any, ...], Any] = {}  # by place, title and series
+        self._shown: list[tuple[Any, ...]] = []
         names = tuple(self._choices())
         self._choosers = [
             gui.add_dropdown("Upper plot", names, initial_value=_REWARDS),
@@ -37,7 +37,6 @@ class PlotsPanel:
         for chooser in self._choosers:
             on_user(chooser, lambda value: session.do(self._choose))
         self.forget()
-        self._choose()
 
     def _choices(self) -> dict[str, list[str]]:
         """What can be plotted: the names of the series of each choice."""
@@ -52,24 +51,27 @@ class PlotsPanel:
         return found
 
     def _choose(self) -> None:
-        """Makes the plots that are chosen."""
-        for plot, _, _ in self._plots:
-            plot.remove()
-        self._plots = []
+        """Shows the plots that are chosen. Those that were chosen before are hidden and kept, because a page complains
+        of an update that reaches it after the plot was removed."""
         choices = self._choices()
-        for chooser in self._choosers:
-            series = choices.get(chooser.value, [])[:_LINES]
-            if not series:
-                continue
-            lines: list[dict[str, Any]] = [{"label": "step"}]
-            lines += [{"label": name, "stroke": _COLOURS[i], "width": 1.5} for i, name in enumerate(series)]
-            empty = tuple(np.zeros(1) for _ in lines)
-            with self._folder:
-                plot = self._gui.add_uplot(
-                    empty, tuple(lines), title=chooser.value, aspect=1.5, scales={"x": {"time": False}}
-                )
-            self._plots.append((plot, chooser.value, series))
+        chosen = [
+            (slot, chooser.value, *choices.get(chooser.value, [])[:_LINES])
+            for slot, chooser in enumerate(self._choosers)
+        ]
+        self._shown = [key for key in chosen if len(key) > 2]
+        for key in self._shown:
+            if key not in self._plots:
+                self._plots[key] = self._made(key[1], key[2:])
+        for key, plot in self._plots.items():
+            plot.visible = key in self._shown
         self.refresh()
+
+    def _made(self, title: str, series: tuple[str, ...]) -> Any:
+        lines: list[dict[str, Any]] = [{"label": "step"}]
+        lines += [{"label": name, "stroke": _COLOURS[i], "width": 1.5} for i, name in enumerate(series)]
+        empty = tuple(np.zeros(1) for _ in lines)
+        with self._folder:
+            return self._gui.add_uplot(empty, tuple(lines), title=title, aspect=1.5, scales={"x": {"time": False}})
 
     def add(self) -> None:
         """After a step."""
@@ -118,7 +120,8 @@ class PlotsPanel:
         times = np.array(self._times, float)
         if (np.diff(times) <= 0).any():  # a reset lies between
             times = np.arange(len(times), dtype=float)
-        for plot, _, series in self._plots:
+        for key in self._shown:
+            plot, series = self._plots[key], key[2:]
             lines = [
                 np.array(self._past[name]) if name in self._past else np.full(len(times), np.nan) for name in series
             ]

@@ -1,0 +1,98 @@
+"""Chromium, which looks at the viewer's pages."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, Locator, Page, sync_playwright
+
+# Draws without a graphics card, and asks nothing of the network.
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+# What viser's page says while a body is dragged, which changes nothing.
+HARMLESS = "Unable to preventDefault inside passive event listener invocation."
+SIZE = {"width": 640, "height": 300}  # the fewer pixels, the less time
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
+        yield started
+        started.close()
+
+
+class Tab:
+    """A tab of the browser, with the lists of what must stay empty: errors, and requests to other places."""
+
+    def __init__(self, browser: Browser, address: str, width: int = SIZE["width"]) -> None:
+        self.errors: list[str] = []
+        self.strangers: list[str] = []
+        self.page: Page = browser.new_page(viewport={"width": width, "height": SIZE["height"]})
+        self.page.on("console", lambda message: self._said(message.type, message.text))
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("request", lambda request: self._asked(request.url, address))
+        self.page.goto(address)
+        self.page.get_by_role("tab", name="Run").wait_for()
+
+    def _said(self, kind: str, text: str) -> None:
+        if kind == "error" and text != HARMLESS:
+            self.errors.append(text)
+
+    def _asked(self, url: str, address: str) -> None:
+        if not url.startswith((address, "data:", "blob:")):
+            self.strangers.append(url)
+
+    def picture(self) -> Any:
+        """The page without its panel: uint8[height, width, 3]."""
+        return np.array(Image.open(io.BytesIO(self.page.screenshot())).convert("RGB"))[:, :240]
+
+    def wait_for_picture(self, seconds: float = 30) -> Any:
+        """The first picture with more than a background: a robot and a floor have many colours."""
+        for _ in range(int(seconds / 0.25)):
+            found = self.picture()
+            if len(np.unique(found[120:].reshape(-1, 3), axis=0)) > 60:
+                return found
+            self.page.wait_for_timeout(250)
+        raise AssertionError("nothing was drawn")
+
+    def field(self, label: str) -> Locator:
+        """The input to the right of a label, which the page does not tie to it."""
+        return self.page.locator("label", has_text=re.compile(f"^{label}$")).locator("xpath=following::input[1]")
+
+    def open(self, name: str) -> None:
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
+    def close(self) -> None:
+        self.page.close()
+        assert self.errors == []
+        assert self.strangers == []
+
+
+@pytest.fixture
+def tab(browser: Browser) -> Iterator[Any]:
+    tabs = []
+
+    def opened(address: str, **settings: int) -> Tab:
+        tabs.append(Tab(browser, address, **settings))
+        return tabs[-1]
+
+    yield opened
+    for one in tabs:
+        if not one.page.is_closed():
+            one.close()

@@ -1,0 +1,160 @@
+"""What a user sees and does in the viewer's page."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv.policy import Policy
+from mjenv.viewer.policies import in_all_rows
+from mjenv.viewer.session import Session
+
+POLICIES = Path(__file__).parents[2] / "examples" / "policies"
+
+
+def wait_until(condition: Callable[[], Any], what: str, seconds: float = 30) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f"not within {seconds} s: {what}"
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("id", [id for id in mjenv.ids() if id.endswith("-v5")])
+def test_every_robot_appears(id: str, tab: Any) -> None:
+    with Session(id, 2, port=0) as session:
+        page = tab(session.address)
+        page.wait_for_picture()
+        page.close()
+
+
+def test_buttons_pause_step_back_and_reset(tab: Any) -> None:
+    with Session("Hopper-v5", 2, {"terminate_when_unhealthy": False}, port=0) as session:
+        page = tab(session.address).page
+        wait_until(lambda: session.steps[0] > 5, "steps")
+        page.get_by_role("button", name="Pause").click()
+        page.get_by_role("button", name="Play").wait_for()
+        states = [session.ask(lambda: session.envs.snapshot(0))]
+        steps = int(session.steps[0])
+        for _ in range(3):
+            before = int(session.steps[0])
+            page.get_by_text("Forward", exact=True).click()
+            wait_until(lambda before=before: session.steps[0] == before + 1, "a step")
+            states.append(session.ask(lambda: session.envs.snapshot(0)))
+        for state in states[-2::-1]:
+            before = int(session.steps[0])
+            page.get_by_text("Back", exact=True).click()
+            wait_until(lambda before=before: session.steps[0] == before - 1, "a step back")
+            assert session.ask(lambda: session.envs.snapshot(0)) == state
+        assert session.steps[0] == steps
+
+        page.get_by_label("Seed").fill("41")
+        page.get_by_label("Seed").press("Enter")
+        page.get_by_role("button", name="Reset").click()
+        wait_until(lambda: session.seed == 41, "the reset")
+        found = session.ask(lambda: (session.envs.envs[1].data.qpos, session.obs[1]))
+    with mjenv.make("Hopper-v5") as env:
+        obs, _ = env.reset(seed=42)
+        assert np.array_equal(found[0], env.data.qpos)
+        assert np.array_equal(found[1], obs)
+
+
+def test_pulling_moves_the_body(tab: Any) -> None:
+    with ball() as session:
+        page = tab(session.address, width=1000)  # the panel must not hide the ball
+        page.wait_for_picture()
+        at = page.page.viewport_size
+        wait_until(lambda: session.server.is_watched, "the browser")
+        session.ask(lambda: look_at_ball(session))
+        page.page.wait_for_timeout(1500)
+        x, y = at["width"] / 2, at["height"] / 2
+        before = session.ask(lambda: session.envs.envs[0].data.qpos.copy())
+        page.page.mouse.move(x, y)
+        page.page.mouse.down()
+        page.page.mouse.move(x - 60, y, steps=6)
+        wait_until(lambda: session.picture.pull.grip is not None, "the grip")
+        grip = session.picture.pull.grip
+        assert grip is not None
+        assert grip.body == 1
+        wait_until(lambda: np.abs(session.ask(lambda: session.envs.envs[0].data.xfrc_applied)).max() > 0, "a force")
+        wait_until(lambda: np.abs(session.ask(lambda: session.envs.envs[0].data.qpos) - before).max() > 0.05, "a move")
+        page.page.mouse.up()
+        wait_until(lambda: session.picture.pull.grip is None, "the release")
+        wait_until(lambda: not session.ask(lambda: session.envs.envs[0].data.xfrc_applied).any(), "no force")
+
+
+def test_the_policy_walks_with_the_bits_of_play() -> None:
+    policy = Policy.load(POLICIES / "HalfCheetah-v5.txt")
+    with Session("HalfCheetah-v5", 2, policy=in_all_rows(policy), port=0) as session:
+        session.do(lambda: setattr(session, "speed", 8.0))
+        wait_until(lambda: session.steps[0] >= 100, "100 steps")
+        session.ask(lambda: setattr(session, "playing", False))
+        steps = int(session.steps[1])
+        found = session.ask(lambda: (session.obs[1], session.totals[1], session.envs.envs[1].data.qpos[0]))
+    with mjenv.make("HalfCheetah-v5") as env:
+        obs, _ = env.reset(seed=1)
+        total = 0.0
+        for _ in range(steps):
+            obs, reward, *_ = env.step(policy.act(obs))
+            total += reward
+    assert np.array_equal(found[0], obs)
+    assert found[1] == total
+    assert found[2] > 5  # it has run
+
+
+def test_options_are_applied_or_refused(tab: Any) -> None:
+    with Session("Ant-v5", 1, port=0) as session:
+        page = tab(session.address)
+        page.open("Options")
+        page.field("frame_skip").fill("7")
+        page.page.get_by_role("button", name="Apply").click()
+        wait_until(lambda: session.envs.frame_skip == 7, "the new environment")
+        page.field("frame_skip").fill("0")
+        page.page.get_by_role("button", name="Apply").click()
+        page.page.get_by_text('InvalidValueError: option "frame_skip"').wait_for()
+        assert session.envs.frame_skip == 7
+        steps = session.steps[0]
+        wait_until(lambda: session.steps[0] > steps, "a step")
+
+
+def test_a_browser_that_leaves_changes_nothing(tab: Any) -> None:
+    with Session("Swimmer-v5", 1, port=0) as session:
+        page = tab(session.address)
+        wait_until(lambda: session.server.is_watched, "the browser")
+        page.close()
+        wait_until(lambda: not session.server.is_watched, "the browser's end")
+        steps = session.steps[0]
+        wait_until(lambda: session.steps[0] > steps, "a step")
+        tab(session.address).wait_for_picture()
+
+
+def test_closing_leaves_no_thread_and_no_port(tab: Any) -> None:
+    before = set(threading.enumerate())
+    session = Session("Reacher-v5", 1, port=0)
+    session.start()
+    tab(session.address).wait_for_picture()
+    session.close()
+    session.close()
+    wait_until(lambda: set(threading.enumerate()) <= before, "the end of the threads")
+    again = Session("Reacher-v5", 1, port=session.server.port)
+    again.close()
+
+
+MODEL = """
+<mujoco><option gravity="0 0 0"/><worldbody><geom type="plane" size="5 5 .1" pos="0 0 -2" rgba=".8 .6 .4 1"/>
+<body><freejoint/><geom type="sphere" size=".5" rgba=".2 .5 .9 1"/></body></worldbody></mujoco>"""
+
+
+def ball() -> Session:
+    return Session("Model-v0", 1, {"xml_string": MODEL, "frame_skip": 5}, port=0)
+
+
+def look_at_ball(session: Session) -> None:
+    for client in session.server.viser.get_clients().values():
+        client.camera.position, client.camera.look_at = (0.0, -4.0, 0.5), (0.0, 0.0, 0.0)

@@ -1,0 +1,383 @@
+"""The viewer without a browser."""
+
+from __future__ import annotations
+
+import copy
+import io
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv.policy import Policy
+from mjenv.viewer.notebook import html_of
+from mjenv.viewer.policies import in_all_rows
+from mjenv.viewer.poses import along, forces_of, quaternions
+from mjenv.viewer.scene import scene_of
+from mjenv.viewer.server import Server
+from mjenv.viewer.session import Session
+
+POLICIES = Path(__file__).parents[2] / "examples" / "policies"
+
+# All geom types, a site, a spatial tendon, a height field, a mesh, textures, and groups.
+EVERYTHING = """
+<mujoco><asset>
+<texture name="grid" type="2d" builtin="checker" width="16" height="16" rgb1="1 0 0" rgb2="0 0 1"/>
+<texture name="cube" type="cube" builtin="flat" width="8" height="48" rgb1="0 1 0" rgb2="0 1 0"/>
+<material name="grid" texture="grid" texrepeat="4 4"/><material name="cube" texture="cube"/>
+<hfield name="hill" nrow="4" ncol="5" size="1 1 .5 .1"/>
+<mesh name="wedge" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset>
+<worldbody><geom type="plane" size="3 3 .1" material="grid"/><geom type="hfield" hfield="hill" pos="5 0 0"/>
+<body pos="0 0 2"><freejoint/>
+<geom type="sphere" size=".2" material="cube"/><site name="top" pos="0 0 .3" size=".05"/></body>
+<body pos="1 0 2"><joint type="hinge" axis="0 1 0"/><geom type="capsule" size=".1 .3"/>
+<geom type="ellipsoid" size=".1 .2 .3" group="4"/>
+<geom type="cylinder" size=".1 .2"/><geom type="box" size=".1 .2 .3" rgba="1 0 0 .5"/><geom type="mesh" mesh="wedge"/>
+<site name="end" pos=".2 0 0"/></body></worldbody>
+<tendon><spatial width=".01"><site site="top"/><site site="end"/></spatial></tendon></mujoco>"""
+
+
+@pytest.mark.parametrize("id", mjenv.ids())
+def test_every_id_can_be_viewed(id: str) -> None:
+    with Session(id, 3, port=0) as session:
+        wait_until(lambda: session.steps[0] > 0)
+        session.ask(lambda: session.picture.show(session.picture.read()))
+        assert session.picture.scene.batches
+
+
+def test_all_that_a_model_can_have_is_drawn() -> None:
+    with Session("Model-v0", 4, {"xml_string": EVERYTHING}, port=0) as session:
+        session.ask(lambda: setattr(session, "playing", False))
+        kinds = [(batch.kind, len(batch.shape.faces) > 0, batch.group) for batch in session.picture.scene.batches]
+        assert len(kinds) == 10  # 8 geom types, and two sites
+        assert all(has_faces for _, has_faces, _ in kinds)
+        for switch in session.picture.switches:
+            session.picture.switches[switch] = True
+        session.ask(session.picture_anew)
+        poses = session.ask(session.picture.read)
+        assert {"tendons", "joints", "centres of mass", "contacts", "contact forces"} <= poses[0].marks.keys()
+        tendon = poses[0].marks["tendons"]
+        ends = session.ask(lambda: np.array(session.envs.envs[0].data.site_xpos))
+        assert np.allclose(tendon.position[0], ends[0])
+        assert np.isclose(tendon.size[0, 2], np.linalg.norm(ends[1] - ends[0]))
+        session.ask(lambda: session.picture.show(poses))
+
+
+def test_turns_are_those_of_the_matrices() -> None:
+    rng = np.random.default_rng(0)
+    expected = rng.normal(size=(200, 4))
+    expected[:4] = np.eye(4)
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    w, x, y, z = expected.T
+    matrices = np.stack(
+        [
+            *(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+            *(2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+            *(2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+        ],
+        axis=1,
+    )
+    assert np.allclose(np.abs(np.sum(quaternions(matrices) * expected, axis=1)), 1)
+    directions = np.array([[0, 0, 2.0], [0, 0, -3], [1, 0, 0], [-1, 2, 3]])
+    w, x, y, z = along(directions).T
+    axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+    assert np.allclose(axes, directions / np.linalg.norm(directions, axis=1, keepdims=True))
+
+
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_contact_forces_carry_the_weight(cone: str) -> None:
+    box = f"""<mujoco><option cone="{cone}"/><worldbody><geom type="plane" size="5 5 1"/><body pos="0 0 .1"><freejoint/>
+    <geom type="box" size=".1 .1 .1" mass="3"/></body></worldbody></mujoco>"""
+    with mjenv.make("Model-v0", xml_string=box, frame_skip=2000) as env:
+        env.reset(seed=0)
+        env.step(np.zeros(0))
+        _, forces = forces_of(env.model, env.data)
+        assert np.allclose(forces.sum(axis=0), [0, 0, 3 * 9.81], atol=1e-6)
+
+
+def test_policies_have_the_bits_of_single_rows() -> None:
+    policy = Policy.load(POLICIES / "Ant-v5.txt")
+    observations = np.random.default_rng(0).normal(size=(5, len(policy.mean)))
+    assert np.array_equal(in_all_rows(policy)(observations), [policy.act(row) for row in observations])
+
+
+def test_going_back_restores_every_bit() -> None:
+    with Session("Hopper-v5", 2, port=0) as session:
+        session.ask(lambda: setattr(session, "playing", False))
+        session.ask(lambda: setattr(session, "source", "random"))
+        session.ask(lambda: session.reset(3))
+        images = [session.envs.snapshot(0)]
+        observations = [session.obs[0].copy()]
+        for _ in range(120):  # some episodes end
+            session.ask(session.step)
+            images.append(session.envs.snapshot(0))
+            observations.append(session.obs[0].copy())
+        assert session.steps[0] < 120
+        other = session.envs.snapshot(1)
+        for image, obs in zip(images[-2::-1], observations[-2::-1], strict=True):
+            session.ask(session.back)
+            assert session.envs.snapshot(0) == image
+            assert np.array_equal(session.obs[0], obs)
+        session.ask(session.back)  # there is nothing more
+        assert session.envs.snapshot(0) == images[0]
+        assert session.envs.snapshot(1) == other
+
+
+def test_snapshots_return_to_a_state() -> None:
+    with Session("Ant-v5", 1, port=0) as session:
+        session.ask(lambda: setattr(session, "playing", False))
+        saved = session.envs.snapshot(0)
+        name = session.ask(session.save)
+        session.ask(session.step)
+        assert session.envs.snapshot(0) != saved
+        session.ask(lambda: session.restore(name))
+        assert session.envs.snapshot(0) == saved
+
+
+def test_sliders_write_the_model() -> None:
+    with Session("Model-v0", 2, {"xml_string": EVERYTHING}, port=0) as session:
+        session.ask(lambda: setattr(session, "playing", False))
+        model, state = session.envs.envs[1].model, session.envs.envs[1].state_vector()
+        mass, weight, friction = (
+            np.array(model.body_mass),
+            np.array(model.body_invweight0),
+            np.array(model.geom_friction),
+        )
+        session.ask(lambda: session.controls.values.scale("Masses", 2.0))
+        session.ask(lambda: session.controls.values.scale("Friction", 0.5))
+        session.ask(lambda: session.controls.values.scale("Gravity", 0.0))
+        model = session.envs.envs[1].model
+        assert np.array_equal(model.body_mass, 2 * mass)
+        assert np.allclose(model.body_invweight0, weight / 2)  # no joint has an armature
+        assert np.array_equal(model.geom_friction[:, 0], friction[:, 0] / 2)
+        assert np.array_equal(model.geom_friction[:, 1:], friction[:, 1:])
+        assert not np.any(model.opt.gravity)
+        assert np.array_equal(session.envs.envs[1].state_vector(), state)
+
+
+def test_a_recording_has_the_states() -> None:
+    with Session("Swimmer-v5", 1, port=0) as session:
+        session.ask(lambda: setattr(session, "playing", False))
+        recorder = session.controls.files.recorder
+        session.ask(recorder.begin)
+        states = [session.envs.envs[0].data.qpos.copy()]
+        for _ in range(5):
+            session.ask(session.step)
+            states.append(session.envs.envs[0].data.qpos.copy())
+        found = np.load(io.BytesIO(session.ask(recorder.trajectory)))
+        assert np.array_equal(found["qpos"], states)
+        assert str(found["id"]) == "Swimmer-v5"
+
+
+# ---- what a program steps ----
+
+
+def play(envs: Any, steps: int = 150) -> list[Any]:
+    rng = np.random.default_rng(0)
+    results = [envs.reset(seed=7)[0]]
+    for _ in range(steps):
+        actions = rng.uniform(-1, 1, envs.action_space.shape).astype(np.float32)
+        results += envs.step(actions)[:4]
+    return [*results, envs.snapshot()]
+
+
+def equal(one: list[Any], other: list[Any]) -> bool:
+    return all(a == b if isinstance(a, bytes) else np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+def test_viewing_changes_no_bit(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Server, "is_watched", True)
+    expected = play(mjenv.make_vec("Hopper-v5", 6, autoreset_mode=mode))
+    envs = mjenv.make_vec("Hopper-v5", 6, autoreset_mode=mode)
+    kind = type(envs)
+    with mjenv.view(envs, port=0, share=1.0, quiet=True) as view:
+        for name in view.picture.switches:
+            view.picture.switches[name] = True
+        drawn = count_calls(monkeypatch, view.picture, "show")
+        found = play(envs)
+        assert len(drawn) > 3
+        assert view.steps == 150
+        assert isinstance(envs, kind)
+        assert type(copy.deepcopy(envs)) is kind
+        assert type(pickle.loads(pickle.dumps(envs))) is kind
+    assert type(envs) is kind
+    assert equal(found, expected)
+
+
+def count_calls(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> list[None]:
+    calls: list[None] = []
+    method = getattr(owner, name)
+
+    def counted(*arguments: Any) -> Any:
+        calls.append(None)
+        return method(*arguments)
+
+    monkeypatch.setattr(owner, name, counted)
+    return calls
+
+
+def test_a_single_environment_inside_wrappers() -> None:
+    import gymnasium
+
+    env = gymnasium.make("mjenv/Reacher-v5")
+    with mjenv.view(env, port=0, quiet=True) as view:
+        env.reset(seed=0)
+        env.step(env.action_space.sample())
+        assert view.steps == 1
+    assert type(env.unwrapped) is mjenv.MujocoEnv
+
+
+def test_drawing_keeps_to_its_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Server, "is_watched", True)
+    envs = mjenv.make_vec("Ant-v5", 16)
+    with mjenv.view(envs, port=0, share=0.02, quiet=True) as view:
+        spent = []
+        method = view._draw
+        monkeypatch.setattr(view, "_draw", lambda force=False: spent.append(timed(method)))
+        begun = time.perf_counter()
+        play(envs, 3000)
+        assert sum(spent[1:]) < 0.03 * (time.perf_counter() - begun)
+        assert len(spent) > 5
+
+
+def timed(function: Any) -> float:
+    begun = time.thread_time()
+    function()
+    return time.thread_time() - begun
+
+
+def test_a_pause_waits_and_steps_once() -> None:
+    envs = mjenv.make_vec("Swimmer-v5", 2)
+    with mjenv.view(envs, port=0, quiet=True) as view:
+        view.do(lambda: setattr(view, "paused", True))
+        envs.reset(seed=0)
+        worker = threading.Thread(target=lambda: [envs.step(envs.action_space.sample()) for _ in range(20)])
+        worker.start()
+        time.sleep(0.3)
+        assert view.steps == 0
+        view.do(view.go_one_step)
+        wait_until(lambda: view.steps == 1)
+        time.sleep(0.2)
+        assert view.steps == 1
+        view.do(lambda: setattr(view, "paused", False))
+        worker.join(20)
+        assert view.steps == 20
+
+
+# ---- what cannot be ----
+
+
+def test_importing_mjenv_does_not_import_viser() -> None:
+    code = "import sys, mjenv, mjenv.viewer; assert not {'viser', 'trimesh', 'PIL'} & sys.modules.keys()"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def run(*arguments: str, code: str = "pass") -> subprocess.CompletedProcess[str]:
+    start = f"import sys; {code}; from mjenv._cli import main; sys.exit(main({list(arguments)!r}))"
+    return subprocess.run([sys.executable, "-c", start], capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_without_viser_it_says_what_to_install() -> None:
+    done = run("view", "Ant-v5", code="sys.modules['viser'] = None")
+    assert done.returncode == 2
+    assert 'pip install "mjenv[view]"' in done.stderr
+
+
+def test_a_port_in_use_is_refused() -> None:
+    server = Server(0)
+    before = threading.active_count()
+    with pytest.raises(mjenv.InvalidValueError, match=f"port {server.port} "):
+        Server(server.port)
+    wait_until(lambda: threading.active_count() <= before)
+    done = run("view", "Ant-v5", "--port", str(server.port), "--no-browser")
+    assert done.returncode == 2
+    assert f"port {server.port} " in done.stderr
+    server.close()
+    with pytest.raises(mjenv.InvalidValueError, match="70000"):
+        Server(70000)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["Unknown-v0"], "Unknown-v0"),
+        (["Model-v0"], "xml_file"),
+        (["Ant-v5", "--option", "frame_skip=0"], "frame_skip"),
+        (["Ant-v5", "--option", "wrong=1"], "wrong"),
+        (["Ant-v5", "--xml", "/nowhere.xml"], "/nowhere.xml"),
+        (["Ant-v5", "--tasks", "/nowhere.py"], "/nowhere.py"),
+        (["Ant-v5", "--tasks", "/nowhere.so"], "/nowhere.so"),
+        (["Ant-v5", "--policy", "/nowhere.txt"], "/nowhere.txt"),
+    ],
+)
+def test_what_cannot_be_built_is_refused(arguments: list[str], message: str) -> None:
+    done = run("view", *arguments, "--no-browser", "--port", "0")
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_model_without_geoms_is_refused() -> None:
+    before = threading.active_count()
+    with pytest.raises(mjenv.InvalidValueError, match="no geoms"):
+        Session("Model-v0", 1, {"xml_string": "<mujoco><worldbody/></mujoco>"}, port=0)
+    wait_until(lambda: threading.active_count() <= before)
+
+
+def test_a_task_in_a_python_file(tmp_path: Path) -> None:
+    (tmp_path / "hold.py").write_text(TASK)
+    code = "import mjenv._cli.view as v; from pathlib import Path; v.load(Path('hold.py')); from mjenv.viewer.session"
+    code += " import Session; s = Session('Hold-v0', 2, port=0); s.step()"
+    code += "; print(s.envs.envs[0].observation_parts); s.close()"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "slice(0, 2" in done.stdout, done.stderr
+
+
+TASK = """
+import mjenv, numpy as np
+class Hold(mjenv.Task):
+    model = "<mujoco><worldbody><body><joint/><geom size='.1' pos='1 0 0'/></body></worldbody></mujoco>"
+    needs = ("qpos", "qvel")
+    def reset(self, rng, rows):
+        return rng.uniform(-1, 1, (rows, self.nq)), np.zeros((rows, self.nv)), {}
+    def observe(self, sim):
+        return np.concatenate([sim.qpos, sim.qvel], axis=1)
+    def step(self, sim, action):
+        return -np.abs(sim.qpos[:, 0]), np.zeros(len(action), bool), {}
+mjenv.register("Hold-v0", Hold)
+"""
+
+
+@pytest.mark.parametrize("make", [mjenv.make, mjenv.make_vec])
+def test_jupyter_shows_spaces_and_options(make: Any) -> None:
+    env = make("Ant-v5", ctrl_cost_weight=0.125)
+    env.reset(seed=0)
+    before = env.snapshot()
+    html = env._repr_html_()
+    assert html == html_of(env)
+    for part in ("Ant-v5", "<b>0.125</b>", "(105,)", "qvel [13:27]", "healthy_z_range"):
+        assert part in html
+    assert env.snapshot() == before
+    with mjenv.view(env, port=0, quiet=True) as view:
+        assert f'<iframe src="{view.address}"' in view._repr_html_()
+
+
+def test_a_radius_is_that_of_the_robot_alone() -> None:
+    with mjenv.make("Ant-v5") as env:
+        env.reset(seed=0)
+        assert 0.8 < scene_of(env.model, env.data).radius < 1.6  # the floor is 40 m wide
+
+
+def wait_until(condition: Any, seconds: float = 30) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.02)
