@@ -177,7 +177,11 @@ class Player {
 
   void sample() { check(mjenv_sample_actions(env_, actions_.data(), actions_.size())); }
   void step() { check(mjenv_step(env_, nullptr, actions_.data(), actions_.size(), MJENV_DTYPE_FLOAT32, &batch_)); }
-  std::int64_t frame_skip() const { return mjenv_frame_skip(env_); }
+  std::int64_t frame_skip() const {
+    mjenv_info info MJENV_INFO_INIT;
+    check(mjenv_info_of(env_, &info));
+    return info.frame_skip;
+  }
 
   // Begins the step of a row in a work space that steps it in the environment's place.
   void begin(std::int64_t row, Work& work) {

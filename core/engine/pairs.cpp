@@ -11,14 +11,17 @@ namespace {
 
 // With more pairs than this, MuJoCo's search is faster than a list.
 constexpr std::size_t kMaxPairs = 512;
+// Lanes test pairs faster than MuJoCo does.
+constexpr std::size_t kMaxSearchedPairs = 4096;
 
 bool is_surface(const mjModel& m, int geom) {
   return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
 }
 
-// Whether a list can replace MuJoCo's search: the model has no setting that changes what the search finds.
+// Whether a list can replace MuJoCo's search: but for excluded bodies, the model has no setting that changes what the search
+// finds.
 bool searchable(const mjModel& m) {
-  if (m.npair > 0 || m.nexclude > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
+  if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)
     if (is_surface(m, g) && m.geom_bodyid[g] != 0) return false;
   return true;
@@ -74,26 +77,43 @@ void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
     pairs.solimp.push_back(equal ? imp1[i] * mix + imp2[i] * (1 - mix) : m.geom_solimp[mjNIMP * first + i]);
 }
 
-}  // namespace
+bool are_excluded(const mjModel& m, int body1, int body2) {
+  const int signature = (body1 + 1) * (1 << 16) + body2 + 1;
+  return std::count(m.exclude_signature, m.exclude_signature + m.nexclude, signature) > 0;
+}
 
-std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
+// between_bodies: whether pairs of geoms that are both not the world's may be in the list.
+std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
   if (!searchable(m)) return std::nullopt;
   Pairs pairs;
   // MuJoCo sorts the pairs by bodies. This loop gives the same order, because geoms are numbered body by body.
   for (int b1 = 0; b1 < m.nbody; ++b1)
     for (int b2 = b1 + 1; b2 < m.nbody; ++b2) {
+      if (are_excluded(m, b1, b2)) continue;
       std::vector<std::pair<int, int>> found;
       for (int g1 = m.body_geomadr[b1]; g1 < m.body_geomadr[b1] + m.body_geomnum[b1]; ++g1)
         for (int g2 = m.body_geomadr[b2]; g2 < m.body_geomadr[b2] + m.body_geomnum[b2]; ++g2) {
           if (!can_touch(m, g1, g2)) continue;
-          if (!trusted && b1 != 0) return std::nullopt;
-          if (pairs.dim.size() + found.size() == kMaxPairs) return std::nullopt;
+          if (!between_bodies && b1 != 0) return std::nullopt;
+          if (pairs.dim.size() + found.size() == most) return std::nullopt;
           found.push_back(m.geom_type[g1] > m.geom_type[g2] ? std::pair(g2, g1) : std::pair(g1, g2));
         }
       if (kSortsPairs) std::sort(found.begin(), found.end());
       for (const auto& [g1, g2] : found) append(pairs, m, g1, g2);
     }
   return pairs;
+}
+
+}  // namespace
+
+std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
+  return m.nexclude > 0 ? std::nullopt : list_pairs(m, trusted, kMaxPairs);
+}
+
+std::optional<Pairs> searched_pairs(const mjModel& m) {
+  for (int g = 0; g < m.ngeom; ++g)
+    if (m.geom_margin[g] < 0 || (m.geom_bodyid[g] != 0 && !(m.geom_rbound[g] > 0))) return std::nullopt;
+  return list_pairs(m, true, kMaxSearchedPairs);
 }
 
 void set_pairs(mjModel& view, Pairs& pairs) {
@@ -109,11 +129,24 @@ void set_pairs(mjModel& view, Pairs& pairs) {
   view.pair_friction = pairs.friction.data();
 }
 
-void mix_again(const Pairs& listed, const mjModel& m, Pairs& mixed) {
+namespace {
+
+void clear(Pairs& mixed) {
   for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
   for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
                       &mixed.adhesion})
     array->clear();
+}
+
+}  // namespace
+
+void mix_one(int geom1, int geom2, const mjModel& m, Pairs& mixed) {
+  clear(mixed);
+  append(mixed, m, geom1, geom2);
+}
+
+void mix_again(const Pairs& listed, const mjModel& m, Pairs& mixed) {
+  clear(mixed);
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) append(mixed, m, listed.geom1[i], listed.geom2[i]);
 }
 

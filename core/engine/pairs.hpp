@@ -24,10 +24,16 @@ struct Pairs {
 // to happen in this model.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
+// All pairs that MuJoCo's search can find, in its order, where it is left to lanes to see whether it finds them. Returns no
+// value if there are too many, or if a setting changes what it finds.
+std::optional<Pairs> searched_pairs(const mjModel_& model);
+
 // Makes collision detection in a view of the model use the pairs alone. The view refers to them.
 void set_pairs(mjModel_& view, Pairs& pairs);
 
 // Computes the parameters of the same pairs for a model that differs in the parameters of its geoms.
 void mix_again(const Pairs& listed, const mjModel_& model, Pairs& mixed);
+// The same for one pair, of the geoms in the order of their types. Allocates no memory if `mixed` has room for a pair.
+void mix_one(int geom1, int geom2, const mjModel_& model, Pairs& mixed);
 
 }  // namespace mjenv::core

@@ -314,11 +314,11 @@ static mjenv_options* options_with_lanes(const char* id, int64_t lanes) {
   return options;
 }
 
-static mjenv_options* options_with_sensor(int64_t lanes) {
+static mjenv_options* options_with_obstacle(int64_t lanes) {
   mjenv_options* options = options_with_lanes("Model-v0", lanes);
   assert_ok(mjenv_options_set_string(options, "xml_string",
-                                     "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>"
-                                     "<sensor><jointpos joint='j'/></sensor></mujoco>"));
+                                     "<mujoco><option><flag fwdinv='enable'/></option>"
+                                     "<worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>"));
   return options;
 }
 
@@ -339,12 +339,12 @@ static void assert_refused_lanes(mjenv_options* options, int64_t rows, const cha
 static void test_reasons(void** state) {
   (void)state;
   const bool has = runs(2);
-  const char* const sensors = has ? "sensors" : "lanes";
+  const char* const obstacle = has ? "opt.enableflags" : "lanes";
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", 0), 64, 0, "option \"lanes\" is 0");
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only one row" : "this library");
-  assert_lanes_of(options_with_sensor(-1), 64, 0, sensors);
-  assert_refused_lanes(options_with_sensor(2), 64, sensors);
+  assert_lanes_of(options_with_obstacle(-1), 64, 0, obstacle);
+  assert_refused_lanes(options_with_obstacle(2), 64, obstacle);
   if (has)
     assert_lanes_of(options_with_lanes("Hopper-v5", 2), 2, 2, "");
   else
@@ -353,7 +353,7 @@ static void test_reasons(void** state) {
   set_variable("MJENV_LANES", "2");
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, has ? 2 : 0, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only 1 row" : "this library");
-  assert_lanes_of(options_with_sensor(-1), 64, 0, sensors);
+  assert_lanes_of(options_with_obstacle(-1), 64, 0, obstacle);
   set_variable("MJENV_LANES", "0");
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, 0, "MJENV_LANES is 0");
   set_variable("MJENV_LANES", NULL);

@@ -72,6 +72,8 @@ std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Ki
     warm[i] = kind == Kind::at_rest ? 0 : 10 * noise();
   }
   for (int i = 0; i < m.nu; ++i) ctrl[i] = 1.5 * noise();
+  for (int i = 0; i < m.na; ++i) layout.act(state.data())[i] = 0.5 + 0.6 * noise();
+  for (std::size_t i = 0; i < layout.more; ++i) layout.rest(state.data())[i] = noise();  // mocap_quat
   for (int j = 0; j < m.njnt; ++j) {
     if (m.jnt_type[j] != mjJNT_FREE && m.jnt_type[j] != mjJNT_BALL) continue;
     double* quat = qpos + m.jnt_qposadr[j] + (m.jnt_type[j] == mjJNT_FREE ? 3 : 0);
@@ -105,6 +107,7 @@ std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Ki
 
 // How much of an array has a meaning. Of those of constraints, as many rows as there are constraints.
 std::size_t length(const Array& array, const mjModel& m, const mjData& d) {
+  if (array.name.rfind("wrap_", 0) == 0) return static_cast<std::size_t>(array.held());
   if (array.name.rfind("efc_", 0) != 0) return array.count();
   const auto rows = static_cast<std::size_t>(d.nefc);
   if (array.name == "efc_J" && mj_isSparse(&m)) return rows ? d.efc_J_rowadr[rows - 1] + d.efc_J_rownnz[rows - 1] : 0;
@@ -150,6 +153,12 @@ std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
   std::vector<double> block(own.block_bytes() / sizeof(double));
   auto* bytes = reinterpret_cast<std::byte*>(block.data());
   for (const OwnArray& array : own.list()) {
+    if (!array.original.data) {  // an input of mjData
+      std::vector<double> values(array.original.count());
+      for (double& value : values) value = 0.3 * noise();
+      OwnArrays::write(array, values.data(), bytes);
+      continue;
+    }
     const bool is_raised = noise.below(2 * own.list().size()) == 0;
     std::vector<double> values(array.original.count());
     array.original.read(values.data());
@@ -184,7 +193,7 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
     const std::vector<double>& state = states[i];
     if (!own.list().empty()) work.use(own, reinterpret_cast<std::byte*>(blocks[i].data()));
     work.load(state.data());
-    work.act({state.data() + layout.size - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
+    work.act({state.data() + layout.size - layout.more - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
   };
   for (int i = 0; i < count; ++i) {
     states.push_back(random_state(m, layout, kind, noise));
@@ -219,6 +228,7 @@ OwnArrays own_arrays(const Model& model) {
   OwnArrays own(model);
   for (const Array& array : model.arrays())
     if (is_writable(array) && lanes::computes_own(array.name)) own.add(array.name);
+  if (model.get()->nmocap > 0) own.add("mocap_pos");
   return own;
 }
 
@@ -371,6 +381,80 @@ void test_odd(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
+std::string in_front_of_body(const std::string& what, const std::string& text) {
+  return with("<worldbody>", what + "<worldbody>", text);
+}
+
+// Sensors, energies, mocap bodies and equality constraints, which MuJoCo's functions compute row by row; friction in joints;
+// and contacts of all shapes, also of moving bodies with each other.
+void test_stages(void** /*state*/) {
+  const std::string quadruped = odd_model("quadruped.xml");
+  const std::string touching =
+      with("<clock/>", "<clock/><touch site='fl'/><force site='fr'/><jointlimitfrc joint='fl3'/>", quadruped);
+  const std::string lanes = odd_model("lanes.xml");
+  const std::string actuated =
+      with("</actuator>",
+           "<motor site='tip' gear='1 0 2 0 0.1 0'/>"
+           "<general tendon='rub' gaintype='affine' gainprm='1 0.2 0.1' biastype='affine' biasprm='0.1 0.2 0.3'/>"
+           "<general joint='x' dyntype='integrator' actlimited='true' actrange='0 0.8'/>"
+           "<muscle joint='knee' lengthrange='-1 1'/></actuator>",
+           lanes);
+  const std::string passive = with("type=\"ellipsoid\"", "type=\"ellipsoid\" fluidshape=\"ellipsoid\"",
+                                   with("<joint type=\"ball\"", "<joint type=\"ball\" stiffness=\"2\"", lanes));
+  const std::string disabled =
+      with("<option", "<option><flag passive=\"disable\" actuation=\"disable\"/></option><option", lanes);
+  const struct {
+    const char* name;
+    std::string text;
+    bool are_made;  // whether lanes make the constraints of contacts
+  } models[] = {{"quadruped.xml", quadruped, true},
+                {"quadruped.xml, touch", touching, true},
+                {"shapes.xml", odd_model("shapes.xml"), true},
+                {"sensors.xml", odd_model("sensors.xml"), true},
+                {"mocap.xml", odd_model("mocap.xml"), false},
+                {"tendons.xml", odd_model("tendons.xml"), false},
+                {"terrain.xml", odd_model("terrain.xml"), false},
+                {"lanes.xml, actuators", actuated, false},
+                {"lanes.xml, passive", passive, false},
+                {"lanes.xml, disabled", disabled, false},
+                {"tethered_pair.xml", odd_model("tethered_pair.xml"), false}};
+  failures.clear();
+  for (const auto& m : models)
+    for (const char* option :
+         {"", "<option solver='PGS'/>", "<option integrator='RK4'><flag energy='enable'/></option>",
+          "<option solver='Newton' cone='pyramidal'/>", "<option><flag sensor='disable'/></option>"}) {
+      const auto model = Model::parse(m.name, in_front_of_body(option, m.text));
+      assert_string_equal(lanes::obstacle(*model).c_str(), "");
+      const std::string found = compare(model, kFewRows), which = std::string(m.name) + ", " + option + ": ";
+      if (!found.empty()) failures += which + found + "\n";
+      if (m.are_made && made == 0) failures += which + "no contacts made in lanes\n";
+    }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// MuJoCo's search for pairs misses contacts that are shallower than its float32 numbers are precise. Rows with such contacts
+// are left to it.
+void test_missed_contacts(void** /*state*/) {
+  failures.clear();
+  int missed = 0;
+  for (int i = 0; i < 60; ++i) {
+    std::array<char, 32> place{};
+    std::snprintf(place.data(), place.size(), "%.17g", 3.2 - 1e-8 * i);
+    const auto model = Model::parse("spheres",
+                                    "<mujoco><worldbody><body pos='3 0.1 0.2'><freejoint/><geom size='0.1'/></body>"
+                                    "<body pos='" +
+                                        std::string(place.data()) +
+                                        " 0.1 0.2'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>");
+    Work work(model, 1);
+    work.forward();
+    missed += i > 0 && work.data()->ncon == 0;
+    const std::string found = compare(model, 16 * share);
+    if (!found.empty()) failures += std::to_string(i) + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+  assert_in_range(missed, 1, 58);
+}
+
 // Limits and contacts of all kinds, with each solver. Lanes make the constraints of contacts with 1 and 3 dimensions.
 void test_contacts(void** /*state*/) {
   const struct {
@@ -381,8 +465,8 @@ void test_contacts(void** /*state*/) {
                {"<option", "<option impratio=\"3\"", true},
                {"<option", "<option jacobian=\"dense\" iterations=\"1\"", true},
                {"<geom conaffinity", "<geom condim=\"1\" conaffinity", true},
-               {"<geom conaffinity", "<geom condim=\"4\" conaffinity", false},
-               {"<geom conaffinity", "<geom condim=\"6\" conaffinity", false},
+               {"<geom conaffinity", "<geom condim=\"4\" conaffinity", true},
+               {"<geom conaffinity", "<geom condim=\"6\" conaffinity", true},
                {"<geom conaffinity", "<geom margin=\"0.05\" gap=\"0.03\" conaffinity", true},
                {"<geom conaffinity", "<geom solref=\"-500 -20\" conaffinity", true},
                {"<geom conaffinity", "<geom solref=\"0.005 1\" conaffinity", true},
@@ -396,7 +480,7 @@ void test_contacts(void** /*state*/) {
                {"<geom conaffinity", "<geom solref=\"0.02 -1\" conaffinity", false},
                {"friction=\"0.8", "friction=\"0", true},
                {"name=\"other\" type=\"sphere\" size=\"0.1\"", "type=\"box\" size=\"0.1 0.1 0.1\"", true},
-               {"name=\"x\"", "frictionloss=\"0.1\"", false},
+               {"name=\"x\"", "name=\"x\" frictionloss=\"0.1\"", true},
                {"type=\"ball\"", "type=\"ball\" limited=\"true\" range=\"0 10\"", false},
                {"<option", "<option collision=\"dynamic\"><flag limit=\"disable\"/></option><option", false},
                {"<option", "<option><flag refsafe=\"disable\"/></option><option", false},
@@ -500,27 +584,11 @@ void test_obstacles(void** /*state*/) {
   assert_string_equal(obstacle("", "", ball).c_str(), "");
   assert_names(obstacle("", "", ""), "no joints");
   assert_names(obstacle("<option integrator='implicit'/>", ""), "integrator");
-  assert_names(obstacle("<option><flag energy='enable'/></option>", ""), "enableflags");
-  assert_names(obstacle("<option><flag passive='disable'/></option>", ""), "disableflags");
-  assert_names(obstacle("<option><flag actuation='disable'/></option>", ""), "disableflags");
-  assert_names(obstacle("", "<sensor><jointpos joint='j'/></sensor>"), "sensors");
-  assert_names(obstacle("", "<equality><joint joint1='j'/></equality>"), "equality");
+  assert_names(obstacle("<option><flag fwdinv='enable'/></option>", ""), "enableflags");
+  assert_names(obstacle("<option><flag sensornoise='enable'/></option>", ""), "enableflags");
   const std::string tendon = "<tendon><fixed name='f'><joint joint='j' coef='1'/></fixed></tendon>";
-  for (const char* actuator :
-       {"muscle joint='j' lengthrange='0 1'", "motor site='s'", "motor tendon='f'", "adhesion body='b' ctrlrange='0 1'",
-        "general joint='j' dyntype='filter' dynprm='1'", "general joint='j' gaintype='affine'",
-        "general joint='j' gaintype='user'", "general joint='j' biastype='user'"})
-    assert_names(obstacle("", tendon + "<actuator><" + actuator + "/></actuator>"), "actuators");
-  assert_names(obstacle("", "<actuator><motor joint='j'/></actuator>", ball), "actuators");
-  assert_names(obstacle("", "", "<joint type='ball' stiffness='1'/>"), "springs");
-  assert_names(obstacle("", "", "<joint type='free' stiffness='1'/>"), "springs");
-  assert_names(obstacle("", "<tendon><spatial><site site='s'/><site site='t'/></spatial></tendon>"),
-               "tendons in space");
+  assert_names(obstacle("", "<actuator><adhesion body='b' ctrlrange='0 1'/></actuator>"), "adhesion");
   assert_names(obstacle("<option jacobian='sparse'/>", tendon), "sparse");
-  assert_names(obstacle("<default><geom fluidshape='ellipsoid'/></default>", ""), "ellipsoids");
-  for (const auto& [name, word] :
-       {std::pair{"tendons.xml", "equality"}, {"mocap.xml", "mocap"}, {"sensors.xml", "sensors"}})
-    assert_names(lanes::obstacle(*Model::parse(name, odd_model(name))), word);
 }
 
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
@@ -607,7 +675,10 @@ void test_best_width(void** /*state*/) {
   assert_int_equal(lanes::best_width(*model, 3), 2);
   assert_int_equal(lanes::best_width(*model, 4), has_four ? 4 : 2);
   assert_int_equal(lanes::best_width(*model, 64), has_four ? 4 : 2);
-  assert_int_equal(lanes::best_width(*Model::parse("sensors.xml", odd_model("sensors.xml")), 64), 0);
+  assert_int_equal(lanes::best_width(*Model::parse("sensors.xml", in_front_of_body("<option integrator='implicit'/>",
+                                                                                   odd_model("sensors.xml"))),
+                                     64),
+                   0);
 }
 
 // The comparison of squares rejects what the comparison of roots rejects.
@@ -627,6 +698,7 @@ void test_largest_square(void** /*state*/) {
 int run(bool few) {
   if (few) share = 5;
   const CMUnitTest tests[] = {cmocka_unit_test(test_built_in),      cmocka_unit_test(test_odd),
+                              cmocka_unit_test(test_stages),        cmocka_unit_test(test_missed_contacts),
                               cmocka_unit_test(test_contacts),      cmocka_unit_test(test_many_dofs),
                               cmocka_unit_test(test_rank_loss),     cmocka_unit_test(test_rows_of_lost_rank),
                               cmocka_unit_test(test_obstacles),     cmocka_unit_test(test_excessive_numbers),

@@ -1,4 +1,4 @@
-// Makes the constraints of several rows in lanes: limits of joints and contacts of planes, spheres and capsules.
+// Makes the constraints of several rows in lanes: friction and limits of joints, and contacts of planes, spheres and capsules.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include "engine/lanes/model_tables.hpp"
 #include "engine/lanes/solver.hpp"
 #include "engine/mujoco.hpp"
+#include "engine/pairs.hpp"
 
 namespace mjenv::core::lanes {
 
@@ -31,14 +32,17 @@ class ConstraintMaker {
   // What MuJoCo computes of a row's mjModel, computed when it is first used.
   class Numbers {
    public:
-    explicit Numbers(std::size_t count) : numbers_(count), are_known_(count) {}
+    Numbers(std::size_t joints, std::size_t pairs, std::size_t dofs)
+        : pairs_(joints), dofs_(joints + pairs), numbers_(joints + pairs + dofs), are_known_(numbers_.size()) {}
     void forget() { are_known_.assign(are_known_.size(), 0); }
     // Null if MuJoCo would warn of the numbers.
     const ConstraintNumbers* of_limit(const mjModel& m, int joint);
-    const ConstraintNumbers* of_contact(const mjModel& m, int pair);
+    const ConstraintNumbers* of_friction(const mjModel& m, int dof);
+    const ConstraintNumbers* of_contact(ConstraintMaker& maker, const mjModel& m, int pair);
 
    private:
     enum : unsigned char { unknown, usual, mixed };
+    std::size_t pairs_, dofs_;  // where those of pairs and dofs begin
     std::vector<ConstraintNumbers> numbers_;
     std::vector<unsigned char> are_known_;
     template <typename Compute>
@@ -52,6 +56,17 @@ class ConstraintMaker {
   Numbers shared_;            // of the model that rows share
   std::vector<Numbers> own_;  // for each lane, of its row's own model
   std::array<Numbers*, kMaxWidth> used_{};
+  std::vector<Contacts::Friction> frictions_;
+  const bool are_searched_;  // the parameters of the pairs are not in the rows' models
+  Pairs mixed_;              // room for the parameters of one pair
+  // Of the call of `find`:
+  const Lanes* lanes_ = nullptr;
+  const RowModels* models_ = nullptr;
+  const RowData* data_ = nullptr;
+
+  bool set_contact(ConstraintNumbers& n, const mjModel& m, int pair);
+  int collide(int pair, unsigned rows);
+  int collide(int pair, int lane);
 
   ConstraintMaker(const Code& code, const mjModel& m, const ModelTables& tables);
   template <typename Entry, typename Get>

@@ -1,4 +1,4 @@
-// What both solvers of constraints need: limits and contacts, no elliptic cones. What functions.hpp says of bits holds
+// What both solvers of constraints need: all but elliptic cones. What functions.hpp says of bits holds
 // here, too: what MuJoCo's sums skip, and places without a constraint, add zeros to them.
 #pragma once
 
@@ -76,9 +76,18 @@ class Constrained {
     for (int i = 0; i < size_; ++i) res[i] -= vectors(c_.aref)[i];
   }
 
-  // The forces that mj_constraintUpdate computes.
+  // In which lanes the constraint at a place before c_.bounded is quadratic.
+  Mask is_quadratic(int i, V jar) const { return ~((jar <= vectors(c_.low)[i]) | (jar >= vectors(c_.high)[i])); }
+
+  // The forces that mj_constraintUpdate computes. 0 - frictionloss is +0 for an inequality.
   void force_of(const V* jar) {
-    for (int i = 0; i < size_; ++i) vectors(c_.force)[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
+    V* const force = vectors(c_.force);
+    for (int i = 0; i < c_.bounded; ++i) {
+      const V frictionloss = vectors(c_.frictionloss)[i];
+      const V beyond = jar[i] >= vectors(c_.high)[i] ? V{} - frictionloss : frictionloss;
+      force[i] = is_quadratic(i, jar[i]) ? -vectors(c_.D)[i] * jar[i] : beyond;
+    }
+    for (int i = c_.bounded; i < size_; ++i) force[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
   }
 };
 

@@ -2,7 +2,7 @@
 // functions.hpp says of bits holds here, too. A column of a contact's Jacobian that is 0 in MuJoCo is +0.
 #pragma once
 
-#include "engine/lanes/functions.hpp"
+#include "engine/lanes/constraints.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 bool instantiateLimit(const Lanes& d, Contacts& c) {
   const mjModel& m = *d.model;
   c.limit_count = 0;
-  for (int lane = 0; lane < kWidth; ++lane) c.constraints[lane] = 0;
+  for (int lane = 0; lane < kWidth; ++lane) c.constraints[lane] = c.frictional[lane];
   for (int i = 0; i < c.joint_count; ++i) {
     const int joint = c.joints[i];
     const V value = vectors(d.qpos)[m.jnt_qposadr[joint]], margin = vectors(d.jnt_margin)[joint];
@@ -152,6 +152,24 @@ inline Mask makeFrame(V* frame) {
 
 // ---- engine_collision_driver.c ----
 
+// The lanes, as bits, in which MuJoCo's search may miss a contact of the pair.
+unsigned uncertain(const ContactPair& pair, const V* pos1, const V* pos2) {
+  V dif[3], size = splat(pair.reach);
+  for (int k = 0; k < 3; ++k) {
+    dif[k] = pos1[k] - pos2[k];
+    size += abs(pos1[k]) + abs(pos2[k]);
+  }
+  return bits(~(sqrt(dot3(dif, dif)) < pair.reach - 1e-6 * size));
+}
+
+// Contact i that MuJoCo's function found
+void take(Contact& con, const Contacts& c, int i) {
+  con.dist = vectors(c.single_dist)[i];
+  copy(con.pos, vectors(c.single_pos) + 3 * i, 3);
+  copy(con.frame, vectors(c.single_frame) + 9 * i, 9);
+  con.is_there = mask_of(c.single_rows[i]);
+}
+
 // mj_collision, of the pairs that `reject` has not excluded
 bool collision(const Lanes& d, Contacts& c) {
   const mjModel& m = *d.model;
@@ -177,13 +195,17 @@ bool collision(const Lanes& d, Contacts& c) {
       case Shapes::sphere_sphere: SphereSphere(found[0], pair.margin, g1, g1.pos, g2, g2.pos); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], pair.margin, g1, g2); break;
       case Shapes::capsule_capsule: is_left = CapsuleCapsule(found[0], pair.margin, g1, g2); break;
-      default: return false;
+      default: is_left = V{} == V{};
     }
+    const bool is_single = (bits(is_left) & near) != 0;
+    if (is_single) count = c.collide(c.maker, i, near);
+    if (count < 0) return false;
     for (int k = 0; k < count; ++k) {
-      Contact& con = found[k];
+      if (is_single) take(found[0], c, k);
+      Contact& con = found[is_single ? 0 : k];
       const unsigned rows = bits(con.is_there) & near;
-      if ((bits(is_left) & near) != 0) return false;
       if (rows == 0) continue;
+      if (pair.is_searched && (uncertain(pair, g1.pos, g2.pos) & rows) != 0) return false;
       if ((bits(makeFrame(con.frame)) & rows) != 0) return false;
       for (int lane = 0; lane < kWidth; ++lane) c.found[lane] += rows >> lane & 1;
       const unsigned included = rows & bits(con.dist < splat(pair.includemargin));
@@ -194,7 +216,7 @@ bool collision(const Lanes& d, Contacts& c) {
       vectors(c.dist)[n] = con.dist;
       copy(vectors(c.pos) + 3 * n, con.pos, 3);
       copy(vectors(c.frame) + 9 * n, con.frame, 9);
-      const int size = pair.dim == 1 ? 1 : 4;
+      const int size = pair.dim == 1 ? 1 : 2 * (pair.dim - 1);
       for (int lane = 0; lane < kWidth; ++lane)
         if (included >> lane & 1) c.constraints[lane] += size;
     }
@@ -216,12 +238,14 @@ class Making {
     double* const numbers[] = {c_.D, c_.damping, c_.spring, c_.R};
     for (double* array : numbers)
       if (array) zero(vectors(array), c_.size);
+    clear_bounds();
+    for (int i = 0; i < contacts_.friction_count; ++i) instantiateFriction(i);
     for (int i = 0; i < contacts_.limit_count; ++i) instantiateLimit(i);
     for (int i = 0; i < contacts_.contact_count; ++i) instantiateContact(i);
   }
 
  private:
-  static constexpr int kMostRows = 4;
+  static constexpr int kMostRows = 10;
   const Lanes& d_;
   const Contacts& contacts_;
   Constraints& c_;
@@ -235,6 +259,12 @@ class Making {
   V number(double ConstraintNumbers::*member) const {
     V result{};
     for (int lane = 0; lane < kWidth; ++lane) result[lane] = numbers_[lane]->*member;
+    return result;
+  }
+
+  V friction(int i) const {
+    V result{};
+    for (int lane = 0; lane < kWidth; ++lane) result[lane] = numbers_[lane]->friction[i];
     return result;
   }
 
@@ -262,6 +292,17 @@ class Making {
         for (int i = 0; i < size; ++i) array[places_[i][lane] * kWidth + lane] = value[lane];
   }
 
+  // Until friction is made there, each place is that of an inequality.
+  void clear_bounds() {
+    for (int i = 0; i < c_.bounded; ++i) {
+      vectors(c_.low)[i] = splat(kNoBound);
+      vectors(c_.high)[i] = vectors(c_.frictionloss)[i] = vectors(c_.bend)[i] = V{};
+      if (!c_.least) continue;
+      vectors(c_.least)[i] = V{};
+      vectors(c_.greatest)[i] = splat(kInfinite);
+    }
+  }
+
   // The impedance that getimpedance computes. The powers are the C library's, as in MuJoCo.
   V getimpedance(V dif) const {
     using N = ConstraintNumbers;
@@ -283,20 +324,37 @@ class Making {
     return is_flat ? 0.5 * (dmin + dmax) : imp;
   }
 
-  // mj_diagApprox and mj_makeImpedance. pos and margin are those of all `size` constraints.
-  void makeImpedance(int size, V pos, V margin) {
+  // mj_diagApprox and mj_makeImpedance. pos and margin are those of all `size` constraints. Returns efc_R.
+  V makeImpedance(int size, V pos, V margin) {
     using N = ConstraintNumbers;
     const V dif = pos - margin, imp = getimpedance(dif);
     V R = (1.0 - imp) * number(&N::diagApprox) / imp;
     R = splat(mjMINVAL) >= R ? splat(mjMINVAL) : R;
     if (size > 1) {
-      const V mu = number(&N::friction1) * sqrt(R / number(&N::impratio) / R);
+      const V mu = friction(0) * sqrt(R / number(&N::impratio) / R);
       R = 2.0 * mu * mu * R;
     }
     if (c_.R) set(c_.R, size, R);
     set(c_.D, size, 1.0 / R);
     set(c_.damping, size, number(&N::damping));
     set(c_.spring, size, number(&N::stiffness) * imp * dif);
+    return R;
+  }
+
+  // mj_instantiateFriction
+  void instantiateFriction(int i) {
+    const Contacts::Friction& friction = contacts_.frictions[i];
+    begin(friction.rows, friction.numbers, 1);
+    set_J(0, friction.dof, splat(1));
+    const V R = makeImpedance(1, V{}, V{}), frictionloss = number(&ConstraintNumbers::frictionloss);
+    const V bound = R * frictionloss;
+    set(c_.low, 1, -bound);
+    set(c_.high, 1, bound);
+    set(c_.frictionloss, 1, frictionloss);
+    set(c_.bend, 1, -0.5 * R * frictionloss * frictionloss);
+    if (!c_.least) return;
+    set(c_.least, 1, -frictionloss);
+    set(c_.greatest, 1, frictionloss);
   }
 
   // The second half of mj_instantiateLimit
@@ -315,11 +373,17 @@ class Making {
     for (int k = 0; k < 3; ++k) res[k] = cdof[3 + k] + shift[k];
   }
 
+  // A column of mju_mulMatMat: the first rows of a contact's frame times a vector
+  static inline __attribute__((always_inline)) void rotate(V* res, const V* frame, const V* vec, int rows) {
+    for (int k = 0; k < rows; ++k)
+      res[k] = V{} + frame[3 * k] * vec[0] + frame[3 * k + 1] * vec[1] + frame[3 * k + 2] * vec[2];
+  }
+
   // mj_instantiateContact
   void instantiateContact(int i) {
     const Contacts::Contact& contact = contacts_.contacts[i];
     const ContactPair& pair = contacts_.pairs[contact.pair];
-    const int size = pair.dim == 1 ? 1 : 4;
+    const int size = pair.dim == 1 ? 1 : 2 * (pair.dim - 1);
     begin(contact.rows, contact.numbers, size);
     V offset1[3], offset2[3];
     for (int k = 0; k < 3; ++k) {
@@ -328,24 +392,37 @@ class Making {
       offset2[k] = point - vectors(d_.subtree_com)[3 * pair.root2 + k];
     }
     const V* const frame = vectors(contacts_.frame) + 9 * i;
-    const V friction1 = number(&ConstraintNumbers::friction1), friction2 = number(&ConstraintNumbers::friction2);
+    V frictions[5];
+    for (int k = 0; k < pair.dim - 1; ++k) frictions[k] = friction(k);
     const int* const columns = contacts_.columns + pair.first_column;
     for (int n = 0; n < pair.count1 + pair.count2; ++n) {
       // mj_jacDifPair
-      V dif[3], edge[3];
+      V dif[3], edge[6];
       jac(dif, columns[n], n < pair.count1 ? offset1 : offset2);
       if (n < pair.count1)
         for (V& x : dif) x = V{} - x;
-      for (int k = 0; k < 3; ++k)
-        edge[k] = V{} + frame[3 * k] * dif[0] + frame[3 * k + 1] * dif[1] + frame[3 * k + 2] * dif[2];
+      rotate(edge, frame, dif, 3);
       if (size == 1) {
         set_J(0, columns[n], edge[0]);
         continue;
       }
-      set_J(0, columns[n], edge[0] + edge[1] * friction1);
-      set_J(1, columns[n], edge[0] + edge[1] * -friction1);
-      set_J(2, columns[n], edge[0] + edge[2] * friction2);
-      set_J(3, columns[n], edge[0] + edge[2] * -friction2);
+      if (pair.dim > 3) {
+        copy(dif, vectors(d_.cdof) + 6 * columns[n], 3);
+        if (n < pair.count1)
+          for (V& x : dif) x = V{} - x;
+        rotate(edge + 3, frame, dif, pair.dim - 3);
+      }
+      if (size == 4) {
+        set_J(0, columns[n], edge[0] + edge[1] * frictions[0]);
+        set_J(1, columns[n], edge[0] + edge[1] * -frictions[0]);
+        set_J(2, columns[n], edge[0] + edge[2] * frictions[1]);
+        set_J(3, columns[n], edge[0] + edge[2] * -frictions[1]);
+        continue;
+      }
+      for (int k = 1; k < pair.dim; ++k) {
+        set_J(2 * k - 2, columns[n], edge[0] + edge[k] * frictions[k - 1]);
+        set_J(2 * k - 1, columns[n], edge[0] + edge[k] * -frictions[k - 1]);
+      }
     }
     makeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
   }

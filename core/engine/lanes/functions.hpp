@@ -23,7 +23,7 @@ namespace mjenv::core::lanes {
 namespace {
 
 constexpr int kWidth = MJENV_LANES_WIDTH;
-constexpr double kHuge = 1e300;
+constexpr double kHuge = 1e300, kNoBound = __builtin_nan(""), kInfinite = __builtin_inf();
 
 typedef double V __attribute__((vector_size(8 * kWidth)));
 using Mask = decltype(V{} < V{});
@@ -220,7 +220,7 @@ inline void quatIntegrate(V* quat, const V* vel, double scale) {
   V tmp[4], rotation[4];
   copy(tmp, vel, 3);
   const V angle = scale * normalize3(tmp);
-  V sine, cosine;
+  V sine{}, cosine{};
   half_sines(reinterpret_cast<double*>(&sine), reinterpret_cast<double*>(&cosine),
              reinterpret_cast<const double*>(&angle), 1);
   axisAngle2Quat(rotation, tmp, angle, sine, cosine);
@@ -410,13 +410,13 @@ void adopt(Lanes& d) {
   }
 
   d.unlike = 0;
-  for (int i = 0; i < m.njnt; ++i)
+  for (int i = 0; i < m.njnt && !d.has_single_passive; ++i)
     if (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL)
       d.unlike |= bits(vectors(d.jnt_stiffness)[i] != V{});
   unsigned damped = 0;
   for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
   d.unlike |= d.has_damping ? ~damped : damped;
-  if (m.opt.viscosity > 0 || m.opt.density > 0) adopt_in_fluid(d);
+  if (!d.has_single_passive && (m.opt.viscosity > 0 || m.opt.density > 0)) adopt_in_fluid(d);
 }
 
 // ---- engine_core_smooth.c: positions ----
@@ -439,6 +439,7 @@ void kinematics(Lanes& d) {
     if (jnt_type[i] == mjJNT_HINGE) angle[hinges++] = q[0] - m.qpos0[jnt_qposadr[i]];
   }
   half_sines(d.sine, d.cosine, d.angle, hinges);
+  for (int i = 0; i < m.nmocap; ++i) normalize4(vectors(d.mocap_quat) + 4 * i);
 
   int hinge = 0;
   for (int i = 1; i < m.nbody; ++i) {
@@ -451,10 +452,16 @@ void kinematics(Lanes& d) {
       for (int k = 0; k < 3; ++k) xaxis[3 * first + k] = splat(k == 2);
     } else {
       const int parent = m.body_parentid[i];
+      const int mocap = m.body_mocapid[i];
       V vec[3];
-      rotVecMat(vec, m.body_pos + 3 * i, xmat + 9 * parent);
+      if (mocap >= 0) {
+        rotVecMat(vec, vectors(d.mocap_pos) + 3 * mocap, xmat + 9 * parent);
+        mulQuat(quat, xquat + 4 * parent, vectors(d.mocap_quat) + 4 * mocap);
+      } else {
+        rotVecMat(vec, m.body_pos + 3 * i, xmat + 9 * parent);
+        mulQuat(quat, xquat + 4 * parent, m.body_quat + 4 * i);
+      }
       for (int k = 0; k < 3; ++k) pos[k] = xpos[3 * parent + k] + vec[k];
-      mulQuat(quat, xquat + 4 * parent, m.body_quat + 4 * i);
       for (int j = first; j < first + count; ++j) {
         const double* axis = m.jnt_axis + 3 * j;
         V anchor[3];
@@ -583,7 +590,8 @@ void crb(Lanes& d) {
     V tmp[6];
     mulInertVec(tmp, inertia + 10 * m.dof_bodyid[i], cdof + 6 * i);
     qM[adr] = vectors(d.dof_armature)[i] + dot6(cdof + 6 * i, tmp);
-    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = dot6(cdof + 6 * j, tmp);
+    // MuJoCo adds to 0, so no sum is -0.
+    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = V{} + dot6(cdof + 6 * j, tmp);
   }
 }
 

@@ -22,13 +22,18 @@ enum class Shapes { others, plane_sphere, plane_capsule, sphere_sphere, sphere_c
 
 struct ContactPair {
   int geom1, geom2;
-  Shapes shapes;  // others: lanes do not compute these contacts
-  int dim;        // condim: 1 or 3
+  Shapes shapes;  // others: MuJoCo's function computes these contacts row by row
+  int dim;        // condim: 1, 3, 4 or 6
   int root1, root2;
   // In Contacts::columns: the dofs that move only the first body, then those that move only the second. Dofs that move
   // both have a Jacobian of 0.
   int first_column, count1, count2;
   double margin, includemargin;
+  // Whether MuJoCo's search may miss a contact of the pair: it excludes bodies by float32 computations, which can be wrong only
+  // where the bounding spheres overlap by less than about 1e-7 of the size of the numbers. reach: the distance at which
+  // the spheres, with their margin, touch.
+  bool is_searched;
+  double reach;
 };
 
 // What mj_makeConstraint takes from a row's mjModel for the limit of a joint or the contacts of a pair: efc_KBIP's K and B,
@@ -37,14 +42,15 @@ struct ConstraintNumbers {
   double stiffness, damping;
   double dmin, dmax, width, midpoint, power, below, above;
   double diagApprox;  // of the first constraint
-  double impratio, friction1, friction2;
+  double frictionloss;
+  double impratio, friction[5];
 };
 
 // The arrays have MuJoCo's names (mjData). Number i of lane l is at [i * width + l]. One block of memory holds them all.
 struct Lanes {
   const mjModel* model;
 
-  double *qpos, *qvel, *ctrl, *qacc, *qfrc_constraint;
+  double *qpos, *qvel, *ctrl, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
   double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
   double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
   double *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
@@ -66,6 +72,7 @@ struct Lanes {
   const double* ten_J;
   bool has_negative_zeros;  // in the vectors that quaternions rotate
   bool has_damping;
+  bool has_single_passive;  // MuJoCo computes the passive forces row by row
   const int* fluid_bodies;  // those on which a fluid acts
   int fluid_body_count;
   const GeomPair* pairs;
@@ -76,7 +83,8 @@ struct Lanes {
   unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
 };
 
-// The limits that several rows have reached, and their contacts, in the order of their constraints.
+// The friction of several rows' joints, the limits that they have reached, and their contacts, in the order of their
+// constraints.
 struct Contacts {
   static constexpr int kMost = 96;
 
@@ -86,6 +94,14 @@ struct Contacts {
   const int* columns;
   unsigned rows;  // the lanes, as bits, that take part
 
+  struct Friction {
+    int dof;
+    unsigned rows;  // the lanes, as bits, that have it
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  const Friction* frictions;
+  int friction_count;
+  int frictional[kMaxWidth];  // how many each lane has
   struct Limit {
     int joint, side;
     unsigned rows;  // the lanes, as bits, that have reached it
@@ -96,6 +112,14 @@ struct Contacts {
     unsigned rows;
     const ConstraintNumbers* numbers[kMaxWidth];
   };
+  // Computes a pair's contacts in these lanes, as bits, with MuJoCo's function. Writes contact i of each lane to the numbers i
+  // of the arrays `single`, and the lanes that have it to single_rows. Returns how many a lane has at most, -1 if it fails.
+  int (*collide)(void* maker, int pair, unsigned rows);
+  void* maker;
+  static constexpr int kMostSingle = 50;  // mjMAXCONPAIR
+  unsigned single_rows[kMostSingle];
+  double *single_dist, *single_pos, *single_frame;
+
   Limit limits[kMost];
   Contact contacts[kMost];
   int limit_count, contact_count;
@@ -125,13 +149,20 @@ struct Constraints {
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0
   int iterations[kMaxWidth];        // how many there were
 
+  // Places from this on hold neither equality constraints nor friction. For each before it: the numbers between which
+  // J * qacc - aref has a quadratic cost, NaN where there is no bound; frictionloss; and -R * frictionloss^2 / 2. Beyond the
+  // bounds the force is frictionloss or its negative, so inequalities have a frictionloss of 0.
+  int bounded;
+  double *low, *high, *frictionloss, *bend;
+
   // Of Newton's method. quad is [size][3], H is [nv][nv], and vec is what a rank-one update of H consumes.
   double *Jv, *quad, *Ma, *Mv, *grad, *search, *vec, *H;
   unsigned char *quadratic,
       *old;  // for each place the lanes, as bits, that are quadratic; and that were before the last move
 
-  // Of PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / its diagonal, and A is 1 / ARinv.
-  double *R, *JM2, *AR, *ARinv, *A;
+  // Of PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / its diagonal, and A is 1 / ARinv. For each place before
+  // `bounded`, the least and the greatest force.
+  double *R, *JM2, *AR, *ARinv, *A, *least, *greatest;
 };
 
 // The functions of an instruction set, named after those of MuJoCo 2.2.2 that they follow: their result, name and

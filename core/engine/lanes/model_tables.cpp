@@ -16,6 +16,39 @@ bool has_negative_zero(const mjtNum* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
 }
 
+bool has_ellipsoids(const mjModel& m) {
+  for (int g = 0; g < m.ngeom; ++g)
+    if (m.geom_fluid[mjNFLUID * g] > 0) return true;
+  return false;
+}
+
+bool has_springs_of_rotations(const mjModel& m) {
+  for (int j = 0; j < m.njnt; ++j)
+    if ((m.jnt_type[j] == mjJNT_FREE || m.jnt_type[j] == mjJNT_BALL) && m.jnt_stiffness[j] != 0) return true;
+  return false;
+}
+
+bool has_spatial_tendons(const mjModel& m) {
+  for (int i = 0; i < m.nwrap; ++i)
+    if (m.wrap_type[i] != mjWRAP_JOINT) return true;
+  return false;
+}
+
+// A motor, position or velocity of a slide or hinge
+bool is_plain(const mjModel& m, int actuator) {
+  const int joint = m.actuator_trnid[2 * actuator], transmission = m.actuator_trntype[actuator];
+  if (transmission != mjTRN_JOINT && transmission != mjTRN_JOINTINPARENT) return false;
+  if (m.jnt_type[joint] != mjJNT_SLIDE && m.jnt_type[joint] != mjJNT_HINGE) return false;
+  return m.actuator_dyntype[actuator] == mjDYN_NONE && m.actuator_gaintype[actuator] == mjGAIN_FIXED &&
+         (m.actuator_biastype[actuator] == mjBIAS_NONE || m.actuator_biastype[actuator] == mjBIAS_AFFINE);
+}
+
+bool has_other_actuators(const mjModel& m) {
+  for (int i = 0; i < m.nu; ++i)
+    if (!is_plain(m, i)) return true;
+  return false;
+}
+
 // As in mj_tendon.
 std::vector<double> tendon_jacobian(const mjModel& m) {
   std::vector<double> jacobian(static_cast<std::size_t>(m.ntendon) * static_cast<std::size_t>(m.nv));
@@ -88,7 +121,8 @@ int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, c
   return count;
 }
 
-std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, std::vector<int>& columns) {
+std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, bool are_searched,
+                                          std::vector<int>& columns) {
   std::vector<ContactPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
     int first = listed.geom1[i], second = listed.geom2[i];
@@ -98,7 +132,9 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
     pair.geom1 = first;
     pair.geom2 = second;
     pair.dim = listed.dim[i];
-    pair.shapes = pair.dim == 1 || pair.dim == 3 ? shapes_of(m, first, second) : Shapes::others;
+    pair.shapes = shapes_of(m, first, second);
+    pair.is_searched = are_searched && body1 != 0 && body2 != 0;
+    pair.reach = m.geom_rbound[first] + m.geom_rbound[second] + listed.margin[i];
     pair.root1 = m.body_rootid[body1];
     pair.root2 = m.body_rootid[body2];
     pair.margin = listed.margin[i];
@@ -127,15 +163,27 @@ double largest_square(double radius) {
   return square;
 }
 
+SingleStages::SingleStages(const mjModel& m) {
+  actuation =
+      (m.opt.disableflags & mjDSBL_ACTUATION) != 0 || m.na > 0 || has_other_actuators(m) || has_spatial_tendons(m);
+  passive = (m.opt.disableflags & mjDSBL_PASSIVE) != 0 || (actuation && m.ntendon > 0) || has_ellipsoids(m) ||
+            has_springs_of_rotations(m);
+}
+
 ModelTables::ModelTables(const Model& model) {
   const mjModel& m = *model.get();
-  ten_J = tendon_jacobian(m);
-  actuator_moment = moments(m);
-  fluid_bodies = bodies_in_fluid(m);
-  lists_pairs = model.pairs() != nullptr;
+  const SingleStages single(m);
+  if (!single.actuation) {
+    ten_J = tendon_jacobian(m);
+    actuator_moment = moments(m);
+  }
+  if (!single.passive) fluid_bodies = bodies_in_fluid(m);
+  if (!model.pairs()) searched = searched_pairs(m);
+  lists_pairs = model.pairs() || searched;
   if (lists_pairs) {
-    pairs = tested_pairs(m, *model.pairs());
-    contact_pairs = pairs_in_contact(m, *model.pairs(), contact_columns);
+    const Pairs& listed = searched ? *searched : *model.pairs();
+    pairs = tested_pairs(m, listed);
+    contact_pairs = pairs_in_contact(m, listed, searched.has_value(), contact_columns);
   }
   for (int j = 0; j < m.njnt; ++j)
     if (m.jnt_limited[j]) limited_joints.push_back(j);

@@ -208,7 +208,12 @@ class Newton : Constrained {
   // The cost that mj_constraintUpdate computes.
   V cost_of(const V* jar) const {
     V sum{};
-    for (int i = 0; i < size_; ++i) {
+    for (int i = 0; i < c_.bounded; ++i) {
+      const V frictionloss = of(c_.frictionloss)[i], linear = frictionloss * jar[i];
+      const V beyond = jar[i] >= of(c_.high)[i] ? of(c_.bend)[i] + linear : of(c_.bend)[i] - linear;
+      sum += is_quadratic(i, jar[i]) ? 0.5 * of(c_.D)[i] * jar[i] * jar[i] : beyond;
+    }
+    for (int i = c_.bounded; i < size_; ++i) {
       const Mask is_satisfied = jar[i] >= V{};
       sum += is_satisfied ? V{} : 0.5 * vectors(c_.D)[i] * jar[i] * jar[i];
     }
@@ -243,7 +248,8 @@ class Newton : Constrained {
   // CGupdateConstraint and mj_constraintUpdate
   void updateConstraint() {
     const V* const jar = of(c_.jar);
-    for (int i = 0; i < size_; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
+    for (int i = 0; i < c_.bounded; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(is_quadratic(i, jar[i])));
+    for (int i = c_.bounded; i < size_; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
     force_of(jar);
     mulJacTVec(vectors(d_.qfrc_constraint), of(c_.force));
     gauss_[0] = gauss_of(of(c_.Ma), vectors(d_.qacc), V{});
@@ -256,7 +262,8 @@ class Newton : Constrained {
     // mju_sqrMatTD, of the lower triangle
     for (int j = 0; j < size_; ++j) {
       if (!(c_.quadratic[j] & active_)) continue;
-      const V D = of(c_.jar)[j] >= V{} ? V{} : of(c_.D)[j];
+      const V jar = of(c_.jar)[j];
+      const V D = j < c_.bounded ? (is_quadratic(j, jar) ? of(c_.D)[j] : V{}) : (jar >= V{} ? V{} : of(c_.D)[j]);
       const V* const row = of(c_.J) + j * nv_;
       const int *const columns = c_.columns + j * nv_, count = c_.column_counts[j];
       for (int a = 0; a < count; ++a) {
@@ -319,7 +326,16 @@ class Newton : Constrained {
     for (int lane = 0; lane < kWidth; ++lane) alpha[lane] = searches_[lane].alpha();
     const V *const jar = of(c_.jar), *const Jv = of(c_.Jv), *const quad = of(c_.quad);
     V sum0 = gauss_[0], sum1 = gauss_[1], sum2 = gauss_[2];
-    for (int i = 0; i < size_; ++i) {
+    for (int i = 0; i < c_.bounded; ++i) {
+      const V frictionloss = of(c_.frictionloss)[i], bound = of(c_.high)[i], x = jar[i] + alpha * Jv[i];
+      const Mask is_inside = is_quadratic(i, x), is_above = x >= bound, has_friction = frictionloss > V{};
+      const V bent = -0.5 * bound, slope = frictionloss * Jv[i];
+      const V line0 = frictionloss * (is_above ? bent + jar[i] : bent - jar[i]), line1 = is_above ? slope : -slope;
+      sum0 = is_inside ? sum0 + quad[3 * i] : (has_friction ? sum0 + line0 : sum0);
+      sum1 = is_inside ? sum1 + quad[3 * i + 1] : (has_friction ? sum1 + line1 : sum1);
+      sum2 = is_inside ? sum2 + quad[3 * i + 2] : (has_friction ? sum2 + V{} : sum2);
+    }
+    for (int i = c_.bounded; i < size_; ++i) {
       const Mask is_active = jar[i] + alpha * Jv[i] < V{};
       sum0 = is_active ? sum0 + quad[3 * i] : sum0;
       sum1 = is_active ? sum1 + quad[3 * i + 1] : sum1;

@@ -65,36 +65,9 @@ std::string excessive_array(const mjModel& m) {
   return "";
 }
 
-bool has_ellipsoids(const mjModel& m) {
-  for (int g = 0; g < m.ngeom; ++g)
-    if (m.geom_fluid[mjNFLUID * g] > 0) return true;
-  return false;
-}
-
-bool has_springs_of_rotations(const mjModel& m) {
-  for (int j = 0; j < m.njnt; ++j)
-    if ((m.jnt_type[j] == mjJNT_FREE || m.jnt_type[j] == mjJNT_BALL) && m.jnt_stiffness[j] != 0) return true;
-  return false;
-}
-
-bool has_spatial_tendons(const mjModel& m) {
-  for (int i = 0; i < m.nwrap; ++i)
-    if (m.wrap_type[i] != mjWRAP_JOINT) return true;
-  return false;
-}
-
-bool is_plain(const mjModel& m, int actuator) {
-  const int joint = m.actuator_trnid[2 * actuator], transmission = m.actuator_trntype[actuator];
-  if (transmission != mjTRN_JOINT && transmission != mjTRN_JOINTINPARENT) return false;
-  if (m.jnt_type[joint] != mjJNT_SLIDE && m.jnt_type[joint] != mjJNT_HINGE) return false;
-  return m.actuator_dyntype[actuator] == mjDYN_NONE && m.actuator_gaintype[actuator] == mjGAIN_FIXED &&
-         (m.actuator_biastype[actuator] == mjBIAS_NONE || m.actuator_biastype[actuator] == mjBIAS_AFFINE);
-}
-
-bool has_other_actuators(const mjModel& m) {
-  for (int i = 0; i < m.nu; ++i)
-    if (!is_plain(m, i)) return true;
-  return false;
+// Their moments depend on contacts, which are found after all else.
+bool has_adhesion(const mjModel& m) {
+  return std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; });
 }
 
 using Names = std::vector<const char*>;
@@ -111,7 +84,8 @@ const Names kRowByRow{
     "dof_invweight0", "body_invweight0", "body_subtreemass", "tendon_length0", "tendon_invweight0", "actuator_acc0",
     "opt.impratio",   "opt.tolerance",   "actuator_length0", "opt.iterations", "stat.meaninertia",  "stat.meanmass",
     "stat.meansize",  "stat.extent",     "stat.center",      "cam_pos0",       "cam_poscom0",       "cam_mat0",
-    "light_pos0",     "light_poscom0",   "light_dir0",       "userdata"};
+    "light_pos0",     "light_poscom0",   "light_dir0",       "userdata",       "mocap_pos",         "sensor_cutoff",
+    "eq_data",        "eq_solref",       "eq_solimp"};
 
 bool is_in(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -125,17 +99,10 @@ std::string obstacle(const Model& model) {
   const mjModel& m = *model.get();
   if (m.nv == 0) return "no joints";
   if (m.opt.integrator != mjINT_EULER && m.opt.integrator != mjINT_RK4) return "the integrator";
-  if (m.opt.enableflags != 0) return "an enabled feature (opt.enableflags)";
-  if (m.opt.disableflags & (mjDSBL_PASSIVE | mjDSBL_ACTUATION)) return "disabled forces (opt.disableflags)";
-  if (m.neq > 0) return "equality constraints";
-  if (m.nmocap > 0) return "mocap bodies";
-  if (m.nsensor > 0) return "sensors";
-  if (m.na > 0 || has_other_actuators(m))
-    return "actuators that are not plain motors, positions or velocities of joints";
-  if (has_springs_of_rotations(m)) return "springs of ball or free joints";
-  if (has_spatial_tendons(m)) return "tendons in space";
+  if (m.opt.enableflags & mjENBL_FWDINV) return "the comparison of forward and inverse dynamics (opt.enableflags)";
+  if (m.opt.enableflags & mjENBL_SENSORNOISE) return "noise of sensors (opt.enableflags)";
+  if (has_adhesion(m)) return "adhesion";
   if (m.ntendon > 0 && mj_isSparse(&m)) return "sparse Jacobians of tendons";
-  if (has_ellipsoids(m)) return "the fluid model of ellipsoids";
   if (has_callbacks()) return "the process's MuJoCo callbacks";
   const std::string array = excessive_array(m);
   return array.empty() ? "" : "a number in " + array + " that is not finite or greater than 1e10";

@@ -20,7 +20,10 @@ class Pgs : Constrained {
     ARdiaginv();
     referenceConstraint();
     warmstart();
-    solve();
+    if (c_.bounded > 0)
+      solve<true>();
+    else
+      solve<false>();
     finish();
   }
 
@@ -28,7 +31,8 @@ class Pgs : Constrained {
   const int blocks_;  // places in whole blocks of four
 
   // mju_dot of two vectors with a number for each place. A sum of zero is +0 here, where MuJoCo's may be -0. That changes no
-  // force: no force is -0, and subtracting either zero from another number gives the same.
+  // force of an inequality: none is -0, and subtracting either zero from another number gives the same. Others may be -0, so
+  // leave_negative_zeros leaves the lanes in which the sign of such a sum counts.
   V dot_places(const V* a, const V* b) const {
     V res0{}, res1{}, res2{}, res3{};
     int j = 0;
@@ -40,6 +44,12 @@ class Pgs : Constrained {
     }
     const V sum = (res0 + res2) + (res1 + res3);
     return sum + (a[j] * b[j] + a[j + 1] * b[j + 1] + a[j + 2] * b[j + 2]);
+  }
+
+  void leave_negative_zeros(const V* b) {
+    for (int i = 0; i < c_.bounded; ++i)
+      if (const Mask is_zero = b[i] == V{}; __builtin_expect(any(is_zero), 0))
+        leave(bits(is_zero & (1.0 / b[i] < V{})) & c_.rows);
   }
 
   // Where x is 0, MuJoCo skips a subtraction, which could turn -0 into +0.
@@ -95,6 +105,7 @@ class Pgs : Constrained {
   void warmstart() {
     V *const force = vectors(c_.force), *const jar = vectors(c_.jar), *const b = vectors(c_.b);
     residual(b, vectors(d_.qacc_smooth));
+    leave_negative_zeros(b);
     residual(jar, vectors(c_.warmstart));
     force_of(jar);
     V* const ARf = jar;
@@ -104,6 +115,7 @@ class Pgs : Constrained {
   }
 
   // mj_solPGS. Lanes that have ended keep their forces.
+  template <bool kIsBounded>
   void solve() {
     V* const force = vectors(c_.force);
     const V scale = *vectors(c_.meaninertia) * number_of_dofs(), tolerance = *vectors(c_.tolerance);
@@ -118,7 +130,12 @@ class Pgs : Constrained {
         const V res = vectors(c_.b)[i] + dot_places(vectors(c_.AR) + i * size_, force);
         const V old = force[i];
         V next = old - res * vectors(c_.ARinv)[i];
-        next = next < V{} ? V{} : next;
+        if (kIsBounded) {
+          const V least = vectors(c_.least)[i], greatest = vectors(c_.greatest)[i];
+          next = next < least ? least : (next > greatest ? greatest : next);
+        } else {
+          next = next < V{} ? V{} : next;
+        }
 
         // costChange
         const V delta = next - old;

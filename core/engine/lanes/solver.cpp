@@ -1,7 +1,9 @@
 #include "engine/lanes/solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 namespace mjenv::core::lanes {
@@ -9,13 +11,16 @@ namespace {
 
 Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual) {
   using C = Constraints;
-  Counts<Constraints> result{{&C::J, places * nv}, {&C::D, places},     {&C::vel, places},   {&C::aref, places},
-                             {&C::b, places},      {&C::jar, places},   {&C::force, places}, {&C::damping, places},
-                             {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},  {&C::meaninertia, 1}};
+  Counts<Constraints> result{
+      {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},          {&C::aref, places},
+      {&C::b, places},      {&C::jar, places},   {&C::force, places},        {&C::damping, places},
+      {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},         {&C::meaninertia, 1},
+      {&C::low, places},    {&C::high, places},  {&C::frictionloss, places}, {&C::bend, places}};
   const Counts<Constraints> primal{{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv},  {&C::Mv, nv},
                                    {&C::grad, nv},   {&C::search, nv},       {&C::vec, nv}, {&C::H, nv * nv}};
-  const Counts<Constraints> dual{
-      {&C::R, places}, {&C::JM2, places * nv}, {&C::AR, places * places}, {&C::ARinv, places}, {&C::A, places}};
+  const Counts<Constraints> dual{{&C::R, places},       {&C::JM2, places * nv}, {&C::AR, places * places},
+                                 {&C::ARinv, places},   {&C::A, places},        {&C::least, places},
+                                 {&C::greatest, places}};
   const Counts<Constraints>& own = is_dual ? dual : primal;
   result.insert(result.end(), own.begin(), own.end());
   return result;
@@ -25,6 +30,13 @@ bool is_solved(const mjModel& m) {
   const bool is_known = m.opt.solver == mjSOL_PGS || m.opt.solver == mjSOL_NEWTON;
   return is_known && m.opt.cone == mjCONE_PYRAMIDAL && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m) &&
          !(m.opt.disableflags & mjDSBL_WARMSTART);
+}
+
+// As dualState says it, of the forces of PGS.
+bool is_quadratic_of(const mjData& d, int i) {
+  if (i < d.ne) return true;
+  const double force = d.efc_force[i];
+  return i < d.ne + d.nf ? std::fabs(force) < d.efc_frictionloss[i] : force > 0;
 }
 
 }  // namespace
@@ -72,20 +84,23 @@ int Solver::constraint_at(int place, int count) const {
   return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
 }
 
-// rows: as bits, those that have constraints. most: how many they have at most.
-void Solver::set_size(std::uint32_t rows, int most) {
+// rows: as bits, those that have constraints. most: how many they have at most. bounded: how many of them are equality
+// constraints and friction, at most.
+void Solver::set_size(std::uint32_t rows, int most, int bounded) {
   constraints_.rows = rows;
   constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
+  constraints_.bounded = is_dual_ && bounded > 0 ? constraints_.size : bounded;
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
-  int most = 0, first = code_.width;
+  int most = 0, bounded = 0, first = code_.width;
   for (int lane = code_.width - 1; lane >= 0; --lane)
     if (rows >> lane & 1) {
       most = std::max(most, data[lane]->nefc);
+      bounded = std::max(bounded, data[lane]->ne + data[lane]->nf);
       first = lane;
     }
-  set_size(rows, most);
+  set_size(rows, most, bounded);
 
   // Lanes that take no part compute the first row's constraints, too.
   RowData from{};
@@ -106,15 +121,16 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
 
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {
   const int width = code_.width;
-  int most = 0;
+  int most = 0, bounded = 0;
   std::uint32_t rows = 0;
   for (int lane = 0; lane < width; ++lane) {
     if (!(contacts.rows >> lane & 1) || contacts.constraints[lane] == 0) continue;
     most = std::max(most, contacts.constraints[lane]);
+    bounded = std::max(bounded, contacts.frictional[lane]);
     rows |= 1U << lane;
   }
   if (rows != 0) {
-    set_size(rows, most);
+    set_size(rows, most, bounded);
     const int some = static_cast<int>(__builtin_ctz(rows));
     std::array<const double*, kMaxWidth> warmstart{};
     for (int lane = 0; lane < width; ++lane) {
@@ -172,6 +188,29 @@ void Solver::load(int lane, const mjData& d) {
     c.spring[at] = KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
     if (is_dual_) c.R[at] = d.efc_R[i];
   }
+  if (c.bounded > 0) load_bounds(lane, d);
+}
+
+void Solver::load_bounds(int lane, const mjData& d) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity(),
+                   kNoBound = std::numeric_limits<double>::quiet_NaN();
+  Constraints& c = constraints_;
+  const auto set = [&](int at, double low, double high, double frictionloss, double bend) {
+    const int number = at * code_.width + lane;
+    c.low[number] = low;
+    c.high[number] = high;
+    c.frictionloss[number] = frictionloss;
+    c.bend[number] = bend;
+    if (!is_dual_) return;
+    c.least[number] = frictionloss > 0 ? -frictionloss : (high == 0 ? 0 : -kInfinite);
+    c.greatest[number] = frictionloss > 0 ? frictionloss : kInfinite;
+  };
+  for (int at = 0; at < c.bounded; ++at) set(at, kNoBound, 0, 0, 0);
+  for (int i = 0; i < d.ne; ++i) set(place(i, d.nefc), kNoBound, kNoBound, 0, 0);
+  for (int i = d.ne; i < d.ne + d.nf; ++i) {
+    const double R = d.efc_R[i], loss = d.efc_frictionloss[i];
+    set(place(i, d.nefc), -(R * loss), R * loss, loss, -0.5 * R * loss * loss);
+  }
 }
 
 void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const {
@@ -188,8 +227,12 @@ void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const
     d.efc_aref[i] = c.aref[number];
     d.efc_b[i] = c.b[number];
     d.efc_force[i] = c.force[number];
-    const bool is_quadratic = is_dual_ ? d.efc_force[i] > 0 : (c.quadratic[at] >> lane & 1) != 0;
-    d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
+    const bool is_friction = i >= d.ne && i < d.ne + d.nf;
+    const bool is_quadratic = is_dual_ ? is_quadratic_of(d, i) : (c.quadratic[at] >> lane & 1) != 0;
+    if (is_friction && !is_quadratic)
+      d.efc_state[i] = d.efc_force[i] > 0 ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_LINEARPOS;
+    else
+      d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
   }
 }
 

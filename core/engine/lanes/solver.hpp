@@ -23,8 +23,8 @@ class Solver {
   static std::size_t bytes(int width, const mjModel& m);
 
   // Whether lanes can solve the constraints of this row.
-  bool solves(const mjData& d) const { return d.nefc > 0 && d.nf == 0 && can_solve(d, d.nefc); }
-  // Whether they can solve so many constraints of it, without friction of joints or tendons.
+  bool solves(const mjData& d) const { return d.nefc > 0 && can_solve(d, d.nefc); }
+  // Whether they can solve so many constraints of it.
   bool can_solve(const mjData& d, int constraints) const;
 
   // The rows, as bits, in which mj_makeConstraint has run. Does the rest of what mj_forward does with constraints.
@@ -47,12 +47,13 @@ class Solver {
 
   Solver(const Code& code, const mjModel& m);
   int in_blocks(int count) const { return is_dual_ ? count / 4 * 4 : count; }
-  void set_size(std::uint32_t rows, int most);
+  void set_size(std::uint32_t rows, int most, int bounded);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;
   void gather_J(const RowData& from);
   void load(int lane, const mjModel& m);
   void load(int lane, const mjData& d);
+  void load_bounds(int lane, const mjData& d);
   void finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <exception>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "engine/lanes/lanes.hpp"
 #include "engine/lanes/memory.hpp"
 #include "engine/lanes/model_tables.hpp"
+#include "engine/lanes/sensing.hpp"
 #include "engine/lanes/solver.hpp"
 #include "engine/mujoco.hpp"
 #include "engine/pairs.hpp"
@@ -90,8 +92,9 @@ class LaneArrays {
 
  protected:
   const mjModel& m_;
-  std::vector<LaneArray> state_, input_, shown_, others_, for_limits_, for_geoms_, for_contacts_, for_solver_,
-      from_solver_, warmstart_, of_euler_;
+  std::vector<LaneArray> state_, input_, shown_, others_, for_limits_, for_equality_, for_geoms_, for_contacts_,
+      for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_, speeds_, actuation_,
+      passive_;
   std::vector<OwnNumbers> own_;
   Counts<Lanes> counts_;
   int longest_ = 1;  // of the arrays of mjData
@@ -102,8 +105,12 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;
   const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
-  state_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}};
-  input_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::ctrl, &D::ctrl, nu}};
+  state_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
+  input_ = {{&L::qpos, &D::qpos, nq},
+            {&L::qvel, &D::qvel, nv},
+            {&L::ctrl, &D::ctrl, nu},
+            {&L::mocap_pos, &D::mocap_pos, 3 * m_.nmocap},
+            {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
   shown_ = {{&L::xpos, &D::xpos, 3 * nbody},
             {&L::xquat, &D::xquat, 4 * nbody},
             {&L::xmat, &D::xmat, 9 * nbody},
@@ -136,6 +143,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
              {&L::qfrc_smooth, &D::qfrc_smooth, nv},
              {&L::qacc_smooth, &D::qacc_smooth, nv}};
   for_limits_ = {{&L::qpos, &D::qpos, nq}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
+  for_equality_ = {{&L::xpos, &D::xpos, 3 * nbody}, {&L::xquat, &D::xquat, 4 * nbody}, {&L::xmat, &D::xmat, 9 * nbody}};
   for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
   for_contacts_ = {{&L::subtree_com, &D::subtree_com, 3 * nbody}, {&L::cdof, &D::cdof, 6 * nv}};
   for_solver_ = {{&L::qvel, &D::qvel, nv},
@@ -144,6 +152,27 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                  {&L::qLDiagInv, &D::qLDiagInv, nv},
                  {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
                  {&L::qfrc_smooth, &D::qfrc_smooth, nv}};
+  for_sensors_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
+                  {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
+                  {&L::cdof, &D::cdof, 6 * nv},
+                  {&L::cdof_dot, &D::cdof_dot, 6 * nv}};
+  poses_ = {{&L::qpos, &D::qpos, nq},
+            {&L::xpos, &D::xpos, 3 * nbody},
+            {&L::xquat, &D::xquat, 4 * nbody},
+            {&L::xmat, &D::xmat, 9 * nbody},
+            {&L::xipos, &D::xipos, 3 * nbody},
+            {&L::ximat, &D::ximat, 9 * nbody},
+            {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
+            {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
+            {&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
+            {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
+            {&L::subtree_com, &D::subtree_com, 3 * nbody},
+            {&L::cdof, &D::cdof, 6 * nv}};
+  motions_ = {{&L::qvel, &D::qvel, nv}, {&L::cvel, &D::cvel, 6 * nbody}};
+  lengths_ = {{&L::ten_length, &D::ten_length, m_.ntendon}, {&L::actuator_length, &D::actuator_length, nu}};
+  speeds_ = {{&L::ten_velocity, &D::ten_velocity, m_.ntendon}, {&L::actuator_velocity, &D::actuator_velocity, nu}};
+  actuation_ = {{&L::actuator_force, &D::actuator_force, nu}, {&L::qfrc_actuator, &D::qfrc_actuator, nv}};
+  passive_ = {{&L::qfrc_passive, &D::qfrc_passive, nv}};
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
@@ -198,6 +227,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
  private:
   const Code& code_;
   ModelTables tables_;
+  const SingleStages single_;
   Lanes lanes_{};
   Memory<Lanes> memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
@@ -205,9 +235,16 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
   std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
   bool makes_ = false;                      // whether the maker makes those of the rows of this step
-  bool is_whole_ = true;                    // whether this step must leave all of mjData as MuJoCo does
+  const SensorNeeds sensors_;
+  bool is_whole_ = true;  // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // lanes without a row write here
+  // X, F and dX of mj_RungeKutta for the states of a row's actuators.
+  struct Activations {
+    explicit Activations(std::size_t count) : X(count), F(4 * count), dX(count) {}
+    std::vector<double> X, F, dX;
+  };
+  std::vector<Activations> activations_;
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<mjData*, kMaxWidth> data_{};
   int count_ = 0;
@@ -217,16 +254,24 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void gather_own();
   void gather(const std::vector<LaneArray>& arrays);
   void scatter(const std::vector<LaneArray>& arrays);
-  void scatter_derived();
   std::uint32_t live() const { return all_ & ~lanes_.left; }
   template <typename Body>
   void for_live_rows(const Body& body);
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
-  void forward(bool is_last);
+  // What becomes of what an evaluation of the dynamics computes.
+  struct Use {
+    bool is_left;    // the step leaves it in mjData
+    bool is_sensed;  // sensors show it
+  };
+  void forward(Use use);
   bool constrain_in_lanes();
+  void actuate_singly();
+  void resist_singly();
+  void activate(int stage);
   void collide();
-  void constrain(bool is_last);
+  void constrain(bool is_held);
+  void show(Use use, bool holds_constraints);
   void integrate(bool is_last);
 };
 
@@ -241,19 +286,24 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
     : LaneArrays(*model.stepped()),
       code_(code),
       tables_(model),
+      single_(m_),
       memory_(lanes_, code.width, counts_),
       searches_(!model.pairs()),
       solver_(Solver::make(code, m_)),
       maker_(solver_ ? ConstraintMaker::make(code, m_, tables_) : nullptr),
+      sensors_(sensor_needs(m_)),
       hits_(tables_.pairs.size()),
-      spare_(static_cast<std::size_t>(longest_)) {
-  if (tables_.constrains_tendons) for_limits_.push_back({&Lanes::ten_length, &mjData::ten_length, m_.ntendon});
+      spare_(static_cast<std::size_t>(longest_)),
+      activations_(static_cast<std::size_t>(code.width), Activations(static_cast<std::size_t>(m_.na))) {
+  if (tables_.constrains_tendons || m_.neq > 0)
+    for_limits_.push_back({&Lanes::ten_length, &mjData::ten_length, m_.ntendon});
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
   lanes_.ten_J = tables_.ten_J.data();
   lanes_.has_negative_zeros = tables_.has_negative_zeros;
   lanes_.has_damping = tables_.has_damping;
+  lanes_.has_single_passive = single_.passive;
   lanes_.fluid_bodies = tables_.fluid_bodies.data();
   lanes_.fluid_body_count = static_cast<int>(tables_.fluid_bodies.size());
   lanes_.pairs = tables_.pairs.data();
@@ -302,12 +352,6 @@ void LaneStepper::scatter(const std::vector<LaneArray>& arrays) {
   }
 }
 
-// What callbacks can read, and the rest if somebody reads it.
-void LaneStepper::scatter_derived() {
-  scatter(shown_);
-  if (is_whole_) scatter(others_);
-}
-
 // Calls body(row, its model, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
@@ -334,7 +378,13 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   makes_ = maker_ && maker_->follow(row_models_, count);
   lanes_.left = lanes_.unlike;
   gather(input_);
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
+    if (std::any_of(d.act, d.act + m_.na, [](double x) { return !(std::fabs(x) <= mjMAXVAL); }))
+      lanes_.left |= 1U << row;
+  });
   leave_bad(lanes_.ctrl, m_.nu);
+  leave_bad(lanes_.mocap_pos, 3 * m_.nmocap);
+  leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
@@ -343,7 +393,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       for (int row = 0; row < count; ++row) works[row]->save(before[row]);
     }
     const bool is_last = frame == frames;
-    forward(is_last && m_.opt.integrator == mjINT_EULER);
+    forward({is_last && m_.opt.integrator == mjINT_EULER, is_last && sensors_ != SensorNeeds::nothing});
     integrate(is_last);
     if (live() == 0) return 0;
     for (int row = 0; row < count; ++row) data_[row]->time += m_.opt.timestep;
@@ -361,31 +411,85 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   return live();
 }
 
-// mj_forward, in another order where that makes no difference: what concerns constraints comes last. is_last: what it
-// computes is what the step leaves in mjData.
-void LaneStepper::forward(bool is_last) {
+// mj_forward, in another order where that makes no difference: what concerns constraints comes last, then sensors and
+// energies.
+void LaneStepper::forward(Use use) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
-  code_.tendon(lanes_);
+  if (single_.actuation || single_.passive) scatter(poses_);
+  if (!single_.actuation) code_.tendon(lanes_);
   code_.crb(lanes_);
   code_.factorM(lanes_);
-  code_.transmission(lanes_);
-  code_.fwdVelocity(lanes_);
+  if (!single_.actuation) {
+    code_.transmission(lanes_);
+    code_.fwdVelocity(lanes_);
+  }
   code_.comVel(lanes_);
-  code_.passive(lanes_);
+  if (single_.actuation || single_.passive) scatter(motions_);
+  if (single_.actuation) actuate_singly();
+  if (single_.passive)
+    resist_singly();
+  else
+    code_.passive(lanes_);
   code_.rne(lanes_);
-  code_.fwdActuation(lanes_);
+  if (!single_.actuation) code_.fwdActuation(lanes_);
   code_.fwdAcceleration(lanes_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  if ((is_last && is_whole_) || !makes_ || !constrain_in_lanes()) {
+  const bool is_held = (use.is_left && is_whole_) || (use.is_sensed && sensors_ == SensorNeeds::constraints);
+  if (is_held || !makes_ || !constrain_in_lanes()) {
     scatter(for_limits_);
     collide();
-    constrain(is_last && is_whole_);
-  } else if (is_last) {
+    constrain(is_held);
+  } else if (use.is_left || use.is_sensed) {
     scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
+  show(use, is_held);
+}
+
+// Tendons and actuators, row by row.
+void LaneStepper::actuate_singly() {
+  for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
+    mj_tendon(&m, &d);
+    mj_transmission(&m, &d);
+    mju_mulMatVec(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, m_.nv);
+    mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m_.nu, m_.nv);
+    mj_fwdActuation(&m, &d);
+  });
+  for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
+}
+
+// Passive forces, row by row.
+void LaneStepper::resist_singly() {
+  if (!single_.actuation) {
+    scatter(lengths_);
+    scatter(speeds_);
+    if (!tables_.ten_J.empty())
+      for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) {
+        std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
+      });
+  }
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_passive(&m, &d); });
+  gather(passive_);
+}
+
+// Writes to mjData what callbacks can read, and the rest if somebody reads it.
+void LaneStepper::show(Use use, bool holds_constraints) {
+  if (use.is_left || use.is_sensed) scatter(shown_);
+  if (use.is_sensed) {
+    scatter(state_);
+    scatter(for_sensors_);
+    for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { sense(m, d, holds_constraints); });
+  }
+  if (!use.is_left || !is_whole_) return;
+  scatter(others_);
+  if (!(m_.opt.enableflags & mjENBL_ENERGY)) return;
+  scatter(state_);
+  for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
+    mj_energyPos(&m, &d);
+    mj_energyVel(&m, &d);
+  });
 }
 
 // Contacts and constraints of which mjData needs to hold nothing, because nobody reads them. Returns false if MuJoCo's
@@ -417,14 +521,16 @@ void LaneStepper::collide() {
   });
 }
 
-// MuJoCo makes the constraints row by row, and lanes solve them.
-void LaneStepper::constrain(bool is_last) {
+// MuJoCo makes the constraints row by row, and lanes solve them. is_held: mjData must hold them and their forces.
+void LaneStepper::constrain(bool is_held) {
   int contacts = 0;
   std::uint32_t constrained = 0, solvable = 0;
   for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
-  if (contacts > 0) scatter(for_contacts_);
+  if (contacts > 0 || m_.neq > 0) scatter(for_contacts_);
+  if (m_.neq > 0) scatter(for_equality_);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    if (tables_.constrains_tendons) std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
+    if (!single_.actuation && (tables_.constrains_tendons || m_.neq > 0))
+      std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
     mj_makeConstraint(&m, &d);
     if (d.nefc > 0) constrained |= 1u << row;
     if (solver_ && solver_->solves(d)) solvable |= 1u << row;
@@ -439,23 +545,23 @@ void LaneStepper::constrain(bool is_last) {
     }
     mj_fwdConstraint(&m, &d);
   });
-  if (solvable != 0) solver_->solve(lanes_, solvable, row_models_, data_, is_last);
+  if (solvable != 0) solver_->solve(lanes_, solvable, row_models_, data_, is_held);
   if (constrained != 0) return gather(from_solver_);
   const auto count = static_cast<std::size_t>(m_.nv) * static_cast<std::size_t>(code_.width);
   std::copy_n(lanes_.qacc_smooth, count, lanes_.qacc);
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
-// In the last frame, arrays that mj_forward computes are written to each row's mjData before the state moves on.
 void LaneStepper::integrate(bool is_last) {
   if (m_.opt.integrator == mjINT_EULER) {
-    if (is_last) scatter_derived();
     code_.Euler(lanes_);
+    activate(0);
     if (is_last && is_whole_ && tables_.has_damping) scatter(of_euler_);
     return;
   }
   for (int stage = 1; stage < 4; ++stage) {
     code_.RungeKutta(lanes_, stage);
+    activate(stage);
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
@@ -465,11 +571,40 @@ void LaneStepper::integrate(bool is_last) {
       if (data_[row]->pstack + taken > data_[row]->nstack) lanes_.left |= 1U << row;
       data_[row]->pstack += taken;
     }
-    forward(is_last && stage == 3);
+    forward({is_last && stage == 3, false});
     for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }
-  if (is_last) scatter_derived();
   code_.RungeKutta(lanes_, 4);
+  activate(4);
+}
+
+// What mj_Euler (stage 0) and the stages of mj_RungeKutta do with the states of actuators.
+void LaneStepper::activate(int stage) {
+  const int na = m_.na;
+  if (na == 0) return;
+  const double h = m_.opt.timestep;
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    Activations& a = activations_[static_cast<std::size_t>(row)];
+    if (stage > 0) {
+      if (stage == 1) std::copy_n(d.act, na, a.X.data());
+      double* const F = a.F.data();
+      std::copy_n(d.act_dot, na, F + static_cast<std::ptrdiff_t>(stage - 1) * na);
+      for (int i = 0; i < na; ++i) {
+        const double third = 1.0 / 3.0, sixth = 1.0 / 6.0;
+        a.dX[i] = stage == 4 ? 0 + F[i] * sixth + F[na + i] * third + F[2 * na + i] * third + F[3 * na + i] * sixth
+                             : 0 + d.act_dot[i] * (stage < 3 ? 0.5 : 1);
+      }
+      std::copy_n(a.X.data(), na, d.act);
+    }
+    for (int i = 0; i < na; ++i) {
+      d.act[i] += (stage == 0 ? d.act_dot : a.dX.data())[i] * h;
+      const int actuator = i + m_.nu - na;
+      if ((stage == 0 || stage == 4) && m.actuator_actlimited[actuator]) {
+        const mjtNum* const range = m.actuator_actrange + std::ptrdiff_t{2} * actuator;
+        d.act[i] = mju_clip(d.act[i], range[0], range[1]);
+      }
+    }
+  });
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#include "engine/lanes/sensing.hpp"
+
+#include <algorithm>
+
+namespace mjenv::core::lanes {
+namespace {
+
+bool needs_constraints(int type) {
+  switch (type) {
+    case mjSENS_JOINTLIMITPOS:
+    case mjSENS_JOINTLIMITVEL:
+    case mjSENS_JOINTLIMITFRC:
+    case mjSENS_TENDONLIMITPOS:
+    case mjSENS_TENDONLIMITVEL:
+    case mjSENS_TENDONLIMITFRC:
+    case mjSENS_TOUCH:
+    case mjSENS_FORCE:
+    case mjSENS_TORQUE: return true;
+    default: return false;
+  }
+}
+
+bool sees_from_cameras(const mjModel& m) {
+  const auto has_camera = [&](const int* types) {
+    return std::any_of(types, types + m.nsensor, [](int type) { return type == mjOBJ_CAMERA; });
+  };
+  return has_camera(m.sensor_objtype) || has_camera(m.sensor_reftype);
+}
+
+}  // namespace
+
+SensorNeeds sensor_needs(const mjModel& m) {
+  if (m.nsensor == 0 || (m.opt.disableflags & mjDSBL_SENSOR)) return SensorNeeds::nothing;
+  return std::any_of(m.sensor_type, m.sensor_type + m.nsensor, needs_constraints) ? SensorNeeds::constraints
+                                                                                  : SensorNeeds::motion;
+}
+
+// Without constraints, mj_rnePostConstraint gives the right accelerations, which is all that the other sensors read of it.
+void sense(const mjModel& m, mjData& d, bool holds_constraints) {
+  const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
+  if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;
+  if (sees_from_cameras(m)) mj_camlight(&m, &d);
+  mj_sensorPos(&m, &d);
+  mj_sensorVel(&m, &d);
+  mj_sensorAcc(&m, &d);
+  d.ncon = ncon;
+  d.ne = ne;
+  d.nf = nf;
+  d.nefc = nefc;
+}
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,17 @@
+// The stage of sensors: MuJoCo's own functions, row by row, because no step reads what they write.
+#pragma once
+
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+
+// What mjData must hold for the sensors of a model, besides the pose: nothing because there are none; velocities and
+// accelerations; or also contacts and constraints with their forces.
+enum class SensorNeeds { nothing, motion, constraints };
+
+SensorNeeds sensor_needs(const mjModel& m);
+
+// Writes sensordata as mj_forward does. holds_constraints: whether mjData holds the row's contacts and constraints.
+void sense(const mjModel& m, mjData& d, bool holds_constraints);
+
+}  // namespace mjenv::core::lanes
