@@ -156,7 +156,7 @@ std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
     if (!array.original.data) {  // an input of mjData
       std::vector<double> values(array.original.count());
       for (double& value : values) value = 0.3 * noise();
-      OwnArrays::write(array, values.data(), bytes);
+      array.write(values.data(), bytes);
       continue;
     }
     const bool is_raised = noise.below(2 * own.list().size()) == 0;
@@ -445,7 +445,7 @@ void test_missed_contacts(void** /*state*/) {
                                     "<body pos='" +
                                         std::string(place.data()) +
                                         " 0.1 0.2'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>");
-    Work work(model, 1);
+    Work work(model);
     work.forward();
     missed += i > 0 && work.data()->ncon == 0;
     const std::string found = compare(model, 16 * share);
