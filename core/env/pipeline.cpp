@@ -74,8 +74,7 @@ void Pipeline::send(const std::int64_t* rows, std::int64_t row_count, const Acti
   const std::size_t width = actions.dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double);
   for (std::int64_t i = 0; i < row_count; ++i) {
     const std::int64_t row = row_at(rows, i);
-    if (nu_ > 0)
-      std::memcpy(&actions_[row * nu_], actions.part(i * nu_, nu_).values, width * nu_);
+    if (nu_ > 0) std::memcpy(&actions_[row * nu_], actions.part(i * nu_, nu_).values, width * nu_);
     dtypes_[row] = actions.dtype;
     waiting_[(first_ + waiting_count_++) % waiting_.size()] = row;
   }
@@ -135,8 +134,8 @@ void Pipeline::receive(std::int64_t least, double timeout, std::int64_t* rows, s
   workers_.pool().check_here();
   if (count_ == 0) fail(MJENV_E_NOT_PENDING, "no rows are under way: send some first");
   if (least < 0 || least > count_)
-    fail(MJENV_E_SIZE,
-         "least is " + std::to_string(least) + ", not 0 to the " + std::to_string(count_) + " row(s) that are under way");
+    fail(MJENV_E_SIZE, "least is " + std::to_string(least) + ", not 0 to " + std::to_string(count_) + ": only " +
+                           std::to_string(count_) + " row(s) are under way");
   if (capacity < std::max<std::int64_t>(least, 1))
     fail(MJENV_E_SIZE, "capacity is " + std::to_string(capacity) +
                            ", but must not be less than 1, or than the argument \"least\", which is " +
@@ -144,7 +143,7 @@ void Pipeline::receive(std::int64_t least, double timeout, std::int64_t* rows, s
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
   // Without other threads, this call waits for at least one row even if least is 0: no other thread would step it.
-  const auto wanted = static_cast<std::size_t>( workers_.threads() == 1 ? std::max<std::int64_t>(least, 1) : least);
+  const auto wanted = static_cast<std::size_t>(workers_.threads() == 1 ? std::max<std::int64_t>(least, 1) : least);
   serve(workers_.team(0), Deadline(timeout), [&] { return ready_.size() >= wanted; });
 
   std::unique_lock lock(mutex_);

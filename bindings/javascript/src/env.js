@@ -4,10 +4,11 @@ import {
   Distribution,
   Dtype,
   Effect,
+  MJENV_ALL_ROWS,
   Role,
-  Type,
   mjenv_batch,
   mjenv_field,
+  mjenv_info,
   mjenv_perturbation,
   mjenv_push,
   mjenv_randomization,
@@ -36,7 +37,7 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  * @property {number[]} shape empty for a number
  * @property {number} offset where it begins among the numbers of its role
  * @property {number} count how many numbers it has
- * @property {Lowercase<keyof typeof Type>} type the type that the values have in Gymnasium
+ * @property {Lowercase<keyof typeof Dtype>} type the type that the values have in Gymnasium
  */
 
 /**
@@ -152,7 +153,8 @@ export class Env {
       /** The id. */
       this.id = String(id);
       /** How many rows there are. */
-      this.numEnvs = Number(library.functions.mjenv_rows(this.#handle));
+      const info = library.filled(mjenv_info, (pointer) => library.functions.mjenv_info_of(this.#handle, pointer));
+      this.numEnvs = info.rows;
       const described = describeOptions(library, library.functions.mjenv_options_of(this.#handle));
       /** The options with which the environment was built. */
       this.options = Object.freeze(Object.fromEntries(described.map((option) => [option.name, option.default])));
@@ -169,7 +171,7 @@ export class Env {
       this.actionLow = action.low;
       this.actionHigh = action.high;
       /** How many times a step calls mj_step. */
-      this.frameSkip = Number(library.functions.mjenv_frame_skip(this.#handle));
+      this.frameSkip = info.frame_skip;
       /** How many seconds an mj_step takes. */
       this.timestep = this.read("opt.timestep")[0];
       /** How many seconds a step takes. */
@@ -345,7 +347,7 @@ export class Env {
   }
 
   /**
-   * For each row 0, or the status of a row that failed or whose state diverged.
+   * For each row 0, 1 if its state diverged, or the negative status of a row that failed.
    *
    * @returns {Int32Array}
    */
@@ -426,14 +428,15 @@ export class Env {
       throw new MjenvError("MJENV_E_VALUE", `a seed is ${negative}; it must be an integer from 0 on`);
     const library = this.#library;
     const handle = this.#open;
+    const chosen = Uint8Array.from(seeds, (one, row) => Number(one !== null && (!mask || mask[row] !== 0)));
+    let words = 1;
+    for (const one of seeds) while (one !== null && one >> BigInt(64 * words) > 0n) ++words;
+    const digits = BigUint64Array.from({ length: rows * words }, (_, i) =>
+      ((seeds[Math.floor(i / words)] ?? 0n) >> BigInt(64 * (i % words))) & 0xffffffffffffffffn,
+    );
     library.scope((scratch) => {
-      seeds.forEach((value, row) => {
-        if (value === null || (mask && !mask[row])) return;
-        const digits = [];
-        for (let rest = value; digits.length === 0 || rest > 0n; rest >>= 32n) digits.push(Number(rest & 0xffffffffn));
-        const pointer = scratch.copy(Uint32Array.from(digits));
-        library.check(library.functions.mjenv_seed_digits(handle, BigInt(row), pointer, digits.length));
-      });
+      const pointers = [scratch.copy(chosen), scratch.copy(digits)];
+      library.check(library.functions.mjenv_seed(handle, pointers[0], pointers[1], BigInt(words)));
     });
   }
 
@@ -452,7 +455,7 @@ export class Env {
   /** Draws an action for each row, as Gymnasium's `action_space.sample` does. */
   sampleActions() {
     const count = this.numEnvs * this.actionSize;
-    this.#library.check(this.#library.functions.mjenv_sample_actions(this.#open, this.#actions, count));
+    this.#library.check(this.#library.functions.mjenv_sample_actions(this.#open, this.#actions, BigInt(count)));
     return new Float32Array(this.#library.buffer, this.#actions, count).slice();
   }
 
@@ -490,7 +493,7 @@ export class Env {
     // If there are too many or too few, the library says so, and does not read them.
     if (given.length === this.numEnvs * this.actionSize) new type(buffer, this.#actions, given.length).set(given);
     const mine = this.#place(chosen);
-    this.#library.check(functions.mjenv_step(handle, mine, this.#actions, given.length, dtype, this.#block));
+    this.#library.check(functions.mjenv_step(handle, mine, this.#actions, BigInt(given.length), dtype, this.#block));
   }
 
   /**
@@ -518,9 +521,9 @@ export class Env {
       const reward = scratch.allocate(8 * rows);
       const terminated = scratch.allocate(rows);
       const truncated = scratch.allocate(rows);
-      const members = { rows, obs_count: this.observationSize, obs, reward, terminated, truncated };
+      const members = { obs_dtype: Dtype.FLOAT64, rows, obs_count: this.observationSize, obs, reward, terminated, truncated };
       library.write(batch, mjenv_batch, members);
-      library.check(library.functions.mjenv_rollout(handle, copy, count, dtype, wanted, batch));
+      library.check(library.functions.mjenv_rollout(handle, copy, BigInt(count), dtype, wanted, batch));
       return {
         observations: library.doubles(obs, rows * this.observationSize),
         rewards: library.doubles(reward, rows),
@@ -548,11 +551,11 @@ export class Env {
     const { functions } = this.#library;
     const number = int64(row, "the row");
     return this.#library.scope((scratch) => {
-      const size = scratch.allocate(4);
-      this.#library.check(functions.mjenv_snapshot(handle, number, 0, 0, size));
-      const bytes = this.#library.number(size, "uint32");
+      const size = scratch.allocate(8);
+      this.#library.check(functions.mjenv_snapshot(handle, number, 0, 0n, size));
+      const bytes = this.#library.number(size, "int64");
       const image = scratch.allocate(bytes);
-      this.#library.check(functions.mjenv_snapshot(handle, number, image, bytes, size));
+      this.#library.check(functions.mjenv_snapshot(handle, number, image, BigInt(bytes), size));
       return new Uint8Array(this.#library.buffer, image, bytes).slice();
     });
   }
@@ -571,7 +574,7 @@ export class Env {
     const handle = this.#open;
     this.#library.scope((scratch) => {
       const copy = scratch.copy(given);
-      this.#library.check(this.#library.functions.mjenv_restore(handle, number, copy, given.length));
+      this.#library.check(this.#library.functions.mjenv_restore(handle, number, copy, BigInt(given.length)));
     });
   }
 
@@ -584,7 +587,7 @@ export class Env {
   copyRow(from, mask) {
     const chosen = flags(mask, this.numEnvs);
     const number = int64(from, "the row");
-    this.#library.check(this.#library.functions.mjenv_copy_row(this.#open, number, this.#place(chosen)));
+    this.#library.check(this.#library.functions.mjenv_copy_row(this.#open, this.#place(chosen), number));
   }
 
   /**
@@ -600,11 +603,11 @@ export class Env {
     const number = int64(row, "the row");
     return this.#library.scope((scratch) => {
       const array = scratch.text(String(name));
-      const size = scratch.allocate(4);
-      this.#library.check(functions.mjenv_read(handle, number, array, 0, 0, size));
-      const count = this.#library.number(size, "uint32");
+      const size = scratch.allocate(8);
+      this.#library.check(functions.mjenv_read(handle, number, array, 0, 0n, size));
+      const count = this.#library.number(size, "int64");
       const values = scratch.allocate(8 * count);
-      this.#library.check(functions.mjenv_read(handle, number, array, values, count, size));
+      this.#library.check(functions.mjenv_read(handle, number, array, values, BigInt(count), size));
       return this.#library.doubles(values, count);
     });
   }
@@ -619,12 +622,12 @@ export class Env {
    */
   write(name, row, values) {
     const given = doubles(values, "values");
-    const number = int64(row, "the row");
+    const mask = this.#only(row);
     const handle = this.#open;
     this.#library.scope((scratch) => {
       const array = scratch.text(String(name));
       const copy = scratch.copy(given);
-      this.#library.check(this.#library.functions.mjenv_write(handle, number, array, copy, given.length));
+      this.#library.check(this.#library.functions.mjenv_write(handle, mask, array, copy, BigInt(given.length)));
     });
   }
 
@@ -642,7 +645,7 @@ export class Env {
     const handle = this.#open;
     this.#library.scope((scratch) => {
       const [at, moving] = [scratch.copy(positions), scratch.copy(velocities)];
-      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, at, nq, moving, nv));
+      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, at, BigInt(nq), moving, BigInt(nv)));
     });
   }
 
@@ -653,7 +656,7 @@ export class Env {
    * @param {number} [row] or ALL_ROWS
    */
   setConstants(row = 0) {
-    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, int64(row, "the row")));
+    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, this.#only(row)));
   }
 
   // ---- Description ----
@@ -679,7 +682,7 @@ export class Env {
         shape: field.shape.slice(0, field.ndim),
         offset: field.offset,
         count: field.count,
-        type: nameOf(Type, field.type),
+        type: nameOf(Dtype, field.dtype),
       };
     });
   }
@@ -752,7 +755,7 @@ export class Env {
           constants: Number(Boolean(constants)),
         }),
       );
-      library.check(library.functions.mjenv_randomize(handle, list, given.length));
+      library.check(library.functions.mjenv_randomize(handle, list, BigInt(given.length)));
     });
   }
 
@@ -825,6 +828,19 @@ export class Env {
     if (!mask) return 0;
     /** @type {Uint8Array} */ (this.#view("mask")).set(mask);
     return this.#mask;
+  }
+
+  /**
+   * Writes the mask of one row, and returns its address; 0, which means all rows, for ALL_ROWS.
+   *
+   * @param {number} row
+   */
+  #only(row) {
+    const number = int64(row, "the row");
+    if (number === BigInt(MJENV_ALL_ROWS)) return 0;
+    if (number < 0n || number >= BigInt(this.numEnvs))
+      throw new MjenvError("MJENV_E_VALUE", `the row is ${number}, outside 0..${this.numEnvs - 1}`);
+    return this.#place(Uint8Array.from({ length: this.numEnvs }, (_, i) => Number(i === Number(number))));
   }
 }
 

@@ -40,7 +40,7 @@ export { ALL_ROWS, Env, MjenvError };
  * @property {number} maxEpisodeSteps the default of the option max_episode_steps
  * @property {number | null} rewardThreshold
  * @property {{ distance: number; elevation: number; lookat: number[]; trackbodyid: number }} camera Gymnasium's
- *   default_camera_config; NaN where MuJoCo decides
+ *   default_camera_config; NaN, and -1 for the body, where MuJoCo decides
  * @property {string} modelXml the MJCF text of the default model
  */
 

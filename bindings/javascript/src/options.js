@@ -88,10 +88,10 @@ function valueOf(library, options, name, kind) {
     const key = scratch.text(name);
     const to = scratch.allocate(8);
     if (kind === Kind.REALS) {
-      library.check(functions.mjenv_options_get_reals(options, key, 0, 0, to));
-      const count = library.number(to, "uint32");
+      library.check(functions.mjenv_options_get_reals(options, key, 0, 0n, to));
+      const count = library.number(to, "int64");
       const values = scratch.allocate(8 * count);
-      library.check(functions.mjenv_options_get_reals(options, key, values, count, to));
+      library.check(functions.mjenv_options_get_reals(options, key, values, BigInt(count), to));
       const numbers = Array.from(library.doubles(values, count));
       return count === 1 ? numbers[0] : numbers;
     }
@@ -139,7 +139,7 @@ export function setOption(library, options, name, value) {
     const key = scratch.text(name);
     if (typeof value === "string") library.check(functions.mjenv_options_set_string(options, key, scratch.text(value)));
     else if (typeof value === "bigint") library.check(functions.mjenv_options_set_integer(options, key, value));
-    else library.check(functions.mjenv_options_set_reals(options, key, scratch.copy(value), value.length));
+    else library.check(functions.mjenv_options_set_reals(options, key, scratch.copy(value), BigInt(value.length)));
   });
 }
 

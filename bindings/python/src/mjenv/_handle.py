@@ -404,10 +404,10 @@ class Rows:
     def seed(self, row: int, seed: int) -> None:
         """Gives a row the stream of numpy.random.default_rng(seed), for a seed >= 0 of any size."""
         count = max(1, (seed.bit_length() + 63) // 64)
-        words = [(seed >> 64 * i) & 0xFFFFFFFFFFFFFFFF for i in range(count)]
-        seeds = np.zeros((self.count, count), np.uint64)
-        seeds[row] = words
-        self.call(self.engine.mjenv_seed, self._only(row), pointer_to(seeds, c_uint64), count)
+        seeds = (c_uint64 * (self.count * count))()
+        for i in range(count):
+            seeds[row * count + i] = (seed >> 64 * i) & 0xFFFFFFFFFFFFFFFF
+        self.call(self.engine.mjenv_seed, self._only(row), seeds, count)
 
     def _only(self, row: int) -> Any:
         """The mask of one row; None, which means all rows, for -1."""
