@@ -151,8 +151,6 @@ class Player {
     check(mjenv_space_of(env_, MJENV_ROLE_OBSERVATION, &space));
     observations_.resize(static_cast<std::size_t>(kRows * space.count));
     rewards_.resize(kRows);
-    batch_.struct_size = sizeof batch_;
-    batch_.obs_dtype = MJENV_DTYPE_FLOAT64;
     batch_.rows = kRows;
     batch_.obs_count = space.count;
     batch_.obs = observations_.data();
@@ -178,7 +176,7 @@ class Player {
   void sample() { check(mjenv_sample_actions(env_, actions_.data(), actions_.size())); }
   void step() { check(mjenv_step(env_, nullptr, actions_.data(), actions_.size(), MJENV_DTYPE_FLOAT32, &batch_)); }
   std::int64_t frame_skip() const {
-    mjenv_info info MJENV_INFO_INIT;
+    mjenv_info info = MJENV_INFO_INIT;
     check(mjenv_info_of(env_, &info));
     return info.frame_skip;
   }
@@ -198,7 +196,7 @@ class Player {
 
  private:
   mjenv_env* env_ = nullptr;
-  mjenv_batch batch_{};
+  mjenv_batch batch_ = MJENV_BATCH_INIT;
   std::vector<double> observations_, rewards_;
   std::vector<float> actions_;
 };

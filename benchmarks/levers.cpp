@@ -62,9 +62,8 @@ Tape record(const char* id, std::size_t nu) {
   const std::uint64_t seed = 42;
   check(mjenv_seed(env, nullptr, &seed, 1));
   check(mjenv_seed_actions(env, seed));
-  mjenv_batch out{};
+  mjenv_batch out = MJENV_BATCH_INIT;
   std::uint8_t terminated = 1, truncated = 0;
-  out.struct_size = sizeof out;
   out.rows = 1;
   out.terminated = &terminated;
   out.truncated = &truncated;

@@ -62,12 +62,11 @@ void run(const Case& c) {
   std::copy(qvel.begin(), qvel.end(), d->qvel);
   mj_forward(m, d);
 
-  mjenv_batch out{};
+  mjenv_batch out = MJENV_BATCH_INIT;
   std::vector<double> obs(static_cast<std::size_t>(sum_of_counts(env, MJENV_ROLE_OBSERVATION)));
   std::vector<double> info(static_cast<std::size_t>(sum_of_counts(env, MJENV_ROLE_INFO)));
   double reward = 0;
   std::uint8_t terminated = 0, truncated = 0;
-  out.struct_size = sizeof out;
   out.rows = 1;
   out.obs_count = static_cast<std::int64_t>(obs.size());
   out.info_count = static_cast<std::int64_t>(info.size());

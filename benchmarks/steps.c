@@ -19,7 +19,7 @@ struct work {
   long steps, next;
   long horizon; /* 0: no rollouts */
   void* image;  /* the state from which a rollout starts */
-  size_t image_size;
+  int64_t image_size;
   mjenv_batch plan; /* what a rollout writes */
 };
 
@@ -32,9 +32,9 @@ static double now(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static mjenv_status (*snapshot)(mjenv_env*, int64_t, void*, size_t, size_t*);
-static mjenv_status (*restore)(mjenv_env*, int64_t, const void*, size_t);
-static mjenv_status (*rollout)(mjenv_env*, const void*, size_t, mjenv_dtype, int64_t, const mjenv_batch*);
+static mjenv_status (*snapshot)(mjenv_env*, int64_t, void*, int64_t, int64_t*);
+static mjenv_status (*restore)(mjenv_env*, int64_t, const void*, int64_t);
+static mjenv_status (*rollout)(mjenv_env*, const void*, int64_t, mjenv_dtype, int64_t, const mjenv_batch*);
 
 static void work_roll_out(struct work* w, const struct library* library) {
   check(library, restore(w->env, MJENV_ALL_ROWS, w->image, w->image_size));
@@ -65,7 +65,8 @@ static void work_open(struct work* w, const struct library* library, const char*
   library->mjenv_options_destroy(options);
 
   const size_t n = (size_t)rows;
-  w->out = (mjenv_batch){.struct_size = sizeof w->out, .rows = rows};
+  w->out = (mjenv_batch)MJENV_BATCH_INIT;
+  w->out.rows = rows;
   w->out.obs_count = space_count(library, w->env, MJENV_ROLE_OBSERVATION);
   w->out.info_count = info_count(library, w->env, MJENV_ROLE_INFO);
   w->out.reset_info_count = info_count(library, w->env, MJENV_ROLE_RESET_INFO);
@@ -91,9 +92,10 @@ static void work_open(struct work* w, const struct library* library, const char*
   check(library, library->mjenv_reset(w->env, NULL, &w->out));
   if (w->horizon > 0) {
     check(library, snapshot(w->env, MJENV_ALL_ROWS, NULL, 0, &w->image_size));
-    w->image = malloc(w->image_size);
+    w->image = malloc((size_t)w->image_size);
     check(library, snapshot(w->env, MJENV_ALL_ROWS, w->image, w->image_size, &w->image_size));
-    w->plan = (mjenv_batch){.struct_size = sizeof w->plan, .rows = rows * w->horizon};
+    w->plan = (mjenv_batch)MJENV_BATCH_INIT;
+    w->plan.rows = rows * w->horizon;
     w->plan.reward = calloc(n * (size_t)w->horizon, sizeof(double));
   }
   for (int i = 0; i < WARM_UP; ++i) step(w, library);

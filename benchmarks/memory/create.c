@@ -37,7 +37,8 @@ static void* touched(size_t bytes) {
 /* Resets and steps; returns how many bytes the process has grown by, without the arrays of outputs. */
 static double play(const struct library* library, mjenv_env* env, int64_t rows) {
   const size_t n = (size_t)rows, actions = n * (size_t)space_count(library, env, MJENV_ROLE_ACTION);
-  mjenv_batch out = {.struct_size = sizeof out, .rows = rows};
+  mjenv_batch out = MJENV_BATCH_INIT;
+  out.rows = rows;
   out.obs_count = space_count(library, env, MJENV_ROLE_OBSERVATION);
   out.info_count = info_count(library, env, MJENV_ROLE_INFO);
   const int64_t reset_info_count = info_count(library, env, MJENV_ROLE_RESET_INFO);

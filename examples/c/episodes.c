@@ -93,7 +93,7 @@ static void play(const char* id, const char* norm) {
   check(p_mjenv_create(options, 1, &env));
   p_mjenv_options_destroy(options);
 
-  mjenv_space observations = {.struct_size = sizeof observations}, actions = {.struct_size = sizeof actions};
+  mjenv_space observations = MJENV_SPACE_INIT, actions = MJENV_SPACE_INIT;
   check(p_mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &observations));
   check(p_mjenv_space_of(env, MJENV_ROLE_ACTION, &actions));
   const int64_t info_count = count_of(env, MJENV_ROLE_INFO), reset_info_count = count_of(env, MJENV_ROLE_RESET_INFO);
@@ -103,17 +103,17 @@ static void play(const char* id, const char* norm) {
   float* action = allocate((size_t)actions.count, sizeof *action);
   double reward, total = 0;
   uint8_t terminated, truncated;
-  const mjenv_batch out = {.struct_size = sizeof out, .obs_dtype = MJENV_DTYPE_FLOAT64,
-                           .rows = 1,
-                           .obs_count = observations.count,
-                           .info_count = info_count,
-                           .reset_info_count = reset_info_count,
-                           .obs = obs,
-                           .reward = &reward,
-                           .terminated = &terminated,
-                           .truncated = &truncated,
-                           .info = info,
-                           .reset_info = reset_info};
+  mjenv_batch out = MJENV_BATCH_INIT;
+  out.rows = 1;
+  out.obs_count = observations.count;
+  out.info_count = info_count;
+  out.reset_info_count = reset_info_count;
+  out.obs = obs;
+  out.reward = &reward;
+  out.terminated = &terminated;
+  out.truncated = &truncated;
+  out.info = info;
+  out.reset_info = reset_info;
 
   const uint64_t seed = SEED;
   uint64_t hash = 0xcbf29ce484222325u;
@@ -125,8 +125,8 @@ static void play(const char* id, const char* norm) {
     check(p_mjenv_reset(env, NULL, &out));
     hash = mix(mix(hash, obs, observations.count), reset_info, reset_info_count);
     do {
-      check(p_mjenv_sample_actions(env, action, (size_t)actions.count));
-      check(p_mjenv_step(env, NULL, action, (size_t)actions.count, MJENV_DTYPE_FLOAT32, &out));
+      check(p_mjenv_sample_actions(env, action, actions.count));
+      check(p_mjenv_step(env, NULL, action, actions.count, MJENV_DTYPE_FLOAT32, &out));
       hash = mix(mix(hash, obs, observations.count), &reward, 1);
       hash = mix(mix_flag(mix_flag(hash, terminated), truncated), info, info_count);
       total += reward;

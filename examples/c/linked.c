@@ -26,13 +26,15 @@ int main(int argc, char** argv) {
 
   mjenv_space space = MJENV_SPACE_INIT;
   check(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
-  const size_t count = (size_t)space.count;
-  float* action = malloc(count * sizeof *action);
+  float* action = malloc((size_t)space.count * sizeof *action);
   if (!action) return 1;
   double reward, total = 0;
   uint8_t terminated, truncated;
-  const mjenv_batch out = {
-      .struct_size = sizeof out, .rows = 1, .reward = &reward, .terminated = &terminated, .truncated = &truncated};
+  mjenv_batch out = MJENV_BATCH_INIT;
+  out.rows = 1;
+  out.reward = &reward;
+  out.terminated = &terminated;
+  out.truncated = &truncated;
   const uint64_t seed = 42;
   long steps = 0;
   check(mjenv_seed(env, NULL, &seed, 1));
@@ -40,8 +42,8 @@ int main(int argc, char** argv) {
   for (int episode = 0; episode < 3; ++episode) {
     check(mjenv_reset(env, NULL, NULL));
     do {
-      check(mjenv_sample_actions(env, action, count));
-      check(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, &out));
+      check(mjenv_sample_actions(env, action, space.count));
+      check(mjenv_step(env, NULL, action, space.count, MJENV_DTYPE_FLOAT32, &out));
       total += reward;
       ++steps;
     } while (!terminated && !truncated);

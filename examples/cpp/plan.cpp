@@ -93,7 +93,7 @@ class Planner {
  private:
   void improve(const std::vector<std::byte>& state) {
     env_.restore(state, 0);
-    env_.copy_row(0, std::vector<std::uint8_t>(kSamples, 1));
+    env_.copy_row(std::vector<std::uint8_t>(kSamples, 1), 0);
     for (std::size_t sample = 0; sample < kSamples; ++sample) disturb(sample);
     outcome_.play(env_, tried_);
     average(weights());

@@ -25,6 +25,8 @@ static mjenv_status field_of(mjenv_env* env, void* given) {
 
 static mjenv_status space_of(mjenv_env* env, void* given) { return mjenv_space_of(env, MJENV_ROLE_ACTION, given); }
 
+static mjenv_status info_of(mjenv_env* env, void* given) { return mjenv_info_of(env, given); }
+
 static mjenv_status settings_of(mjenv_env* env, void* given) { return mjenv_render_defaults(env, given); }
 
 // Reads the struct: behind its end there may be anything.
@@ -71,6 +73,7 @@ static const struct call calls[] = {
     {"option", 56, sizeof(mjenv_option), option_of, false},
     {"field", 80, sizeof(mjenv_field), field_of, false},
     {"space", 32, sizeof(mjenv_space), space_of, false},
+    {"info", 40, sizeof(mjenv_info), info_of, false},
     {"out", 136, sizeof(mjenv_batch), reset_with, true},
     {"settings", 128, sizeof(mjenv_render_settings), settings_of, false},
     {"items[0]", 64, sizeof(mjenv_randomization), randomize_with, true},
@@ -115,7 +118,51 @@ static void test_sizes(void** state) {
   mjenv_destroy(env);
 }
 
+// What an initialiser gives is valid as it is.
+static void test_initialisers(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id("Hopper-v5", 1);
+  mjenv_batch batch = MJENV_BATCH_INIT;
+  double obs[11];
+  batch.rows = 1;
+  batch.obs_count = 11;
+  batch.obs = obs;
+  mjenv_randomization item = MJENV_RANDOMIZATION_INIT;
+  const double range[] = {1, 2};
+  item.array = "body_mass";
+  item.parameters = range;
+  item.parameter_count = 2;
+  assert_ok(mjenv_randomize(env, &item, 1));
+  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
+  assert_ok(mjenv_perturb(env, &perturbation));
+  mjenv_push push = MJENV_PUSH_INIT;
+  push.body = 1;
+  perturbation.pushes = &push;
+  perturbation.push_count = 1;
+  assert_ok(mjenv_perturb(env, &perturbation));
+  assert_ok(mjenv_reset(env, NULL, &batch));
+  mjenv_option option = MJENV_OPTION_INIT;
+  mjenv_field field = MJENV_FIELD_INIT;
+  mjenv_space space = MJENV_SPACE_INIT;
+  mjenv_info info = MJENV_INFO_INIT;
+  mjenv_spec spec = MJENV_SPEC_INIT;
+  assert_ok(mjenv_options_at(mjenv_options_of(env), 0, &option));
+  assert_ok(mjenv_field_at(env, MJENV_ROLE_OBSERVATION, 0, &field));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
+  assert_ok(mjenv_info_of(env, &info));
+  assert_ok(mjenv_spec_of("Hopper-v5", &spec));
+  mjenv_destroy(env);
+  // MuJoCo's defaults, which are those of an environment without a camera of its own.
+  env = env_of_model("<mujoco><worldbody><geom size='.1'/></worldbody></mujoco>");
+  const mjenv_render_settings wanted = MJENV_RENDER_SETTINGS_INIT;
+  mjenv_render_settings settings = wanted;
+  settings.width = 1;
+  assert_ok(mjenv_render_defaults(env, &settings));
+  assert_memory_equal(&settings, &wanted, sizeof wanted);
+  mjenv_destroy(env);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sizes)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_sizes), cmocka_unit_test(test_initialisers)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -30,7 +30,8 @@ static struct vector* vector_of(const char* path, int64_t threads, bool split) {
   v->reset_info = allocate(ROWS * v->reset_info_count * sizeof(double));
   v->final_obs = allocate(ROWS * v->obs_count * sizeof(double));
   v->final_info = allocate(ROWS * v->info_count * sizeof(double));
-  v->batch = (mjenv_batch){.struct_size = sizeof v->batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
+  v->batch = (mjenv_batch){.struct_size = sizeof v->batch,
+                           .obs_dtype = MJENV_DTYPE_FLOAT64,
                            .rows = ROWS,
                            .obs_count = (int64_t)v->obs_count,
                            .info_count = (int64_t)v->info_count,
@@ -221,7 +222,12 @@ static void test_reset_after_rollout(void** state) {
   static const double action[STEPS * 6] = {0.1};
   double obs[17], final_obs[17];
   uint8_t was_reset = 0;
-  mjenv_batch batch = {.struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = 1, .obs_count = 17, .obs = obs, .final_obs = final_obs};
+  mjenv_batch batch = {.struct_size = sizeof batch,
+                       .obs_dtype = MJENV_DTYPE_FLOAT64,
+                       .rows = 1,
+                       .obs_count = 17,
+                       .obs = obs,
+                       .final_obs = final_obs};
   batch.was_reset = &was_reset;
   for (int split = 0; split < 2; ++split) {
     assert_ok(mjenv_reset(env, NULL, NULL));

@@ -242,8 +242,15 @@ static void test_batch_sizes(void** state) {
     assert_refused(MJENV_E_SIZE, mjenv_observe(b->env, &obs), "obs_count");
   }
   mjenv_batch dtype = b->out->batch;
-  const mjenv_dtype no_floats[] = {0, MJENV_DTYPE_INT64, MJENV_DTYPE_INT32, MJENV_DTYPE_UINT8, MJENV_DTYPE_ACTION,
-                                   MJENV_DTYPE_NATIVE_FLOAT, MJENV_DTYPE_NATIVE_INT, 9, -1};
+  const mjenv_dtype no_floats[] = {0,
+                                   MJENV_DTYPE_INT64,
+                                   MJENV_DTYPE_INT32,
+                                   MJENV_DTYPE_UINT8,
+                                   MJENV_DTYPE_ACTION,
+                                   MJENV_DTYPE_NATIVE_FLOAT,
+                                   MJENV_DTYPE_NATIVE_INT,
+                                   9,
+                                   -1};
   for (size_t i = 0; i < COUNT(no_floats); ++i) {
     dtype.obs_dtype = no_floats[i];
     assert_refused(MJENV_E_ARGUMENT, mjenv_reset(b->env, NULL, &dtype), "obs_dtype is", "MJENV_DTYPE_FLOAT64");

@@ -28,7 +28,8 @@ static struct everything everything_of(const mjenv_env* env) {
   e.memory = allocate(e.size);
   memset(e.memory, 0, e.size);
   double* next = (double*)e.memory;
-  e.batch = (mjenv_batch){.struct_size = sizeof e.batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
+  e.batch = (mjenv_batch){.struct_size = sizeof e.batch,
+                          .obs_dtype = MJENV_DTYPE_FLOAT64,
                           .rows = ROWS,
                           .obs_count = space.count,
                           .info_count = info,

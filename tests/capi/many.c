@@ -71,7 +71,8 @@ static void test_rollout(void** state) {
   double *obs = allocate(ROWS * STEPS * n * sizeof *obs), *info = allocate(ROWS * STEPS * k * sizeof *info);
   double reward[ROWS * STEPS], *gathered = allocate(k * sizeof *gathered);
   uint8_t terminated[ROWS * STEPS], truncated[ROWS * STEPS];
-  const mjenv_batch batch = {.struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
+  const mjenv_batch batch = {.struct_size = sizeof batch,
+                             .obs_dtype = MJENV_DTYPE_FLOAT64,
                              .rows = ROWS * STEPS,
                              .obs_count = one->obs_count,
                              .info_count = one->info_count,

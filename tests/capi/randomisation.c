@@ -192,8 +192,12 @@ static void test_rows(void** state) {
   assert_same_bits("rewards of sent rows", out->reward, rewards, ROWS);
   assert_same_bits("observations of sent rows", out->obs, seen, obs_count);
   assert_ok(mjenv_restore(many, MJENV_ALL_ROWS, image, size));
-  mjenv_batch batch = {
-      .struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = ROWS, .obs_count = out->obs_count, .obs = rolled, .reward = again};
+  mjenv_batch batch = {.struct_size = sizeof batch,
+                       .obs_dtype = MJENV_DTYPE_FLOAT64,
+                       .rows = ROWS,
+                       .obs_count = out->obs_count,
+                       .obs = rolled,
+                       .reward = again};
   assert_ok(mjenv_rollout(many, action, ROWS * nu, MJENV_DTYPE_FLOAT64, 1, &batch));
   for (int row = 0; row < ROWS; ++row) {
     if (was_reset[row]) continue;  // a rollout resets no row

@@ -235,7 +235,11 @@ static void test_observe(void** state) {
   const size_t count = (size_t)(ROWS * p->out->obs_count);
   double* seen = allocate(count * sizeof *seen);
   float* narrow = allocate(count * sizeof *narrow);
-  mjenv_batch batch = {.struct_size = sizeof batch, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = ROWS, .obs_count = p->out->obs_count, .obs = seen};
+  mjenv_batch batch = {.struct_size = sizeof batch,
+                       .obs_dtype = MJENV_DTYPE_FLOAT64,
+                       .rows = ROWS,
+                       .obs_count = p->out->obs_count,
+                       .obs = seen};
   assert_ok(mjenv_observe(p->many, &batch));
   assert_same_bits("observation", seen, p->out->obs, count);
   batch.obs = narrow;

@@ -141,7 +141,7 @@ std::string difference(Work& got, Work& want) {
     }
     const std::size_t size = found[i].type == MJENV_DTYPE_UINT8   ? 1
                              : found[i].type == MJENV_DTYPE_INT32 ? sizeof(int)
-                                                                 : sizeof(double);
+                                                                  : sizeof(double);
     if (count && std::memcmp(found[i].data, expected[i].data, count * size)) return found[i].name;
   }
   return "";

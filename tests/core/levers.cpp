@@ -120,7 +120,7 @@ std::string difference(Work& work, const mjData& plain) {
                                 : reinterpret_cast<const char*>(&plain) + (mine - reinterpret_cast<const char*>(self));
     const std::size_t size = array.type == MJENV_DTYPE_UINT8   ? 1
                              : array.type == MJENV_DTYPE_INT32 ? sizeof(int)
-                                                              : sizeof(double);
+                                                               : sizeof(double);
     if (length(array, plain) && std::memcmp(mine, theirs, length(array, plain) * size)) return array.name;
   }
   return "";

@@ -214,9 +214,7 @@ static mjenv_status write(void) { return write_row(s.built, 1, "body_mass", s.he
 static mjenv_status write_all(void) { return write_row(s.built, MJENV_ALL_ROWS, "body_mass", s.heavy, s.bodies); }
 static mjenv_status bad_write(void) { return write_row(s.built, 1, "body_mass", s.negative, s.bodies); }
 static mjenv_status write_no_array(void) { return write_row(s.built, 1, "an array that there is not", s.heavy, 1); }
-static mjenv_status write_rows(void) {
-  return mjenv_write(s.built, NULL, "body_mass", s.heavy, BUILT_ROWS * s.bodies);
-}
+static mjenv_status write_rows(void) { return mjenv_write(s.built, NULL, "body_mass", s.heavy, BUILT_ROWS * s.bodies); }
 
 static mjenv_status write_constants(void) {
   const mjenv_status status = write();

@@ -143,7 +143,6 @@ struct Outputs {
         truncated(terminated),
         was_reset(terminated),
         status(static_cast<std::size_t>(elements)) {
-    batch.struct_size = sizeof batch;
     batch.rows = elements;
     batch.obs_count = obs_count;
     batch.info_count = info_count;
@@ -168,5 +167,5 @@ struct Outputs {
   std::vector<double> obs, final_obs, reward, info, final_info, reset_info, arrays;
   std::vector<std::uint8_t> terminated, truncated, was_reset;
   std::vector<std::int32_t> status;
-  mjenv_batch batch{};
+  mjenv_batch batch = MJENV_BATCH_INIT;
 };

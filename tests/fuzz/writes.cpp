@@ -159,8 +159,8 @@ class Writes {
     const auto before = read_all(array);
     const std::vector<double> values =
         changed(before[target > 0 && target < kRows ? static_cast<std::size_t>(target) : 0]);
-    const mjenv_status status = check(
-        mjenv_write(env_.get(), masked(target), array.c_str(), values.data(), static_cast<std::int64_t>(values.size())));
+    const mjenv_status status = check(mjenv_write(env_.get(), masked(target), array.c_str(), values.data(),
+                                                  static_cast<std::int64_t>(values.size())));
     const auto after = read_all(array);
     for (std::size_t i = 0; i < before.size(); ++i) {
       const bool is_written =

@@ -270,7 +270,8 @@ struct played {
 static struct played* played(void) {
   struct played* p = allocate(sizeof *p);
   memset(p, 0x5a, sizeof *p);
-  p->batch = (mjenv_batch){.struct_size = sizeof p->batch, .obs_dtype = MJENV_DTYPE_FLOAT64,
+  p->batch = (mjenv_batch){.struct_size = sizeof p->batch,
+                           .obs_dtype = MJENV_DTYPE_FLOAT64,
                            .rows = ROWS,
                            .obs_count = CARRIED + 1,
                            .info_count = 5,

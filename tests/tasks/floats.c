@@ -97,15 +97,24 @@ static void play(const char* id, int64_t threads, struct played* to) {
   seed_rows(env, 7);
   memset(to, 0, sizeof *to);
   double x[ROWS];
-  mjenv_batch out = {
-      .struct_size = sizeof out, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = ROWS, .obs_count = 8, .obs = to->obs, .reset_info_count = 1, .reset_info = x};
+  mjenv_batch out = {.struct_size = sizeof out,
+                     .obs_dtype = MJENV_DTYPE_FLOAT64,
+                     .rows = ROWS,
+                     .obs_count = 8,
+                     .obs = to->obs,
+                     .reset_info_count = 1,
+                     .reset_info = x};
   assert_ok(mjenv_reset(env, NULL, &out));
   assert_true(float_settings() == settings);
   for (int i = 1; i <= STEPS; ++i) {
     double action[ROWS];
     for (int row = 0; row < ROWS; ++row) action[row] = 0.125 * ((i + row) % 7);
-    out = (mjenv_batch){
-        .struct_size = sizeof out, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = ROWS, .obs_count = 8, .obs = to->obs[i], .reward = to->reward[i]};
+    out = (mjenv_batch){.struct_size = sizeof out,
+                        .obs_dtype = MJENV_DTYPE_FLOAT64,
+                        .rows = ROWS,
+                        .obs_count = 8,
+                        .obs = to->obs[i],
+                        .reward = to->reward[i]};
     assert_ok(mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT64, &out));
     assert_true(float_settings() == settings);
   }

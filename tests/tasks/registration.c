@@ -352,7 +352,12 @@ static void test_caller_thread(void** state) {
   double action[64 * 3] = {0}, obs[64];
   int64_t rows[64];
   int64_t count = 0;
-  mjenv_batch out = {.struct_size = sizeof out, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = 64, .obs_count = 1, .info_count = 2, .reset_info_count = 6};
+  mjenv_batch out = {.struct_size = sizeof out,
+                     .obs_dtype = MJENV_DTYPE_FLOAT64,
+                     .rows = 64,
+                     .obs_count = 1,
+                     .info_count = 2,
+                     .reset_info_count = 6};
   out.obs = obs;
   assert_ok(mjenv_reset(env, NULL, &out));
   assert_ok(mjenv_step(env, NULL, action, 64 * 3, MJENV_DTYPE_FLOAT64, &out));
@@ -381,7 +386,8 @@ static void test_physics_only(void** state) {
   mjenv_env *env = env_of_options(options, 2), *other = env_of_options(bare, 2);
 
   double obs[2] = {1, 1}, reward[2] = {1, 1}, info[4] = {0}, reset_info[12] = {0}, arrays[24], expected[24];
-  mjenv_batch out = {.struct_size = sizeof out, .obs_dtype = MJENV_DTYPE_FLOAT64,
+  mjenv_batch out = {.struct_size = sizeof out,
+                     .obs_dtype = MJENV_DTYPE_FLOAT64,
                      .rows = 2,
                      .obs_count = 1,
                      .info_count = 2,
@@ -392,7 +398,8 @@ static void test_physics_only(void** state) {
                      .info = info,
                      .reset_info = reset_info,
                      .arrays = arrays};
-  mjenv_batch simulated = {.struct_size = sizeof simulated, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = 2, .obs_count = 12, .obs = expected};
+  mjenv_batch simulated = {
+      .struct_size = sizeof simulated, .obs_dtype = MJENV_DTYPE_FLOAT64, .rows = 2, .obs_count = 12, .obs = expected};
   assert_ok(mjenv_reset(env, NULL, &out));
   assert_ok(mjenv_reset(other, NULL, &simulated));
   for (int i = 0; i < 12; ++i) assert_true(isnan(reset_info[i]));

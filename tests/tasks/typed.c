@@ -1,13 +1,13 @@
 // A task whose info has a value and an array of every type, with a model in a file of its own and without a time limit.
 #include <mjenv/task.h>
 
-#define VALUE(what, of)                                                                                          \
+#define VALUE(what, of)                                                                                            \
   {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = what, .dtype = MJENV_DTYPE_##of}, {   \
     .struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_INFO, .name = what "s", .dtype = MJENV_DTYPE_##of, \
-    .ndim = 2, .shape = {                                                                                        \
-      1,                                                                                                         \
-      2                                                                                                          \
-    }                                                                                                            \
+    .ndim = 2, .shape = {                                                                                          \
+      1,                                                                                                           \
+      2                                                                                                            \
+    }                                                                                                              \
   }
 static const mjenv_task_field fields[] = {
     {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_OBSERVATION, .name = "time"},
@@ -19,7 +19,10 @@ static const mjenv_task_field fields[] = {
     VALUE("float32", FLOAT32),
     VALUE("int32", INT32),
     VALUE("uint8", UINT8),
-    {.struct_size = sizeof(mjenv_task_field), .role = MJENV_ROLE_REWARD, .name = "reward", .dtype = MJENV_DTYPE_FLOAT32},
+    {.struct_size = sizeof(mjenv_task_field),
+     .role = MJENV_ROLE_REWARD,
+     .name = "reward",
+     .dtype = MJENV_DTYPE_FLOAT32},
 };
 
 static int32_t reset(const void* self, mjenv_start* start) { return (void)self, (void)start, 0; }

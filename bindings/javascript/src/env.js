@@ -431,8 +431,9 @@ export class Env {
     const chosen = Uint8Array.from(seeds, (one, row) => Number(one !== null && (!mask || mask[row] !== 0)));
     let words = 1;
     for (const one of seeds) while (one !== null && one >> BigInt(64 * words) > 0n) ++words;
-    const digits = BigUint64Array.from({ length: rows * words }, (_, i) =>
-      ((seeds[Math.floor(i / words)] ?? 0n) >> BigInt(64 * (i % words))) & 0xffffffffffffffffn,
+    const digits = BigInt64Array.from(
+      { length: rows * words },
+      (_, i) => ((seeds[Math.floor(i / words)] ?? 0n) >> BigInt(64 * (i % words))) & 0xffffffffffffffffn,
     );
     library.scope((scratch) => {
       const pointers = [scratch.copy(chosen), scratch.copy(digits)];
@@ -521,7 +522,15 @@ export class Env {
       const reward = scratch.allocate(8 * rows);
       const terminated = scratch.allocate(rows);
       const truncated = scratch.allocate(rows);
-      const members = { obs_dtype: Dtype.FLOAT64, rows, obs_count: this.observationSize, obs, reward, terminated, truncated };
+      const members = {
+        obs_dtype: Dtype.FLOAT64,
+        rows,
+        obs_count: this.observationSize,
+        obs,
+        reward,
+        terminated,
+        truncated,
+      };
       library.write(batch, mjenv_batch, members);
       library.check(library.functions.mjenv_rollout(handle, copy, BigInt(count), dtype, wanted, batch));
       return {
