@@ -152,6 +152,10 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
     used_[row] = is_shared ? &shared_ : &own_[row];
     if (!is_shared) used_[row]->forget();
   }
+  const bool are_shared =
+      std::all_of(models.begin(), models.begin() + count, [&](const mjModel* m) { return m == &m_; });
+  if (are_shared && shared_rows_ == count) return true;  // as in the last step
+  shared_rows_ = 0;
   contacts_.friction_count = 0;
   std::fill_n(contacts_.frictional, kMaxWidth, 0);
   for (int dof = 0; dof < m_.nv; ++dof) {
@@ -164,6 +168,7 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
     ++contacts_.friction_count;
     if (!set_numbers(friction, [&](int lane) { return used_[lane]->of_friction(*models[lane], dof); })) return false;
   }
+  if (are_shared) shared_rows_ = count;
   return true;
 }
 

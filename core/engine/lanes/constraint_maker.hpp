@@ -57,6 +57,7 @@ class ConstraintMaker {
   std::vector<Numbers> own_;  // for each lane, of its row's own model
   std::array<Numbers*, kMaxWidth> used_{};
   std::vector<Contacts::Friction> frictions_;
+  int shared_rows_ = 0;      // how many rows have the frictions, if all share the model
   const bool are_searched_;  // the parameters of the pairs are not in the rows' models
   Pairs mixed_;              // room for the parameters of one pair
   // Of the call of `find`:

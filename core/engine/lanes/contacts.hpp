@@ -392,8 +392,7 @@ class Making {
       offset2[k] = point - vectors(d_.subtree_com)[3 * pair.root2 + k];
     }
     const V* const frame = vectors(contacts_.frame) + 9 * i;
-    V frictions[5];
-    for (int k = 0; k < pair.dim - 1; ++k) frictions[k] = friction(k);
+    const V friction1 = friction(0), friction2 = friction(1);
     const int* const columns = contacts_.columns + pair.first_column;
     for (int n = 0; n < pair.count1 + pair.count2; ++n) {
       // mj_jacDifPair
@@ -406,22 +405,20 @@ class Making {
         set_J(0, columns[n], edge[0]);
         continue;
       }
-      if (pair.dim > 3) {
-        copy(dif, vectors(d_.cdof) + 6 * columns[n], 3);
-        if (n < pair.count1)
-          for (V& x : dif) x = V{} - x;
-        rotate(edge + 3, frame, dif, pair.dim - 3);
-      }
       if (size == 4) {
-        set_J(0, columns[n], edge[0] + edge[1] * frictions[0]);
-        set_J(1, columns[n], edge[0] + edge[1] * -frictions[0]);
-        set_J(2, columns[n], edge[0] + edge[2] * frictions[1]);
-        set_J(3, columns[n], edge[0] + edge[2] * -frictions[1]);
+        set_J(0, columns[n], edge[0] + edge[1] * friction1);
+        set_J(1, columns[n], edge[0] + edge[1] * -friction1);
+        set_J(2, columns[n], edge[0] + edge[2] * friction2);
+        set_J(3, columns[n], edge[0] + edge[2] * -friction2);
         continue;
       }
+      copy(dif, vectors(d_.cdof) + 6 * columns[n], 3);
+      if (n < pair.count1)
+        for (V& x : dif) x = V{} - x;
+      rotate(edge + 3, frame, dif, pair.dim - 3);
       for (int k = 1; k < pair.dim; ++k) {
-        set_J(2 * k - 2, columns[n], edge[0] + edge[k] * frictions[k - 1]);
-        set_J(2 * k - 1, columns[n], edge[0] + edge[k] * -frictions[k - 1]);
+        set_J(2 * k - 2, columns[n], edge[0] + edge[k] * friction(k - 1));
+        set_J(2 * k - 1, columns[n], edge[0] + edge[k] * -friction(k - 1));
       }
     }
     makeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
