@@ -17,6 +17,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,15 @@ def make(id: str, envs: int, backend: str, **options: Any) -> Any:
     return gymnasium.make_vec(
         id, envs, vectorization_mode="sync", vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP}, **options
     )
+
+
+def shown(envs: Any, view: bool) -> Any:
+    """A context in which a browser shows the environments, if it is to."""
+    if not view:
+        return nullcontext()
+    import mjenv
+
+    return mjenv.view(envs)
 
 
 class Moments:
@@ -255,7 +265,14 @@ def update(agent: Agent, optimizer: torch.optim.Optimizer, kept: Experience, las
 
 
 def train(
-    id: str, backend: str, stages: Sequence[Stage], seed: int, out: Path, s: Settings, watch: str | None = None
+    id: str,
+    backend: str,
+    stages: Sequence[Stage],
+    seed: int,
+    out: Path,
+    s: Settings,
+    watch: str | None = None,
+    view: bool = False,
 ) -> None:
     torch.manual_seed(seed)
     envs = make(id, s.envs, backend, **stages[0].options)
@@ -275,18 +292,21 @@ def train(
             if number:
                 envs.close()
                 envs = make(id, s.envs, backend, **stage.options)
-            rollout = Rollout(envs, agent, normalizer, s, seed + number, watch)
-            for _ in range(updates[number]):
-                optimizer.param_groups[0]["lr"] = s.rate * (1 - done / rate_updates)
-                last_value = rollout.collect()
-                done += 1
-                seconds = time.perf_counter() - start
-                mean = float(np.mean(rollout.returns)) if rollout.returns else float("nan")
-                columns = [str(done * batch), f"{seconds:.3f}", repr(mean)] + ([repr(rollout.watched)] if watch else [])
-                print(*columns, sep=",", file=curve)
-                update(agent, optimizer, rollout.experience, last_value, s)
-                if done % -(-sum(updates) // SAVES) == 0 or done == sum(updates):
-                    policy_of(id, agent, normalizer, envs.single_action_space).save(out / "policy.txt")
+            with shown(envs, view):
+                rollout = Rollout(envs, agent, normalizer, s, seed + number, watch)
+                for _ in range(updates[number]):
+                    optimizer.param_groups[0]["lr"] = s.rate * (1 - done / rate_updates)
+                    last_value = rollout.collect()
+                    done += 1
+                    seconds = time.perf_counter() - start
+                    mean = float(np.mean(rollout.returns)) if rollout.returns else float("nan")
+                    columns = [str(done * batch), f"{seconds:.3f}", repr(mean)] + (
+                        [repr(rollout.watched)] if watch else []
+                    )
+                    print(*columns, sep=",", file=curve)
+                    update(agent, optimizer, rollout.experience, last_value, s)
+                    if done % -(-sum(updates) // SAVES) == 0 or done == sum(updates):
+                        policy_of(id, agent, normalizer, envs.single_action_space).save(out / "policy.txt")
     envs.close()
 
 
@@ -323,6 +343,7 @@ def main() -> None:
         help="a part of the training and its options, in addition to those of --option; can be repeated",
     )
     parser.add_argument("--watch", metavar="INFO", help="adds the mean of this info in each rollout to curve.csv")
+    parser.add_argument("--view", action="store_true", help="shows the training in a browser, with --backend mjenv")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("trained"))
     for field in fields(Settings):
@@ -340,7 +361,7 @@ def main() -> None:
     stages = [Stage(int(steps), {**common, **options_of(texts)}) for steps, *texts in given.stage or []]
     torch.set_num_threads(1)
     stages = stages or [Stage(settings.steps, common)]
-    train(given.id, given.backend, stages, given.seed, given.out, settings, given.watch)
+    train(given.id, given.backend, stages, given.seed, given.out, settings, given.watch, given.view)
 
 
 if __name__ == "__main__":

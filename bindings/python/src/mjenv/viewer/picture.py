@@ -112,4 +112,4 @@ class Picture:
             origin[:2] = (found[self.follow].root + self.stage.offsets[self.follow])[:2]
         self.stage.show(found, origin)
         if self._has_skins:
-            self.stage.show_skins(skins_of(self.rows[self.follow], self.stage.offsets[self.follow]))
+            self.stage.show_skins(skins_of(self.rows[self.follow], self.stage.offsets[self.follow] - origin))

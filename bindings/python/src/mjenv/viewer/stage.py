@@ -109,21 +109,27 @@ class Stage:
     def show(self, poses: Sequence[Pose], origin: Array) -> None:
         """Draws the rows at a moment. origin: what stands in the middle of the picture."""
         with self._server.atomic():
-            if not np.array_equal(origin, self._origin):
-                self._origin = np.array(origin)
-                self._frame.position = -self._origin
+            # The places themselves are moved, and not the frame that holds the nodes: a slow browser moves a frame at
+            # once, but batches later, and robots would stand beside the middle.
+            self._origin = np.array(origin)
             for batch, node, rows in self._nodes:
                 kind = batch.kind
                 if not node.visible or kind not in poses[0].position:
                     continue
                 away = self._under(batch, origin) if self._is_shared(batch) else self.offsets[rows]
-                position = np.stack([poses[row].position[kind][batch.objects] for row in rows]) + away[:, None]
+                position = (
+                    np.stack([poses[row].position[kind][batch.objects] for row in rows]) + (away - origin)[:, None]
+                )
                 turn = np.stack([poses[row].turn[kind][batch.objects] for row in rows])
                 node.batched_positions = position.reshape(-1, 3).astype(np.float32)
                 node.batched_wxyzs = turn.reshape(-1, 4).astype(np.float32)
             names = {name for pose in poses for name in pose.marks} | self._marks.keys()
             for name in names:
-                found = [(pose.marks[name], self.offsets[row]) for row, pose in enumerate(poses) if name in pose.marks]
+                found = [
+                    (pose.marks[name], self.offsets[row] - origin)
+                    for row, pose in enumerate(poses)
+                    if name in pose.marks
+                ]
                 self._draw(name, found)
 
     def _draw(self, name: str, marks: Sequence[tuple[Marks, Array]]) -> None:
