@@ -28,39 +28,21 @@ constexpr const char* kPackages = "libegl1 libgl1-mesa-dri";
 
 struct Egl {
   Library library{"libEGL.so.1", kPackages};
-  unsigned (*initialize)(Display, Int*, Int*);
-  unsigned (*bind_api)(unsigned);
-  unsigned (*query_api)();
-  unsigned (*choose_config)(Display, const Int*, Config*, Int, Int*);
-  Handle (*create_context)(Display, Config, Handle, const Int*);
-  unsigned (*destroy_context)(Display, Handle);
-  unsigned (*make_current)(Display, Surface, Surface, Handle);
-  Handle (*get_current_context)();
-  Display (*get_current_display)();
-  Surface (*get_current_surface)(Int);
-  Int (*get_error)();
-  void* (*get_proc_address)(const char*);
+  unsigned (*initialize)(Display, Int*, Int*) = library.find("eglInitialize");
+  unsigned (*bind_api)(unsigned) = library.find("eglBindAPI");
+  unsigned (*query_api)() = library.find("eglQueryAPI");
+  unsigned (*choose_config)(Display, const Int*, Config*, Int, Int*) = library.find("eglChooseConfig");
+  Handle (*create_context)(Display, Config, Handle, const Int*) = library.find("eglCreateContext");
+  unsigned (*destroy_context)(Display, Handle) = library.find("eglDestroyContext");
+  unsigned (*make_current)(Display, Surface, Surface, Handle) = library.find("eglMakeCurrent");
+  Handle (*get_current_context)() = library.find("eglGetCurrentContext");
+  Display (*get_current_display)() = library.find("eglGetCurrentDisplay");
+  Surface (*get_current_surface)(Int) = library.find("eglGetCurrentSurface");
+  Int (*get_error)() = library.find("eglGetError");
+  void* (*get_proc_address)(const char*) = library.find("eglGetProcAddress");
   // Extensions, which may be missing.
-  unsigned (*query_devices)(Int, Device*, Int*);
-  Display (*get_platform_display)(unsigned, void*, const Int*);
-
-  Egl() {
-    library.find(initialize, "eglInitialize");
-    library.find(bind_api, "eglBindAPI");
-    library.find(query_api, "eglQueryAPI");
-    library.find(choose_config, "eglChooseConfig");
-    library.find(create_context, "eglCreateContext");
-    library.find(destroy_context, "eglDestroyContext");
-    library.find(make_current, "eglMakeCurrent");
-    library.find(get_current_context, "eglGetCurrentContext");
-    library.find(get_current_display, "eglGetCurrentDisplay");
-    library.find(get_current_surface, "eglGetCurrentSurface");
-    library.find(get_error, "eglGetError");
-    library.find(get_proc_address, "eglGetProcAddress");
-    query_devices = reinterpret_cast<decltype(query_devices)>(get_proc_address("eglQueryDevicesEXT"));
-    get_platform_display =
-        reinterpret_cast<decltype(get_platform_display)>(get_proc_address("eglGetPlatformDisplayEXT"));
-  }
+  unsigned (*query_devices)(Int, Device*, Int*) = Symbol{get_proc_address("eglQueryDevicesEXT")};
+  Display (*get_platform_display)(unsigned, void*, const Int*) = Symbol{get_proc_address("eglGetPlatformDisplayEXT")};
 
   [[noreturn]] void refuse(const std::string& what) const {
     std::array<char, 16> code{};

@@ -150,8 +150,8 @@ std::unique_ptr<GlfwContext> open_window(int width, int height, const char* titl
 bool here() { return binding().process == platform::process_id(); }
 
 Traits traits_of(const Context& current) {
-  const auto get_string = reinterpret_cast<const unsigned char* (*)(unsigned)>(current.function("glGetString"));
-  const auto get_integers = reinterpret_cast<void (*)(unsigned, int*)>(current.function("glGetIntegerv"));
+  const unsigned char* (*get_string)(unsigned) = Symbol{current.function("glGetString")};
+  void (*get_integers)(unsigned, int*) = Symbol{current.function("glGetIntegerv")};
   if (!get_string || !get_integers || !get_string(kVersion))
     fail(MJENV_E_RENDER, std::string(current.name()) + ": no OpenGL context is current");
   Traits traits;
@@ -179,10 +179,10 @@ Library::Library(const char* file, const char* packages) : file_(file) {
 
 void Library::show() const { platform::show_library(file_); }
 
-void* Library::find(const char* name) const { return platform::symbol_of(handle_, name); }
+void* Library::look_up(const char* name) const { return platform::symbol_of(handle_, name); }
 
-void* Library::symbol(const char* name) const {
-  if (void* found = find(name)) return found;
+Symbol Library::find(const char* name) const {
+  if (void* found = look_up(name)) return {found};
   fail(MJENV_E_RENDER, std::string(file_) + " has no " + name);
 }
 

@@ -58,25 +58,29 @@ std::unique_ptr<Context> open_egl();
 std::unique_ptr<Context> open_osmesa();
 std::unique_ptr<Context> open_wgl();
 
+// A function of any type, as an address.
+struct Symbol {
+  void* address;
+  template <typename F>
+  operator F*() const {
+    return reinterpret_cast<F*>(address);
+  }
+};
+
 // A shared library that stays loaded, because drivers crash when they are unloaded. If loading fails, the error names
 // the Debian packages to install, if there are any.
 class Library {
  public:
   Library(const char* file, const char* packages);
-  template <typename F>
-  void find(F& function, const char* name) const {
-    function = reinterpret_cast<F>(symbol(name));
-  }
-  // The same without a type. Null if the library has no such function.
-  void* find(const char* name) const;
+  Symbol find(const char* name) const;
+  // Null if the library has no such function.
+  void* look_up(const char* name) const;
   // Makes the library's symbols visible to the whole process, as if the process were linked to it.
   void show() const;
 
  private:
   const char* file_;
   void* handle_;
-
-  void* symbol(const char* name) const;
 };
 
 }  // namespace mjenv::core::gl

@@ -5,35 +5,6 @@
 
 namespace mjenv::core::gl {
 
-Glfw::Glfw() {
-  const Library library("libglfw.so.3", "libglfw3");
-  library.find(init, "glfwInit");
-  library.find(get_error, "glfwGetError");
-  library.find(window_hint, "glfwWindowHint");
-  library.find(create_window, "glfwCreateWindow");
-  library.find(destroy_window, "glfwDestroyWindow");
-  library.find(make_context_current, "glfwMakeContextCurrent");
-  library.find(get_current_context, "glfwGetCurrentContext");
-  library.find(get_proc_address, "glfwGetProcAddress");
-  library.find(swap_interval, "glfwSwapInterval");
-  library.find(swap_buffers, "glfwSwapBuffers");
-  library.find(poll_events, "glfwPollEvents");
-  library.find(window_should_close, "glfwWindowShouldClose");
-  library.find(set_window_should_close, "glfwSetWindowShouldClose");
-  library.find(hide_window, "glfwHideWindow");
-  library.find(get_framebuffer_size, "glfwGetFramebufferSize");
-  library.find(get_window_size, "glfwGetWindowSize");
-  library.find(set_window_user_pointer, "glfwSetWindowUserPointer");
-  library.find(get_window_user_pointer, "glfwGetWindowUserPointer");
-  library.find(get_key, "glfwGetKey");
-  library.find(get_mouse_button, "glfwGetMouseButton");
-  library.find(get_cursor_pos, "glfwGetCursorPos");
-  library.find(set_key_callback, "glfwSetKeyCallback");
-  library.find(set_mouse_button_callback, "glfwSetMouseButtonCallback");
-  library.find(set_cursor_pos_callback, "glfwSetCursorPosCallback");
-  library.find(set_scroll_callback, "glfwSetScrollCallback");
-}
-
 const Glfw& Glfw::get() {
   static const Glfw* const glfw = new Glfw;
   if (!glfw->init()) glfw->refuse("there is no display");

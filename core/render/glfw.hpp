@@ -17,31 +17,32 @@ struct Glfw {
   using OnButton = void (*)(GLFWwindow*, int button, int action, int modifiers);
   using OnMove = void (*)(GLFWwindow*, double x, double y);
 
-  int (*init)();
-  int (*get_error)(const char**);
-  void (*window_hint)(int, int);
-  GLFWwindow* (*create_window)(int, int, const char*, GLFWmonitor*, GLFWwindow*);
-  void (*destroy_window)(GLFWwindow*);
-  void (*make_context_current)(GLFWwindow*);
-  GLFWwindow* (*get_current_context)();
-  void* (*get_proc_address)(const char*);
-  void (*swap_interval)(int);
-  void (*swap_buffers)(GLFWwindow*);
-  void (*poll_events)();
-  int (*window_should_close)(GLFWwindow*);
-  void (*set_window_should_close)(GLFWwindow*, int);
-  void (*hide_window)(GLFWwindow*);
-  void (*get_framebuffer_size)(GLFWwindow*, int*, int*);
-  void (*get_window_size)(GLFWwindow*, int*, int*);
-  void (*set_window_user_pointer)(GLFWwindow*, void*);
-  void* (*get_window_user_pointer)(GLFWwindow*);
-  int (*get_key)(GLFWwindow*, int);
-  int (*get_mouse_button)(GLFWwindow*, int);
-  void (*get_cursor_pos)(GLFWwindow*, double*, double*);
-  OnKey (*set_key_callback)(GLFWwindow*, OnKey);
-  OnButton (*set_mouse_button_callback)(GLFWwindow*, OnButton);
-  OnMove (*set_cursor_pos_callback)(GLFWwindow*, OnMove);
-  OnMove (*set_scroll_callback)(GLFWwindow*, OnMove);
+  Library library{"libglfw.so.3", "libglfw3"};
+  int (*init)() = library.find("glfwInit");
+  int (*get_error)(const char**) = library.find("glfwGetError");
+  void (*window_hint)(int, int) = library.find("glfwWindowHint");
+  GLFWwindow* (*create_window)(int, int, const char*, GLFWmonitor*, GLFWwindow*) = library.find("glfwCreateWindow");
+  void (*destroy_window)(GLFWwindow*) = library.find("glfwDestroyWindow");
+  void (*make_context_current)(GLFWwindow*) = library.find("glfwMakeContextCurrent");
+  GLFWwindow* (*get_current_context)() = library.find("glfwGetCurrentContext");
+  void* (*get_proc_address)(const char*) = library.find("glfwGetProcAddress");
+  void (*swap_interval)(int) = library.find("glfwSwapInterval");
+  void (*swap_buffers)(GLFWwindow*) = library.find("glfwSwapBuffers");
+  void (*poll_events)() = library.find("glfwPollEvents");
+  int (*window_should_close)(GLFWwindow*) = library.find("glfwWindowShouldClose");
+  void (*set_window_should_close)(GLFWwindow*, int) = library.find("glfwSetWindowShouldClose");
+  void (*hide_window)(GLFWwindow*) = library.find("glfwHideWindow");
+  void (*get_framebuffer_size)(GLFWwindow*, int*, int*) = library.find("glfwGetFramebufferSize");
+  void (*get_window_size)(GLFWwindow*, int*, int*) = library.find("glfwGetWindowSize");
+  void (*set_window_user_pointer)(GLFWwindow*, void*) = library.find("glfwSetWindowUserPointer");
+  void* (*get_window_user_pointer)(GLFWwindow*) = library.find("glfwGetWindowUserPointer");
+  int (*get_key)(GLFWwindow*, int) = library.find("glfwGetKey");
+  int (*get_mouse_button)(GLFWwindow*, int) = library.find("glfwGetMouseButton");
+  void (*get_cursor_pos)(GLFWwindow*, double*, double*) = library.find("glfwGetCursorPos");
+  OnKey (*set_key_callback)(GLFWwindow*, OnKey) = library.find("glfwSetKeyCallback");
+  OnButton (*set_mouse_button_callback)(GLFWwindow*, OnButton) = library.find("glfwSetMouseButtonCallback");
+  OnMove (*set_cursor_pos_callback)(GLFWwindow*, OnMove) = library.find("glfwSetCursorPosCallback");
+  OnMove (*set_scroll_callback)(GLFWwindow*, OnMove) = library.find("glfwSetScrollCallback");
 
   // Loads and initialises GLFW. Fails if there is no display.
   static const Glfw& get();
@@ -49,7 +50,7 @@ struct Glfw {
   [[noreturn]] void refuse(const std::string& what) const;
 
  private:
-  Glfw();
+  Glfw() = default;
 };
 
 // The context of a window.

@@ -12,23 +12,13 @@ constexpr int kType = 0x23;
 
 struct OsMesa {
   Library library{"libOSMesa.so.8", "libosmesa6"};
-  Handle (*create)(unsigned, int, int, int, Handle);
-  void (*destroy)(Handle);
-  unsigned char (*make_current)(Handle, void*, unsigned, int, int);
-  Handle (*get_current)();
-  void (*get_integer)(int, int*);
-  unsigned char (*get_color_buffer)(Handle, int*, int*, int*, void**);
-  void* (*get_proc_address)(const char*);
-
-  OsMesa() {
-    library.find(create, "OSMesaCreateContextExt");
-    library.find(destroy, "OSMesaDestroyContext");
-    library.find(make_current, "OSMesaMakeCurrent");
-    library.find(get_current, "OSMesaGetCurrentContext");
-    library.find(get_integer, "OSMesaGetIntegerv");
-    library.find(get_color_buffer, "OSMesaGetColorBuffer");
-    library.find(get_proc_address, "OSMesaGetProcAddress");
-  }
+  Handle (*create)(unsigned, int, int, int, Handle) = library.find("OSMesaCreateContextExt");
+  void (*destroy)(Handle) = library.find("OSMesaDestroyContext");
+  unsigned char (*make_current)(Handle, void*, unsigned, int, int) = library.find("OSMesaMakeCurrent");
+  Handle (*get_current)() = library.find("OSMesaGetCurrentContext");
+  void (*get_integer)(int, int*) = library.find("OSMesaGetIntegerv");
+  unsigned char (*get_color_buffer)(Handle, int*, int*, int*, void**) = library.find("OSMesaGetColorBuffer");
+  void* (*get_proc_address)(const char*) = library.find("OSMesaGetProcAddress");
 };
 
 class OsMesaContext : public Context {

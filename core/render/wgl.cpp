@@ -54,48 +54,27 @@ constexpr std::uint32_t kDoubleBuffer = 1, kDrawToWindow = 4, kSupportOpengl = 0
 
 struct Wgl {
   Library kernel{"kernel32.dll", ""}, user{"user32.dll", ""}, gdi{"gdi32.dll", ""}, opengl{"opengl32.dll", ""};
-  std::uint32_t (*get_last_error)();
-  void (*set_last_error)(std::uint32_t);
-  Handle (*get_module)(const char16_t*);
-  std::uint16_t (*register_class)(const WindowClass*);
+  std::uint32_t (*get_last_error)() = kernel.find("GetLastError");
+  void (*set_last_error)(std::uint32_t) = kernel.find("SetLastError");
+  Handle (*get_module)(const char16_t*) = kernel.find("GetModuleHandleW");
+  std::uint16_t (*register_class)(const WindowClass*) = user.find("RegisterClassExW");
   Handle (*create_window)(std::uint32_t, const char16_t*, const char16_t*, std::uint32_t, int, int, int, int, Handle,
-                          Handle, Handle, void*);
-  int (*destroy_window)(Handle);
-  void* default_procedure;
-  Handle (*get_device)(Handle);
-  int (*get_message)(Message*, Handle, std::uint32_t, std::uint32_t);
-  std::int64_t (*dispatch_message)(const Message*);
-  int (*post_thread_message)(std::uint32_t, std::uint32_t, std::uint64_t, std::int64_t);
-  int (*choose_pixel_format)(Handle, const PixelFormat*);
-  int (*set_pixel_format)(Handle, int, const PixelFormat*);
-  Handle (*create_context)(Handle);
-  int (*delete_context)(Handle);
-  int (*make_current)(Handle, Handle);
-  Handle (*get_current_context)();
-  Handle (*get_current_device)();
-  void* (*get_proc_address)(const char*);
-
-  Wgl() {
-    kernel.find(get_last_error, "GetLastError");
-    kernel.find(set_last_error, "SetLastError");
-    kernel.find(get_module, "GetModuleHandleW");
-    user.find(register_class, "RegisterClassExW");
-    user.find(create_window, "CreateWindowExW");
-    user.find(destroy_window, "DestroyWindow");
-    user.find(default_procedure, "DefWindowProcW");
-    user.find(get_device, "GetDC");
-    user.find(get_message, "GetMessageW");
-    user.find(dispatch_message, "DispatchMessageW");
-    user.find(post_thread_message, "PostThreadMessageW");
-    gdi.find(choose_pixel_format, "ChoosePixelFormat");
-    gdi.find(set_pixel_format, "SetPixelFormat");
-    opengl.find(create_context, "wglCreateContext");
-    opengl.find(delete_context, "wglDeleteContext");
-    opengl.find(make_current, "wglMakeCurrent");
-    opengl.find(get_current_context, "wglGetCurrentContext");
-    opengl.find(get_current_device, "wglGetCurrentDC");
-    opengl.find(get_proc_address, "wglGetProcAddress");
-  }
+                          Handle, Handle, void*) = user.find("CreateWindowExW");
+  int (*destroy_window)(Handle) = user.find("DestroyWindow");
+  void* default_procedure = user.find("DefWindowProcW");
+  Handle (*get_device)(Handle) = user.find("GetDC");
+  int (*get_message)(Message*, Handle, std::uint32_t, std::uint32_t) = user.find("GetMessageW");
+  std::int64_t (*dispatch_message)(const Message*) = user.find("DispatchMessageW");
+  int (*post_thread_message)(std::uint32_t, std::uint32_t, std::uint64_t,
+                             std::int64_t) = user.find("PostThreadMessageW");
+  int (*choose_pixel_format)(Handle, const PixelFormat*) = gdi.find("ChoosePixelFormat");
+  int (*set_pixel_format)(Handle, int, const PixelFormat*) = gdi.find("SetPixelFormat");
+  Handle (*create_context)(Handle) = opengl.find("wglCreateContext");
+  int (*delete_context)(Handle) = opengl.find("wglDeleteContext");
+  int (*make_current)(Handle, Handle) = opengl.find("wglMakeCurrent");
+  Handle (*get_current_context)() = opengl.find("wglGetCurrentContext");
+  Handle (*get_current_device)() = opengl.find("wglGetCurrentDC");
+  void* (*get_proc_address)(const char*) = opengl.find("wglGetProcAddress");
 
   // Call this directly after what has failed.
   [[noreturn]] void refuse(const std::string& what) const {
@@ -210,7 +189,7 @@ class WglContext : public Context {
   // Windows finds the functions of OpenGL 1.1 in another place than the driver's.
   void* function(const char* name) const override {
     void* const found = wgl_.get_proc_address(name);
-    return found ? found : wgl_.opengl.find(name);
+    return found ? found : wgl_.opengl.look_up(name);
   }
   void show() const override {}  // MuJoCo asks this library anyway
   const char* name() const override { return "wgl"; }
