@@ -1,5 +1,5 @@
-// Every function of the C interface runs behind this: it turns exceptions into statuses and refuses null pointers, dead
-// handles and a second thread.
+// Wraps every function of the C interface: turns exceptions into statuses, and refuses null pointers, destroyed handles
+// and calls while another thread is inside the same handle.
 #pragma once
 
 #include <pthread.h>
@@ -99,7 +99,7 @@ mjenv_status read(const Handle* handle, const F& body) noexcept {
   });
 }
 
-// Destroying never fails, not even for want of memory.
+// Destroying never fails, even without memory.
 template <typename Handle>
 void destroy(Handle* handle) noexcept {
   const Uncancelled uncancelled;
@@ -135,7 +135,7 @@ T& need(T* pointer, const char* name) {
   return *pointer;
 }
 
-// A count that a caller gave. name: of what is counted.
+// Checks a caller's count. name: what is counted.
 inline std::size_t size_of(std::int64_t count, const char* name) {
   if (count < 0)
     fail(MJENV_E_SIZE, "the count of " + std::string(name) + " is " + std::to_string(count) + ", less than 0");
@@ -152,7 +152,7 @@ inline const void* need_memory(const void* memory, std::int64_t count, const cha
   return need_array(static_cast<const unsigned char*>(memory), count, name);
 }
 
-// Writes `count` always, and the elements if the caller gives room for them. So a caller can ask for the count first.
+// Always writes `count`, and the elements if the caller gives room for them, so a caller can ask for the count first.
 template <typename Write>
 void deliver(std::int64_t available, std::int64_t capacity, const void* target, std::int64_t* count,
              const Write& write) {

@@ -1,4 +1,4 @@
-// A mutex for what a forked child uses, too.
+// A mutex that a forked child can use, too.
 #pragma once
 
 #include <atomic>
@@ -8,8 +8,8 @@
 
 namespace mjenv::core {
 
-// A child takes it over from its parent, because the thread that locked it before the fork is not in the child. What it
-// protects must therefore be valid at any time.
+// A forked child ignores its parent's lock, because the thread that holds it does not exist in the child. So what the
+// mutex protects must be valid at any time.
 class ForkLock {
  public:
   constexpr ForkLock() = default;

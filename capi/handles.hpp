@@ -1,6 +1,6 @@
 // Handles are slots in tables that stay readable as long as the library is loaded. So a destroyed handle, or a pointer
-// that never was a handle, is refused instead of followed. The tables have no locks, because a fork may happen at any
-// time and a child would find a lock held by a thread that it does not have.
+// that never was a handle, is refused instead of followed. The tables have no locks, because the process may fork
+// while a thread holds a lock, which the child could then never take.
 #pragma once
 
 #include <array>
@@ -102,7 +102,7 @@ class Table {
   static constexpr std::size_t kFirst = 128, kChunks = 32;
 
   std::array<Handle, kFirst> first_;
-  std::array<std::atomic<Handle*>, kChunks> more_{};  // each doubles what there is
+  std::array<std::atomic<Handle*>, kChunks> more_{};  // each doubles the number of slots
   std::atomic<std::size_t> live_{0}, next_{0};
 
   static bool is_in(const Handle* chunk, std::size_t count, const Handle* handle) {

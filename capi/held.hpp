@@ -53,7 +53,7 @@ namespace mjenv::core {
 
 // Leads renderers and windows to their environment, which may be destroyed before them.
 struct Link {
-  ForkLock lock;             // one of them at a time reads a row
+  ForkLock lock;             // only one renderer or window at a time reads a row
   mjenv_env* env = nullptr;  // null once the environment is destroyed
 };
 

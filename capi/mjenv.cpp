@@ -22,13 +22,13 @@ mjenv_status change_env(mjenv_env* handle, const F& body) noexcept {
   return change(handle, [&](HeldEnv& held) { body(held.env); });
 }
 
-// The same, with the batch that the call writes to: nulls if the caller gave none.
+// The same, with the batch that the call writes to. Its pointers are null if the caller gave none.
 template <typename F>
 mjenv_status change_env(mjenv_env* handle, const mjenv_batch* out, const F& body) noexcept {
   return change_env(handle, [&](Env& env) { body(env, out ? read_struct(out, "out") : mjenv_batch{}); });
 }
 
-// Calls body with what never changes of an environment, so other threads may be inside.
+// Calls body with an environment of which it reads only what never changes, so other threads may be inside.
 template <typename F>
 mjenv_status read_env(const mjenv_env* handle, const F& body) noexcept {
   return read(handle, [&](const HeldEnv& held) { body(held.env); });
@@ -48,7 +48,7 @@ mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
   });
 }
 
-// What body returns, and the fallback if it throws.
+// Returns what body returns, or the fallback if it throws.
 template <typename T, typename Handle, typename F>
 T ask(T fallback, const Handle* handle, const F& body) noexcept {
   read(handle, [&](const auto& held) { fallback = body(held); });

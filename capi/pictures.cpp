@@ -22,8 +22,8 @@ void check_room(const char* name, const void* to, std::int64_t count, std::size_
                            std::to_string(needed) + " are needed");
 }
 
-// Shows the row's state to a renderer or a window. It waits while another one looks, but not while a thread steps: then
-// Entered refuses the call.
+// Shows the row's state to a renderer or a window. Waits while another renderer or window reads. While a thread steps
+// the environment, Entered refuses the call.
 template <typename Painter>
 void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.lock);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kRoom = 8192;  // bytes of a thread's last reason
 
-// What stands for a text that there is no memory for.
+// Replaces a text for which there is no memory.
 char no_memory[] = "out of memory";
 
 void discard(void* text) {

@@ -7,7 +7,7 @@
 
 namespace mjenv::core {
 
-// To be called before all else on a thread. False: there is no memory for what the library keeps for each thread.
+// Call this first on each thread. False if there is no memory for what the library keeps per thread.
 bool prepare_thread() noexcept;
 
 // The reason why the last failing call on this thread failed; "" if none did.
@@ -23,7 +23,7 @@ class Reason {
 
   void keep(const char* reason) noexcept;
   void clear() noexcept;
-  // Copies as much as there is room for, and a NUL; returns the bytes that all of it needs.
+  // Copies as much as there is room for, and a NUL. Returns how many bytes the whole text needs.
   std::size_t copy(char* to, std::size_t capacity) noexcept;
 
  private:

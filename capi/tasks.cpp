@@ -1,4 +1,4 @@
-// Tasks from outside of the library.
+// Tasks that users register, or that plug-ins contain.
 #include "mjenv/task.h"
 
 #include <utility>

@@ -59,7 +59,8 @@ std::optional<double> read_double(std::string_view text) {
   char* end = nullptr;
   errno = 0;
   const double value = std::strtod(copy.c_str(), &end);
-  const bool out_of_range = errno == ERANGE && (value == 0 || std::isinf(value));  // some report subnormal numbers, too
+  const bool out_of_range =
+      errno == ERANGE && (value == 0 || std::isinf(value));  // some C libraries also set ERANGE for subnormal numbers
   return end == copy.c_str() || out_of_range ? std::nullopt : std::optional<double>(value);
 }
 

@@ -1,4 +1,4 @@
-// Numbers as text, as std::to_chars and std::from_chars have them, of which some C++ libraries lack those for double.
+// Converts numbers to text and back, as std::to_chars and std::from_chars do. Some C++ libraries lack these for double.
 #pragma once
 
 #include <optional>

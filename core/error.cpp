@@ -7,7 +7,7 @@
 namespace mjenv::core {
 namespace {
 
-// How many letters must be inserted, removed or replaced to make one text of the other (Levenshtein's distance).
+// The Levenshtein distance: how many letters to insert, remove or replace to turn one text into the other.
 std::size_t distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -27,7 +27,6 @@ std::size_t distance(const std::string& a, const std::string& b) {
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 6, kLongest = 100;
   if (given.empty() || given.size() > kLongest) return {};
-  // Whether it is the last word of the name.
   const auto is_last_word_of = [&](const std::string& name) {
     const std::size_t at = name.size() - given.size();
     return name.size() > given.size() && name.compare(at, given.size(), given) == 0 &&

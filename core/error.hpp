@@ -30,8 +30,8 @@ inline std::string quoted(const std::string& text) { return '"' + text + '"'; }
 // Joins names as "a, b, c", for messages that list the valid choices.
 std::string listed(const std::vector<std::string>& names);
 
-// Those of the names that the given one was probably meant to be, the likeliest first: names whose last word it is, such
-// as "opt.gravity" for "gravity", names that contain it, and names that differ by a few letters.
+// The names that the caller probably meant, the likeliest first: names that end with the given word, such as
+// "opt.gravity" for "gravity", names that contain it, and names that differ by a few letters.
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names);
 
 // The shortest decimal text that reads back as the same number.

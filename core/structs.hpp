@@ -14,7 +14,7 @@
 
 namespace mjenv::core {
 
-// Of a size with pointers of 64 bits and of that with 32, the one here.
+// Chooses between a struct's size with 64-bit and with 32-bit pointers.
 constexpr std::size_t by_pointers(std::size_t with_64, std::size_t with_32) {
   return sizeof(void*) == 8 ? with_64 : with_32;
 }
@@ -36,7 +36,7 @@ constexpr std::size_t oldest_size(const mjenv_task_camera*) { return 48; }
 constexpr std::size_t oldest_size(const mjenv_task*) { return by_pointers(168, 120); }
 constexpr std::size_t oldest_size(const mjenv_plugin*) { return 24; }
 
-// The caller's struct_size. theirs: may lie at any address, so its members must not be read before they are copied.
+// The caller's struct_size. theirs: may be misaligned, so its members are copied before they are read.
 template <typename T>
 std::uint32_t struct_size(const T* theirs, const char* name) {
   static_assert(offsetof(T, struct_size) == 0);
@@ -74,14 +74,13 @@ T read_struct(const T* theirs, const char* name, T defaults = {}) {
   return defaults;
 }
 
-// Calls visit(element) for each struct of a caller's array. most: the greatest count. count_name, name: of the count and
-// of the array, for messages.
+// Calls visit(element) for each struct of a caller's array. most: the largest allowed count. count_name, name: what
+// messages call the count and the array.
 template <typename T, typename Visit>
 void for_each_struct(const T* array, std::int64_t count, std::int64_t most, const char* count_name,
                      const std::string& name, const Visit& visit) {
   if (count < 0 || count > most)
-    fail(MJENV_E_SIZE,
-         std::string(count_name) + " is " + std::to_string(count) + ", not 0 to " + std::to_string(most));
+    fail(MJENV_E_SIZE, std::string(count_name) + " is " + std::to_string(count) + ", not 0 to " + std::to_string(most));
   if (count == 0) return;
   const std::uint32_t step = struct_size(array, name.c_str());  // from one element to the next
   // A greater struct_size would make us read beyond the element.

@@ -1,4 +1,4 @@
-// The numbers of a model that MuJoCo computes from others when it compiles a model: mj_setConst.
+// Calls mj_setConst, which computes the numbers of a model that depend on its other numbers.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace mjenv::core {
 
-// The arrays that mj_setConst computes and rows can have of their own. Not all models and versions of MuJoCo have all.
+// The arrays that mj_setConst computes and that rows can have of their own, where the model and MuJoCo have them.
 std::vector<std::string> constant_arrays(const Model& model);
 
 // Calls mj_setConst for one row after the other. It changes the model, so it gets a view with copies of all arrays that

@@ -64,7 +64,7 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
                                      held_elements(m, d, name)});
                    }
                  });
-  // Without mu and H, which MuJoCo computes only for elliptic cones: else they hold what was there before.
+  // Without mu and H, because MuJoCo sets them only for elliptic cones and otherwise leaves old values there.
   const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
     using T = std::decay_t<decltype(*data)>;
     const auto type = std::is_same_v<T, int> ? MJENV_DTYPE_INT32 : MJENV_DTYPE_FLOAT64;

@@ -11,8 +11,8 @@ namespace mjenv::core {
 // Neither the model nor mjData may move.
 std::vector<Array> data_arrays(const mjModel_& model, const mjData_& data);
 
-// Whether Work::complete_forces computes the array (cacc, cfrc_int, cfrc_ext); whether Work::complete_frames does (of
-// geoms, cameras and lights). No step computes them.
+// Whether Work::complete_forces computes the array (cacc, cfrc_int, cfrc_ext), or Work::complete_frames (positions and
+// orientations of geoms, cameras and lights). Steps do not compute these arrays.
 bool is_force(const std::string& array);
 bool is_frame(const std::string& array);
 inline bool is_on_demand(const std::string& array) { return is_force(array) || is_frame(array); }

@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// What MuJoCo calls on a thread when it fails or warns. Each version of MuJoCo has other types of functions.
+// What MuJoCo calls on a thread when it fails or warns. The types of the functions depend on MuJoCo's version.
 using Handlers = std::array<void (*)(), 2>;
 
 // While it lives, MuJoCo's errors on this thread become exceptions, and its warnings are ignored.

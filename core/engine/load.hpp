@@ -14,8 +14,8 @@ namespace mjenv::core {
 
 // Whether load() limits the work on convex hulls. If not, the hulls' vertices are counted before the model is loaded.
 extern const bool kLoadLimitsHulls;
-// Whether the simulation with which MuJoCo finds the length ranges of muscles ends even if it diverges. If not,
-// untrusted models must state these ranges.
+// MuJoCo simulates to find the length ranges of muscles. This says whether it stops if the simulation diverges. If not,
+// untrusted models must state the ranges.
 extern const bool kLengthRangesEnd;
 
 // Parses and compiles the model of this path, which may be one of the files in memory. Returns null with MuJoCo's

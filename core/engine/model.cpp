@@ -65,7 +65,7 @@ std::vector<Array> arrays_of(const mjModel* m) {
   return list;
 }
 
-// Whether only collisions and pictures read the frames of geoms, cameras and lights.
+// Whether only collision detection and drawing read the frames of geoms, cameras and lights.
 bool frames_unread(const mjModel& m) {
   if (m.nsensor > 0) return false;
   for (int i = 0; i < m.nwrap; ++i)

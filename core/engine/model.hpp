@@ -26,9 +26,11 @@ struct Array {
   mjenv_dtype type;
   std::vector<std::int64_t> shape;
   const void* data;
-  // For a member of an array of structs: the bytes from one struct to the next. An array without a stride lies in one piece.
+  // For a member of an array of structs: the bytes from one struct to the next. 0: the
+  // array is contiguous.
   std::size_t stride = 0;
-  // How many of the elements, or structs, hold something, while the others read as 0, whatever MuJoCo left there. Empty: all.
+  // How many of the elements, or structs, are in use. The others read as 0, because MuJoCo leaves old values there.
+  // Empty: all are in use.
   std::function<std::int64_t()> held = {};
 
   std::size_t count() const;

@@ -61,7 +61,7 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
   std::memcpy(files.filedata[0], text.data(), text.size());
 }
 
-// What helps where the model has an element or attribute that this version does not know.
+// Advice for a model with an element or attribute that this version does not know.
 constexpr const char* kNewerEngine =
     "; if a newer MuJoCo knows it, load the model with the engine 4.0, which is engine=\"4.0\" in Python and Julia, "
     "the feature \"mujoco4\" in Rust and libmjenv-mujoco4 in C and C++";
@@ -151,8 +151,8 @@ inline void update_frame(const mjModel& m, mjData& d, int geom) {
                   m.geom_bodyid[geom], m.geom_sameframe[geom]);
 }
 
-// Makes mj_setConst compute as with a new mjData. It computes all that it uses of mjData, but for the poses of mocap
-// bodies and the stack. mj_resetData would clear all of mjData, megabytes where njmax is large.
+// Makes mj_setConst compute as with a new mjData. Of what mj_setConst reads in mjData, it computes all but the poses of
+// mocap bodies and the stack. mj_resetData is slower, because it clears megabytes if njmax is large.
 inline void reset_for_constants(const mjModel& m, mjData& d) {
   clear_stack(d);
   for (int body = 0; body < m.nbody; ++body) {
@@ -188,8 +188,8 @@ inline const std::vector<const char*> kIndices{};
 inline const std::vector<const char*> kSameframes{};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{};
-// Calls visit(name, pointer, count, what mj_resetData copies to it) for each input of mjData that only this version
-// has.
+// Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
+// `source` to the input.
 template <typename Visit>
 void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 

@@ -97,7 +97,7 @@ Handlers set_handlers() {
   return {reinterpret_cast<void (*)()>(_mjPRIVATE_setTlsLogHandler(log))};
 }
 
-// MuJoCo may have been opened meanwhile; then there was no handler before.
+// If MuJoCo was opened meanwhile, there was no handler before.
 inline void restore_handlers(const Handlers& previous) {
   if (mujoco_is_open()) _mjPRIVATE_setTlsLogHandler(reinterpret_cast<mjfLogHandler>(previous[0]));
 }
@@ -251,8 +251,8 @@ inline const std::vector<const char*> kIndices{"eq_data"};
 inline const std::vector<const char*> kSameframes{"body_sameframe", "geom_sameframe", "site_sameframe"};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
-// Calls visit(name, pointer, count, what mj_resetData copies to it) for each input of mjData that only this version
-// has.
+// Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
+// `source` to the input.
 template <typename Visit>
 void for_each_more_input(const mjModel& m, const mjData& d, const Visit& visit) {
   visit("eq_active", d.eq_active, m.neq, m.eq_active0);

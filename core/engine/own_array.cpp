@@ -18,7 +18,7 @@ using Names = std::vector<const char*>;
 // Numbers that are shared by all rows because they are large, or that MuJoCo uses as indices.
 const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "wrap_prm", "plugin_"};
 
-// The integers that neither size nor connect anything, with their bounds.
+// The integers that are neither sizes nor indices, with their bounds.
 struct IntegerRule {
   const char* array;
   double low, high;
@@ -115,8 +115,8 @@ double element(mjenv_dtype type, const void* data, std::size_t index) {
   });
 }
 
-// value_of(i): element i. accepts_originals: whether an element may have the model's own value in any case, for instance
-// an infinite bound. Allocates nothing unless it fails, because resets check what they draw.
+// value_of(i): element i. accepts_originals: accept the model's own value of an element even if it breaks a rule, such as
+// an infinite bound. Allocates memory only if it fails, because resets check what they draw.
 template <typename Value>
 void check_values(const OwnArray& array, const Value& value_of, bool accepts_originals) {
   const std::string& name = array.original.name;

@@ -12,7 +12,7 @@ namespace mjenv::core {
 
 struct OwnArray {
   enum class Place { model_array, model_number, data_input };
-  // What own values may change of collision detection: nothing, the parameters of contacts, or which geom pairs can
+  // What own values can change in collision detection: nothing, the parameters of contacts, or which geom pairs can
   // touch and how precisely MuJoCo searches for them.
   enum class Collisions { same, other_contacts, other_pairs };
 
@@ -30,7 +30,7 @@ struct OwnArray {
   // Fail with MJENV_E_VALUE if MuJoCo could not compute with these values, or with those in a block.
   void check(const double* values) const;
   void check(const std::byte* block) const;
-  // Whether `check` would refuse the model's own values if they were another's.
+  // Whether `check` would refuse the model's own values if it did not accept them as originals.
   bool refuses_originals() const;
   // Whether `check` looks at each element alone.
   bool checks_elements_alone() const;

@@ -24,7 +24,7 @@ void OwnArrays::add(const std::string& name) {
     add("mocap_pos");
     if (!kNormalizesMocap) add("mocap_quat");
   }
-  if (name == "eq_active0") add("eq_active");  // which mj_resetData sets to it
+  if (name == "eq_active0") add("eq_active");  // mj_resetData copies eq_active0 to eq_active
 }
 
 void OwnArrays::append(OwnArray array) {

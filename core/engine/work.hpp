@@ -1,5 +1,5 @@
-// The work space in which one row at a time is simulated: an mjData, into and out of which the states of rows are
-// copied.
+// The work space that simulates one row at a time: an mjData, to which a row's state is copied and from which it is
+// copied back.
 #pragma once
 
 #include <array>
@@ -37,10 +37,10 @@ class Work {
 
   // Says that this array of mjData is read after each step.
   void expect(const std::string& array) { reads_all_ |= !is_after_every_step(array); }
-  // Whether arrays are read after each step that is_after_every_step does not name.
+  // Whether `expect` named an array for which is_after_every_step is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step has left all of mjData as MuJoCo does. If not, only what is_after_every_step names may be
-  // read.
+  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_after_every_step is true
+  // may be read.
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }
@@ -71,7 +71,7 @@ class Work {
     is_whole_ = is_whole;
     ++computation_;
   }
-  // Repeats the last call of mj_step, after that state was loaded.
+  // Repeats the last call of mj_step. Load the state before that call first.
   void repeat_step();
   // Computes what is only computed on demand: the forces cacc, cfrc_int and cfrc_ext, with MuJoCo's own function, and
   // the frames of geoms, cameras and lights.

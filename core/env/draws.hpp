@@ -1,4 +1,5 @@
-// The own values that a reset draws for a row. They replace the row's when the reset's outputs are written.
+// The values that a reset draws for a row's own arrays. They replace the row's values once the reset's outputs are
+// written.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@ class Draws {
  public:
   void reserve(std::size_t bytes) { block_.reserve(bytes); }
   void clear() { block_.clear(); }
-  // Of the row, only the stream changes.
+  // Changes only the row's random stream; adopt stores the values.
   void draw(Rows& rows, std::int64_t row, const Randomization& randomization, RowConstants& constants) {
     const OwnArrays& arrays = rows.arrays();
     block_.assign(rows.values(row), rows.values(row) + rows.block_bytes());

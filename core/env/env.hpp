@@ -67,14 +67,14 @@ class Env {
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
   // Writes an array of the row's state or mjModel, or an input of its mjData (qfrc_applied, mocap_pos, ...:
-  // engine/own_arrays.hpp). count: as many as the array has, for all rows the same; or as many for each row, of which
-  // those of rows that are not selected are not read.
+  // engine/own_arrays.hpp). count: the array's size, to write the same values to every selected row, or this
+  // size times the number of rows. Values of rows that are not selected are not read.
   void write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count);
   // Calls mj_setConst.
   void set_constants(const std::uint8_t* mask);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
-  // These replace what resets draw, and the noise, delays and pushes. perturbation: null for none.
+  // randomize replaces what resets draw. perturb replaces the noise, delays and pushes; null removes them.
   void randomize(const mjenv_randomization* items, std::int64_t count);
   void perturb(const mjenv_perturbation* perturbation);
 
@@ -98,7 +98,7 @@ class Env {
   mutable std::optional<Identity> identity_;  // computed when it is first needed
   Rng action_rng_;
   bool actions_seeded_ = false;
-  Array own_array_;  // what array() returned last, if it is a row's own
+  Array own_array_;  // the last result of array(), if the row has its own copy
 
   const Identity& identity() const;
   void forget_observation(std::int64_t row);

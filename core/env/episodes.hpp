@@ -63,7 +63,7 @@ class Episodes {
   // True if the next step resets the row. In same_step mode this happens only after a step that ended the episode but
   // failed to reset the row, or after a rollout in which the episode ended.
   bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
-  // True from the first reset after mjenv_perturb on.
+  // A row is perturbed from its first reset after mjenv_perturb on.
   bool is_perturbed(std::int64_t row) const {
     return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }

@@ -21,8 +21,8 @@ namespace {
 //   - an Entry for each array in which some row has own values that are not the model's, in alphabetical order, with
 //     its bytes in a block of own values, where the arrays follow each other at multiples of 8 bytes
 //   - each row's parts, one after the other. Head::kept says which of the kept parts the row has.
-// So one state has one image, however the row came to it: arrays that were written to the model's own values are left
-// out, and so are kept values that equal those which stand for them where none are kept.
+// Equal states have equal images, whatever calls led to them. So an image omits arrays whose values equal the model's,
+// and kept values that equal those that apply without them (Version).
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint16_t version = 5;
@@ -94,7 +94,7 @@ class Plan {
   bool is_in(const PartKind& kind, std::uint16_t kept) const {
     return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
   }
-  // The row's Head::kept in the image: without values that equal those which stand for them where none are kept.
+  // The row's Head::kept in the image, without kept values that equal those that apply without them (Version).
   std::uint16_t kept_of(std::int64_t row) const {
     std::uint16_t kept = rows_.head(row).kept;
     if (kept == 0) return 0;
@@ -138,7 +138,7 @@ class Plan {
   }
 };
 
-// Checks bytes that may come from a stranger. They may lie at any address.
+// Checks bytes from an untrusted source, at any alignment.
 class Checks {
  public:
   Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Calls& calls,
@@ -150,8 +150,8 @@ class Checks {
     const StateLayout& layout = rows_.layout();
     switch (kind.content) {
       case Content::head: return is_valid_head(part);
-      // MuJoCo computes with any numbers in a state, even if the results are not finite, except with those that it uses
-      // as indices.
+      // MuJoCo can compute with any numbers in a state, though the results may not be finite. Only numbers that it uses as
+      // indices must be valid.
       case Content::state: return is_valid_rest(part + (layout.size - layout.more) * sizeof(double));
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);

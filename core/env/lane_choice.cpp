@@ -15,7 +15,7 @@ std::string counted(std::int64_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-// Why no number of lanes can be had; "" if some can.
+// Why lanes cannot be used at all; "" if they can.
 std::string obstacle_of(const Model& model) {
   std::string absence = lanes::absence();
   if (!absence.empty()) return absence;
@@ -68,7 +68,7 @@ std::vector<std::string> beyond_lanes(const OwnArrays& arrays) {
   return names;
 }
 
-// -0 counts, too: -0 + -0 is -0, but lanes add nothing.
+// -0 counts as nonzero, because MuJoCo adds it (-0 + -0 is -0), and lanes add nothing.
 bool has_forces(const OwnArrays& arrays, const std::byte* block) {
   const auto is_set = [](std::byte byte) { return byte != std::byte{0}; };
   return std::any_of(arrays.list().begin(), arrays.list().end(), [&](const OwnArray& array) {

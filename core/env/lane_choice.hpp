@@ -16,14 +16,14 @@ struct LaneChoice {
   std::string reason;  // why rows are stepped one after the other; "" if none is
 };
 
-// Decides by the option "lanes". Throws if the option says a number that cannot be had. The environment variable
-// MJENV_LANES must be a number that this CPU can do, but is for all environments of a process, so it has no effect on
-// those without lanes.
+// Decides by the option "lanes" and throws if that number of lanes is not available. If the option is -1, the
+// environment variable MJENV_LANES decides. It must be a number that this CPU supports. Because it is for all
+// environments of the process, those that cannot have this many lanes ignore it.
 LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t rows, int threads);
 
-// The arrays of mjModel among these of which lanes cannot compute with a row's own values.
+// The names of those mjModel arrays for which lanes do not support different values in each row.
 std::vector<std::string> beyond_lanes(const OwnArrays& arrays);
-// Whether the block has a number that is not 0 in an input of mjData that lanes take for 0, such as xfrc_applied.
+// Whether the block has a nonzero value in an input of mjData that lanes assume to be 0, such as xfrc_applied.
 bool has_forces(const OwnArrays& arrays, const std::byte* block);
 
 }  // namespace mjenv::core

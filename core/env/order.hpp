@@ -1,5 +1,5 @@
-// The order in which rows are stepped in lanes. Lanes wait for the row of their group with the most constraints, so rows
-// that had about as many in their last step come one after the other.
+// The order in which rows are stepped in lanes. Rows that step together all wait for the one with the most constraints,
+// so rows are sorted by how many they had in their last step.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,9 @@ namespace mjenv::core {
 
 class Order {
  public:
-  // rows: how many; 0: each row stays at its own place. share: how many of them a thread steps. Rows change places only
-  // within windows of at most `share` rows, so that rows which are stepped together stay near each other in memory, and
-  // with the same thread.
+  // rows: the number of rows, or 0 to keep the order fixed. share: how many rows each thread steps. Each window has at
+  // most `share` rows and is sorted on its own, so that rows of a group are near each other in memory, and a row stays
+  // with its thread.
   Order(std::int64_t rows, std::int64_t share)
       : constraints_(static_cast<std::size_t>(rows)), offsets_(constraints_.size()) {
     while (window_ < kMaxWindow && 2 * static_cast<std::int64_t>(window_) <= share) window_ *= 2;

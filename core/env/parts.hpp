@@ -1,5 +1,5 @@
-// The parts of which a row consists. Whatever a row keeps from one call to the next is a part, and the rows' memory,
-// copies of rows, and images are loops over this table.
+// The parts of a row: everything that it keeps from one call to the next. Allocating, copying and saving rows all loop
+// over this table.
 #pragma once
 
 #include <array>
@@ -69,8 +69,8 @@ static_assert(are_in_order());
 constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
 // As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But rows
-// do not store their derived arrays: a worker computes them again when they are needed (Worker::hold), and after a write
-// this must give what it gave before the write. So a row has up to four versions of what MuJoCo computes with:
+// do not store derived arrays: a worker computes them again when they are needed (Worker::hold). After a write it must
+// compute them from the inputs before the write. So a row stores the inputs of up to four computations, its versions:
 //
 //   version    state           own values        its own values are kept            what Worker::hold does with it
 //   now        state           values            always                             loads it last; steps go on from it
@@ -80,7 +80,7 @@ constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept
 //   constants  constants_rest  constants_values  from mj_setConst until the next    repeats mj_setConst
 //                                                computation
 //
-// Own values that are not kept are those of the version above; those of `constants` are then the model's.
+// If a version's own values are not kept, those of the version above apply, or for `constants` those of the model.
 enum class Version : std::uint8_t { now, computed, stepped, constants };
 
 }  // namespace mjenv::core

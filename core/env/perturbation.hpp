@@ -24,11 +24,11 @@ class Perturbation {
 
   bool pushes() const { return !pushes_.empty(); }
   bool changes_observations() const { return has_observations_; }
-  // How many doubles a row's record has. Perhaps more than can be addressed: allocate them before anything else.
+  // How many doubles a row's record has. This may be too many to allocate, so allocate records before changing anything.
   std::uint64_t record_count() const { return record_count_; }
   // A hash of the settings; 0 if there are none.
   std::uint64_t fingerprint() const { return fingerprint_; }
-  // Call this when rows have xfrc_applied of their own.
+  // Call this after rows got their own xfrc_applied.
   void place(const OwnArrays& layout) noexcept;
 
   // Whether the row was reset since its record was made. Until then it is not perturbed.
@@ -47,8 +47,8 @@ class Perturbation {
 
   // What act computes for a step.
   struct Step {
-    std::vector<double> action;        // that the task sees, if it is float64
-    std::vector<float> narrow_action;  // that the task sees, if it is float32
+    std::vector<double> action;        // the action that the task sees, if it is float64
+    std::vector<float> narrow_action;  // the same, if it is float32
     std::vector<double> pushes;        // the part of the record with the pushes, as it will be after the step
     std::vector<Work::Force> forces;
   };
@@ -66,7 +66,7 @@ class Perturbation {
   bool is_pushed(const double* record) const;
   void end_pushes(const double* record, std::byte* block) const;
 
-  // Whether this may be the record of a row; for images.
+  // Whether a row can have this record. Checks the record of an image.
   bool is_valid(const double* record) const;
 
  private:
@@ -84,8 +84,8 @@ class Perturbation {
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
-  // A record begins with the phase, then for each push how many steps are left until it comes and whether the last step
-  // had it. Where the other parts begin, and the size of a record:
+  // A record begins with the phase, and for each push two numbers: how many steps are left until it, and whether the
+  // last step had it. These are the offsets of the other parts, and the size of a record:
   std::size_t actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 

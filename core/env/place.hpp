@@ -32,8 +32,8 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
-  // Before a step: if it fails, the reward and flags of an earlier one must not be delivered. A failed row's other
-  // outputs are undefined.
+  // Call this before a step, so that a failed step does not return an earlier step's reward and flags. A failed row's
+  // other outputs are undefined.
   void forget() const {
     put_result(0, false, false);
     put<std::uint8_t>(out.was_reset, 0);

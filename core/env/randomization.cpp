@@ -171,8 +171,8 @@ void Randomization::take_parameters(Item& item, const mjenv_randomization& given
     refuse("it holds integers, which can only be drawn with MJENV_DISTRIBUTION_CHOICE");
 }
 
-// Throws if MuJoCo cannot compute with the smallest or the greatest value, or with one of the values of a choice. A
-// normal distribution has no smallest and no greatest value, so its mean is checked.
+// Throws if MuJoCo cannot compute with the smallest or the largest value, or with a value of a choice. A normal
+// distribution has neither a smallest nor a largest value, so this checks its mean.
 void Randomization::check_ends(const Item& item) {
   std::vector<double> ends;
   switch (item.distribution) {

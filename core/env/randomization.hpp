@@ -16,10 +16,9 @@ class Randomization {
  public:
   // Draws nothing.
   Randomization() = default;
-  // Copies the list, without items of arrays that have no elements in this model. Throws if MuJoCo cannot compute with
-  // the smallest or the greatest value that an item can draw, with one of the values of CHOICE, or with the mean of
-  // NORMAL; quaternions and directions cannot be checked so. Where it is not proved that all values are valid, `draw`
-  // checks them (Item::is_checked).
+  // Copies the list, but skips items whose array is empty in this model. Throws if MuJoCo cannot compute with the
+  // smallest or the largest value of an item, a value of CHOICE, or the mean of NORMAL. This does not check quaternions
+  // and directions. Where it does not prove that all values are valid, `draw` checks each (Item::is_checked).
   Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }

@@ -47,7 +47,7 @@ class Rows {
 
   Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
   const Head& head(std::int64_t row) const { return heads_[static_cast<std::size_t>(row)]; }
-  // The worker that last computed the row. It is no part of the row: what a row does next does not depend on it.
+  // The worker that last computed the row. It is not part of the row, because results do not depend on it.
   std::int32_t& worker(std::int64_t row) { return workers_[static_cast<std::size_t>(row)]; }
   std::int32_t worker(std::int64_t row) const { return workers_[static_cast<std::size_t>(row)]; }
   double* state(std::int64_t row) { return numbers(Part::state, row); }
@@ -69,16 +69,16 @@ class Rows {
     return const_cast<Rows*>(this)->values(row, version);
   }
   // Gives all rows own values of these arrays, at first the model's; for inputs of mjData, those that mj_resetData
-  // sets. Changes nothing if it fails. Own values move in memory.
+  // sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
-  // Whether lanes can compute with the arrays of which rows have own values, where has_forces is false.
+  // Whether lanes support all arrays of which rows have own values. Rows with has_forces are stepped one by one anyway.
   bool fit_lanes() const { return fit_lanes_; }
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
-  // Whether the row has forces that lanes do not compute (core::has_forces), and how many rows have. Call
-  // note_forces when inputs of mjData were written to the present values.
+  // Whether the row has forces that lanes do not compute (core::has_forces), and the number of such rows. Call
+  // note_forces after writing inputs of mjData to the present values.
   bool has_forces(std::int64_t row) const { return !forced_.empty() && forced_[static_cast<std::size_t>(row)] != 0; }
   std::int64_t forced_rows() const;
   void note_forces(std::int64_t row);
@@ -97,7 +97,7 @@ class Rows {
   void keep_constants(std::int64_t row);
   // Call when everything was computed from the present state and values.
   void drop_kept(std::int64_t row) { head(row).kept = 0; }
-  // The same after set_state has computed after a step: what keep_step has kept stays.
+  // Call this instead when set_state has computed after a step: what keep_step has kept is still needed.
   void drop_all_but_step(std::int64_t row) {
     head(row).kept &= kept_bit(Part::stepped_state) | kept_bit(Part::stepped_values);
   }
@@ -119,8 +119,8 @@ class Rows {
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
-  // Of each part but the head: the numbers of all rows, and how many one row has. Parts that are kept have 0 until they
-  // are needed.
+  // For each part but the head: the numbers of all rows, and how many each row has, which for kept parts is 0 until one
+  // is needed.
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
   bool fit_lanes_ = true;
@@ -131,7 +131,7 @@ class Rows {
   }
   const double* numbers(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->numbers(part, row); }
   bool is_kept(std::int64_t row, Part part) const { return (head(row).kept & kept_bit(part)) != 0; }
-  // Copies a row's numbers to another of its parts of as many numbers, which it then keeps.
+  // Copies the numbers to this part of the row and marks it as kept.
   void keep_as(std::int64_t row, Part part, const void* numbers);
 };
 

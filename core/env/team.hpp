@@ -42,7 +42,7 @@ class Team {
 
   std::size_t size() const { return workers_.size(); }
   Worker& operator[](std::size_t index) { return *workers_[index]; }
-  // The worker for what is no step, such as resets and observations: it computes one row after the other.
+  // The worker for everything but steps, such as resets and observations: it computes one row after the other.
   // gather_failures moves the failures of all workers to it.
   Worker& first() { return *workers_[0]; }
 
@@ -66,7 +66,8 @@ class Team {
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
 
-  // Advances what it can of the workers that are ready, as bits, and returns these. The others must be loaded again.
+  // Advances the workers that are ready (bits) and whose rows lanes can step. Returns their bits. The other workers must
+  // be loaded again.
   std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);
 };
 

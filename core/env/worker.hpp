@@ -54,7 +54,7 @@ class Worker {
   void adopt(Rows& rows, std::int64_t row) noexcept;
   // Makes the work space ready for a step: loads the row's state and the action. If the row's state or own values were
   // written since its derived arrays were computed, the numbers that the task carries are first computed again.
-  // forces: replace those in the row's xfrc_applied; they must outlive commit.
+  // forces: they replace those in the row's xfrc_applied and must outlive commit.
   void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
   // Calls mj_step `frames` times. The new state reaches the row in commit.
   void advance(std::int64_t frames) { work_.step(frames, before()); }
@@ -67,7 +67,7 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  // To prepare, if mj_setConst was called for a row, or if resets call it.
+  // Prepare it if mj_setConst was called for a row, or if resets call it.
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
@@ -99,8 +99,8 @@ class Worker {
   Writer writer_;
   Draws draws_;
   RowConstants constants_;
-  // Own values that the work space uses instead of the row's: in `begin` with cleared inputs, in `hold` those with which
-  // mj_setConst was called.
+  // Own values that the work space uses instead of the row's: in `begin` a copy with cleared inputs, in `hold` those
+  // with which mj_setConst was called.
   std::vector<std::byte> inputs_;
   const Forces* forces_ = nullptr;  // of the last step, for commit
   const std::vector<Array> arrays_;

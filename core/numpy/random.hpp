@@ -50,7 +50,7 @@ class Generator {
   // These draw an integer in [0, max].
   std::uint64_t bounded(std::uint64_t max);
   std::uint64_t masked(std::uint64_t max);
-  // Swaps each of values[count - 1] down to values[first] with a random element of values[0] up to itself.
+  // For i from count - 1 down to first, swaps values[i] with a random one of values[0] to values[i].
   void shuffle(std::int64_t first, std::int64_t count, std::int64_t* values);
 };
 

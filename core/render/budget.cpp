@@ -73,7 +73,7 @@ Budget::Budget(const mjModel& m, bool trusted)
     fail(MJENV_E_MEMORY, "drawing the model needs " + number(std::ceil(bytes_ / 1e9)) + " GB, more than is free");
 }
 
-// All primitive shapes together have fewer vertices than seven spheres and seven sides.
+// An upper bound: all primitive shapes together have fewer vertices than seven spheres and seven sides of a box.
 double Budget::of_model() const {
   return sum(planes_) + sum(meshes_) + sum(fields_) + sum(skins_) + 7 * (round_ + quads_);
 }

@@ -1,5 +1,5 @@
-// Estimates what drawing a model takes, before OpenGL is called: drivers end the process when memory runs out, and a
-// picture of an untrusted model must not take hours.
+// Estimates the memory and time to draw a model before OpenGL is called: drivers end the process when memory runs out,
+// and a picture of an untrusted model must not take hours.
 #pragma once
 
 #include <vector>

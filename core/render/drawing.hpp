@@ -31,11 +31,11 @@ struct Drawing {
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // Creates MuJoCo's context in the current OpenGL context, anew if there is one. Call free_in with the same OpenGL
-  // context to free it.
+  // Creates MuJoCo's context in the current OpenGL context and replaces the one that exists. free_in, with the same
+  // OpenGL context, frees it.
   void make_context(int framebuffer);
-  // Whether the first row that is drawn needs a context of its own, because it has other height fields, planes or
-  // extents, which are in the context. Gymnasium makes the context at the first picture, and never again.
+  // Whether the first row that is drawn needs a new context, because its height fields, planes or extent, which the
+  // context contains, differ. Gymnasium makes the context at the first picture, and never again.
   bool needs_context(const mjModel& row) const;
   // Creates that context.
   void make_context(const mjModel& row, int framebuffer);

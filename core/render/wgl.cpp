@@ -82,8 +82,8 @@ struct Wgl {
   }
 };
 
-// A window that is never shown. Windows destroys a window when the thread that made it ends, and contexts outlive such
-// threads. So each window has a thread of its own.
+// A window that is never shown. Windows destroys a window when the thread that made it ends, but a context may outlive
+// that thread. So each window has its own thread.
 class HiddenWindow {
  public:
   explicit HiddenWindow(const Wgl& wgl) : wgl_(wgl) {
@@ -130,7 +130,7 @@ class HiddenWindow {
       made.set_exception(std::current_exception());
       return;
     }
-    // Windows waits for those that do not take their messages. Nobody but the context's owner may close the window.
+    // Windows hangs with windows that do not take their messages. Only the context's owner may close the window.
     Message message{};
     while (wgl_.get_message(&message, nullptr, 0, 0) > 0)
       if (message.number != kClose) wgl_.dispatch_message(&message);
@@ -144,7 +144,7 @@ class HiddenWindow {
     kind.procedure = wgl_.default_procedure;
     kind.instance = wgl_.get_module(nullptr);
     kind.name = u"mjenv";
-    wgl_.register_class(&kind);  // fails from the second window on, because there is the class already
+    wgl_.register_class(&kind);  // fails from the second window on, because the class then exists
     wgl_.set_last_error(0);
     Handle window = wgl_.create_window(0, kind.name, kind.name, kPopup, 0, 0, 1, 1, nullptr, nullptr, kind.instance,
                                        nullptr);  // one pixel, because pictures are drawn to a separate framebuffer

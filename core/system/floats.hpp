@@ -24,7 +24,7 @@ class Floats {
   // The control bits of MXCSR. The bits below them record exceptions.
   static constexpr unsigned kMxcsrControl = 0xffc0, kDefaultMxcsr = 0x1f80;
 #if defined(_WIN32)
-  // Without the precision, which nothing here uses: it differs between programs for Windows.
+  // Without the precision bits: nothing here depends on them, and they differ between programs for Windows.
   static constexpr unsigned kX87Control = 0xfcff, kDefaultX87 = 0x007f;
 #else
   static constexpr unsigned kX87Control = 0xffff, kDefaultX87 = 0x037f;
@@ -49,7 +49,7 @@ class Floats {
 };
 
 // Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise signals.
-// Then restores the host's, whatever code of others has changed meanwhile.
+// Then restores the host's settings, even if other code changed them meanwhile.
 class DefaultFloats {
  public:
   DefaultFloats() : changed_(!Floats::is_default()) {

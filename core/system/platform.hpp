@@ -1,7 +1,7 @@
 // What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, linux.cpp
 // what only Linux has, macos.cpp what only macOS has, windows.cpp all of it for Windows, and emscripten.cpp all of it for
-// WebAssembly. Outside of core/system, no file asks for which system or CPU it is compiled. Texts are UTF-8, also where
-// the system's own are not.
+// WebAssembly. Only files in core/system test for which system or CPU they are compiled. Texts are UTF-8, even where
+// the system uses another encoding.
 #pragma once
 
 #include <atomic>
@@ -27,7 +27,7 @@ std::uint32_t thread_id();
 std::optional<std::string> environment(const char* name);
 // The same, but nothing if the program runs with more rights than its user.
 std::optional<std::string> trusted_environment(const char* name);
-// What separates the paths in an environment variable that lists some.
+// The separator in an environment variable that lists paths.
 extern const char path_separator;
 
 // ---- Threads and CPUs ----
@@ -125,10 +125,10 @@ class InputFile {
   std::intptr_t handle_;  // -1 if it is not open
 };
 
-// Whether a text is a path by its first characters: ".", "/" and "~", and what else the system has.
+// Whether a text is a path because it begins with ".", "/", "~", or another beginning that the system has.
 bool begins_path(const std::string& text);
-// Whether the path that a stranger's model names may lead to something else than files, or cannot be compared with the
-// real path of a folder. Such a path must not even be opened. Links are not looked for.
+// Whether a path in an untrusted model may lead to something other than a file, or cannot be compared with the real path
+// of a folder. Such a path must not even be opened. This does not resolve links.
 bool names_no_file(const std::string& path);
 
 // The absolute path without links, with "/" between the names, or "" if there is no such file or folder; errno then
@@ -151,8 +151,8 @@ bool draws_with(std::string_view back_end);
 
 // ---- Shared libraries ----
 
-// Opens a library, which a path names or else a file name that the system looks for. Null if that fails; `reason` then
-// says why. A file that is cut off is refused, also where the system would end the process.
+// Opens a library by its path, or by a file name that the system looks up. Null if that fails; `reason` then says why.
+// Refuses a truncated file, for which some systems would end the process.
 void* open_library(const char* file, std::string& reason);
 // The same for a library that the process has loaded already. Null if it has not.
 void* loaded_library(const char* file);
@@ -162,11 +162,11 @@ bool show_library(const char* file);
 void close_library(void* library);
 // Null if the library has no such symbol.
 void* symbol_of(void* library, const char* name);
-// The same for all that is visible to the whole process.
+// The same, among all symbols that are visible to the whole process.
 void* visible_symbol(const char* name);
 // The path of the library or program that contains this address, or "" if it is unknown.
 std::string file_of(const void* address);
-// Prevents that the library with this address is ever unloaded.
+// Keeps the library with this address loaded until the process ends.
 void keep_loaded(const void* address);
 
 }  // namespace mjenv::core::platform

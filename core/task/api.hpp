@@ -1,4 +1,4 @@
-// The library's functions for the callbacks of tasks (mjenv/task.h), and the reasons of their failures.
+// The library's functions for the callbacks of tasks (mjenv/task.h), and the reasons why callbacks failed.
 #pragma once
 
 #include "mjenv/task.h"

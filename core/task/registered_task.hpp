@@ -15,7 +15,7 @@ namespace mjenv::core {
 // The largest frame_skip.
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
-// What is known of a task before its model is compiled.
+// What a task says before its model is compiled.
 struct Outline {
   const char* model_xml;  // the text of its default model; null if that is a file, or if there is none (Model-v0)
   std::int64_t time_limit;
@@ -48,7 +48,8 @@ class RegisteredTask {
   std::string id_, robot_, model_, model_text_;
   int version_ = 0;
   bool built_in_;
-  // The description, without what its pointers pointed to, which the other members copy. The callbacks remain.
+  // The description. Of its pointers only the callbacks and `user` are valid; the other members copy what the rest
+  // pointed to.
   mjenv_task given_;
   mjenv_task_camera camera_;
   std::vector<Option> options_;

@@ -29,7 +29,7 @@ constexpr Id built_in[] = {
 #include "robots/all.def"
 #undef ROBOT
 };
-// Known, but not in the list of ids, because it cannot be built with its default options.
+// Valid, but not in the list of ids, because it cannot be built with its default options.
 constexpr Id unlisted = VERSION("Model", 0, model);
 #undef VERSION
 

@@ -20,7 +20,7 @@ struct Id {
   const RegisteredTask* registered;  // null for a built-in robot
 };
 
-// The ids, sorted by name. There are more after tasks were registered.
+// The ids, sorted by name. Registering tasks adds some.
 std::int64_t id_count();
 const Id& id_at(std::int64_t index);
 const Id& id_of(const std::string& name);
@@ -29,7 +29,7 @@ const Id& id_of(const std::string& name);
 // registered.
 void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks);
 
-// The task of an id. That of a built-in robot is made anew in each call.
+// The task of an id. Each call makes a new one for a built-in robot.
 std::shared_ptr<const RegisteredTask> task_of(const Id& id);
 
 Options default_options(const Id& id);

@@ -43,7 +43,7 @@ class SimView {
 
   // Call this after Work::use, with the same arguments: shows the row's own arrays.
   void use(const OwnArrays& arrays, const std::byte* block);
-  // Brings up to date what the task needs and no step computes.
+  // Computes what the task needs but steps do not compute.
   void complete() {
     if (needs_.forces) work_.complete_forces();
     if (needs_.frames) work_.complete_frames();

@@ -88,7 +88,7 @@ std::optional<Calls::Unbounded> Calls::find_unbounded(const void* numbers) const
   return std::nullopt;
 }
 
-// Fails if the callback has written a number out of its bounds, because an image of the row would be refused.
+// Fails if the callback wrote a number out of its bounds, because restoring an image with it would fail.
 void Calls::check_carried(const char* callback, const double* numbers) const {
   if (const auto found = find_unbounded(numbers))
     refuse(callback, element_is("carried", static_cast<std::size_t>(found->index), found->value) + ", not " +

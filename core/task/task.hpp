@@ -49,7 +49,8 @@ class Builder;
 // model's initial state, observations and rewards are 0, and infos NaN.
 class Calls {
  public:
-  // callbacks: those of a task, and its user. Calls build. checks: whether NaN is refused in observations and rewards, and NaN and infinity in initial states.
+  // Calls build. callbacks: the task's callbacks and `user`. checks: refuse NaN in observations and rewards, and NaN
+  // and infinity in initial states.
   Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;

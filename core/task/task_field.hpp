@@ -19,7 +19,7 @@ const char* role_name(mjenv_role role);
 // quotes.
 std::string checked_name(const char* name, const std::string& what);
 
-// Copies the field, whose lengths may be -1. Throws if a task cannot have it.
+// Copies the field, whose lengths may be -1. Throws if the field is invalid.
 Field field_of(const mjenv_task_field& given);
 // Replaces the field with the same role and name (a reward: with any name), or adds the field at the end. A new field
 // without a doc takes over the old one's.

@@ -57,7 +57,7 @@ void look_up(void* library, const char* name, Pointer& pointer) {
   std::memcpy(&pointer, &found, sizeof found);
 }
 
-// MuJoCo is never closed, because closing it would end what other users of the process compute with it.
+// MuJoCo is never closed, because other code in the process may use it.
 void open_library() {
   void* const library = find();
   look_up(library, "mj_version", mj_version);
@@ -73,7 +73,7 @@ void open_library() {
 
 }  // namespace
 
-// Without std::call_once, which lets exceptions pass through a function of C: Julia's unwinder cannot do that.
+// Does not use std::call_once, which throws exceptions through a C function: Julia's unwinder cannot do that.
 const char* open_mujoco() {
   static std::mutex opening;
   if (!is_open) {

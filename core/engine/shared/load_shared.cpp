@@ -15,13 +15,13 @@
 namespace mjenv::core {
 namespace {
 
-// MuJoCo holds a lock of its own while it loads a model. This one is taken first, and fork() waits for it, because in
-// the child nobody would release MuJoCo's lock.
+// MuJoCo holds its own lock while it loads a model. If the process forked then, the child could never take that lock. So
+// this lock is taken first, and fork() waits for it.
 std::mutex one_at_a_time;
 [[maybe_unused]] const int registered =
     pthread_atfork([] { one_at_a_time.lock(); }, [] { one_at_a_time.unlock(); }, [] { one_at_a_time.unlock(); });
 
-// Gives the C library's rand() another state, because MuJoCo seeds it, and takes it back: the host's sequence goes on.
+// Gives the C library's rand() another state while MuJoCo, which seeds it, loads a model. Then restores the host's.
 class OtherRandom {
  public:
   OtherRandom() : before_(initstate(1, state_.data(), state_.size())) {}

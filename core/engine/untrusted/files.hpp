@@ -10,7 +10,7 @@
 
 namespace mjenv::core {
 
-// Refuses a model, or a file of it.
+// Refuses a model or one of its files.
 [[noreturn]] inline void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
 // Reads a regular file. Fails with MJENV_E_MODEL if it is no regular file or has too many bytes, and with the

@@ -13,7 +13,7 @@ struct Limit {
   std::int64_t stranger, trusted;
 };
 
-// The end of the reason why a model is refused that a trusted one is not.
+// The end of a message that refuses an untrusted model but would not refuse a trusted one.
 inline constexpr const char* kUnlessTrusted =
     ", unless you trust the model and set the option \"trust_xml\" to \"yes\"";
 

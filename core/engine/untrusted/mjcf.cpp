@@ -72,7 +72,7 @@ struct Node {
   std::string parent;
 };
 
-// A model that is read: the one to load, or one that an <asset> of it names.
+// A model that is read: the one to load, or one that its <asset> section names.
 struct Source {
   explicit Source(const std::string& path) : folder(path.substr(0, path.find_last_of("/\\") + 1)), included{path} {}
 
@@ -104,9 +104,9 @@ class Check {
   Counts counts_;
   Sizes sizes_;
   bool has_muscles_ = false, has_meshes_ = false;
-  // The replicas that enclose the element, the most of them, all replicas, and how often a part of the model is
-  // attached to it once more. Each replica and attachment may come with a copy of every element that refers to
-  // something in it.
+  // How many copies the enclosing replicas make of the element, the largest such number, the number of all replicas,
+  // and how often a part of the model is attached again. Each replica and attachment may also copy every element that
+  // refers to something in it.
   std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
   // How many samples there are of sensors that have a number of values for each pixel or vertex.
   std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0, triangles_ = 0;
@@ -504,7 +504,7 @@ void Check::compiler(const Element& element) {
   if (const auto kept = element.text("passthrough"); !kept.empty() && kept != "none") refuse_late_files(element);
 }
 
-// A texture that is read when it is drawn could then be another one than the one that was checked.
+// If a texture is read only when it is drawn, its file may have changed since it was checked.
 void Check::refuse_late_files(const Element& element) const {
   if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
 }
@@ -788,7 +788,7 @@ std::string Check::path_of(const File& file, const std::string& given) const {
   return is_absolute(below) ? below + name : source_.folder + below + name;
 }
 
-// MuJoCo reads a file as its content type says, and else as its extension says.
+// MuJoCo chooses a file's format by its content type, or if it has none by its extension.
 void Check::check_content_type(const Element& element, const std::string& file) const {
   const std::string given = element.text("content_type");
   if (given.empty()) return;

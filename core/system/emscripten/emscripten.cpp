@@ -1,4 +1,4 @@
-// All of it for WebAssembly, as Emscripten compiles it: one thread, and neither files, processes nor shared libraries.
+// WebAssembly, as Emscripten compiles for it: one thread, and no files, processes or shared libraries.
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,7 +11,7 @@ namespace mjenv::core {
 
 Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 
-// Nobody could end the wait. The library waits for other threads alone, and there are none.
+// Waits would never end: the library only waits for other threads, and there are none.
 void Condition::wait(std::unique_lock<std::mutex>&, const Deadline&) {}
 
 namespace platform {
@@ -22,7 +22,7 @@ std::int32_t process_id() { return 1; }
 
 std::uint32_t thread_id() { return 1; }
 
-// The host's environment is none of the page's business.
+// A web page must not see the host's environment variables.
 std::optional<std::string> environment(const char*) { return std::nullopt; }
 
 std::optional<std::string> trusted_environment(const char*) { return std::nullopt; }

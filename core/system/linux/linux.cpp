@@ -121,7 +121,7 @@ std::string file_of(const void* address) {
   Dl_info info{};
   link_map* object = nullptr;
   if (dladdr1(address, &info, reinterpret_cast<void**>(&object), RTLD_DL_LINKMAP) == 0) return "";
-  // Of the program itself dladdr tells only the name by which it was started.
+  // For the program itself, dladdr returns only the name by which it was started.
   const bool is_program = object && object->l_name && *object->l_name == '\0';
   return is_program ? "/proc/self/exe" : info.dli_fname ? info.dli_fname : "";
 }

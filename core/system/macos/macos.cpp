@@ -20,7 +20,7 @@ namespace mjenv::core {
 
 Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 
-// macOS waits until a time of the clock that users set, or for a while.
+// macOS waits until a time of the system clock, which users can set, or for a duration.
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
   if (!deadline.is_set()) {
@@ -61,7 +61,7 @@ int scalable_vector_bytes() { return 0; }
 
 void pin_thread(std::thread&, int) {}
 
-// A thread can name but itself.
+// A thread can name only itself.
 void name_thread(std::thread&, const std::string&) {}
 
 std::size_t stack_left() {

@@ -27,7 +27,7 @@ namespace mjenv::core {
 
 Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 
-// winpthreads waits for times of the system's clock, which can be set meanwhile, or for durations.
+// winpthreads waits until a time of the system clock, which users can set, or for a duration.
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
   if (!deadline.is_set()) {
@@ -133,7 +133,7 @@ struct BlockedSignals::State {};
 BlockedSignals::BlockedSignals() = default;
 BlockedSignals::~BlockedSignals() = default;
 
-// Those of this process's group, which has up to 64.
+// The CPUs of this process's processor group, which has up to 64.
 std::vector<int> allowed_cpus() {
   std::vector<int> cpus;
   DWORD_PTR own = 0, all = 0;
@@ -143,7 +143,7 @@ std::vector<int> allowed_cpus() {
   return cpus;
 }
 
-// That of the process's job.
+// The quota of the process's job.
 double cpu_quota(const std::string&) {
   JOBOBJECT_CPU_RATE_CONTROL_INFORMATION job{};
   if (!QueryInformationJobObject(nullptr, JobObjectCpuRateControlInformation, &job, sizeof job, nullptr))
@@ -408,7 +408,7 @@ std::string error_text(DWORD error) {
 
 }  // namespace
 
-// Its own libraries are looked for beside it, but not in the current folder.
+// Looks for the libraries that it needs in its own folder, but not in the current folder.
 void* open_library(const char* file, std::string& reason) {
   const KeptFloats floats;
   const bool absolute = std::string_view(file).find_first_of("/\\") != std::string_view::npos;
