@@ -15,8 +15,8 @@
 namespace mjenv::core {
 namespace {
 
-// Takes MuJoCo's reason for refusing a model. If that is an unknown element or attribute, a newer MuJoCo may know it, so
-// this appends MuJoCo's version and where to get a newer one.
+// Takes MuJoCo's reason for refusing a model. If that is an unknown element or attribute, a newer MuJoCo may know it,
+// so this appends MuJoCo's version and where to get a newer one.
 std::string with_version(std::string reason) {
   if (reason.find("Schema violation") == std::string::npos) return reason;
   while (reason.back() == '\n') reason.pop_back();

@@ -115,8 +115,8 @@ double element(mjenv_dtype type, const void* data, std::size_t index) {
   });
 }
 
-// value_of(i): element i. accepts_originals: accept the model's own value of an element even if it breaks a rule, such as
-// an infinite bound. Allocates memory only if it fails, because resets check what they draw.
+// value_of(i): element i. accepts_originals: accept the model's own value of an element even if it breaks a rule, such
+// as an infinite bound. Allocates memory only if it fails, because resets check what they draw.
 template <typename Value>
 void check_values(const OwnArray& array, const Value& value_of, bool accepts_originals) {
   const std::string& name = array.original.name;

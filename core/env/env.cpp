@@ -65,7 +65,7 @@ void declare_env_options(Options& options) {
   options.integer(
       "lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
       "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
-      "one by one; -1: as many as the environment variable MJENV_LANES says, or without it as many as are fast here",
+      "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, as many as are fast here",
       Scope::service);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
   options.text("arrays", "",

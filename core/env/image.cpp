@@ -150,8 +150,8 @@ class Checks {
     const StateLayout& layout = rows_.layout();
     switch (kind.content) {
       case Content::head: return is_valid_head(part);
-      // MuJoCo can compute with any numbers in a state, though the results may not be finite. Only numbers that it uses as
-      // indices must be valid.
+      // MuJoCo can compute with any numbers in a state, though the results may not be finite. Only numbers that it uses
+      // as indices must be valid.
       case Content::state: return is_valid_rest(part + (layout.size - layout.more) * sizeof(double));
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);

@@ -50,7 +50,7 @@ LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t
   if (width == 0 && !widths.empty()) {
     std::vector<std::string> names{"0"};
     for (const int w : widths) names.push_back(std::to_string(w));
-    refuse("this CPU can do " + listed(names));
+    refuse("this CPU supports " + listed(names));
   }
   if (width == 0 && find(lanes::kWidths) == 0) refuse("lanes are 0, 2, 4 or 8");
   std::string why = obstacle_of(model);

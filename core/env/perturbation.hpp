@@ -24,7 +24,7 @@ class Perturbation {
 
   bool pushes() const { return !pushes_.empty(); }
   bool changes_observations() const { return has_observations_; }
-  // How many doubles a row's record has. This may be too many to allocate, so allocate records before changing anything.
+  // How many doubles a row's record has. They may be too many to allocate, so allocate them before changing anything.
   std::uint64_t record_count() const { return record_count_; }
   // A hash of the settings; 0 if there are none.
   std::uint64_t fingerprint() const { return fingerprint_; }

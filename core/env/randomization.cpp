@@ -92,7 +92,7 @@ Randomization::Item Randomization::item_of(const mjenv_randomization& given, con
     fail(MJENV_E_NAME, "it is part of the state, but only arrays of the mjModel are drawn");
   if (!find(model.arrays(), given.array)) {
     const std::vector<std::string> all = writable_names(model), likely = nearest(given.array, all);
-    fail(MJENV_E_NAME, "only arrays of the mjModel are drawn, which has none of this name; " +
+    fail(MJENV_E_NAME, "mjModel has no array of this name, and only its arrays can be drawn; " +
                            (likely.empty() ? "those that can be drawn are " + listed(all)
                                            : "is one of these meant? " + listed(likely)));
   }

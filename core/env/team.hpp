@@ -66,8 +66,8 @@ class Team {
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
 
-  // Advances the workers that are ready (bits) and whose rows lanes can step. Returns their bits. The other workers must
-  // be loaded again.
+  // Advances the workers that are ready (bits) and whose rows lanes can step. Returns their bits. The other workers
+  // must be loaded again.
   std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);
 };
 

@@ -33,8 +33,8 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
       std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
     rows.note_forces(row);
   }
-  // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did this, its inputs are
-  // kept, to repeat it. If an earlier mj_step did, the last one started with cleared inputs.
+  // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did this, its inputs
+  // are kept, to repeat it. If an earlier mj_step did, the last one started with cleared inputs.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
     if (!work_.diverged_early()) rows.keep(row);
     rows.clear_inputs(row);

@@ -58,7 +58,7 @@ struct Egl {
   // Opens the display of the first device that works, or of the device that MUJOCO_EGL_DEVICE_ID selects, as MuJoCo's
   // Python package does. If there is none, opens Mesa's display without a device.
   Display open_display() const {
-    if (!get_platform_display) fail(MJENV_E_RENDER, "egl: this EGL cannot do without a window");
+    if (!get_platform_display) fail(MJENV_E_RENDER, "egl: this EGL cannot draw without a window");
     std::array<Device, 64> devices{};
     Int count = 0;
     if (!query_devices || !query_devices(static_cast<Int>(devices.size()), devices.data(), &count)) count = 0;

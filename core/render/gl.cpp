@@ -39,7 +39,7 @@ Binding& binding() {
 const BackEnd& known_back_end(std::int32_t number) {
   for (const auto& known : back_ends)
     if (known.number == number) return known;
-  fail(MJENV_E_VALUE, "gl is " + std::to_string(number) + ", no mjenv_gl");
+  fail(MJENV_E_VALUE, "gl is " + std::to_string(number) + ", not an mjenv_gl");
 }
 
 const char* name_of(mjenv_gl back_end) { return known_back_end(back_end).name; }

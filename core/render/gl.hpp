@@ -43,7 +43,7 @@ class Current {
 // Opens a context of this back end, an mjenv_gl.
 std::unique_ptr<Context> open(std::int32_t back_end);
 
-// False in a forked child whose parent used OpenGL, because the child cannot use its parent's OpenGL.
+// Whether OpenGL was first used in this process, not before a fork: a child cannot use its parent's OpenGL.
 bool here();
 
 // The names of the OpenGL implementation, and the largest picture that it draws.

@@ -16,7 +16,8 @@ int camera_of(const Model& model, const mjenv_render_settings& settings) {
   const int count = model.count("camera");
   if (settings.camera_name) {
     if (settings.camera != MJENV_CAMERA_DEFAULT)
-      fail(MJENV_E_VALUE, "camera and camera_name exclude each other: leave camera MJENV_CAMERA_DEFAULT");
+      fail(MJENV_E_VALUE,
+           "camera and camera_name are both set: to use camera_name, leave camera at MJENV_CAMERA_DEFAULT");
     return model.index("camera", settings.camera_name);
   }
   if (settings.camera != MJENV_CAMERA_DEFAULT) {

@@ -127,8 +127,8 @@ class InputFile {
 
 // Whether a text is a path because it begins with ".", "/", "~", or another beginning that the system has.
 bool begins_path(const std::string& text);
-// Whether a path in an untrusted model may lead to something other than a file, or cannot be compared with the real path
-// of a folder. Such a path must not even be opened. This does not resolve links.
+// Whether a path in an untrusted model may lead to something other than a file, or cannot be compared with the real
+// path of a folder. Such a path must not even be opened. This does not resolve links.
 bool names_no_file(const std::string& path);
 
 // The absolute path without links, with "/" between the names, or "" if there is no such file or folder; errno then

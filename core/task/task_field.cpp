@@ -50,14 +50,15 @@ Field field_of(const mjenv_task_field& given) {
   const bool term = field.role == MJENV_ROLE_OBSERVATION;
   if (term && from.ndim > 1)
     fail(MJENV_E_VALUE, what + " has " + std::to_string(from.ndim) + " dimensions: an observation's terms are vectors");
-  if (term && field.type != MJENV_DTYPE_FLOAT64) fail(MJENV_E_TYPE, what + ": an observation is of MJENV_DTYPE_FLOAT64");
+  if (term && field.type != MJENV_DTYPE_FLOAT64)
+    fail(MJENV_E_TYPE, what + ": an observation is of MJENV_DTYPE_FLOAT64");
   if (field.role == MJENV_ROLE_REWARD && from.ndim != 0) fail(MJENV_E_VALUE, what + ": a reward is one number");
   std::int64_t count = 1;
   for (std::int32_t i = 0; i < from.ndim; ++i) {
     if (from.shape[i] < -1 || from.shape[i] > kMaxNumbers ||
         count * std::max<std::int64_t>(from.shape[i], 1) > kMaxNumbers)
       fail(MJENV_E_VALUE, what + " has the length " + std::to_string(from.shape[i]) + ", but a length must be -1 to " +
-                              std::to_string(kMaxNumbers) + ", and so must be the product of all");
+                              std::to_string(kMaxNumbers) + ", and the product of all lengths at most that");
     field.shape.push_back(from.shape[i]);
     count *= std::max<std::int64_t>(from.shape[i], 1);
   }

@@ -4,8 +4,8 @@ import {
   Distribution,
   Dtype,
   Effect,
-  MJENV_ALL_ROWS,
   Role,
+  Status,
   mjenv_batch,
   mjenv_field,
   mjenv_info,
@@ -37,7 +37,7 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  * @property {number[]} shape empty for a number
  * @property {number} offset where it begins among the numbers of its role
  * @property {number} count how many numbers it has
- * @property {Lowercase<keyof typeof Dtype>} type the type that the values have in Gymnasium
+ * @property {Lowercase<keyof typeof Dtype>} dtype the type that the values have in Gymnasium
  */
 
 /**
@@ -82,6 +82,9 @@ if (!Symbol.dispose) Object.defineProperty(Symbol, "dispose", { value: Symbol.fo
 
 /** Instead of a row's number: all rows. */
 export const ALL_ROWS = -1;
+
+/** In `statuses`: the row's state diverged. */
+export const DIVERGED = Status.DIVERGED;
 
 /**
  * @param {Record<string, number>} table of abi.js
@@ -152,8 +155,8 @@ export class Env {
     try {
       /** The id. */
       this.id = String(id);
-      /** How many rows there are. */
       const info = library.filled(mjenv_info, (pointer) => library.functions.mjenv_info_of(this.#handle, pointer));
+      /** How many rows there are. */
       this.numEnvs = info.rows;
       const described = describeOptions(library, library.functions.mjenv_options_of(this.#handle));
       /** The options with which the environment was built. */
@@ -347,7 +350,7 @@ export class Env {
   }
 
   /**
-   * For each row 0, 1 if its state diverged, or the negative status of a row that failed.
+   * For each row 0, DIVERGED, or the negative status of a row that failed.
    *
    * @returns {Int32Array}
    */
@@ -400,10 +403,12 @@ export class Env {
    * Gives rows new random streams, as Gymnasium's `reset(seed=...)` does, without a reset.
    *
    * @param {Seeds} seed row i gets seed + i; an array has one for each row, or null for a row whose stream continues
-   * @param {Mask} [mask] the rows; all if left out
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows; all if left out
    */
-  seed(seed, mask) {
-    this.#seed(seed, mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs));
+  seed(seed, { mask, ...others } = {}) {
+    refuseOthers(others, "seed");
+    this.#seed(seed, this.#chosen(mask));
   }
 
   /**
@@ -428,16 +433,14 @@ export class Env {
       throw new MjenvError("MJENV_E_VALUE", `a seed is ${negative}; it must be an integer from 0 on`);
     const library = this.#library;
     const handle = this.#open;
-    const chosen = Uint8Array.from(seeds, (one, row) => Number(one !== null && (!mask || mask[row] !== 0)));
-    let words = 1;
-    for (const one of seeds) while (one !== null && one >> BigInt(64 * words) > 0n) ++words;
-    const digits = BigInt64Array.from(
-      { length: rows * words },
-      (_, i) => ((seeds[Math.floor(i / words)] ?? 0n) >> BigInt(64 * (i % words))) & 0xffffffffffffffffn,
-    );
+    const isChosen = Uint8Array.from(seeds, (one, row) => (one !== null && (!mask || mask[row]) ? 1 : 0));
+    const lists = seeds.map((one, row) => (one !== null && isChosen[row] ? wordsOf(one) : []));
+    const count = lists.reduce((most, { length }) => Math.max(most, length), 1);
     library.scope((scratch) => {
-      const pointers = [scratch.copy(chosen), scratch.copy(digits)];
-      library.check(library.functions.mjenv_seed(handle, pointers[0], pointers[1], BigInt(words)));
+      const pointer = scratch.allocate(8 * count * rows);
+      const words = new BigUint64Array(library.buffer, pointer, count * rows).fill(0n);
+      lists.forEach((list, row) => words.set(list, row * count));
+      library.check(library.functions.mjenv_seed(handle, this.#place(isChosen), pointer, BigInt(count)));
     });
   }
 
@@ -471,7 +474,7 @@ export class Env {
    */
   reset({ seed, mask, ...others } = {}) {
     refuseOthers(others, "reset");
-    const chosen = mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs);
+    const chosen = this.#chosen(mask);
     if (seed !== undefined && seed !== null) this.#seed(seed, chosen);
     this.#library.check(this.#library.functions.mjenv_reset(this.#open, this.#place(chosen), this.#block));
   }
@@ -486,7 +489,7 @@ export class Env {
    */
   step(actions, { mask, ...others } = {}) {
     refuseOthers(others, "step");
-    const chosen = mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs);
+    const chosen = this.#chosen(mask);
     const given = numbers(actions, "actions");
     const { dtype, type } = dtypeOf(given);
     const handle = this.#open;
@@ -494,7 +497,8 @@ export class Env {
     // If there are too many or too few, the library says so, and does not read them.
     if (given.length === this.numEnvs * this.actionSize) new type(buffer, this.#actions, given.length).set(given);
     const mine = this.#place(chosen);
-    this.#library.check(functions.mjenv_step(handle, mine, this.#actions, BigInt(given.length), dtype, this.#block));
+    const count = BigInt(given.length);
+    this.#library.check(functions.mjenv_step(handle, mine, this.#actions, count, dtype, this.#block));
   }
 
   /**
@@ -522,7 +526,7 @@ export class Env {
       const reward = scratch.allocate(8 * rows);
       const terminated = scratch.allocate(rows);
       const truncated = scratch.allocate(rows);
-      const members = {
+      library.write(batch, mjenv_batch, {
         obs_dtype: Dtype.FLOAT64,
         rows,
         obs_count: this.observationSize,
@@ -530,8 +534,7 @@ export class Env {
         reward,
         terminated,
         truncated,
-      };
-      library.write(batch, mjenv_batch, members);
+      });
       library.check(library.functions.mjenv_rollout(handle, copy, BigInt(count), dtype, wanted, batch));
       return {
         observations: library.doubles(obs, rows * this.observationSize),
@@ -591,10 +594,12 @@ export class Env {
    * Copies a row to others.
    *
    * @param {number} from
-   * @param {Mask} mask the rows to overwrite
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows to overwrite; all if left out
    */
-  copyRow(from, mask) {
-    const chosen = flags(mask, this.numEnvs);
+  copyRow(from, { mask, ...others } = {}) {
+    refuseOthers(others, "copyRow");
+    const chosen = this.#chosen(mask);
     const number = int64(from, "the row");
     this.#library.check(this.#library.functions.mjenv_copy_row(this.#open, this.#place(chosen), number));
   }
@@ -626,17 +631,21 @@ export class Env {
    * reset clears the inputs of the data.
    *
    * @param {string} name
-   * @param {number} row or ALL_ROWS
-   * @param {ArrayLike<number>} values all elements
+   * @param {ArrayLike<number>} values all elements of the array, which each row gets; or those of each row, row after
+   *   row
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows to write; all if left out
    */
-  write(name, row, values) {
+  write(name, values, { mask, ...others } = {}) {
+    refuseOthers(others, "write");
+    const chosen = this.#chosen(mask);
     const given = doubles(values, "values");
-    const mask = this.#only(row);
     const handle = this.#open;
     this.#library.scope((scratch) => {
       const array = scratch.text(String(name));
       const copy = scratch.copy(given);
-      this.#library.check(this.#library.functions.mjenv_write(handle, mask, array, copy, BigInt(given.length)));
+      const mine = this.#place(chosen);
+      this.#library.check(this.#library.functions.mjenv_write(handle, mine, array, copy, BigInt(given.length)));
     });
   }
 
@@ -649,23 +658,26 @@ export class Env {
    */
   setState(qpos, qvel, row = 0) {
     const [positions, velocities] = [doubles(qpos, "qpos"), doubles(qvel, "qvel")];
-    const [nq, nv] = [positions.length, velocities.length];
+    const [nq, nv] = [BigInt(positions.length), BigInt(velocities.length)];
     const number = int64(row, "the row");
     const handle = this.#open;
     this.#library.scope((scratch) => {
       const [at, moving] = [scratch.copy(positions), scratch.copy(velocities)];
-      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, at, BigInt(nq), moving, BigInt(nv)));
+      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, at, nq, moving, nv));
     });
   }
 
   /**
    * Makes MuJoCo compute what it computes from masses, sizes and the like when it loads a model (mj_setConst). Reset
-   * the row or set its state afterwards.
+   * the rows or set their states afterwards.
    *
-   * @param {number} [row] or ALL_ROWS
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows; all if left out
    */
-  setConstants(row = 0) {
-    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, this.#only(row)));
+  setConstants({ mask, ...others } = {}) {
+    refuseOthers(others, "setConstants");
+    const chosen = this.#chosen(mask);
+    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, this.#place(chosen)));
   }
 
   // ---- Description ----
@@ -691,7 +703,7 @@ export class Env {
         shape: field.shape.slice(0, field.ndim),
         offset: field.offset,
         count: field.count,
-        type: nameOf(Dtype, field.dtype),
+        dtype: nameOf(Dtype, field.dtype),
       };
     });
   }
@@ -829,6 +841,15 @@ export class Env {
   }
 
   /**
+   * A copy of a mask that a caller has given.
+   *
+   * @param {Mask | null | undefined} mask
+   */
+  #chosen(mask) {
+    return mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs);
+  }
+
+  /**
    * Writes a mask where the library reads it, and returns its address; 0 if there is none.
    *
    * @param {Uint8Array | undefined} mask not in the library's memory
@@ -838,19 +859,17 @@ export class Env {
     /** @type {Uint8Array} */ (this.#view("mask")).set(mask);
     return this.#mask;
   }
+}
 
-  /**
-   * Writes the mask of one row, and returns its address; 0, which means all rows, for ALL_ROWS.
-   *
-   * @param {number} row
-   */
-  #only(row) {
-    const number = int64(row, "the row");
-    if (number === BigInt(MJENV_ALL_ROWS)) return 0;
-    if (number < 0n || number >= BigInt(this.numEnvs))
-      throw new MjenvError("MJENV_E_VALUE", `the row is ${number}, outside 0..${this.numEnvs - 1}`);
-    return this.#place(Uint8Array.from({ length: this.numEnvs }, (_, i) => Number(i === Number(number))));
-  }
+/**
+ * The 64-bit words of a seed, the least significant first.
+ *
+ * @param {bigint} seed
+ */
+function wordsOf(seed) {
+  const words = [];
+  for (let rest = seed; rest > 0n; rest >>= 64n) words.push(BigInt.asUintN(64, rest));
+  return words;
 }
 
 /** @param {Float32Array | Float64Array} actions */

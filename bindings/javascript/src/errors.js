@@ -1,6 +1,6 @@
 import { Status } from "./abi.js";
 
-/** @typedef {`MJENV_${keyof typeof Status}`} ErrorCode the name of a status in mjenv.h */
+/** @typedef {`MJENV_${Extract<keyof typeof Status, `E_${string}`>}`} ErrorCode the name of a status in mjenv.h */
 
 /** What the library refuses or fails at. The message is the library's, and names the cause. */
 export class MjenvError extends Error {

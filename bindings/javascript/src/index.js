@@ -9,12 +9,12 @@
 //     env.free();
 
 import { mjenv_spec } from "./abi.js";
-import { ALL_ROWS, Env } from "./env.js";
+import { ALL_ROWS, DIVERGED, Env } from "./env.js";
 import { MjenvError } from "./errors.js";
 import { Library } from "./library.js";
 import { describeOptions, withOptions } from "./options.js";
 
-export { ALL_ROWS, Env, MjenvError };
+export { ALL_ROWS, DIVERGED, Env, MjenvError };
 
 /** @typedef {import("./env.js").Field} Field */
 /** @typedef {import("./env.js").Fields} Fields */
@@ -40,7 +40,7 @@ export { ALL_ROWS, Env, MjenvError };
  * @property {number} maxEpisodeSteps the default of the option max_episode_steps
  * @property {number | null} rewardThreshold
  * @property {{ distance: number; elevation: number; lookat: number[]; trackbodyid: number }} camera Gymnasium's
- *   default_camera_config; NaN, and -1 for the body, where MuJoCo decides
+ *   default_camera_config; NaN, and -1 as trackbodyid, where Gymnasium leaves the value to MuJoCo
  * @property {string} modelXml the MJCF text of the default model
  */
 

@@ -304,7 +304,7 @@ export class Scratch {
   /**
    * A copy of an array that is not in the library's memory.
    *
-   * @template {Float64Array | Float32Array | BigInt64Array | Uint32Array | Uint8Array} Values
+   * @template {Float64Array | Float32Array | BigInt64Array | Uint8Array} Values
    * @param {Values} values
    */
   copy(values) {

@@ -5,7 +5,7 @@ import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { ALL_ROWS, load, mjenv, MjenvError, refusal, root, withEnv } from "./support.js";
+import { ALL_ROWS, DIVERGED, load, mjenv, MjenvError, refusal, root, withEnv } from "./support.js";
 
 test("the version is that of CMakeLists.txt", () => {
   const [, version] = /project\(mjenv VERSION (\S+)/.exec(readFileSync(new URL("CMakeLists.txt", root), "utf8"));
@@ -36,6 +36,9 @@ test("a spec has what Gymnasium registers, and the model", () => {
   );
   assert.equal(mjenv.spec("Humanoid-v5").rewardThreshold, null);
   assert.deepEqual(mjenv.spec("Humanoid-v5").camera.lookat, [0, 0, 2]);
+  assert.equal(mjenv.spec("Humanoid-v5").camera.trackbodyid, 1);
+  assert.equal(mjenv.spec("Swimmer-v5").camera.trackbodyid, -1);
+  assert.ok(Number.isNaN(mjenv.spec("Swimmer-v5").camera.distance));
   assert.equal(mjenv.spec("Ant-v5").modelXml, readFileSync(new URL("assets/ant.xml", root), "utf8"));
 });
 
@@ -48,10 +51,10 @@ test("an environment describes itself", () =>
     assert.ok(env.observationHigh.every((bound) => bound === Infinity));
     assert.equal(env.options.forward_reward_weight, 2);
     assert.deepEqual(
-      env.fields("observation").map(({ name, shape }) => [name, shape]),
+      env.fields("observation").map(({ name, shape, dtype }) => [name, shape, dtype]),
       [
-        ["qpos", [8]],
-        ["qvel", [9]],
+        ["qpos", [8], "float64"],
+        ["qvel", [9], "float64"],
       ],
     );
     assert.deepEqual(Object.keys(env.info), ["x_position", "x_velocity", "reward_forward", "reward_ctrl"]);
@@ -92,7 +95,7 @@ test("a force pulls a body until it is taken away", () =>
     force[6 * env.objectIndex("body", "torso") + 2] = 200; // N, upwards
     const heights = [0, 1].map((pulled) => {
       env.reset({ seed: 3 });
-      if (pulled) env.write("xfrc_applied", 0, force);
+      if (pulled) env.write("xfrc_applied", force);
       for (let i = 0; i < 5; ++i) env.step(new Float64Array(3));
       return env.observations[0];
     });
@@ -122,9 +125,13 @@ test("rows are independent of each other, and equal single environments", () =>
     envs.reset({ seed: [null, 9, 9], mask: [0, 1, 1] });
     assert.deepEqual(envs.observations.slice(17, 34), envs.observations.slice(34));
     assert.deepEqual([...envs.wasReset], [0, 1, 1]);
-    envs.copyRow(0, Uint8Array.of(0, 0, 1));
+    envs.copyRow(0, { mask: Uint8Array.of(0, 0, 1) });
     envs.observe();
     assert.deepEqual(envs.observations.slice(34), envs.observations.slice(0, 17));
+    assert.notDeepEqual(envs.observations.slice(17, 34), envs.observations.slice(0, 17));
+    envs.copyRow(0);
+    envs.observe();
+    assert.deepEqual(envs.observations.slice(17, 34), envs.observations.slice(0, 17));
   }));
 
 test("seeds of any size", () => {
@@ -137,6 +144,23 @@ test("seeds of any size", () => {
   assert.notDeepEqual(first(2n ** 64n), first(0n));
   assert.notDeepEqual(first(2n ** 64n), first(2n ** 64n + 1n));
 });
+
+// What NumPy's default_rng(seed).uniform(-0.01, 0.01) gives.
+test("rows get seeds of different sizes", () =>
+  withEnv("InvertedPendulum-v5", { numEnvs: 4 }, (env) => {
+    env.reset({ seed: [2n ** 64n + 1n, 0, 2n ** 130n, 2 ** 53 - 1] });
+    const positions = () => [0, 1, 2, 3].map((row) => env.read("qpos", row)[0]);
+    const before = positions();
+    assert.deepEqual(
+      before,
+      [0.0038455067294479034, 0.002739233746429086, 0.0030594515156696905, 0.005725362133522297],
+    );
+    env.seed([null, 7, 7, 7], { mask: [1, 1, 0, 0] });
+    env.reset({ mask: [0, 1, 0, 0] });
+    assert.deepEqual(positions(), [before[0], 0.002501909332093339, ...before.slice(2)]);
+    env.reset({ seed: 7 });
+    assert.deepEqual(positions().slice(0, 2), [0.002501909332093339, -0.003460554467888786]);
+  }));
 
 test("float32 actions are computed with as such", () => {
   const step = (actions) =>
@@ -216,9 +240,32 @@ test("states and model values can be written", () =>
     assert.deepEqual([...env.read("qpos", 1), ...env.read("qvel", 1)], [0.5, 0.1, 0, 1]);
     const masses = env.read("body_mass");
     masses[1] *= 2;
-    env.write("body_mass", ALL_ROWS, masses);
-    env.setConstants(ALL_ROWS);
-    assert.deepEqual(env.read("body_mass", 1), masses);
+    env.write("body_mass", masses);
+    env.setConstants();
+    for (const row of [0, 1]) assert.deepEqual(env.read("body_mass", row), masses);
+  }));
+
+test("rows get the same values or their own, and a mask leaves the others as they are", () =>
+  withEnv("InvertedPendulum-v5", { numEnvs: 3, seed: 0 }, (env) => {
+    env.reset();
+    const of = (name) => [0, 1, 2].map((row) => Array.from(env.read(name, row)));
+    env.write("ctrl", [0.5], { mask: [1, 0, 1] });
+    assert.deepEqual(of("ctrl"), [[0.5], [0], [0.5]]);
+    env.write("ctrl", [1, 2, 3]);
+    assert.deepEqual(of("ctrl"), [[1], [2], [3]]);
+    // The values of a row outside of the mask are not read.
+    env.write("qvel", [1, 2, NaN, NaN, 5, 6], { mask: [1, 0, 1] });
+    assert.deepEqual(of("qvel")[0], [1, 2]);
+    assert.ok(of("qvel")[1].every(Number.isFinite));
+    assert.deepEqual(of("qvel")[2], [5, 6]);
+    const total = env.read("body_subtreemass")[0];
+    const masses = env.read("body_mass").map((mass) => 2 * mass);
+    env.write("body_mass", masses);
+    env.setConstants({ mask: [0, 1, 0] });
+    assert.deepEqual(
+      of("body_subtreemass").map(([all]) => all),
+      [total, 2 * total, total],
+    );
   }));
 
 // A million steps of 4300 numbers have more bytes than 32 bits can count.
@@ -311,14 +358,15 @@ test("views of the memory are arguments as good as copies when it grows", async 
     env.reset({ seed: [4, 5, 6], mask: given(env.wasReset) });
     found.push(env.observations.slice());
     env.step(given(env.observations.subarray(0, 9)), { mask: given(env.wasReset) });
-    env.seed([7, 8, 9], given(env.wasReset));
+    env.seed([7, 8, 9], { mask: given(env.wasReset) });
     env.reset({ mask: given(env.wasReset) });
     found.push(env.observations.slice());
     found.push(env.rollout(given(env.observations.subarray(0, 18)), 2).observations);
     env.reset({ seed: 0 });
     env.setState(given(env.observations.subarray(0, 6)), given(env.observations.subarray(6, 12)), 1);
-    env.write("qpos", 2, given(env.observations.subarray(12, 18)));
-    env.copyRow(1, given(env.truncated));
+    env.write("qpos", given(env.observations.subarray(12, 18)), { mask: given(env.wasReset) });
+    env.setConstants({ mask: given(env.truncated) });
+    env.copyRow(1, { mask: given(env.truncated) });
     env.observe();
     found.push(env.observations.slice());
     env.randomize([
@@ -407,7 +455,7 @@ test("freed environments leave nothing", async () => {
       env.step(env.sampleActions());
       env.restore(env.snapshot());
       env.read("geom_xpos");
-      assert.throws(() => env.write("body_mass", 0, [1]), MjenvError);
+      assert.throws(() => env.write("body_mass", [1]), MjenvError);
       assert.throws(() => own.make("Humanoid-v5", { frame_skip: 0 }), MjenvError);
       env.free();
     }
@@ -472,10 +520,15 @@ test("what is wrong is refused by an error that names it", () =>
     refused(() => env.read("xposs"), "MJENV_E_NAME", /xposs/);
     refused(() => env.read("xpos", 2), "MJENV_E_VALUE", /row/);
     refused(() => env.read("xpos", "0"), "MJENV_E_VALUE", /row/);
-    refused(() => env.write("xpos", 0, zeros), "MJENV_E_NAME", /xpos/);
-    refused(() => env.write("qpos", 0, zeros.subarray(1)), "MJENV_E_SIZE", /6/);
-    refused(() => env.write("qpos", 0, 1), "MJENV_E_TYPE", /values/);
-    refused(() => env.write("body_mass", 0, [0, -1, 1, 1, 1]), "MJENV_E_VALUE", /body_mass/);
+    refused(() => env.write("xpos", zeros), "MJENV_E_NAME", /xpos/);
+    refused(() => env.write("qpos", zeros.subarray(1)), "MJENV_E_SIZE", /6/);
+    refused(() => env.write("qpos", 1), "MJENV_E_TYPE", /values/);
+    refused(() => env.write("qpos", zeros, { mask: [1] }), "MJENV_E_SIZE", /mask/);
+    refused(() => env.write("qpos", zeros, { row: 1 }), "MJENV_E_NAME", /write has no setting "row"/);
+    refused(() => env.write("body_mass", [0, -1, 1, 1, 1]), "MJENV_E_VALUE", /body_mass/);
+    refused(() => env.setConstants({ mask: [1] }), "MJENV_E_SIZE", /mask/);
+    refused(() => env.setConstants({ row: 1 }), "MJENV_E_NAME", /setConstants has no setting "row"/);
+    refused(() => env.seed(1, [0, 1]), "MJENV_E_NAME", /seed has no setting/);
     refused(() => env.setState([0], zeros), "MJENV_E_SIZE", /nq is 1, not 6/);
     refused(() => env.snapshot(3), "MJENV_E_VALUE", /row/);
     refused(() => env.restore(new Uint8Array(100)), "MJENV_E_SNAPSHOT", /./);
@@ -485,7 +538,9 @@ test("what is wrong is refused by an error that names it", () =>
     refused(() => env.objectNames("bone"), "MJENV_E_NAME", /bone/);
     refused(() => env.objectIndex("body", "tail"), "MJENV_E_NAME", /tail/);
     refused(() => env.seedActions(2n ** 64n), "MJENV_E_VALUE", /2\^64/);
-    refused(() => env.copyRow(0, [1]), "MJENV_E_SIZE", /mask/);
+    refused(() => env.copyRow(0, { mask: [1] }), "MJENV_E_SIZE", /mask/);
+    refused(() => env.copyRow(0, [0, 1]), "MJENV_E_NAME", /copyRow has no setting/);
+    refused(() => env.copyRow(2), "MJENV_E_VALUE", /2/);
     const item = { array: "body_mass", parameters: [1, 2] };
     refused(() => env.randomize([{ ...item, distribution: "even" }]), "MJENV_E_NAME", /"uniform"/);
     refused(() => env.randomize([{ ...item, distribution: "uniform", elements: [99] }]), "MJENV_E_VALUE", /99/);
@@ -520,12 +575,12 @@ test("an episode that has ended is refused, and a diverged one is told", () => {
     env.step([0, 0, 0]);
     assert.equal(refusal(() => env.step([0, 0, 0])).code, "MJENV_E_EPISODE_ENDED");
   });
-  withEnv("Ant-v5", { seed: 1 }, (env) => {
+  withEnv("Ant-v5", { numEnvs: 2, seed: 1 }, (env) => {
     env.reset();
     const force = new Float64Array(6 * env.read("nbody")[0]).fill(1e12);
-    env.write("xfrc_applied", 0, force);
-    env.step(new Float64Array(8));
-    assert.equal(env.statuses[0], 1);
+    env.write("xfrc_applied", force, { mask: [0, 1] });
+    env.step(new Float64Array(16));
+    assert.deepEqual([...env.statuses], [0, DIVERGED]);
   });
 });
 

@@ -1,6 +1,6 @@
 // A program in TypeScript, which tsc checks against the package's declarations. It does not run.
 
-import { ALL_ROWS, load, MjenvError, type Env, type ErrorCode, type Option, type Spec } from "mjenv";
+import { ALL_ROWS, DIVERGED, load, MjenvError, type Env, type ErrorCode, type Option, type Spec } from "mjenv";
 
 const mjenv = await load({ wasm: new URL("https://example.org/mjenv.wasm") });
 const ids: string[] = mjenv.ids();
@@ -17,7 +17,12 @@ const flags: Uint8Array = env.truncated;
 const speed: Float64Array = env.info["x_velocity"];
 const image: Uint8Array = env.snapshot(ALL_ROWS);
 env.restore(image, ALL_ROWS);
-env.write("xfrc_applied", 0, env.read("xfrc_applied"));
+env.write("xfrc_applied", env.read("xfrc_applied"));
+env.write("opt.gravity", [0, 0, -5], { mask: [true, false] });
+env.setConstants({ mask: Uint8Array.of(1, 0) });
+env.copyRow(0);
+env.seed(3, { mask: [0, 1] });
+const diverged: boolean = env.statuses[0] === DIVERGED;
 const shapes: number[][] = env.fields("model").map((field) => field.shape);
 env.randomize([{ array: "geom_friction", distribution: "uniform", parameters: [0.5, 1], effect: "scale" }]);
 env.perturb({ actionNoise: 0.1, pushes: [{ body: 1, minSteps: 1, maxSteps: 9, low: [], high: [] }] });
@@ -37,5 +42,9 @@ env.reset({ seed: "1" });
 env.rewards = rewards;
 // @ts-expect-error: there is no such code
 const wrong: ErrorCode = "MJENV_E_VALUES";
+// @ts-expect-error: it is no error
+const none: ErrorCode = "MJENV_OK";
+// @ts-expect-error: the rows are given as a mask
+env.write("qpos", 0, [0]);
 
-console.log(bounds, flags, speed, shapes, code, wrong);
+console.log(bounds, flags, speed, shapes, diverged, code, wrong, none);

@@ -3,8 +3,10 @@
 import { readFileSync } from "node:fs";
 
 export const root = new URL("../../../", import.meta.url);
-const { load, MjenvError, ALL_ROWS, Env } = await import(new URL("build/javascript/package/src/index.js", root));
-export { load, MjenvError, ALL_ROWS, Env };
+const { load, MjenvError, ALL_ROWS, DIVERGED, Env } = await import(
+  new URL("build/javascript/package/src/index.js", root)
+);
+export { load, MjenvError, ALL_ROWS, DIVERGED, Env };
 
 export const mjenv = await load();
 

@@ -15,8 +15,8 @@
 namespace mjenv::core {
 namespace {
 
-// MuJoCo holds its own lock while it loads a model. If the process forked then, the child could never take that lock. So
-// this lock is taken first, and fork() waits for it.
+// MuJoCo holds its own lock while it loads a model. If the process forked then, the child could never take that lock.
+// So this lock is taken first, and fork() waits for it.
 std::mutex one_at_a_time;
 [[maybe_unused]] const int registered =
     pthread_atfork([] { one_at_a_time.lock(); }, [] { one_at_a_time.unlock(); }, [] { one_at_a_time.unlock(); });

@@ -26,7 +26,7 @@ namespace mjenv::core {
 namespace {
 
 constexpr const char* kStateRanges =
-    "MuJoCo's shared library may simulate for ever to find the ranges of the muscles' lengths: state each muscle's "
+    "MuJoCo's shared library may simulate without end to find the length ranges of the muscles: set each muscle's "
     "lengthrange, or trust the model and set the option \"trust_xml\" to \"yes\"";
 
 using tinyxml2::XMLDocument;
