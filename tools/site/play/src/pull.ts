@@ -51,7 +51,7 @@ export class Pull {
     const forces = new Float64Array(env.read("xfrc_applied").length);
     if (this.mesh) this.force(env, robot.now(this.mesh, this.grip), forces);
     this.wasPulling = this.isActive;
-    env.write("xfrc_applied", 0, forces);
+    env.write("xfrc_applied", forces);
   }
 
   /** Draws the spring where the robot is now. */
