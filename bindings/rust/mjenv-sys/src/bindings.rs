@@ -669,7 +669,7 @@ extern "C" {
     #[doc = " After mjenv_write, mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an"]
     #[doc = " array of the mjModel that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied"]
     #[doc = " is stepped alone as long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb)"]
-    #[doc = " has ended."]
+    #[doc = " has ended. While rows are under way, forces do not count."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
