@@ -126,19 +126,14 @@ void test_large_hull(void**) {
   assert_true(why.find("trust_xml") != std::string::npos);
 }
 
-// What newer versions of MuJoCo added; the versions are those of its change log.
+// What newer versions of MuJoCo added.
 void test_newer_models(void**) {
-  const auto says = [](const std::string& bodies, const char* version) {
+  for (const char* bodies : {"<body gravcomp='1'><geom size='1'/></body>", "<frame><geom size='1'/></frame>",
+                             "<replicate count='2'><geom size='1'/></replicate>"}) {
     const std::string why = refusal_of(model_with("", bodies));
-    return why.find("MuJoCo 2.2.2") != std::string::npos && why.find(version) != std::string::npos &&
-           why.find("engine=\"4.0\" in Python") != std::string::npos;
-  };
-  assert_true(says("<body gravcomp='1'><geom size='1'/></body>", "MuJoCo 2.3.1"));
-  assert_true(says("<frame><geom size='1'/></frame>", "MuJoCo 3.1.0"));
-  assert_true(says("<replicate count='2'><geom size='1'/></replicate>", "MuJoCo 3.1.5"));
-  // What no version knows.
-  const std::string why = refusal_of(model_with("", "<body no_such='1'/>"));
-  assert_true(why.find("MuJoCo 2.2.2") != std::string::npos && why.find("first that knows") == std::string::npos);
+    assert_true(why.find("this is MuJoCo 2.2.2") != std::string::npos);
+    assert_true(why.find("engine=\"4.0\" in Python") != std::string::npos);
+  }
 }
 
 // ---- Threads ----
