@@ -22,7 +22,8 @@ Schema::Schema(const Task& task, const std::string& exported, const Work& work)
   const Model& model = *task.model;
   fields_[MJENV_ROLE_MODEL] = fields_of(MJENV_ROLE_MODEL, model.arrays());
   for (int i = 0; i < model.nu(); ++i)
-    fields_[MJENV_ROLE_ACTION].push_back({MJENV_ROLE_ACTION, model.actuator_label(i), "", MJENV_DTYPE_ACTION, {}, i, 1});
+    fields_[MJENV_ROLE_ACTION].push_back(
+        {MJENV_ROLE_ACTION, model.actuator_label(i), "", MJENV_DTYPE_ACTION, {}, i, 1});
   action_space_ = {model.action_low(), model.action_high()};
   const auto count = static_cast<std::size_t>(observation_count_);
   observation_space_ = {std::vector<double>(count, -kInfinity), std::vector<double>(count, kInfinity)};

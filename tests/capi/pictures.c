@@ -258,8 +258,7 @@ static void test_refused_settings(void** state) {
   s = good, s.camera_name = "front";
   assert_refused(MJENV_E_NAME, mjenv_renderer_create(env, &s, &renderer), "front", "track");
   s = good, s.camera_name = "track", s.camera = 0;
-  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "both set",
-                 "camera_name");
+  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "both set", "camera_name");
   s = good, s.max_geom = -1;
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "max_geom");
   s = good, s.max_geom = INT32_MAX;
