@@ -108,6 +108,7 @@ def _pieces(text: str) -> Iterator[re.Match[str]]:
     """Comments and declarations, without the header's guards and its extern "C"."""
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.DOTALL)
     text = re.sub(r"/\* MJENV_API marks .*?\n#endif\n", "", text, flags=re.DOTALL)
+    text = re.sub(r"/\* Not a number.*?\n#endif\n", "", text, flags=re.DOTALL)
     text = re.sub(r"^#define \w+_INIT\b(?:.*\\\n)*.*\n", "", text, flags=re.MULTILINE)
     text = re.sub(r"^#(?:ifndef|include|endif).*\n|^#define MJENV_MJENV_H\n", "", text, flags=re.MULTILINE)
     position = 0

@@ -102,7 +102,7 @@ typedef struct mjenv_task_camera {
   double elevation;    /* degrees */
 } mjenv_task_camera;
 #define MJENV_TASK_CAMERA_INIT \
-  { sizeof(mjenv_task_camera), -1, NAN, {NAN, NAN, NAN}, NAN }
+  { sizeof(mjenv_task_camera), -1, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN }
 
 /* ---- The data that callbacks read and write ---- */
 

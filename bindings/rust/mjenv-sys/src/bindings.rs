@@ -30,7 +30,7 @@ pub const MJENV_OK: mjenv_status = 0;
 #[doc = " only in mjenv_batch.status: the row's state diverged"]
 pub const MJENV_DIVERGED: mjenv_status = 1;
 #[doc = " a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a"]
-#[doc = "struct_size is too small, or the options belong to an environment"]
+#[doc = "struct_size is wrong, or the options belong to an environment"]
 pub const MJENV_E_ARGUMENT: mjenv_status = -1;
 #[doc = " no such id, option, array or object; the text lists the valid names"]
 pub const MJENV_E_NAME: mjenv_status = -2;
@@ -59,9 +59,7 @@ pub const MJENV_E_FILE: mjenv_status = -12;
 pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged, or was made with another id, model, options, randomisation,"]
-#[doc = "perturbation, number of rows, revision of the task, version of MuJoCo, MJENV_MATH or"]
-#[doc = "version of the image's format"]
+#[doc = " the image is damaged, or does not fit this environment"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -71,8 +69,8 @@ pub const MJENV_E_MEMORY: mjenv_status = -17;
 pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
-#[doc = " The types of numbers. Arrays that a caller passes as void * are of FLOAT64 or FLOAT32. A field's type is the one that"]
-#[doc = " its values have in Gymnasium; the library passes them as doubles, which hold all of these values exactly."]
+#[doc = " The types of numbers. Arrays passed as void * are of FLOAT64 or FLOAT32. A field's dtype is the one that its values"]
+#[doc = " have in Gymnasium; the library passes them as doubles, which hold all of these values exactly."]
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 1;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 2;
@@ -195,7 +193,7 @@ impl Default for mjenv_space {
         }
     }
 }
-#[doc = " Describes an environment. mjenv_info_of fills it."]
+#[doc = " What mjenv_info_of tells of an environment."]
 #[repr(C)]
 pub struct mjenv_info {
     pub struct_size: u32,
@@ -204,10 +202,9 @@ pub struct mjenv_info {
     pub rows: i64,
     #[doc = " how many times one step calls mj_step"]
     pub frame_skip: i64,
-    #[doc = " how many rows each thread steps together, in the lanes of the CPU's vector unit, which"]
-    #[doc = "takes less time and gives the same results; 0: each row is stepped alone"]
+    #[doc = " how many rows each thread steps together, with the same results; 0: one by one"]
     pub lanes: i64,
-    #[doc = " why rows are stepped alone; \"\" if none is. It lives until the next mjenv_info_of"]
+    #[doc = " why rows are stepped alone, \"\" if none is; lives until the next mjenv_info_of"]
     pub lanes_reason: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_info {
@@ -242,8 +239,7 @@ pub struct mjenv_spec {
     pub camera_trackbodyid: i32,
     #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " the MJCF text of the default model; NULL if a registered task has it in a file, and for"]
-    #[doc = "\"Model-v0\""]
+    #[doc = " the default model in MJCF; NULL for \"Model-v0\" and tasks that have it in a file"]
     pub model_xml: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_spec {
@@ -255,10 +251,9 @@ impl Default for mjenv_spec {
         }
     }
 }
-#[doc = " The caller's arrays for the outputs of mjenv_reset, mjenv_step, mjenv_recv, mjenv_rollout and mjenv_observe. Arrays"]
-#[doc = " that are NULL are not written. Row r's outputs are element r of each array. info, final_info, reset_info and arrays"]
-#[doc = " have one block for each field of their role: the block of field f begins at f.offset * rows and is [rows][f.count]."]
-#[doc = " For mjenv_rollout, [rows] is rows * steps. One batch can serve all other functions."]
+#[doc = " The caller's arrays for outputs; those that are NULL are not written. Row r's outputs are element r of each array."]
+#[doc = " info, final_info, reset_info and arrays have a block for each field of their role: that of field f begins at"]
+#[doc = " f.offset * rows and is [rows][f.count]. In a rollout, [rows] is rows * steps."]
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
@@ -282,9 +277,8 @@ pub struct mjenv_batch {
     pub terminated: *mut u8,
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK; MJENV_DIVERGED if MuJoCo found bad numbers in the row and reset its"]
-    #[doc = "simulation (4.0: unless the model disables that): the other outputs are valid; a negative"]
-    #[doc = "status if the row failed: they are undefined"]
+    #[doc = " [rows] MJENV_OK; MJENV_DIVERGED: MuJoCo found bad numbers in the row and reset its simulation"]
+    #[doc = "(4.0: unless the model disables that), the other outputs are valid; or why the row failed"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -417,17 +411,15 @@ impl Default for mjenv_perturbation {
 }
 #[doc = " The library that provides OpenGL."]
 pub type mjenv_gl = i32;
-#[doc = " The library that the environment variable MUJOCO_GL names (egl, glfw, osmesa or wgl). If it is not set, wgl on"]
-#[doc = "Windows, elsewhere the first of egl, glfw and osmesa that works."]
+#[doc = " what the variable MUJOCO_GL names; else wgl on Windows, elsewhere egl, glfw or osmesa"]
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
-#[doc = " Draws without a display. Debian: libegl1 libgl1-mesa-dri. MUJOCO_EGL_DEVICE_ID chooses a device."]
+#[doc = " without a display; MUJOCO_EGL_DEVICE_ID chooses a device. Debian: libegl1 libgl1-mesa-dri"]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
-#[doc = " Draws without a display and without a graphics driver. Debian: libosmesa6. A process that uses it cannot use the"]
-#[doc = "others, and the other way round."]
+#[doc = " without a display and a driver; excludes the others in a process. Debian: libosmesa6"]
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
-#[doc = " Needs a display. Debian: libglfw3. Create and destroy such a renderer on the main thread."]
+#[doc = " on a display, and the main thread. Debian: libglfw3"]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
-#[doc = " The OpenGL of the display's driver, in an invisible window. It is on Windows alone, which has none of the others."]
+#[doc = " the display's driver, in an invisible window; on Windows only"]
 pub const MJENV_GL_WGL: mjenv_gl = 4;
 #[doc = " What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into"]
 #[doc = " mjenv_render_settings.visual."]
@@ -455,8 +447,7 @@ pub const MJENV_VISUAL_COM: mjenv_visual = 19;
 pub const MJENV_VISUAL_SELECT: mjenv_visual = 20;
 pub const MJENV_VISUAL_STATIC: mjenv_visual = 21;
 pub const MJENV_VISUAL_SKIN: mjenv_visual = 22;
-#[doc = " How a renderer draws. Call mjenv_render_defaults to fill it, then change what you want. Do not leave fields 0: for"]
-#[doc = " most, 0 is valid but not the default."]
+#[doc = " How a renderer draws. The initialiser has MuJoCo's defaults, mjenv_render_defaults those of Gymnasium."]
 #[repr(C)]
 pub struct mjenv_render_settings {
     pub struct_size: u32,
@@ -489,8 +480,7 @@ pub struct mjenv_render_settings {
     pub elevation: f64,
     #[doc = " Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's"]
     pub visual: [u8; 32usize],
-    #[doc = " mjvOption's arrays of these names: 0 or 1 for each of the groups 0 to 5, which models put their objects in. An object"]
-    #[doc = " is drawn only if its group is 1. Default, as in MuJoCo: 1 for the groups 0 to 2."]
+    #[doc = " mjvOption's arrays of these names: 1 for each of the groups 0 to 5 whose objects are drawn; default: 0 to 2."]
     pub geomgroup: [u8; 6usize],
     pub sitegroup: [u8; 6usize],
     pub jointgroup: [u8; 6usize],
@@ -510,31 +500,26 @@ impl Default for mjenv_render_settings {
     }
 }
 extern "C" {
-    #[doc = " Returns the MJENV_ABI_VERSION of the loaded library. A program that loads the library with dlopen should check that"]
-    #[doc = " it equals the MJENV_ABI_VERSION that the program was compiled with."]
+    #[doc = " Returns the MJENV_ABI_VERSION of the loaded library. A program that uses dlopen compares it with its own."]
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". If the library was built with the CMake option MJENV_MATH=portable"]
-    #[doc = " (docs/platforms.md), \"(MuJoCo x.y.z, portable math)\"; with MJENV_ARCH=x86-64-v3, \"(MuJoCo x.y.z, x86-64-v3)\"."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\", with \", portable math\" and \", x86-64-v3\" if it was built so."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the name of a status, such as \"MJENV_E_VALUE\"; \"unknown status\" for other numbers; static."]
+    #[doc = " Returns the name of a status, such as \"MJENV_E_VALUE\"; \"unknown status\" for other numbers."]
     pub fn mjenv_status_name(status: mjenv_status) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the reason of the last call that failed on this thread; \"\" if none has failed. The text stays until the next"]
-    #[doc = " call fails on this thread, or the thread ends. If your calls move between threads (Go, Node), use mjenv_error_of."]
+    #[doc = " Returns the reason of the last call that failed on this thread; \"\" if none has. It stays until the next one fails."]
+    #[doc = " Use mjenv_error_of if your calls move between threads (Go, Node)."]
     pub fn mjenv_last_error() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Copies the reason of the last call that failed with this handle, on any thread. If mjenv_create fails, the reason is"]
-    #[doc = " with its options; if mjenv_renderer_create or mjenv_window_create fails, it is with its env."]
-    #[doc = "   handle    an mjenv_options, mjenv_env, mjenv_renderer or mjenv_window"]
-    #[doc = "   text      [capacity] receives the text, cut off if it is too long, and a NUL; may be NULL if capacity is 0"]
-    #[doc = "   size      receives the size of the whole text in bytes, with its NUL; 1 if no call has failed"]
-    #[doc = " A call that is refused because its own handle is busy (BUSY) or destroyed (ARGUMENT) leaves no reason here."]
+    #[doc = " Copies the reason of the last call that failed with this handle, on any thread, into text[capacity], with a NUL."]
+    #[doc = " size receives the bytes that all of it needs, also with text NULL and capacity 0. Of a create, it is with the"]
+    #[doc = " options or env."]
     pub fn mjenv_error_of(
         handle: *const ::std::os::raw::c_void,
         text: *mut ::std::os::raw::c_char,
@@ -543,19 +528,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of environment ids: the built-in robots and the registered tasks (mjenv/task.h). It does not count"]
-    #[doc = " \"Model-v0\", which can be used like the others. \"Model-v0\" steps a model without a task: it needs the option xml_file"]
-    #[doc = " or xml_string, observes qpos and qvel, has the reward 0 and terminates only by the option \"on_divergence\"."]
-    #[doc = ""]
-    #[doc = " A model of the option xml_file is the user's own: it may read any file and be of any size. One of xml_string may come"]
-    #[doc = " from anywhere: it reads no file, and its size is limited. The option trust_xml says otherwise: \"no\" confines a file"]
-    #[doc = " that a stranger wrote to its folder and to the same sizes, \"yes\" gives a text what a file has, and \"auto\" is the"]
-    #[doc = " default."]
+    #[doc = " Returns the number of ids: built-in robots and registered tasks. \"Model-v0\", which steps a model of the option"]
+    #[doc = " xml_file or xml_string without a task, is not counted."]
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
-    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; static. NULL for other indices. Registering a task"]
-    #[doc = " changes the indices."]
+    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for others. Registering a task moves them."]
     pub fn mjenv_id_at(index: i64) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -563,26 +541,25 @@ extern "C" {
     pub fn mjenv_spec_of(id: *const ::std::os::raw::c_char, spec: *mut mjenv_spec) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates the options of an id, with their default values. mjenv_create copies them, so you can change, reuse or"]
-    #[doc = " destroy them afterwards. Errors: NAME."]
+    #[doc = " Creates the options of an id, with their default values. Errors: NAME."]
     pub fn mjenv_options_create(
         id: *const ::std::os::raw::c_char,
         options: *mut *mut mjenv_options,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates a copy of options. The copy of an environment's options (mjenv_options_of) can be changed."]
+    #[doc = " Creates a copy of options, which can be changed also if they are an environment's."]
     pub fn mjenv_options_copy(
         options: *const mjenv_options,
         copy: *mut *mut mjenv_options,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Destroys options. Does nothing for an environment's options (mjenv_options_of)."]
+    #[doc = " Destroys options, but not an environment's (mjenv_options_of)."]
     pub fn mjenv_options_destroy(options: *mut mjenv_options);
 }
 extern "C" {
-    #[doc = " Returns the number of options; 0 for NULL (mjenv_last_error then has the reason)."]
+    #[doc = " Returns the number of options; 0 if it fails."]
     pub fn mjenv_options_count(options: *const mjenv_options) -> i64;
 }
 extern "C" {
@@ -594,9 +571,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT (to an index), or a REALS option that holds one number. In Gymnasium, infos"]
-    #[doc = " and rewards computed from a real option have another type if it is 1 than if it is 1.0. mjenv_field.dtype tells this"]
-    #[doc = " type: after this call, the one for the integer. Errors: NAME, TYPE, VALUE."]
+    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number: an integer there gives"]
+    #[doc = " infos that follow from it another dtype than a real does, as in Gymnasium. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -604,7 +580,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE (another count)."]
+    #[doc = " Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE."]
     pub fn mjenv_options_set_reals(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -621,7 +597,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a FLAG, an INTEGER, or a STRING_OR_INT that holds an index. Errors: NAME, TYPE (also: it holds a name)."]
+    #[doc = " Reads a FLAG, an INTEGER, or a STRING_OR_INT that holds an index. Errors: NAME, TYPE."]
     pub fn mjenv_options_get_integer(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -629,8 +605,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a REALS option into values[capacity]. count receives how many numbers there are. To get the count alone, pass"]
-    #[doc = " values NULL and capacity 0. Errors: NAME, TYPE, SIZE (capacity is too small, and not 0; count is not written)."]
+    #[doc = " Reads a REALS option into values[capacity]. count receives how many numbers there are, also with values NULL and"]
+    #[doc = " capacity 0. Errors: NAME, TYPE, SIZE (capacity)."]
     pub fn mjenv_options_get_reals(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -640,8 +616,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a STRING, or a STRING_OR_INT that holds a name. The text belongs to the options and lives until this option is"]
-    #[doc = " set again. Errors: NAME, TYPE (also: it holds an index)."]
+    #[doc = " Reads a STRING, or a STRING_OR_INT that holds a name. The text lives until the option is set. Errors: NAME, TYPE."]
     pub fn mjenv_options_get_string(
         options: *const mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -649,10 +624,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates an environment: reads the model, allocates the rows and starts the threads."]
-    #[doc = "   rows      how many; >= 1"]
-    #[doc = " Errors: NAME (the option \"arrays\" names an array that does not exist), VALUE (rows, or an option), FILE, MODEL,"]
-    #[doc = " PHYSICS (in a trial step), TASK."]
+    #[doc = " Creates an environment of rows >= 1 with a copy of the options: reads the model and starts the threads. Errors:"]
+    #[doc = " NAME (in the option \"arrays\"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK."]
     pub fn mjenv_create(
         options: *const mjenv_options,
         rows: i64,
@@ -660,25 +633,19 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Destroys an environment and ends its threads. The results of rows that are under way are lost."]
+    #[doc = " Destroys an environment and ends its threads. The results of rows under way are lost."]
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Describes an environment. Lanes that mjenv_create refuses stay off: by the option \"lanes\" or the variable MJENV_LANES,"]
-    #[doc = " the library, the model, or too few rows for a thread. Otherwise the answer may change in each call that changes rows."]
-    #[doc = " After mjenv_write, mjenv_randomize, mjenv_set_constants or mjenv_restore has given rows values of their own in an"]
-    #[doc = " array of the mjModel that lanes do not compute with, lanes stay off. A row with forces in qfrc_applied or xfrc_applied"]
-    #[doc = " is stepped alone as long as one of them is not 0: until 0 is written, a reset clears them, or a push (mjenv_perturb)"]
-    #[doc = " has ended. While rows are under way, forces do not count."]
+    #[doc = " Describes an environment as it is now. The lanes can change when rows get values or forces of their own."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the options that the environment was built with; NULL for NULL. They belong to the environment and cannot be"]
-    #[doc = " changed."]
+    #[doc = " Returns the options that the environment was built with; NULL if it fails. They cannot be changed."]
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;
 }
 extern "C" {
-    #[doc = " Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. Errors: ARGUMENT (another role)."]
+    #[doc = " Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION."]
     pub fn mjenv_space_of(
         env: *const mjenv_env,
         role: mjenv_role,
@@ -686,8 +653,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns the number of fields of a role; 0 if env is NULL or the role is unknown (mjenv_last_error then has the"]
-    #[doc = " reason)."]
+    #[doc = " Returns the number of fields of a role; 0 if it fails."]
     pub fn mjenv_field_count(env: *const mjenv_env, role: mjenv_role) -> i64;
 }
 extern "C" {
@@ -700,10 +666,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Gives rows new random streams: NumPy's default_rng(seed), as Gymnasium's reset(seed=seed) does. It does not reset the"]
-    #[doc = " rows. A row that was never seeded is seeded from the system's entropy at its first reset."]
-    #[doc = "   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first."]
-    #[doc = "             Those of rows outside the mask are not read"]
+    #[doc = " Gives rows the streams of NumPy's default_rng(seed), as reset(seed=seed) does, without resetting them. A row that"]
+    #[doc = " was never seeded is seeded from the system's entropy."]
+    #[doc = "   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first"]
     #[doc = "   words     >= 1; 1 for usual seeds"]
     #[doc = " Errors: SIZE (words)."]
     pub fn mjenv_seed(
@@ -714,13 +679,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a row's random stream: the state of NumPy's PCG64."]
-    #[doc = "   words     [count] receives the low and high 64 bits of state, then those of inc; if count is 6, also has_uint32 and"]
-    #[doc = "             uinteger, which keep the half of a 64-bit draw that is not used yet. They are 0 unless integers from a"]
-    #[doc = "             range of at most 2^32 were drawn (by a registered task, MJENV_DISTRIBUTION_CHOICE or a push), or"]
-    #[doc = "             mjenv_set_stream has set them"]
-    #[doc = "   count     4 or 6"]
-    #[doc = " Errors: VALUE (row), SIZE, NOT_RESET (the row was neither seeded nor reset)."]
+    #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of"]
+    #[doc = " inc, and, if count is 6 instead of 4, has_uint32 and uinteger. Errors: VALUE (row), SIZE, NOT_RESET (neither"]
+    #[doc = " seeded nor reset)."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -729,8 +690,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a row's random stream to words[count], which are laid out as in mjenv_get_stream; count is 4 or 6. With 4,"]
-    #[doc = " has_uint32 and uinteger become 0. Errors: VALUE (row, or inc is even), SIZE."]
+    #[doc = " Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or inc is even), SIZE."]
     pub fn mjenv_set_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -739,20 +699,18 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Seeds the random stream of mjenv_sample_actions, as action_space.seed(seed) does. The environment has one such stream"]
-    #[doc = " for all rows, apart from the rows' own streams. If it was never seeded, it is seeded from the system's entropy."]
+    #[doc = " Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does."]
     pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Draws one action for each row, in the order of the rows, as action_space.sample() does."]
-    #[doc = "   action    [rows][actuators] receives the actions; count = rows * actuators"]
-    #[doc = " Errors: SIZE, MODEL (an actuator has infinite bounds)."]
+    #[doc = " Draws action[rows][actuators] as action_space.sample() does, row by row. count is rows * actuators. Errors: SIZE,"]
+    #[doc = " MODEL (an actuator has infinite bounds)."]
     pub fn mjenv_sample_actions(env: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Begins new episodes. A row draws its initial state from its random stream, which continues from episode to episode."]
+    #[doc = " Begins new episodes, which draw their initial states from the rows' random streams."]
     #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (see mjenv_randomize), FORKED."]
+    #[doc = " Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize), FORKED."]
     pub fn mjenv_reset(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -760,21 +718,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Steps rows."]
-    #[doc = "   action    [rows][actuators] of type dtype; count = rows * actuators. The actions of rows outside the mask are not"]
-    #[doc = "             read. dtype changes results: the library computes with the action in float32 or float64, as NumPy does"]
+    #[doc = " Steps rows. The option \"autoreset_mode\" says what resets a row whose episode has ended; with \"strict\" 1, the"]
+    #[doc = " default, actions must be finite and such rows must be reset first, or no row is stepped."]
+    #[doc = "   action    [rows][actuators] of dtype, which changes results as in NumPy; count = rows * actuators"]
     #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " The option \"autoreset_mode\" resets rows whose episode has ended as Gymnasium's vector environments do: next_step"]
-    #[doc = " resets them in their next step, whose action is ignored; same_step resets them at the end of the step that ends the"]
-    #[doc = " episode. The default, disabled, leaves it to the caller."]
-    #[doc = " If the option \"strict\" is 1 (the default), actions must be finite, and without autoreset, rows whose episode has"]
-    #[doc = " ended must be reset first; a call with a row that violates this steps no row. With \"strict\" 0, such rows are stepped"]
-    #[doc = " as in Gymnasium."]
-    #[doc = " A state that diverges is no error of the call: see mjenv_batch.status and the option \"on_divergence\"."]
-    #[doc = " If rows fail in the step, the others are stepped all the same, and out is written: the reward and flags of a row that"]
-    #[doc = " failed are 0, and its other outputs are undefined."]
-    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; VALUE and MODEL also"]
-    #[doc = " if a reset by \"autoreset_mode\" failed (mjenv_randomize)."]
+    #[doc = " If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0."]
+    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; those of resets."]
     pub fn mjenv_step(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -785,14 +734,11 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Starts a step of some rows and returns without waiting for it. The rows are under way until mjenv_recv has reported"]
-    #[doc = " them. Meanwhile, other rows can be sent, and functions that read or change rows return PENDING. If the environment"]
-    #[doc = " has one thread only, the rows are stepped in mjenv_recv. It has one if num_threads is 1, if there is one row, if"]
-    #[doc = " num_threads is 0 and the process may use one CPU, or if a registered task asks for the caller's thread."]
-    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows, as if row_count were their number"]
-    #[doc = "   action    [row_count][actuators] of type dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
-    #[doc = " Errors: SIZE, VALUE (no such row, or an action is not finite), NOT_RESET, EPISODE_ENDED, PENDING (a row is under way"]
-    #[doc = " already, or listed twice), FORKED. After an error, no row was sent."]
+    #[doc = " Starts a step of some rows and returns. Until mjenv_recv has reported them, they are under way: others can be"]
+    #[doc = " sent, but functions that read or change rows return PENDING. With one thread, the rows are stepped in mjenv_recv."]
+    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows"]
+    #[doc = "   action    [row_count][actuators] of dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
+    #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
         rows: *const i64,
@@ -803,19 +749,13 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Waits for rows that were sent, and reports those that are done. Each is reported once, in the order in which they"]
-    #[doc = " finish."]
-    #[doc = "   least     how many rows to wait for; 0: does not wait"]
-    #[doc = "   timeout   how many seconds to wait at most; a negative number: no limit. If the time is up, the call succeeds and"]
-    #[doc = "             reports the rows that are done, which may be none"]
-    #[doc = "   rows      [capacity] receives the numbers of the rows; capacity >= least and >= 1. Rows that do not fit are"]
-    #[doc = "             reported by the next call"]
-    #[doc = "   count     receives how many rows are reported"]
-    #[doc = "   out       as for mjenv_step: the outputs of row r are element r. The other elements stay as they are. May be NULL"]
-    #[doc = " If the environment has one thread only, each call reports at least one row, even with least 0 or timeout 0, so that"]
-    #[doc = " polling makes progress."]
-    #[doc = " Errors: SIZE (capacity is too small, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING,"]
-    #[doc = " FORKED; and, if rows failed, what mjenv_step returns then: rows, count and out are written all the same."]
+    #[doc = " Waits for rows that were sent, and reports those that are done, each once, in the order in which they finish."]
+    #[doc = "   least     how many rows to wait for; 0: none"]
+    #[doc = "   timeout   how many seconds to wait at most; negative: no limit"]
+    #[doc = "   rows      [capacity] receives the rows, count their number; capacity >= least and >= 1. More are reported later"]
+    #[doc = "   out       as for mjenv_step: the outputs of row r are element r. May be NULL"]
+    #[doc = " Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING, FORKED;"]
+    #[doc = " and if rows failed, what mjenv_step returns, with everything written."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
         least: i64,
@@ -827,15 +767,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Plays a list of actions in each row, beginning with the row's present state. The rows stay in the states that they"]
-    #[doc = " reach. Rows are never reset, whatever \"autoreset_mode\" is: if a row's episode ends, the row stays there, its"]
-    #[doc = " observation and flags repeat, and its rewards and infos are 0."]
-    #[doc = "   action    [rows][steps][actuators] of type dtype; count = rows * steps * actuators"]
-    #[doc = "   steps     >= 1"]
-    #[doc = "   out       has rows * steps rows: step t of row r is element r * steps + t. reset_info, final_obs and"]
-    #[doc = "             final_info are not written. May be NULL"]
-    #[doc = " If a row fails in step t, status of step t has the reason. Nothing is written for its later steps, not even status."]
-    #[doc = " Errors: as mjenv_step, and VALUE (steps)."]
+    #[doc = " Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends stays"]
+    #[doc = " there, its observation and flags repeat, and its rewards and infos are 0. A row that fails is not written from"]
+    #[doc = " then on."]
+    #[doc = "   action    [rows][steps][actuators] of dtype; count = rows * steps * actuators"]
+    #[doc = "   out       of rows * steps rows: step t of row r is element r * steps + t. May be NULL"]
+    #[doc = " Errors: as mjenv_step, and VALUE (steps < 1)."]
     pub fn mjenv_rollout(
         env: *mut mjenv_env,
         action: *const ::std::os::raw::c_void,
@@ -846,21 +783,16 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes mjenv_batch.obs and mjenv_batch.arrays of all rows for their present states, without a step; for instance"]
-    #[doc = " after mjenv_restore. It writes no other member's array. out must not be NULL. Errors: SIZE, PHYSICS, TASK, FORKED."]
+    #[doc = " Writes out->obs and out->arrays of all rows for their present states, without a step; for instance after"]
+    #[doc = " mjenv_restore. Errors: SIZE, PHYSICS, TASK, FORKED."]
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads an array of a row's mjData, or of the mjModel, as doubles. mjData has the values of Gymnasium's"]
-    #[doc = " env.unwrapped.data after the last step. Elements that the state does not fill are 0: efc_* beyond the constraints, wrap_*"]
-    #[doc = " beyond the paths of the tendons, contact.* beyond ncon. The contents of MuJoCo's scratch arrays (efc_AR, qH, qDeriv, qLU) are"]
-    #[doc = " undefined."]
-    #[doc = "   row       the row to read. If mjenv_write gave it values of its own in this array, those are read"]
-    #[doc = "   array     its name in MuJoCo: \"xpos\", \"body_mass\", \"nq\", \"opt.timestep\" (mjenv_field_at lists them: MJENV_ROLE_DATA"]
-    #[doc = "             and MJENV_ROLE_MODEL)"]
-    #[doc = "   values    [capacity] receives the elements"]
-    #[doc = "   count     receives the number of elements. To get it alone, pass values NULL and capacity 0"]
-    #[doc = " Errors: NAME, VALUE (row), SIZE (capacity is too small, and not 0; count is not written), PHYSICS."]
+    #[doc = " Reads an array of a row's mjData, or of its mjModel, by its MuJoCo name: \"xpos\", \"body_mass\", \"nq\","]
+    #[doc = " \"opt.timestep\"."]
+    #[doc = "   values    [capacity] receives the elements as doubles"]
+    #[doc = "   count     receives their number, also with values NULL and capacity 0"]
+    #[doc = " Errors: NAME, VALUE (row), SIZE (capacity), PHYSICS."]
     pub fn mjenv_read(
         env: *mut mjenv_env,
         row: i64,
@@ -872,7 +804,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Counts the model's objects of a type: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\" or"]
-    #[doc = " \"light\". Errors: NAME (type)."]
+    #[doc = " \"light\". Errors: NAME."]
     pub fn mjenv_object_count(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -880,7 +812,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Finds the index of the object with this type and name. Errors: NAME (type, or name)."]
+    #[doc = " Finds the index of the object with this type and name. Errors: NAME."]
     pub fn mjenv_object_index(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -889,8 +821,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Finds the name of the object at 0 <= index < the number of objects; \"\" if it has none. Errors: NAME (type), VALUE"]
-    #[doc = " (index)."]
+    #[doc = " Finds the name of the object at an index; \"\" if it has none. Errors: NAME (type), VALUE (index)."]
     pub fn mjenv_object_name(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -899,9 +830,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. The row's step count and"]
-    #[doc = " random stream stay. Afterwards the row can be stepped, even if it was never reset or its episode had ended."]
-    #[doc = " Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK."]
+    #[doc = " Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. Afterwards the row can be"]
+    #[doc = " stepped, also if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK."]
     pub fn mjenv_set_state(
         env: *mut mjenv_env,
         row: i64,
@@ -912,25 +842,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of rows."]
-    #[doc = "   array     its name in MuJoCo. Of the mjModel: every array and option of real numbers (\"body_mass\","]
-    #[doc = "             \"geom_friction\", \"opt.timestep\"), except those of meshes, textures, skins and flexes, wrap_prm and (4.0)"]
-    #[doc = "             eq_data, bvh_* and oct_*; and the integers eq_active (4.0: eq_active0), jnt_limited, tendon_limited,"]
-    #[doc = "             actuator_ctrllimited, actuator_forcelimited, geom_contype, geom_conaffinity, opt.iterations,"]
-    #[doc = "             opt.noslip_iterations and opt.mpr_iterations (4.0: opt.ccd_iterations, body_sameframe, geom_sameframe"]
-    #[doc = "             and site_sameframe, which mj_setConst computes). Of the mjData: time, qpos, qvel, act, qacc_warmstart,"]
-    #[doc = "             ctrl, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat, userdata and (4.0) eq_active"]
-    #[doc = "   values    [count]. count is the number of the array's elements, which mjenv_read gives: all rows get the same"]
-    #[doc = "             values. Or it is rows * elements: each row gets its own, and those of rows outside the mask are not read"]
-    #[doc = " Nothing is written if any value is refused. The model's own value is never refused. Refused are:"]
-    #[doc = "   - a number that is not finite, that the array's type cannot hold, or an integer out of its range"]
-    #[doc = "   - a negative number where MuJoCo needs at least 0 (masses, sizes, frictions, armatures, the timestep, ...), and 0"]
-    #[doc = "     for a number by which it divides, if the model's own is positive"]
-    #[doc = "   - a quaternion of body_quat, body_iquat, geom_quat, site_quat or cam_quat, or an axis of jnt_axis, whose squared"]
-    #[doc = "     length is less than 1e-15 (mjMINVAL), and a hfield_size above 1e10"]
-    #[doc = "   - (4.0) a number of actuator_dynprm, actuator_gainprm or actuator_biasprm whose sign differs from that of the"]
-    #[doc = "     model's own, because the sign tells what the actuator's state consists of"]
-    #[doc = " Errors: NAME (there is no such array, or it can't be written; the text says why), VALUE (a value), SIZE."]
+    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data."]
+    #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
+    #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
+    #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
     pub fn mjenv_write(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -940,16 +855,13 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Calls mj_setConst for rows: MuJoCo computes anew what it computes from masses, sizes and qpos0 when it compiles a"]
-    #[doc = " model (body_subtreemass, dof_invweight0, actuator_acc0, stat.meaninertia, ...). mj_setConst leaves a row in the"]
-    #[doc = " position qpos_spring, for which it computes last: reset the row or set its state afterwards."]
-    #[doc = " Errors: PHYSICS, MODEL (it would change what all rows share)."]
+    #[doc = " Calls mj_setConst for rows, which computes anew what follows from masses, sizes and qpos0. It leaves a row in"]
+    #[doc = " qpos_spring: reset it or set its state afterwards. Errors: PHYSICS, MODEL (it would change what all rows share)."]
     pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets the controls ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does; count is"]
-    #[doc = " the number of actuators. It is not a step of the episode: there is no reward, and the row's step count stays."]
-    #[doc = " Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK."]
+    #[doc = " Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does, without a reward or"]
+    #[doc = " a count of steps. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK."]
     pub fn mjenv_simulate(
         env: *mut mjenv_env,
         row: i64,
@@ -959,15 +871,14 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies the row `from` to the rows of the mask: simulation state, random stream, step count, own arrays and inputs, and"]
-    #[doc = " whether the episode has ended. Errors: VALUE (from)."]
+    #[doc = " Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors:"]
+    #[doc = " VALUE (from)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes that hold what mjenv_copy_row copies."]
-    #[doc = "   image       [capacity_bytes] receives the image"]
-    #[doc = "   size_bytes  receives the size of the image. To get it alone, pass image NULL and capacity_bytes 0"]
-    #[doc = " Errors: VALUE (row), SIZE (capacity_bytes is too small, and not 0; size_bytes is not written)."]
+    #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes with what mjenv_copy_row copies."]
+    #[doc = "   size_bytes  receives the size, also with image NULL and capacity_bytes 0"]
+    #[doc = " Errors: VALUE (row), SIZE (capacity_bytes)."]
     pub fn mjenv_snapshot(
         env: *mut mjenv_env,
         row: i64,
@@ -977,12 +888,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a row, or MJENV_ALL_ROWS, to the state in image[size_bytes]. An image of one row fits any row; an image of all"]
-    #[doc = " rows needs an environment with as many rows. The row continues bit for bit, also in another process and with another"]
-    #[doc = " number of threads. The environment must have the same id, model, options, randomisation, perturbation, version of"]
-    #[doc = " MuJoCo, MJENV_MATH and, for a registered task, revision as the one that made the image. \"num_threads\", \"lanes\","]
-    #[doc = " \"cpu_affinity\", \"arrays\" and \"trust_xml\" may differ, and \"norm\" if it gives the same rounding here."]
-    #[doc = " Errors: VALUE (row), SNAPSHOT."]
+    #[doc = " Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an"]
+    #[doc = " environment with the same task, model, options and draws (docs/c.md). Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,
@@ -991,14 +898,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Draws values of the mjModel at each reset of a row, also by \"autoreset_mode\": after the task's own draws, in the"]
-    #[doc = " order of the list. The first observation is still computed with the values from before the draw; the new ones take"]
-    #[doc = " effect in the first step. The elements of arrays that are not drawn keep what mjenv_write gave them. A row's reset"]
-    #[doc = " fails with VALUE if it draws a value that mjenv_write refuses, and with MODEL if mj_setConst would change what all"]
-    #[doc = " rows share. The row then stays as it is, except that its random stream has moved on."]
-    #[doc = "   items     [count] replaces the environment's list"]
-    #[doc = "   count     0: resets draw nothing any more, and rows keep the values that they have"]
-    #[doc = " Errors: NAME (an array), VALUE (an element, a parameter, or a value that can be drawn), SIZE."]
+    #[doc = " Replaces what resets draw for arrays of the mjModel, in the order of items[count]; count 0: nothing. The values"]
+    #[doc = " take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a value that can be"]
+    #[doc = " drawn), SIZE."]
     pub fn mjenv_randomize(
         env: *mut mjenv_env,
         items: *const mjenv_randomization,
@@ -1006,40 +908,24 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Perturbs what passes between the caller and the task. In a reset, after the draws of mjenv_randomize, each push draws"]
-    #[doc = " in how many steps it first comes; then the observation's noise is drawn. In a step:"]
-    #[doc = "   1. The action is delayed. In the first action_delay steps of an episode, 0 reaches the task."]
-    #[doc = "   2. normal(0, std) is drawn for each actuator and added. The sum has the action's dtype and is not clipped."]
-    #[doc = "   3. Forces of the last step's pushes become 0. Each push that is due in this step draws its 6 numbers, which are"]
-    #[doc = "      written to xfrc_applied. Then it draws in how many steps it comes again."]
-    #[doc = "   4. The step takes place: the reward and info see the action as it is now."]
-    #[doc = "   5. normal(0, std) is drawn for each element of the observation and added."]
-    #[doc = "   6. The observation is delayed. The first observation_delay ones of an episode are 0, as with"]
-    #[doc = "      gymnasium.wrappers.DelayObservation."]
-    #[doc = " final_obs is such an observation, too. mjenv_observe repeats the last observation of each row, unless its state was"]
-    #[doc = " set or written since: then it writes the task's, without noise and delay."]
-    #[doc = "   perturbation  replaces the environment's; NULL: none"]
-    #[doc = " Errors: VALUE (a number in it, or too large a delay), SIZE (a count)."]
+    #[doc = " Replaces the noise, delays and pushes; NULL: none. New ones begin with each row's next reset. Errors: VALUE, SIZE"]
+    #[doc = " (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Fills settings with the defaults for the environment, which draw as Gymnasium does."]
+    #[doc = " Fills settings with the environment's defaults, which draw as Gymnasium does."]
     pub fn mjenv_render_defaults(
         env: *const mjenv_env,
         settings: *mut mjenv_render_settings,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates a renderer with an OpenGL context of its own. Several renderers of one environment can draw at the same time"]
-    #[doc = " on different threads. Calls restore the calling thread's current OpenGL context. The renderer may be destroyed before"]
-    #[doc = " or after the environment."]
-    #[doc = "   settings  NULL: the defaults"]
-    #[doc = " Errors: NAME (camera_name), VALUE (a number out of its bounds, or an unknown gl), RENDER (no OpenGL; OpenGL was used"]
-    #[doc = " before this process was forked; a model that is not trusted has more than 2^25 vertices), MEMORY"]
-    #[doc = " (also: the model and the picture need more memory than is free)."]
+    #[doc = " Creates a renderer with an OpenGL context of its own. settings NULL: the environment's defaults. It may be"]
+    #[doc = " destroyed before or after the environment. Errors: NAME (camera_name), VALUE, RENDER (no OpenGL, or a model too"]
+    #[doc = " large), MEMORY."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
@@ -1050,20 +936,16 @@ extern "C" {
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
 }
 extern "C" {
-    #[doc = " Returns the OpenGL that the renderer uses: its library, vendor, renderer and version, separated by \", \". NULL for"]
-    #[doc = " NULL."]
+    #[doc = " Returns the OpenGL of the renderer: its library, vendor, renderer and version, separated by \", \"; NULL if it"]
+    #[doc = " fails."]
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Draws a row. The top line of the picture comes first. One of rgb and depth may be NULL."]
-    #[doc = "   rgb       [height][width][3] receives the colours; rgb_count >= height * width * 3"]
-    #[doc = "   depth     [height][width] receives the depth buffer, from 0 (near) to 1 (far); depth_count >= height * width. A"]
-    #[doc = "             depth d is near / (1 - d * (1 - near / far)) metres along the optical axis, where near and far are the"]
-    #[doc = "             model's vis.map.znear and vis.map.zfar times stat.extent"]
-    #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: another thread is inside a call with the"]
-    #[doc = " environment), VALUE (row), SIZE, NOT_RESET, PHYSICS, RENDER (also: drawing processes more than 2^30 vertices"]
-    #[doc = " and shadow-map pixels in total, and the model is not trusted; each light that casts shadows draws everything"]
-    #[doc = " twice)."]
+    #[doc = " Draws a row, its top line first, with the outputs that are not NULL."]
+    #[doc = "   rgb       [height][width][3]; rgb_count >= height * width * 3"]
+    #[doc = "   depth     [height][width] the depth buffer, 0 (near) to 1 (far); depth_count >= height * width"]
+    #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: it is in use), VALUE (row), SIZE, NOT_RESET,"]
+    #[doc = " PHYSICS, RENDER."]
     pub fn mjenv_render(
         renderer: *mut mjenv_renderer,
         row: i64,
@@ -1074,9 +956,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Opens a window. It may be destroyed before or after the environment."]
-    #[doc = "   settings  NULL: the defaults. camera, camera_name, gl and samples have no effect, but samples must be 0 to 64. The"]
-    #[doc = "             camera is free. In lookat, NaN means 0; in distance, NaN means 2"]
+    #[doc = " Opens a window with a free camera, on the main thread. camera, camera_name and gl of settings have no effect."]
     #[doc = " Errors: VALUE, RENDER."]
     pub fn mjenv_window_create(
         env: *mut mjenv_env,
@@ -1088,13 +968,12 @@ extern "C" {
     pub fn mjenv_window_destroy(window: *mut mjenv_window);
 }
 extern "C" {
-    #[doc = " Returns 1 until the user closes the window; 0 for NULL."]
+    #[doc = " Returns 1 until the user closes the window; 0 if it fails."]
     pub fn mjenv_window_is_open(window: *const mjenv_window) -> i32;
 }
 extern "C" {
-    #[doc = " Draws a row, and handles the user's keys and mouse. It draws the row several times, or not at all, to keep the pace"]
-    #[doc = " of Gymnasium's window. While the user pauses, it does not return. If the window is closed, it draws nothing and"]
-    #[doc = " returns MJENV_OK. Errors: as mjenv_render."]
+    #[doc = " Draws a row at the pace of Gymnasium's window, and handles the user's keys and mouse. It does not return while the"]
+    #[doc = " user pauses, and does nothing when the window is closed. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
 #[doc = " A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:"]
