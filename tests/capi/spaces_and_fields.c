@@ -30,7 +30,7 @@ static void assert_spec(const struct schema_id* id) {
   assert_same_or_none(&spec.camera_elevation, &id->camera.elevation, 1);
   assert_same_or_none(spec.camera_lookat, id->camera.lookat, 3);
   const double body = id->camera.trackbodyid;
-  assert_int_equal(spec.camera_trackbodyid, isnan(body) ? -1 : (int)body);
+  assert_int_equal(spec.camera_trackbodyid, isnan(body) ? MJENV_BODY_UNSET : (int)body);
 }
 
 static void assert_space(const mjenv_env* env, mjenv_role role, const struct schema_space* want) {

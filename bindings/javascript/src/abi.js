@@ -16,6 +16,7 @@ function struct(size, members) {
 
 export const MJENV_ABI_VERSION = 1;
 export const MJENV_ALL_ROWS = -1;
+export const MJENV_BODY_UNSET = -2;
 
 export const Status = /** @type {const} */ ({
   OK: 0,

@@ -40,7 +40,7 @@ export { ALL_ROWS, DIVERGED, Env, MjenvError };
  * @property {number} maxEpisodeSteps the default of the option max_episode_steps
  * @property {number | null} rewardThreshold
  * @property {{ distance: number; elevation: number; lookat: number[]; trackbodyid: number }} camera Gymnasium's
- *   default_camera_config; NaN, and -1 as trackbodyid, where Gymnasium leaves the value to MuJoCo
+ *   default_camera_config; NaN, and -2 as trackbodyid, where Gymnasium leaves the value to MuJoCo
  * @property {string} modelXml the MJCF text of the default model
  */
 

@@ -86,6 +86,9 @@ extern "C" {
 #define MJENV_CAMERA_FREE (-1)    /* the camera that lookat, distance, azimuth and elevation describe */
 #define MJENV_CAMERA_DEFAULT (-2) /* the model's camera "track" if it has one, else the free camera */
 
+/* Instead of the index of the body that a camera follows: Gymnasium names none, so MuJoCo's default holds. */
+#define MJENV_BODY_UNSET (-2)
+
 /* Handles */
 typedef struct mjenv_options mjenv_options;   /* the constructor options of one environment id */
 typedef struct mjenv_env mjenv_env;           /* an environment of one or many rows */
@@ -213,7 +216,7 @@ typedef struct mjenv_spec {
   double camera_distance;     /* m */
   double camera_elevation;    /* degrees */
   double camera_lookat[3];    /* m */
-  int32_t camera_trackbodyid; /* the index of a body; -1 where Gymnasium leaves it to MuJoCo */
+  int32_t camera_trackbodyid; /* the index of a body, -1 for none, or MJENV_BODY_UNSET */
   int32_t reserved;           /* 0 */
   const char *model_xml;      /* the default model in MJCF; NULL for "Model-v0" and tasks that have it in a file */
 } mjenv_spec;

@@ -93,16 +93,16 @@ typedef struct mjenv_task_field {
     sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, { 0, 0, 0, 0 } \
   }
 
-/* Gymnasium's default_camera_config. NaN means MuJoCo's default, as in MJENV_TASK_CAMERA_INIT. */
+/* Gymnasium's default_camera_config. NaN and MJENV_BODY_UNSET mean MuJoCo's default. */
 typedef struct mjenv_task_camera {
   uint32_t struct_size;
-  int32_t trackbodyid; /* the index of a body; -1: MuJoCo's default */
+  int32_t trackbodyid; /* the index of a body, -1 for none, or MJENV_BODY_UNSET */
   double distance;     /* m */
   double lookat[3];    /* m */
   double elevation;    /* degrees */
 } mjenv_task_camera;
 #define MJENV_TASK_CAMERA_INIT \
-  { sizeof(mjenv_task_camera), -1, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN }
+  { sizeof(mjenv_task_camera), MJENV_BODY_UNSET, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN }
 
 /* ---- The data that callbacks read and write ---- */
 

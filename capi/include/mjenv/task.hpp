@@ -405,9 +405,9 @@ inline Typed python_typed(double product, Real factor) {
   return {product, factor.integer ? MJENV_DTYPE_NATIVE_INT : MJENV_DTYPE_NATIVE_FLOAT};
 }
 
-/* Gymnasium's default_camera_config. kUnset and the trackbodyid -1 mean MuJoCo's default. */
+/* Gymnasium's default_camera_config. kUnset and MJENV_BODY_UNSET mean MuJoCo's default. */
 struct Camera {
-  std::int32_t trackbodyid = -1;
+  std::int32_t trackbodyid = MJENV_BODY_UNSET;
   double distance = kUnset;
   std::array<double, 3> lookat{kUnset, kUnset, kUnset};
   double elevation = kUnset;

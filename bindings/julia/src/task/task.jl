@@ -195,7 +195,7 @@ function in_libraries(f, list, what)
     end
 end
 
-raw_camera(; trackbodyid = -1, distance = NaN, lookat = (NaN, NaN, NaN), elevation = NaN) =
+raw_camera(; trackbodyid = MJENV_BODY_UNSET, distance = NaN, lookat = (NaN, NaN, NaN), elevation = NaN) =
     mjenv_task_camera(trackbodyid = trackbodyid, distance = distance, lookat = Tuple(lookat), elevation = elevation)
 
 function raw_option(name, setting::Setting, keep, c_text)

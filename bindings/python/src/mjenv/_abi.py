@@ -21,6 +21,7 @@ ABI_VERSION = 1
 ALL_ROWS = -1
 CAMERA_FREE = -1
 CAMERA_DEFAULT = -2
+BODY_UNSET = -2
 
 
 class Status(IntEnum):

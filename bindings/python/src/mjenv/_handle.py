@@ -93,7 +93,7 @@ def camera_config(engine: Engine, id: str) -> dict[str, Any] | None:
     spec = spec_of(engine, id)
     lookat = np.array(spec.camera_lookat)
     values = {
-        "trackbodyid": spec.camera_trackbodyid if spec.camera_trackbodyid >= 0 else math.nan,
+        "trackbodyid": math.nan if spec.camera_trackbodyid == _abi.BODY_UNSET else spec.camera_trackbodyid,
         "distance": spec.camera_distance,
         "lookat": lookat,
         "elevation": spec.camera_elevation,

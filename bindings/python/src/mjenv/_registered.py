@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv import _task_abi
+from mjenv import _abi, _task_abi
 from mjenv._abi import Dtype, Kind, Role, Status
 from mjenv._engine import Engine
 from mjenv._handle import Float64Array, Rows, encoded, pointer_to
@@ -422,7 +422,7 @@ def _camera(config: Mapping[str, Any]) -> Any:
     unknown = set(config) - {"trackbodyid", "distance", "lookat", "elevation"}
     if unknown:
         raise OptionError(f"camera has no {sorted(unknown)[0]!r}", Status.E_NAME)
-    camera.trackbodyid = config.get("trackbodyid", -1)
+    camera.trackbodyid = config.get("trackbodyid", _abi.BODY_UNSET)
     camera.distance = config.get("distance", math.nan)
     camera.elevation = config.get("elevation", math.nan)
     camera.lookat[:] = config.get("lookat", (math.nan,) * 3)

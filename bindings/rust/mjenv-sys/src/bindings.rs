@@ -4,6 +4,7 @@ pub const MJENV_ABI_VERSION: u32 = 1;
 pub const MJENV_ALL_ROWS: i32 = -1;
 pub const MJENV_CAMERA_FREE: i32 = -1;
 pub const MJENV_CAMERA_DEFAULT: i32 = -2;
+pub const MJENV_BODY_UNSET: i32 = -2;
 #[repr(C)]
 #[derive(Debug, Copy, Clone)]
 pub struct mjenv_options {
@@ -235,7 +236,7 @@ pub struct mjenv_spec {
     pub camera_elevation: f64,
     #[doc = " m"]
     pub camera_lookat: [f64; 3usize],
-    #[doc = " the index of a body; -1 where Gymnasium leaves it to MuJoCo"]
+    #[doc = " the index of a body, -1 for none, or MJENV_BODY_UNSET"]
     pub camera_trackbodyid: i32,
     #[doc = " 0"]
     pub reserved: i32,
@@ -1047,11 +1048,11 @@ impl Default for mjenv_task_field {
         }
     }
 }
-#[doc = " Gymnasium's default_camera_config. NaN means MuJoCo's default, as in MJENV_TASK_CAMERA_INIT."]
+#[doc = " Gymnasium's default_camera_config. NaN and MJENV_BODY_UNSET mean MuJoCo's default."]
 #[repr(C)]
 pub struct mjenv_task_camera {
     pub struct_size: u32,
-    #[doc = " the index of a body; -1: MuJoCo's default"]
+    #[doc = " the index of a body, -1 for none, or MJENV_BODY_UNSET"]
     pub trackbodyid: i32,
     #[doc = " m"]
     pub distance: f64,
