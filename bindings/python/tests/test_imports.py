@@ -1,4 +1,4 @@
-"""Which modules of the package import which, also for types alone and inside of functions."""
+"""Which modules of the package import which, also inside of functions, but not for types alone."""
 
 import ast
 import graphlib
@@ -19,9 +19,18 @@ def modules() -> dict[str, Path]:
     return found
 
 
+def executed(node: ast.AST) -> Iterator[ast.AST]:
+    """The nodes below a node, without what type checkers alone read."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and isinstance(child.test, ast.Name) and child.test.id == "TYPE_CHECKING":
+            continue
+        yield child
+        yield from executed(child)
+
+
 def imports(file: Path, known: dict[str, Path]) -> Iterator[str]:
     """The modules of the package that a module imports."""
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+    for node in executed(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in known)
         elif isinstance(node, ast.ImportFrom) and node.module in known:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
+from mjenv.viewer.parts import observation_parts
 from mjenv.viewer.picture import rows_of
 
 Array = NDArray[Any]
@@ -37,7 +38,7 @@ def html_of(env: Any) -> str:
     if hasattr(env, "num_envs"):
         lines.insert(0, ("rows", str(env.num_envs)))
     lines += [(name, f"Box {space.shape} {space.dtype}") for name, space in spaces]
-    parts = ", ".join(f"{name} [{place.start}:{place.stop}]" for name, place in row.observation_parts.items())
+    parts = ", ".join(f"{name} [{place.start}:{place.stop}]" for name, place in observation_parts(row).items())
     lines += [("observation", parts)]
     lines += [
         (name, _text(chosen[name], name in chosen) if name in chosen else _text(option.default, False))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv.viewer.panels.common import on_user
+from mjenv.viewer.parts import observation_parts
 
 if TYPE_CHECKING:
     from mjenv.viewer.session import Session
@@ -46,7 +47,7 @@ class PlotsPanel:
         terms = [name for name in infos if name.startswith("reward")]
         found: dict[str, list[str]] = {_NOTHING: [], _REWARDS: ["reward", *terms]}
         found |= {f"info {name}": [name] for name in infos}
-        for part, place in _parts(envs.envs[0]).items():
+        for part, place in observation_parts(envs.envs[0]).items():
             found[f"observation {part}"] = [f"{part}[{i}]" for i in range(place.stop - place.start)]
         return found
 
@@ -102,7 +103,7 @@ class PlotsPanel:
         """Another episode, row or environment."""
         self._times.clear()
         self._past.clear()
-        self._parts = _parts(self._session.envs.envs[0])
+        self._parts = observation_parts(self._session.envs.envs[0])
 
     def learn(self) -> None:
         """The infos of a step are known by now, so they can be chosen."""
@@ -135,8 +136,3 @@ def _scalars(infos: dict[str, Any]) -> dict[str, Array]:
         for name, array in infos.items()
         if not name.startswith("_") and isinstance(array, np.ndarray) and array.ndim == 1 and array.dtype.kind in "biuf"
     }
-
-
-def _parts(env: Any) -> dict[str, slice]:
-    """Where each part of the observation is in it, by name."""
-    return {field.name: slice(field.offset, field.offset + field.count) for field in env.fields("observation")}
