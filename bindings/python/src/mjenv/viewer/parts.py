@@ -1,0 +1,10 @@
+"""The named parts of an observation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def observation_parts(env: Any) -> dict[str, slice]:
+    """Where each part of the observation is in it, by name."""
+    return {field.name: slice(field.offset, field.offset + field.count) for field in env.fields("observation")}
