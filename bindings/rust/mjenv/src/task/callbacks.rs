@@ -241,7 +241,9 @@ impl Description {
             camera: sys::mjenv_task_camera {
                 struct_size: size_of::<sys::mjenv_task_camera>(),
                 // A number that does not fit becomes one that the library refuses.
-                trackbodyid: T::CAMERA.trackbodyid.map_or(sys::MJENV_BODY_UNSET, |body| i32::try_from(body).unwrap_or(i32::MAX)),
+                trackbodyid: T::CAMERA
+                    .trackbodyid
+                    .map_or(sys::MJENV_BODY_UNSET, |body| i32::try_from(body).unwrap_or(i32::MAX)),
                 distance: T::CAMERA.distance.unwrap_or(f64::NAN),
                 lookat: T::CAMERA.lookat.unwrap_or([f64::NAN; 3]),
                 elevation: T::CAMERA.elevation.unwrap_or(f64::NAN),
