@@ -6,7 +6,7 @@ namespace mjenv::robots {
 void ant(Robot& r) {
   r.model("ant.xml").frame_skip(5).time_limit(1000).reward_threshold(6000).needs(3, 0);
   if (!r.v5) r.fixed_frame_skip();
-  r.camera({-1, 4.0});
+  r.camera({MJENV_BODY_UNSET, 4.0});
 
   const double w_forward = r.v5 ? r.real("forward_reward_weight", 1, "weight of the velocity along x") : Real{1, false};
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.5, "weight of the squared action");

@@ -6,7 +6,7 @@ namespace mjenv::robots {
 void half_cheetah(Robot& r) {
   r.model("half_cheetah.xml").frame_skip(5).time_limit(1000).reward_threshold(4800).needs(1, 0);
   if (!r.v5) r.fixed_model().fixed_frame_skip();
-  r.camera({-1, 4.0});
+  r.camera({MJENV_BODY_UNSET, 4.0});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.1, "weight of the squared action");

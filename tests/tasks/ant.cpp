@@ -6,7 +6,7 @@ using namespace mjenv;
 
 MJENV_TASK("CppAnt-v5", r) {
   r.model("ant.xml").frame_skip(5).time_limit(1000).reward_threshold(6000).needs(3, 0);
-  r.camera({-1, 4.0});
+  r.camera({MJENV_BODY_UNSET, 4.0});
 
   const double w_forward = r.real("forward_reward_weight", 1, "weight of the velocity along x");
   const auto w_ctrl = r.real("ctrl_cost_weight", 0.5, "weight of the squared action");
