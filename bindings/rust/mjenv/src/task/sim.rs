@@ -109,6 +109,7 @@ pub struct Sim<'a> {
 macro_rules! arrays {
     ($($(#[$doc:meta])* $name:ident: $count:ident, $element:ty;)*) => {$(
         $(#[$doc])*
+        #[must_use]
         #[inline]
         pub fn $name(&self) -> &'a [$element] {
             // SAFETY: the library's array has this length and keeps its values during the call of the task's method.
@@ -124,6 +125,7 @@ macro_rules! arrays_on_demand {
         ///
         /// # Panics
         /// If build did not ask for the array.
+        #[must_use]
         #[inline]
         pub fn $name(&self) -> &'a [$element] {
             // SAFETY: the library's array, if it is there, has this length and keeps its values during the call of the
