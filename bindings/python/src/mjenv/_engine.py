@@ -13,6 +13,7 @@ import os
 import sys
 from collections.abc import Callable
 from ctypes import byref, c_void_p
+from itertools import filterfalse
 from pathlib import Path
 
 from mjenv import _abi
@@ -158,7 +159,8 @@ class Engines:
             if name not in self._ready:
                 if name in _MUJOCO:
                     engine.open_mujoco(_installed_mujoco(_MUJOCO[name]))
-                for registration in [one for one in self._registrations if one not in engine.registrations]:
+                # A tuple, because a registration that fails changes the list.
+                for registration in tuple(filterfalse(engine.registrations.__contains__, self._registrations)):
                     self._register(registration, engine)
                 self._ready[name] = engine
             return engine
