@@ -165,7 +165,7 @@ fn an_image_of_all_rows_brings_them_all_back() {
 }
 
 /// What each way to choose rows chooses, of four rows, in the order in which their arrays hold them.
-fn choices<'a>(none: &'a Vec<usize>) -> [(Rows<'a>, &'a [usize]); 7] {
+fn choices(none: &Vec<usize>) -> [(Rows<'_>, &[usize]); 7] {
     [
         (Rows::from(..), &[0, 1, 2, 3]),
         (2.into(), &[2]),
