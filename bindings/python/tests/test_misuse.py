@@ -338,9 +338,6 @@ envs = mjenv.make_vec('HumanoidStandup-v5', num_envs=32, num_threads=2)
 envs.reset(seed=1)
 def run():
     while True: envs.step(envs.action_space.sample())
-# Python closes the environment as the process ends, in the middle of a step of this thread.
-ended = mjenv.ClosedError, mjenv.BusyError
-threading.excepthook = lambda e: isinstance(e.exc_value, ended) or sys.excepthook(*e[:3])
 threading.Thread(target=run, daemon=True).start()
 time.sleep(0.2)""",
     "an exception": "env = mjenv.make('Hopper-v5'); env.reset(seed=1); sys.exit(0)",

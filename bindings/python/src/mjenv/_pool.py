@@ -71,6 +71,7 @@ class Pool:
         self.pending = 0
         self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
         self._finalizer = weakref.finalize(self, _close, weakref.ref(rows))
+        self._finalizer.atexit = False  # a daemon thread may step until the process ends
 
     def __getstate__(self) -> dict[str, Any]:
         self.check_settled()
