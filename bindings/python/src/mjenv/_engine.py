@@ -159,7 +159,7 @@ class Engines:
             if name not in self._ready:
                 if name in _MUJOCO:
                     engine.open_mujoco(_installed_mujoco(_MUJOCO[name]))
-                # A tuple, because a registration that fails changes the list.
+                # In C, because a comprehension would run Python's instructions for each old registration.
                 for registration in tuple(filterfalse(engine.registrations.__contains__, self._registrations)):
                     self._register(registration, engine)
                 self._ready[name] = engine
