@@ -71,7 +71,8 @@ class Pool:
         self.pending = 0
         self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
         self._finalizer = weakref.finalize(self, _close, weakref.ref(rows))
-        self._finalizer.atexit = False  # a daemon thread may step until the process ends
+        # A daemon thread may step until the process ends. (typeshed does not know this property.)
+        self._finalizer.atexit = False  # type: ignore[misc]
 
     def __getstate__(self) -> dict[str, Any]:
         self.check_settled()
