@@ -42,6 +42,8 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
   X(mj_resetData) \
   X(mj_deleteData) \
   X(mj_step) \
+  X(mj_step1) \
+  X(mj_step2) \
   X(mj_forward) \
   X(mj_camlight) \
   X(mj_rnePostConstraint) \

@@ -16,7 +16,7 @@ namespace {
 using Names = std::vector<const char*>;
 
 // Numbers that are shared by all rows because they are large, or that MuJoCo uses as indices.
-const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "wrap_prm", "plugin_"};
+const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_"};
 
 // The integers that are neither sizes nor indices, with their bounds.
 struct IntegerRule {
@@ -161,6 +161,12 @@ std::size_t pointer_to(const mjModel& m, const std::string& name) {
   return member;
 }
 
+// In tendons through space, wrap_prm has indices of sites.
+bool has_sites(const mjModel& m, const std::string& name) {
+  return name == "wrap_prm" &&
+         std::any_of(m.wrap_type, m.wrap_type + m.nwrap, [](int type) { return type != mjWRAP_JOINT; });
+}
+
 }  // namespace
 
 bool is_writable(const Array& of_model) {
@@ -171,7 +177,7 @@ bool is_writable(const Array& of_model) {
 std::vector<std::string> writable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Array& array : model.arrays())
-    if (is_writable(array)) names.push_back(array.name);
+    if (is_writable(array) && !has_sites(*model.get(), array.name)) names.push_back(array.name);
   return names;
 }
 
@@ -179,7 +185,7 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
   const mjModel& m = *model.get();
   OwnArray array{};
   if (const Array* of_model = find(model.arrays(), name)) {
-    if (!is_writable(*of_model))
+    if (!is_writable(*of_model) || has_sites(m, name))
       refuse_name(
           name,
           is_integer(of_model->type)

@@ -99,8 +99,39 @@ void Work::save(double* state) const {
   if (layout_.more > 0) save_more(*model_->get(), *d, state);
 }
 
+void Work::keep_current() {
+  is_current_ = true;
+  raw_qpos_.resize(layout_.nq);
+}
+
+void Work::compute_current() {
+  complete_forces();  // from what the step has left
+  put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq);
+  mj_step1(&stepped(), data_.get());
+}
+
+void Work::simulate(std::int64_t count) {
+  if (stepped().opt.integrator != mjINT_RK4) {
+    mj_step2(&stepped(), data_.get());
+    --count;
+  }
+  for (std::int64_t i = 0; i < count; ++i) mj_step(&stepped(), data_.get());
+  note_step();
+}
+
+Work::State Work::state() { return {&data_->time, data_->qpos, data_->qvel, data_->act}; }
+
+std::int64_t Work::contact_count() const { return data_->ncon; }
+
 void Work::forward() {
-  mj_forward(&stepped(), data_.get());
+  if (is_current_) {
+    put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq);
+    mjModel passive = stepped();
+    passive.opt.disableflags |= mjDSBL_ACTUATION;
+    mj_forward(&passive, data_.get());
+  } else {
+    mj_forward(&stepped(), data_.get());
+  }
   frames_lag_ = is_whole_ = true;
   ++computation_;
 }

@@ -60,14 +60,31 @@ class Work {
   void load_rest(const double* rest);
   void save(double* state) const;
 
-  // Calls mj_forward, as Gymnasium's set_state does.
+  // Calls mj_forward, as Gymnasium's set_state does; with actuation disabled if the work space keeps current.
   void forward();
+
+  // After each step, the stages of mj_step1 are computed for the new state.
+  void keep_current();
+  bool keeps_current() const { return is_current_; }
+  // qpos before MuJoCo 2.2.2 normalised its quaternions for the last mj_step1 or mj_forward: if the next step went on
+  // from the normalised ones, it would normalise them again, which changes last bits.
+  const std::vector<double>& raw_qpos() const { return raw_qpos_; }
+  // What a reset may call: simulates `count` timesteps, of which the first goes on from what was last computed.
+  void simulate(std::int64_t count);
+  // The state in mjData.
+  struct State {
+    double *time, *qpos, *qvel, *act;
+  };
+  State state();
+  std::int64_t contact_count() const;
+
   // A step is `frames` calls of mj_step with an action: act, then step, which writes the state before the last call to
   // `before`. Where lanes::Stepper advances mjData instead, it calls note_step.
   void act(const Action& action);
   void step(std::int64_t frames, double* before);
   void note_step(bool is_whole = true) {
     forces_lag_ = frames_lag_ = true;
+    if (is_current_) compute_current();
     is_whole_ = is_whole;
     ++computation_;
   }
@@ -96,9 +113,12 @@ class Work {
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false;
+  bool is_current_ = false;
+  std::vector<double> raw_qpos_;
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
+  void compute_current();
 };
 
 }  // namespace mjenv::core

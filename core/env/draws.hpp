@@ -17,10 +17,11 @@ class Draws {
  public:
   void reserve(std::size_t bytes) { block_.reserve(bytes); }
   void clear() { block_.clear(); }
-  // Changes only the row's random stream; adopt stores the values.
-  void draw(Rows& rows, std::int64_t row, const Randomization& randomization, RowConstants& constants) {
+  // values: the row's own, as they are before the draw. Changes only the row's random stream; adopt stores the values.
+  void draw(Rows& rows, std::int64_t row, const std::byte* values, const Randomization& randomization,
+            RowConstants& constants) {
     const OwnArrays& arrays = rows.arrays();
-    block_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
+    block_.assign(values, values + rows.block_bytes());
     arrays.clear_inputs(block_.data());
     randomization.draw(rows.head(row).rng, block_.data());
     if (randomization.computes_constants()) constants.draw(arrays, block_.data());

@@ -76,14 +76,15 @@ void declare_env_options(Options& options) {
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(task_of(id_of(options_.id()))->build(options_)),
-      lanes_(choose_lanes(options_, *task_.model, rows, threads_for(options_, task_, rows))),
+      lanes_(choose_lanes(options_, task_, rows, threads_for(options_, task_, rows))),
       workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
       schema_(task_, options_.get("arrays").text, workers_.first().work()),
-      rows_(*task_.model, task_.carry_count, rows),
+      rows_(task_, rows),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
       episodes_(options_, task_, schema_, randomization_, perturbation_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
   workers_.prepare(schema_);
+  if (!task_.needs.own.empty()) make_own(task_.needs.own);
   workers_.first().clear(rows_);
 }
 
@@ -125,8 +126,18 @@ LaneChoice Env::lanes() const {
 void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
   check_settled();
   if (words < 1) fail(MJENV_E_SIZE, "words is " + std::to_string(words) + ", but a seed has at least one word");
+  const auto exceeds = [&](std::int64_t row) {
+    const std::uint64_t* seed = seeds + row * words;
+    return *seed > np::RandomState::kMaxSeed ||
+           std::any_of(seed + 1, seed + words, [](auto word) { return word != 0; });
+  };
+  for (std::int64_t row = 0; rows_.has_random_state() && row < rows(); ++row)
+    if (is_selected(mask, row) && exceeds(row))
+      fail(MJENV_E_VALUE, in_row(row, "Seed must be between 0 and 2**32 - 1, because the task draws from RandomState"));
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_selected(mask, row)) continue;
+    if (rows_.has_random_state())
+      rows_.set_random_state(row, np::RandomState::from_seed(static_cast<std::uint32_t>(seeds[row * words])));
     rows_.head(row).rng = Rng::from_seed(seeds + row * words, static_cast<std::size_t>(words));
     rows_.head(row).seeded = true;
   }

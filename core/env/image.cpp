@@ -156,6 +156,11 @@ class Checks {
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
       case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::random_state: {
+        np::RandomState stream;
+        std::memcpy(static_cast<void*>(&stream), part, sizeof stream);
+        return stream.is_valid();
+      }
       case Content::carried: break;
     }
     return calls_.is_valid_carried(part);

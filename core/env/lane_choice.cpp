@@ -16,16 +16,17 @@ std::string counted(std::int64_t count, const std::string& what) {
 }
 
 // Why lanes cannot be used at all; "" if they can.
-std::string obstacle_of(const Model& model) {
+std::string obstacle_of(const Task& task) {
   std::string absence = lanes::absence();
   if (!absence.empty()) return absence;
-  const std::string obstacle = lanes::obstacle(model);
+  if (task.needs.current) return "the task sees what belongs to the new state (mjenv_build_current)";
+  const std::string obstacle = lanes::obstacle(*task.model);
   return obstacle.empty() ? "" : "lanes cannot compute this model: " + obstacle;
 }
 
-LaneChoice best(const Model& model, std::int64_t rows, int threads) {
-  if (std::string obstacle = obstacle_of(model); !obstacle.empty()) return {0, std::move(obstacle)};
-  const int width = lanes::best_width(model, rows / threads);
+LaneChoice best(const Task& task, std::int64_t rows, int threads) {
+  if (std::string obstacle = obstacle_of(task); !obstacle.empty()) return {0, std::move(obstacle)};
+  const int width = lanes::best_width(*task.model, rows / threads);
   if (width > 0) return {width, ""};
   if (rows == 1) return {0, "the environment has only one row"};
   return {0, "the environment has only " + counted(rows, "row") + " for " + counted(threads, "thread")};
@@ -33,12 +34,12 @@ LaneChoice best(const Model& model, std::int64_t rows, int threads) {
 
 }  // namespace
 
-LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t rows, int threads) {
+LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads) {
   const std::int64_t option = options.get("lanes").integer;
   const bool is_explicit = option != -1;
   const std::string source = is_explicit ? "option \"lanes\"" : std::string("environment variable ") + kVariable;
   const std::string chosen = is_explicit ? std::to_string(option) : platform::environment(kVariable).value_or("");
-  if (chosen.empty()) return best(model, rows, threads);
+  if (chosen.empty()) return best(task, rows, threads);
   if (chosen == "0") return {0, "the " + source + " is 0"};
   const auto refuse = [&](const std::string& why) { fail(MJENV_E_VALUE, source + " is " + chosen + ", but " + why); };
   const auto find = [&](const std::vector<int>& widths) {
@@ -53,7 +54,7 @@ LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t
     refuse("this CPU supports " + listed(names));
   }
   if (width == 0 && find(lanes::kWidths) == 0) refuse("lanes are 0, 2, 4 or 8");
-  std::string why = obstacle_of(model);
+  std::string why = obstacle_of(task);
   if (why.empty() && rows < width) why = "the environment has only " + counted(rows, "row");
   if (why.empty()) return {width, ""};
   if (is_explicit) refuse(why + "; the default, -1, takes as many lanes as there can be");

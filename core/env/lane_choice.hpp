@@ -8,6 +8,7 @@
 
 #include "engine/own_arrays.hpp"
 #include "task/options.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
@@ -19,7 +20,7 @@ struct LaneChoice {
 // Decides by the option "lanes" and throws if that number of lanes is not available. If the option is -1, the
 // environment variable MJENV_LANES decides. It must be a number that this CPU supports. Because it is for all
 // environments of the process, those that cannot have this many lanes ignore it.
-LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t rows, int threads);
+LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
 
 // The names of those mjModel arrays for which lanes do not support different values in each row.
 std::vector<std::string> beyond_lanes(const OwnArrays& arrays);

@@ -10,8 +10,11 @@
 
 namespace mjenv::core {
 
-Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
-    : layout_(model), carry_count_(static_cast<std::size_t>(carry_count)), arrays_(model) {
+Rows::Rows(const Task& task, std::int64_t count)
+    : layout_(*task.model),
+      carry_count_(static_cast<std::size_t>(task.carry_count)),
+      has_random_state_(task.needs.random_state),
+      arrays_(*task.model) {
   std::size_t each = sizeof(Head) + sizeof workers_[0];
   for (const PartKind& kind : kParts)
     if (kind.kept == 0 && kind.part != Part::head) {
@@ -41,9 +44,20 @@ std::size_t Rows::bytes_of(Content content) const {
     case Content::rest: return layout_.more * sizeof(double);
     case Content::carried: return carry_count_ * sizeof(double);
     case Content::values: return arrays_.block_bytes();
+    case Content::random_state: return has_random_state_ ? sizeof(np::RandomState) : 0;
     case Content::perturbation: break;
   }
   return sizes_[index_of(Part::perturbation)] * sizeof(double);
+}
+
+np::RandomState Rows::random_state(std::int64_t row) const {
+  np::RandomState stream;
+  std::memcpy(static_cast<void*>(&stream), numbers(Part::random_state, row), sizeof stream);
+  return stream;
+}
+
+void Rows::set_random_state(std::int64_t row, const np::RandomState& stream) {
+  std::memcpy(numbers(Part::random_state, row), &stream, sizeof stream);
 }
 
 std::byte* Rows::bytes(Part part, std::int64_t row) {

@@ -37,7 +37,7 @@ class Rows {
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
 
-  Rows(const Model& model, std::int64_t carry_count, std::int64_t count);
+  Rows(const Task& task, std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
@@ -58,6 +58,10 @@ class Rows {
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
   double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
   const double* perturbation(std::int64_t row) const { return numbers(Part::perturbation, row); }
+  // The row's stream of RandomState, if the task draws from one. A reset that succeeds replaces it.
+  bool has_random_state() const { return has_random_state_; }
+  np::RandomState random_state(std::int64_t row) const;
+  void set_random_state(std::int64_t row, const np::RandomState& stream);
   bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
 
   // The arrays of which rows have own values.
@@ -116,6 +120,7 @@ class Rows {
  private:
   StateLayout layout_;
   std::size_t carry_count_;
+  bool has_random_state_;
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;

@@ -13,7 +13,9 @@ Worker::Worker(std::int32_t i, const Task& task)
       before_(work_.layout().size),
       writer_(task, work_, view_),
       constants_(*task.model),
-      arrays_(work_.arrays()) {}
+      arrays_(work_.arrays()) {
+  if (task.needs.current) work_.keep_current();
+}
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   task_.calls->carry(view_);  // first, because it may fail
@@ -25,6 +27,8 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   }
   std::copy_n(before_.data(), before_.size(), rows.computed_state(row));
   work_.save(rows.state(row));
+  if (work_.keeps_current())
+    std::copy(work_.raw_qpos().begin(), work_.raw_qpos().end(), work_.layout().qpos(rows.state(row)));
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
@@ -108,7 +112,56 @@ void Worker::clear(Rows& rows) {
   for (std::int64_t row = 0; row < rows.count(); ++row) work_.save(rows.state(row));
 }
 
+void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
+  release();
+  draws_.clear();
+  const OwnArrays& arrays = rows.arrays();
+  // In a copy, because the reset may fail.
+  inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
+  if (arrays.has_inputs()) arrays.clear_inputs(inputs_.data());
+  if (!arrays.empty()) use(arrays, inputs_.data());
+  for (std::size_t i = 0; i < written_.size(); ++i)
+    written_[i] = reinterpret_cast<double*>(inputs_.data() + arrays.find(task_.needs.own[i])->offset);
+  work_.clear();
+  work_.forward();
+  view_.complete();
+  std::fill_n(view_.carried(), task_.carry_count, 0.0);
+
+  const Work::State state = work_.state();
+  Live live{work_, view_, state.time, written_.data()};
+  Random random(&rng);
+  np::RandomState stream;
+  if (rows.has_random_state()) {
+    stream = rows.random_state(row);
+    if (!stream.is_seeded())
+      stream = np::RandomState::from_seed(static_cast<std::uint32_t>(Rng::from_entropy().next()));
+    random.state = &stream;
+  }
+  task_.calls->reset(view_.sim(), {state.qpos, state.qvel, state.act, view_.carried()}, random, &live);
+  for (const std::string& name : task_.needs.own) arrays.find(name)->check(inputs_.data());
+  work_.save(before_.data());
+  work_.forward();
+  // The randomisation draws behind the task, as in begin.
+  Rows::Head& head = rows.head(row);
+  const Rng old = head.rng;
+  head.rng = random.drew() ? random.rng() : rng;
+  try {
+    if (!randomization.empty()) draws_.draw(rows, row, inputs_.data(), randomization, constants_);
+    save(rows, row, Origin::forward);
+  } catch (...) {
+    head.rng = old;
+    throw;
+  }
+  head.seeded = true;
+  if (rows.has_random_state()) rows.set_random_state(row, stream);
+  if (arrays.empty()) return;
+  std::copy(inputs_.begin(), inputs_.end(), rows.values(row));
+  rows.note_forces(row);
+  use(rows, row);
+}
+
 void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
+  if (work_.keeps_current()) return begin_live(rows, row, rng, randomization);
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();
@@ -129,7 +182,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
   rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
-  if (!randomization.empty()) draws_.draw(rows, row, randomization, constants_);
+  if (!randomization.empty()) draws_.draw(rows, row, rows.values(row), randomization, constants_);
   work_.load(start);
   work_.forward();
   save(rows, row, Origin::forward);
@@ -146,6 +199,7 @@ void Worker::prepare(const OwnArrays& arrays) {
   release();
   draws_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
+  written_.resize(task_.needs.own.size());
   arrays.fill(0, inputs_.data());
   use(arrays, inputs_.data());
 }

@@ -102,9 +102,12 @@ class Worker {
   // Own values that the work space uses instead of the row's: in `begin` a copy with cleared inputs, in `hold` those
   // with which mj_setConst was called.
   std::vector<std::byte> inputs_;
+  std::vector<double*> written_;    // where a reset writes own arrays, in inputs_
   const Forces* forces_ = nullptr;  // of the last step, for commit
   const std::vector<Array> arrays_;
 
+  // begin for a task with Needs::current, whose reset runs in the live simulation.
+  void begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
   void load_carried(Rows& rows, std::int64_t row) {
     std::copy_n(rows.carried(row), task_.carry_count, view_.carried());
   }

@@ -90,6 +90,18 @@ void carry_bounds(mjenv_builder* builder, std::int64_t first, std::int64_t count
   cast(builder).attempt([&] { cast(builder).carry_bounds({first, count, low, high}); });
 }
 
+void current(mjenv_builder* builder) {
+  cast(builder).attempt([&] { cast(builder).need_current(); });
+}
+
+std::int32_t own(mjenv_builder* builder, const char* name) {
+  return cast(builder).attempt(0, [&] { return cast(builder).need_own(required_text(name, "name")); });
+}
+
+void random_state(mjenv_builder* builder) {
+  cast(builder).attempt([&] { cast(builder).need_random_state(); });
+}
+
 // ---- Functions for the random stream ----
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
@@ -138,18 +150,21 @@ std::int64_t integers(mjenv_random* random, std::int64_t low, std::int64_t high)
   return attempt(random, [&](Rng& rng) { return rng.integers(low, high); });
 }
 
+// What NumPy refuses in p; null if nothing.
+const char* bad_probabilities(std::int64_t count, const double* p) {
+  double sum = 0, lost = 0;  // as NumPy checks it: Kahan summation, and sqrt(eps) as the tolerance
+  for (std::int64_t i = 0; i < count; ++i) {
+    if (!(p[i] >= 0)) return "choice: a probability is negative or NaN";
+    const double term = p[i] - lost, total = sum + term;
+    lost = (total - sum) - term;
+    sum = total;
+  }
+  return std::fabs(sum - 1) <= 0x1p-26 ? nullptr : "choice: the sum of p is not 1";
+}
+
 std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
   if (count < 1) return refuse_draw(random, "choice: count is less than 1", std::int64_t{0});
-  if (p) {
-    double sum = 0, lost = 0;  // as NumPy checks it: Kahan summation, and sqrt(eps) as the tolerance
-    for (std::int64_t i = 0; i < count; ++i) {
-      if (!(p[i] >= 0)) return refuse_draw(random, "choice: a probability is negative or NaN", std::int64_t{0});
-      const double term = p[i] - lost, total = sum + term;
-      lost = (total - sum) - term;
-      sum = total;
-    }
-    if (!(std::fabs(sum - 1) <= 0x1p-26)) return refuse_draw(random, "choice: the sum of p is not 1", std::int64_t{0});
-  }
+  if (const char* why = p ? bad_probabilities(count, p) : nullptr) return refuse_draw(random, why, std::int64_t{0});
   return attempt(random, [&](Rng& rng) { return rng.choice(count, p); });
 }
 
@@ -170,6 +185,86 @@ void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) 
     rng.permutation(count, order);
     return 0;
   });
+}
+
+// ---- RandomState ----
+
+template <typename T, typename Draw>
+T attempt_state(mjenv_random* random, T fallback, const Draw& draw) {
+  np::RandomState* state = cast(random).state;
+  if (!state) return refuse_draw(random, "RandomState: only reset draws from it, of tasks that ask for it", fallback);
+  return draw(*state);
+}
+
+double state_rand(mjenv_random* random) {
+  return attempt_state(random, 0.0, [](auto& state) { return state.rand(); });
+}
+
+double state_uniform(mjenv_random* random, double low, double high) {
+  if (!std::isfinite(high - low)) return refuse_draw(random, "uniform: Range exceeds valid bounds", low);
+  return attempt_state(random, low, [&](auto& state) { return state.uniform(low, high); });
+}
+
+double state_randn(mjenv_random* random) {
+  return attempt_state(random, 0.0, [](auto& state) { return state.randn(); });
+}
+
+std::int64_t state_randint(mjenv_random* random, std::int64_t low, std::int64_t high) {
+  constexpr std::uint64_t limit = std::uint64_t{1} << 32;
+  if (low >= high) return refuse_draw(random, "randint: low >= high", low);
+  if (static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low) > limit)
+    return refuse_draw(random, "randint: high - low is more than 2^32", low);
+  return attempt_state(random, low, [&](auto& state) { return state.randint(low, high); });
+}
+
+std::int64_t state_choice(mjenv_random* random, std::int64_t count, const double* p) {
+  if (count < 1 || !p) return refuse_draw(random, "choice: count is less than 1, or p is NULL", std::int64_t{0});
+  if (const char* why = bad_probabilities(count, p)) return refuse_draw(random, why, std::int64_t{0});
+  return attempt_state(random, std::int64_t{0}, [&](auto& state) { return state.choice(count, p); });
+}
+
+std::int32_t state_is_new(mjenv_random* random) {
+  return attempt_state(random, 0, [](auto& state) { return state.is_new() ? 1 : 0; });
+}
+
+// ---- Functions for reset ----
+
+// Calls body with the live simulation. A failure of MuJoCo makes the callback fail.
+template <typename Body>
+std::int32_t simulate(mjenv_start* start, const Body& body) {
+  Live* live = static_cast<LiveStart*>(start)->live;
+  if (!live) return refuse_draw(start->random, "only tasks that call mjenv_build_current can simulate in reset", 1);
+  try {
+    body(*live);
+    live->view.complete();
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return refuse_draw(start->random, "out of memory", 1, MJENV_E_MEMORY);
+  } catch (const std::exception& error) {
+    return refuse_draw(start->random, error.what(), 1);
+  }
+}
+
+std::int32_t forward(mjenv_start* start) {
+  return simulate(start, [](Live& live) { live.work.forward(); });
+}
+
+std::int32_t advance(mjenv_start* start, std::int64_t count) {
+  if (count < 1) return refuse_draw(start->random, "advance: count is less than 1", 1);
+  return simulate(start, [&](Live& live) { live.work.simulate(count); });
+}
+
+std::int32_t restart(mjenv_start* start) {
+  return simulate(start, [](Live& live) {
+    live.work.clear();
+    live.work.forward();
+  });
+}
+
+std::int64_t contact_count(mjenv_start* start) {
+  std::int64_t count = 0;
+  simulate(start, [&](Live& live) { count = live.work.contact_count(); });
+  return count;
 }
 
 constexpr mjenv_task_api api{sizeof(mjenv_task_api),
@@ -193,7 +288,20 @@ constexpr mjenv_task_api api{sizeof(mjenv_task_api),
                              integers,
                              choice,
                              sample,
-                             permutation};
+                             permutation,
+                             current,
+                             own,
+                             random_state,
+                             forward,
+                             advance,
+                             restart,
+                             contact_count,
+                             state_rand,
+                             state_uniform,
+                             state_randn,
+                             state_randint,
+                             state_choice,
+                             state_is_new};
 
 }  // namespace
 

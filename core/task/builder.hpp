@@ -41,6 +41,9 @@ class Builder : public mjenv_builder {
   np::Norm norm();
   void need(const std::string& array) { view_.need(array); }
   int array(const std::string& name, mjenv_field* field);
+  void need_current() { view_.need_current(); }
+  int need_own(const std::string& array) { return view_.need_own(array); }
+  void need_random_state() { view_.need_random_state(); }
   void describe(const mjenv_task_field& field) { replace_or_add(fields_, field_of(field)); }
 
   void carry(std::int64_t count);

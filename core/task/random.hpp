@@ -3,6 +3,7 @@
 
 #include "mjenv/task.h"
 #include "numpy/random.hpp"
+#include "numpy/random_state.hpp"
 
 namespace mjenv::core {
 
@@ -20,6 +21,9 @@ class Random : public mjenv_random {
     return rng_;
   }
   bool drew() const { return drew_; }
+
+  // The stream of RandomState that draws change; null if the task has none here.
+  np::RandomState* state = nullptr;
 
   // Why a draw failed. MJENV_E_TASK: NumPy would refuse the arguments, or there was no entropy for a seed; task_message
   // says which.

@@ -73,10 +73,18 @@ void RegisteredTask::take_id(const char* id) {
   const bool numbered = !number.empty() && number.size() < 10 && std::all_of(number.begin(), number.end(), is_digit);
   robot_ = id_.substr(0, numbered ? dash : 0);
   const auto fits = [](char c) { return is_word(c) || c == '.' || c == '-'; };
-  if (id_.size() > kMaxId || robot_.empty() || !is_word(robot_[0]) || !std::all_of(robot_.begin(), robot_.end(), fits))
+  const std::size_t slash = robot_.find('/');
+  const std::string space = slash == std::string::npos ? "" : robot_.substr(0, slash);
+  const std::string name = slash == std::string::npos ? robot_ : robot_.substr(slash + 1);
+  const auto is_name = [&](const std::string& text) {
+    return !text.empty() && is_word(text[0]) && std::all_of(text.begin(), text.end(), fits);
+  };
+  if (id_.size() > kMaxId || !is_name(name) || (slash != std::string::npos && !is_name(space)))
     fail(MJENV_E_VALUE,
          "an id is a name of letters, digits, \"_\", \".\" and \"-\" that begins with neither \".\" nor \"-\", then "
-         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; at most " +
+         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; a namespace, which is such a name, and \"/\" "
+         "may "
+         "stand before it; at most " +
              std::to_string(kMaxId) + " bytes; not " + quoted(id_));
   version_ = std::stoi(number);
 }
@@ -272,6 +280,8 @@ Task RegisteredTask::build(const Options& options) const {
   task.norm = builder.rounding();
   task.fields = described(builder);
   task.needs = view.needs();
+  if (!task.needs.current && (!task.needs.own.empty() || task.needs.random_state))
+    fail(MJENV_E_TASK, id_ + ": build: own arrays and RandomState need mjenv_build_current");
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();

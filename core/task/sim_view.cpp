@@ -56,6 +56,14 @@ void SimView::expose() {
   c.arrays = shared_.data();
 }
 
+int SimView::need_own(const std::string& array) {
+  const OwnArray own = OwnArray::of(work_.compiled(), array);
+  if (own.place != OwnArray::Place::model_array || own.original.type != MJENV_DTYPE_FLOAT64)
+    fail(MJENV_E_TYPE, "array " + quoted(array) + " is no array of mjModel with doubles");
+  needs_.own.push_back(array);
+  return static_cast<int>(needs_.own.size()) - 1;
+}
+
 void SimView::show(const Action& action) {
   sim_.action_dtype = action.dtype;
   for (std::int64_t i = 0; i < action.count; ++i) action_[static_cast<std::size_t>(i)] = action[i];

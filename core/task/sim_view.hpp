@@ -15,6 +15,9 @@ namespace mjenv::core {
 struct Needs {
   bool contacts = false, forces = false, frames = false;
   std::vector<std::string> arrays;  // the names of the arrays in mjenv_sim::arrays
+  bool current = false;             // Work::keep_current
+  std::vector<std::string> own;     // the arrays of mjModel that reset writes
+  bool random_state = false;        // rows have a stream of NumPy's RandomState
   std::size_t info = 0;             // how many numbers the longer of info and reset info has
 };
 
@@ -40,6 +43,9 @@ class SimView {
   // Appends an array of mjData or mjModel to mjenv_sim::arrays.
   const Array& share(const std::string& name);
   const Needs& needs() const { return needs_; }
+  void need_current() { needs_.current = true; }
+  int need_own(const std::string& array);
+  void need_random_state() { needs_.random_state = true; }
 
   // Call this after Work::use, with the same arguments: shows the row's own arrays.
   void use(const OwnArrays& arrays, const std::byte* block);

@@ -369,6 +369,9 @@ int main(void) {
   FIELD(mjenv_start, nv);
   FIELD(mjenv_start, na);
   FIELD(mjenv_start, carry_count);
+  FIELD(mjenv_start, sim);
+  FIELD(mjenv_start, time);
+  FIELD(mjenv_start, own);
 
   STRUCT(mjenv_outcome);
   FIELD(mjenv_outcome, struct_size);
@@ -436,6 +439,19 @@ int main(void) {
   FIELD(mjenv_task_api, choice);
   FIELD(mjenv_task_api, sample);
   FIELD(mjenv_task_api, permutation);
+  FIELD(mjenv_task_api, current);
+  FIELD(mjenv_task_api, own);
+  FIELD(mjenv_task_api, random_state);
+  FIELD(mjenv_task_api, forward);
+  FIELD(mjenv_task_api, advance);
+  FIELD(mjenv_task_api, restart);
+  FIELD(mjenv_task_api, contact_count);
+  FIELD(mjenv_task_api, state_rand);
+  FIELD(mjenv_task_api, state_uniform);
+  FIELD(mjenv_task_api, state_randn);
+  FIELD(mjenv_task_api, state_randint);
+  FIELD(mjenv_task_api, state_choice);
+  FIELD(mjenv_task_api, state_is_new);
 
   STRUCT(mjenv_builder);
   FIELD(mjenv_builder, struct_size);

@@ -353,6 +353,19 @@ Base.@kwdef struct mjenv_task_api
     choice::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     sample::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     permutation::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    current::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    own::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    random_state::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    forward::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    advance::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    restart::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    contact_count::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_rand::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_uniform::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_randn::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_randint::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_choice::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_is_new::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_sim
@@ -433,6 +446,9 @@ Base.@kwdef struct mjenv_start
     nv::Int32 = 0
     na::Int32 = 0
     carry_count::Int32 = 0
+    sim::Ptr{mjenv_sim} = Ptr{mjenv_sim}(C_NULL)
+    time::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    own::Ptr{Ptr{Float64}} = Ptr{Ptr{Float64}}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_outcome
@@ -1235,4 +1251,103 @@ task_permutation(api, random, count, order) = ccall(
     random,
     count,
     order,
+)
+
+task_current(api, builder) = ccall(
+    unsafe_load(api).current,
+    Cvoid,
+    (Ptr{mjenv_builder},),
+    builder,
+)
+
+task_own(api, builder, name) = ccall(
+    unsafe_load(api).own,
+    Int32,
+    (Ptr{mjenv_builder}, Cstring),
+    builder,
+    name,
+)
+
+task_random_state(api, builder) = ccall(
+    unsafe_load(api).random_state,
+    Cvoid,
+    (Ptr{mjenv_builder},),
+    builder,
+)
+
+task_forward(api, start) = ccall(
+    unsafe_load(api).forward,
+    Int32,
+    (Ptr{mjenv_start},),
+    start,
+)
+
+task_advance(api, start, count) = ccall(
+    unsafe_load(api).advance,
+    Int32,
+    (Ptr{mjenv_start}, Int64),
+    start,
+    count,
+)
+
+task_restart(api, start) = ccall(
+    unsafe_load(api).restart,
+    Int32,
+    (Ptr{mjenv_start},),
+    start,
+)
+
+task_contact_count(api, start) = ccall(
+    unsafe_load(api).contact_count,
+    Int64,
+    (Ptr{mjenv_start},),
+    start,
+)
+
+task_state_rand(api, random) = ccall(
+    unsafe_load(api).state_rand,
+    Float64,
+    (Ptr{mjenv_random},),
+    random,
+)
+
+task_state_uniform(api, random, low, high) = ccall(
+    unsafe_load(api).state_uniform,
+    Float64,
+    (Ptr{mjenv_random}, Float64, Float64),
+    random,
+    low,
+    high,
+)
+
+task_state_randn(api, random) = ccall(
+    unsafe_load(api).state_randn,
+    Float64,
+    (Ptr{mjenv_random},),
+    random,
+)
+
+task_state_randint(api, random, low, high) = ccall(
+    unsafe_load(api).state_randint,
+    Int64,
+    (Ptr{mjenv_random}, Int64, Int64),
+    random,
+    low,
+    high,
+)
+
+task_state_choice(api, random, count, p) = ccall(
+    unsafe_load(api).state_choice,
+    Int64,
+    (Ptr{mjenv_random}, Int64, Ptr{Float64}),
+    random,
+    count,
+    p,
+)
+
+task_state_is_new(api, random) = ccall(
+    unsafe_load(api).state_is_new,
+    Int32,
+    (Ptr{mjenv_random},),
+    random,
 )

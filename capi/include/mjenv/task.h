@@ -32,7 +32,8 @@
  *   After a step, a callback sees mjData as mj_step leaves it, which is also what Gymnasium sees: qpos, qvel, act and
  *   time are new, but mj_step computes everything else before it integrates. So what it computes from them (xpos,
  *   contacts, ...) is one timestep older. With the integrator RK4, it belongs to the last of the four stages, which
- *   approximates the new state; only sensordata is one timestep older. After a reset, everything belongs to the same
+ *   approximates the new state; only sensordata is one timestep older. A task can ask for what belongs to the new state
+ *   (mjenv_build_current). After a reset, everything belongs to the same
  *   state, but cfrc_ext, cacc and cfrc_int are 0, as in Gymnasium, unless a sensor of the model needs them.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
@@ -189,6 +190,11 @@ typedef struct mjenv_start {
   const void *const *arrays; /* as in mjenv_sim, but only the arrays of mjModel are valid here */
   int32_t nq, nv, na;
   int32_t carry_count;
+  /* Only for tasks that have called mjenv_build_current; else NULL. */
+  const mjenv_sim *sim; /* the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward
+                           and the like, and before reset writes anything */
+  double *time;         /* of the simulation, s */
+  double *const *own;   /* own[i] is the row's own array for which mjenv_build_own returned i: reset writes it */
 } mjenv_start;
 
 /* The result of a step, which the step callback writes. The comments say what each member holds before the call. */
@@ -212,7 +218,8 @@ typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
   const char *id;         /* "Cartpole-v0": letters, digits, "_", "." and "-", then "-v" and a number of at most 9
-                             digits. It begins with a letter, a digit or "_" and has at most 100 bytes */
+                             digits. It begins with a letter, a digit or "_" and has at most 100 bytes. A namespace may
+                             stand before it: "dm_control/cheetah-run-v0" */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
                              with ".", "/" or "~". A path that begins with "." is looked up from the folder of the
                              shared object or program that contains the callback step, or build if step is NULL; if
@@ -345,6 +352,20 @@ struct mjenv_task_api {
   int64_t (*choice)(mjenv_random *random, int64_t count, const double *p);
   void (*sample)(mjenv_random *random, int64_t count, int64_t size, int64_t *chosen);
   void (*permutation)(mjenv_random *random, int64_t count, int64_t *order);
+
+  void (*current)(mjenv_builder *builder);
+  int32_t (*own)(mjenv_builder *builder, const char *name);
+  void (*random_state)(mjenv_builder *builder);
+  int32_t (*forward)(mjenv_start *start);
+  int32_t (*advance)(mjenv_start *start, int64_t count);
+  int32_t (*restart)(mjenv_start *start);
+  int64_t (*contact_count)(mjenv_start *start);
+  double (*state_rand)(mjenv_random *random);
+  double (*state_uniform)(mjenv_random *random, double low, double high);
+  double (*state_randn)(mjenv_random *random);
+  int64_t (*state_randint)(mjenv_random *random, int64_t low, int64_t high);
+  int64_t (*state_choice)(mjenv_random *random, int64_t count, const double *p);
+  int32_t (*state_is_new)(mjenv_random *random);
 };
 
 /* Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static. */
@@ -457,6 +478,26 @@ static inline void mjenv_build_carry_bounds(mjenv_builder *builder, int64_t firs
   builder->api->carry_bounds(builder, first, count, low, high);
 }
 
+/* Makes what callbacks see belong to the new state. After the last mj_step of a step, the library computes the stages of
+ * mj_step1: positions, velocities, contacts and the sensors of both then belong to the new qpos and qvel; forces,
+ * accelerations and their sensors still belong to the state before. MuJoCo 2.2.2 normalises the quaternions in qpos there;
+ * the next step goes on from qpos as it was before. A reset calls mj_forward with actuation disabled before and after the
+ * callback, and the callback can simulate (mjenv_start_forward and the like). Rows are then stepped one by one, without
+ * lanes. */
+static inline void mjenv_build_current(mjenv_builder *builder) { builder->api->current(builder); }
+
+/* Gives each row an own array of mjModel, which reset writes: mjenv_start.own[i], where i is what this returns. What one
+ * reset has written stays for the next; if a reset fails, the row keeps its old values. Numbers that mjenv_write
+ * refuses make the reset fail. Needs mjenv_build_current. Fails for arrays that rows cannot have for themselves (see
+ * mjenv_write) or whose elements are no doubles. */
+static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
+  return builder->api->own(builder, name);
+}
+
+/* Gives each row a stream of NumPy's RandomState besides its default_rng, which takes 2.5 kB. mjenv_seed seeds it, too, and
+ * then refuses seeds above 2^32 - 1, as NumPy does. Only reset draws from it. Needs mjenv_build_current. */
+static inline void mjenv_build_random_state(mjenv_builder *builder) { builder->api->random_state(builder); }
+
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */
 static inline void mjenv_build_length(mjenv_builder *builder, mjenv_role role, const char *name, int64_t length) {
   mjenv_task_field field = MJENV_TASK_FIELD_INIT;
@@ -503,6 +544,42 @@ static inline void mjenv_random_sample(mjenv_random *random, int64_t count, int6
 static inline void mjenv_random_permutation(mjenv_random *random, int64_t count, int64_t *order) {
   random->api->permutation(random, count, order);
 }
+
+/* ---- Functions for reset: RandomState ----
+ * What the methods of numpy.random.RandomState return, for tasks that called mjenv_build_random_state. Arguments that
+ * NumPy refuses make the callback fail. */
+
+static inline double mjenv_random_state_rand(mjenv_random *random) { return random->api->state_rand(random); }
+static inline double mjenv_random_state_uniform(mjenv_random *random, double low, double high) {
+  return random->api->state_uniform(random, low, high);
+}
+static inline double mjenv_random_state_randn(mjenv_random *random) { return random->api->state_randn(random); }
+/* randint(low, high), where high - low is 1 to 2^32 */
+static inline int64_t mjenv_random_state_randint(mjenv_random *random, int64_t low, int64_t high) {
+  return random->api->state_randint(random, low, high);
+}
+/* choice(count, p=p): p[count] must be given, and count must be at least 1 */
+static inline int64_t mjenv_random_state_choice(mjenv_random *random, int64_t count, const double *p) {
+  return random->api->state_choice(random, count, p);
+}
+/* Returns 1 if no number was drawn since the stream was seeded, else 0. */
+static inline int32_t mjenv_random_state_is_new(mjenv_random *random) { return random->api->state_is_new(random); }
+
+/* ---- Functions for reset: the simulation ----
+ * For tasks that called mjenv_build_current. Each returns 0, or another number if MuJoCo fails; the callback then fails
+ * whatever it returns. */
+
+/* Calls mj_forward with actuation disabled, for the qpos, qvel, act and own arrays that reset has written. */
+static inline int32_t mjenv_start_forward(mjenv_start *start) { return start->api->forward(start); }
+/* Simulates count timesteps, at least 1. With the integrator Euler, the first goes on from what was last computed
+ * (mj_step2), even if qpos was written since. Then computes the stages of mj_step1. */
+static inline int32_t mjenv_start_advance(mjenv_start *start, int64_t count) {
+  return start->api->advance(start, count);
+}
+/* Begins again: mj_resetData, which the row's own arrays survive, then mjenv_start_forward. */
+static inline int32_t mjenv_start_restart(mjenv_start *start) { return start->api->restart(start); }
+/* The number of contacts that the last of these calls has found. */
+static inline int64_t mjenv_start_contact_count(mjenv_start *start) { return start->api->contact_count(start); }
 
 /* ---- The entry of a plug-in ---- */
 

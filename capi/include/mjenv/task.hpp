@@ -247,11 +247,42 @@ class Rng {
   mjenv_random *c_;
 };
 
+/* The row's stream of numpy.random.RandomState, for a reset that takes it instead of Rng. */
+class RandomState {
+ public:
+  explicit RandomState(mjenv_random *stream) : c_(stream) {}
+
+  double rand() { return mjenv_random_state_rand(c_); }
+  double uniform(double low, double high) { return mjenv_random_state_uniform(c_, low, high); }
+  double randn() { return mjenv_random_state_randn(c_); }
+  std::int64_t randint(std::int64_t low, std::int64_t high) { return mjenv_random_state_randint(c_, low, high); }
+  /* choice(len(p), p=p) */
+  std::int64_t choice(std::initializer_list<double> p) {
+    return mjenv_random_state_choice(c_, static_cast<std::int64_t>(p.size()), p.begin());
+  }
+  /* No number was drawn since it was seeded. */
+  bool is_new() const { return mjenv_random_state_is_new(c_) != 0; }
+
+ private:
+  mjenv_random *c_;
+};
+
+/* An own array of rows (Robot::own), and how many elements it has. */
+struct Own {
+  std::int32_t index = 0;
+  Eigen::Index count = 0;
+};
+
 /* The initial state of an episode, which reset changes. Before, qpos holds the model's initial positions, and
  * everything else is 0. */
 struct Start {
-  explicit Start(const mjenv_start *c)
-      : qpos(c->qpos, c->nq), qvel(c->qvel, c->nv), act(c->act, c->na), carried_(c->carried), arrays_(c->arrays) {}
+  explicit Start(mjenv_start *c)
+      : qpos(c->qpos, c->nq),
+        qvel(c->qvel, c->nv),
+        act(c->act, c->na),
+        carried_(c->carried),
+        arrays_(c->arrays),
+        c_(c) {}
 
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
 
@@ -262,9 +293,28 @@ struct Start {
     return {static_cast<const T *>(arrays_[array.index]), array.count};
   }
 
+  /* For tasks with Robot::current. sim() is up to date after forward, advance and restart, and at the beginning; qpos,
+   * qvel and act are its state. */
+  Sim sim() const { return Sim(c_->sim); }
+  /* A Robot::own, which reset writes. What one reset has written stays for the next. */
+  Eigen::Map<Eigen::VectorXd> operator[](const Own &own) { return {c_->own[own.index], own.count}; }
+  /* mj_forward with actuation disabled. */
+  void forward() { check(mjenv_start_forward(c_)); }
+  /* Simulates count timesteps, of which the first goes on from what was last computed (mjenv_start_advance). */
+  void advance(std::int64_t count) { check(mjenv_start_advance(c_, count)); }
+  /* Begins again: mj_resetData, then forward. */
+  void restart() { check(mjenv_start_restart(c_)); }
+  std::int64_t contact_count() const { return mjenv_start_contact_count(c_); }
+  void set_time(double time) { *c_->time = time; }
+
  private:
   double *carried_;
   const void *const *arrays_;
+  mjenv_start *c_;
+
+  static void check(std::int32_t failed) {
+    if (failed != 0) throw std::runtime_error("MuJoCo failed"); /* the library knows why */
+  }
 };
 
 /* What a step may change of its row: the numbers of a Robot::carry, and the row's random stream. */
@@ -436,7 +486,7 @@ struct Functions {
   };
 
   std::vector<Term> terms;
-  std::function<void(Start &, Rng &)> reset;
+  std::function<void(Start &, mjenv_random *)> reset;
   std::function<void(const Sim &, Info &)> reset_info;
   std::function<void(const Sim &, double *)> carry;
   std::function<Outcome(const Sim &, Row &, Info &)> step;
@@ -516,6 +566,18 @@ class Robot {
   int nv() const { return builder_ ? builder_->sim->nv : 0; }
   int nu() const { return builder_ ? builder_->sim->nu : 0; }
   int nbody() const { return builder_ ? builder_->sim->nbody : 0; }
+
+  /* Callbacks see what belongs to the new state, and reset can simulate (mjenv_build_current). */
+  Robot &current() {
+    if (builder_) mjenv_build_current(builder_);
+    return *this;
+  }
+  /* An array of mjModel that reset writes for its row, with start[own] (mjenv_build_own). Needs current(). */
+  Own own(const char *name) {
+    if (!builder_) return {};
+    const Eigen::Index count = array(name).count;
+    return {mjenv_build_own(builder_, name), count};
+  }
 
   /* ---- Options: each call declares an option with its default and documentation, and returns its value ---- */
   /* low and high are closed bounds. */
@@ -661,8 +723,22 @@ class Robot {
     return added;
   }
 
-  /* Sets the lambda that draws the initial state of an episode. */
-  void reset(std::function<void(Start &, Rng &)> draw) { functions_.reset = std::move(draw); }
+  /* Sets the lambda that draws the initial state of an episode, from the row's Rng or from its RandomState. */
+  template <typename F>
+  void reset(const F &draw) {
+    if constexpr (std::is_invocable_v<F, Start &, Rng &>) {
+      functions_.reset = [draw](Start &start, mjenv_random *stream) {
+        Rng rng(stream);
+        draw(start, rng);
+      };
+    } else {
+      if (builder_) mjenv_build_random_state(builder_);
+      functions_.reset = [draw](Start &start, mjenv_random *stream) {
+        RandomState random(stream);
+        draw(start, random);
+      };
+    }
+  }
   /* Sets the lambda that writes the info of a reset. */
   void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
   /* Sets a lambda before(sim). It returns what the next step needs to know of the present state: a vector of fixed
@@ -803,8 +879,7 @@ struct Definition {
   static std::int32_t reset(const void *self, mjenv_start *c) {
     return guarded(c->api, [&] {
       Start start(c);
-      Rng rng(c->random);
-      of(self).reset(start, rng);
+      of(self).reset(start, c->random);
     });
   }
   static std::int32_t reset_info(const void *self, const mjenv_sim *c, double *to) {

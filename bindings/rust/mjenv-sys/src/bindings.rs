@@ -1233,6 +1233,13 @@ pub struct mjenv_start {
     pub nv: i32,
     pub na: i32,
     pub carry_count: i32,
+    #[doc = " the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward"]
+    #[doc = "and the like, and before reset writes anything"]
+    pub sim: *const mjenv_sim,
+    #[doc = " of the simulation, s"]
+    pub time: *mut f64,
+    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i: reset writes it"]
+    pub own: *const *mut f64,
 }
 impl Default for mjenv_start {
     fn default() -> Self {
@@ -1278,7 +1285,8 @@ pub struct mjenv_task {
     #[doc = " increase it when the task changes, so that snapshots of the old task are refused"]
     pub revision: i32,
     #[doc = " \"Cartpole-v0\": letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number of at most 9"]
-    #[doc = "digits. It begins with a letter, a digit or \"_\" and has at most 100 bytes"]
+    #[doc = "digits. It begins with a letter, a digit or \"_\" and has at most 100 bytes. A namespace may"]
+    #[doc = "stand before it: \"dm_control/cheetah-run-v0\""]
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
     #[doc = "with \".\", \"/\" or \"~\". A path that begins with \".\" is looked up from the folder of the"]
@@ -1520,6 +1528,31 @@ pub struct mjenv_task_api {
     pub permutation: ::std::option::Option<
         unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
     >,
+    pub current: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder)>,
+    pub own: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            name: *const ::std::os::raw::c_char,
+        ) -> i32,
+    >,
+    pub random_state: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder)>,
+    pub forward: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start) -> i32>,
+    pub advance:
+        ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start, count: i64) -> i32>,
+    pub restart: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start) -> i32>,
+    pub contact_count: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start) -> i64>,
+    pub state_rand: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
+    pub state_uniform: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64,
+    >,
+    pub state_randn: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
+    pub state_randint: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, low: i64, high: i64) -> i64,
+    >,
+    pub state_choice: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64,
+    >,
+    pub state_is_new: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> i32>,
 }
 impl Default for mjenv_task_api {
     fn default() -> Self {

@@ -1,0 +1,80 @@
+#include "numpy/random_state.hpp"
+
+#include <cmath>
+
+namespace mjenv::core::np {
+
+RandomState RandomState::from_seed(std::uint32_t seed) {
+  RandomState made;
+  for (std::uint32_t i = 0; i < kWords; ++i) {
+    made.words_[i] = seed;
+    seed = 1812433253U * (seed ^ seed >> 30) + i + 1;
+  }
+  made.position_ = kWords;
+  made.is_new_ = 1;
+  return made;
+}
+
+std::uint32_t RandomState::next() {
+  is_new_ = 0;
+  if (position_ == static_cast<std::int32_t>(kWords)) {
+    constexpr std::size_t ahead = 397;
+    for (std::size_t i = 0; i < kWords; ++i) {
+      const std::uint32_t mixed = (words_[i] & 0x80000000U) | (words_[(i + 1) % kWords] & 0x7fffffffU);
+      words_[i] = words_[(i + ahead) % kWords] ^ mixed >> 1 ^ ((mixed & 1) != 0 ? 0x9908b0dfU : 0);
+    }
+    position_ = 0;
+  }
+  std::uint32_t word = words_[static_cast<std::size_t>(position_++)];
+  word ^= word >> 11;
+  word ^= word << 7 & 0x9d2c5680U;
+  word ^= word << 15 & 0xefc60000U;
+  return word ^ word >> 18;
+}
+
+double RandomState::rand() {
+  const std::uint32_t high = next() >> 5, low = next() >> 6;
+  return (high * 67108864.0 + low) / 9007199254740992.0;
+}
+
+double RandomState::randn() {
+  if (has_gauss_ != 0) {
+    const double kept = gauss_;
+    has_gauss_ = 0;
+    gauss_ = 0;
+    return kept;
+  }
+  double x = 0, y = 0, square = 0;
+  do {
+    x = 2.0 * rand() - 1.0;
+    y = 2.0 * rand() - 1.0;
+    square = x * x + y * y;
+  } while (square >= 1.0 || square == 0.0);
+  const double factor = std::sqrt(-2.0 * std::log(square) / square);
+  gauss_ = factor * x;
+  has_gauss_ = 1;
+  return factor * y;
+}
+
+std::int64_t RandomState::randint(std::int64_t low, std::int64_t high) {
+  const auto max = static_cast<std::uint32_t>(high - low - 1);
+  if (max == 0) return low;
+  std::uint32_t mask = max;
+  for (int shift = 1; shift < 32; shift *= 2) mask |= mask >> shift;
+  std::uint32_t drawn = 0;
+  do drawn = next() & mask;
+  while (drawn > max);
+  return low + drawn;
+}
+
+std::int64_t RandomState::choice(std::int64_t count, const double* p) {
+  double total = 0;
+  for (std::int64_t i = 0; i < count; ++i) total += p[i];
+  const double drawn = rand();
+  double sum = 0;
+  for (std::int64_t i = 0; i < count; ++i)
+    if (drawn < (sum += p[i]) / total) return i;
+  return count - 1;
+}
+
+}  // namespace mjenv::core::np

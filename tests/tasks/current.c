@@ -1,0 +1,271 @@
+// Tasks that see what belongs to the new state, and whose reset simulates, writes the model and draws from RandomState.
+#include <math.h>
+
+#include "mjenv/task.h"
+#include "support.h"
+
+enum { ROWS = 3 };
+
+// A ball that falls on the floor, and a marker that a reset moves.
+static const char model[] =
+    "<mujoco><option timestep='0.01'/><worldbody>"
+    "<geom name='floor' type='plane' size='5 5 .1'/><geom name='marker' pos='0 0 2' size='.1' contype='0' "
+    "conaffinity='0'/>"
+    "<body name='ball' pos='0 0 1'><joint name='z' type='slide' axis='0 0 1'/><geom name='ball' size='.1'/></body>"
+    "</worldbody><actuator><motor joint='z' gear='30'/></actuator></mujoco>";
+
+static const mjenv_task_option options[] = {
+    {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_FLAG, .name = "current", .value = 1},
+    {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_STRING, .name = "own", .text = "geom_pos"},
+    {.struct_size = sizeof(mjenv_task_option),
+     .kind = MJENV_KIND_STRING,
+     .name = "fails",
+     .text = "never",
+     .choices = "never late value draw_in_step advance"},
+};
+
+// x, y and z of the marker, z of the ball's body, and of its joint.
+enum { MARKER, BODY = 3, JOINT, SEEN };
+static const mjenv_task_field fields[] = {
+    {.struct_size = sizeof(mjenv_task_field),
+     .role = MJENV_ROLE_OBSERVATION,
+     .name = "seen",
+     .ndim = 1,
+     .shape = {SEEN}},
+};
+
+struct self {
+  int32_t own;
+  char fails[16];
+};
+static bool breaks;  // the task then fails as the option says
+
+static int32_t build(mjenv_builder* builder, void* user, void** self) {
+  (void)user;
+  if (mjenv_build_integer(builder, "current")) mjenv_build_current(builder);
+  mjenv_build_random_state(builder);
+  mjenv_build_need(builder, "geom_xpos");
+  struct self* s = allocate(sizeof *s);
+  *self = s;
+  s->own = mjenv_build_own(builder, mjenv_build_text(builder, "own"));
+  snprintf(s->fails, sizeof s->fails, "%s", mjenv_build_text(builder, "fails"));
+  return 0;
+}
+
+static void destroy(void* self) { free(self); }
+
+static bool fails(const void* self, const char* how) {
+  return breaks && strcmp(((const struct self*)self)->fails, how) == 0;
+}
+
+static int32_t reset(const void* self, mjenv_start* start) {
+  const struct self* s = self;
+  double* marker = start->own[s->own] + 3;
+  marker[0] = mjenv_random_state_uniform(start->random, 0, 1);
+  marker[1] += 1;  // counts the resets
+  if (fails(self, "value")) marker[0] = NAN;
+  if (fails(self, "late")) return mjenv_task_fail(start->api, "too late");
+  if (fails(self, "advance")) mjenv_start_advance(start, 0);
+  // Lets the ball fall until it touches the floor, and begins again 5 cm above.
+  while (mjenv_start_contact_count(start) == 0) mjenv_start_advance(start, 1);
+  const double touching = start->qpos[0];
+  mjenv_start_restart(start);
+  if (*start->time != 0 || start->qpos[0] != 0) return mjenv_task_fail(start->api, "not restarted");
+  start->qpos[0] = touching + 0.05;
+  mjenv_start_forward(start);
+  return mjenv_start_contact_count(start) == 0 ? 0 : mjenv_task_fail(start->api, "it touches");
+}
+
+static int32_t observe(const void* self, const mjenv_sim* sim, double* to) {
+  (void)self;
+  memcpy(to + MARKER, sim->geom_xpos + 3, 3 * sizeof *to);
+  to[BODY] = sim->xpos[3 + 2];
+  to[JOINT] = sim->qpos[0];
+  return 0;
+}
+
+static int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome) {
+  (void)sim;
+  if (fails(self, "draw_in_step")) mjenv_random_state_rand(outcome->random);
+  return 0;
+}
+
+static const mjenv_task falling = {.struct_size = sizeof(mjenv_task),
+                                   .id = "tests/Falling-v0",
+                                   .model_text = model,
+                                   .frame_skip = 2,
+                                   .options = options,
+                                   .option_count = COUNT(options),
+                                   .fields = fields,
+                                   .field_count = COUNT(fields),
+                                   .build = build,
+                                   .destroy = destroy,
+                                   .reset = reset,
+                                   .observe = observe,
+                                   .step = step};
+
+static mjenv_options* with(const char* option, const char* text) {
+  mjenv_options* chosen = options_of_id(falling.id);
+  if (option) assert_ok(mjenv_options_set_string(chosen, option, text));
+  return chosen;
+}
+
+static mjenv_env* failing(const char* how) {
+  mjenv_env* env = env_of_options(with("fails", how), ROWS);
+  seed_rows(env, 1);
+  breaks = false;
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  return env;
+}
+
+static void refused(mjenv_options* chosen, mjenv_status status, const char* word) {
+  mjenv_env* env = NULL;
+  assert_refused(status, mjenv_create(chosen, 1, &env), word);
+  mjenv_options_destroy(chosen);
+}
+
+static mjenv_status step_all(mjenv_env* env, struct outputs* out) {
+  const double action[ROWS] = {0.5, -1, 0};
+  return mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT64, &out->batch);
+}
+
+static void test_build(void** state) {
+  (void)state;
+  refused(with("own", "geom_size_"), MJENV_E_NAME, "geom_size_");
+  refused(with("own", "geom_contype"), MJENV_E_TYPE, "doubles");
+  refused(with("own", "geom_rgba"), MJENV_E_TYPE, "doubles");
+  refused(with("own", "xpos"), MJENV_E_NAME, "xpos");
+  mjenv_options* chosen = with(NULL, NULL);
+  assert_ok(mjenv_options_set_integer(chosen, "current", 0));
+  refused(chosen, MJENV_E_TASK, "mjenv_build_current");
+}
+
+// After a step, the body is where the joint says, which it is one timestep later without mjenv_build_current.
+static void test_new_state(void** state) {
+  (void)state;
+  mjenv_env* env = failing("never");
+  struct outputs* out = outputs_of(env);
+  for (int i = 0; i < 50; ++i) {
+    assert_ok(step_all(env, out));
+    for (int row = 0; row < ROWS; ++row) {
+      const double* seen = out->obs + row * SEEN;
+      assert_true(seen[BODY] == 1 + seen[JOINT]);
+    }
+  }
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+// numpy.random.RandomState(seed).uniform(0, 1), for the seeds 1, 2 and 3.
+static const double drawn[ROWS] = {0.417022004702574, 0.43599490214200376, 0.5507979025745755};
+
+static void test_own_arrays(void** state) {
+  (void)state;
+  mjenv_env* env = failing("never");
+  struct outputs* out = outputs_of(env);
+  assert_ok(mjenv_observe(env, &out->batch));
+  for (int row = 0; row < ROWS; ++row) {
+    assert_same_bits("marker", out->obs + row * SEEN + MARKER, drawn + row, 1);
+    assert_true(out->obs[row * SEEN + MARKER + 1] == 1);
+  }
+  const uint8_t last[ROWS] = {0, 0, 1};
+  assert_ok(mjenv_reset(env, last, NULL));
+  assert_ok(mjenv_copy_row(env, last, 1));
+  assert_ok(mjenv_observe(env, &out->batch));
+  for (int row = 0; row < ROWS; ++row) assert_true(out->obs[row * SEEN + MARKER + 1] == 1);
+  assert_true(out->obs[2 * SEEN + MARKER] == drawn[1]);
+  assert_ok(mjenv_reset(env, NULL, &out->batch));
+  assert_same_bits("equal streams", out->obs + 2 * SEEN, out->obs + SEEN, SEEN);
+  assert_true(out->obs[SEEN + MARKER] != drawn[1]);
+  assert_true(out->obs[SEEN + MARKER + 1] == 2);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+static void* image_of(mjenv_env* env, int64_t* size) {
+  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, size));
+  void* image = allocate((size_t)*size);
+  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, *size, size));
+  return image;
+}
+
+// A reset that fails leaves all of the row as it was: state, own arrays and both streams.
+static void failing_reset(const char* how, mjenv_status status, const char* word) {
+  mjenv_env* env = failing(how);
+  struct outputs *out = outputs_of(env), *again = outputs_of(env);
+  assert_ok(step_all(env, out));
+  int64_t size = 0, size_after = 0;
+  void* before = image_of(env, &size);
+  breaks = true;
+  assert_refused(status, mjenv_reset(env, NULL, NULL), "row 0", word);
+  void* after = image_of(env, &size_after);
+  assert_int_equal(size, size_after);
+  assert_memory_equal(before, after, size);
+  breaks = false;
+  assert_ok(step_all(env, out));
+  assert_ok(mjenv_restore(env, MJENV_ALL_ROWS, before, size));
+  assert_ok(step_all(env, again));
+  assert_same_bits("continued", again->obs, out->obs, ROWS * SEEN);
+  free(before);
+  free(after);
+  outputs_free(out);
+  outputs_free(again);
+  mjenv_destroy(env);
+}
+
+static void test_failing_resets(void** state) {
+  (void)state;
+  failing_reset("late", MJENV_E_TASK, "too late");
+  failing_reset("value", MJENV_E_VALUE, "geom_pos");
+  failing_reset("advance", MJENV_E_TASK, "count is less than 1");
+}
+
+static void test_refused_draws(void** state) {
+  (void)state;
+  mjenv_env* env = failing("draw_in_step");
+  struct outputs* out = outputs_of(env);
+  breaks = true;
+  assert_refused(MJENV_E_TASK, step_all(env, out), "only reset draws");
+  breaks = false;
+  const uint64_t large[ROWS] = {0, UINT64_C(1) << 32, 0}, wide[2 * ROWS] = {0, 0, 0, 1, 0, 0};
+  const uint64_t largest[ROWS] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+  assert_refused(MJENV_E_VALUE, mjenv_seed(env, NULL, large, 1), "row 1", "2**32 - 1");
+  assert_refused(MJENV_E_VALUE, mjenv_seed(env, NULL, wide, 2), "row 1", "2**32 - 1");
+  assert_ok(mjenv_seed(env, NULL, largest, 1));
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
+// A damaged stream could make RandomState read behind its words.
+static void test_damaged_stream(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_id(falling.id, 1);
+  breaks = false;
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  int64_t size = 0;
+  unsigned char* image = image_of(env, &size);
+  size_t bytes = 0;
+  unsigned char* stream = image_part(image, "random_state", &bytes);
+  const int32_t position = 625;
+  memcpy(stream + 624 * sizeof(uint32_t), &position, sizeof position);
+  image_seal(image, (size_t)size);
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, MJENV_ALL_ROWS, image, size), "damaged");
+  free(image);
+  mjenv_destroy(env);
+}
+
+static int setup(void** state) {
+  (void)state;
+  assert_ok(mjenv_register_task(&falling));
+  return 0;
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_build),         cmocka_unit_test(test_new_state),
+      cmocka_unit_test(test_own_arrays),    cmocka_unit_test(test_failing_resets),
+      cmocka_unit_test(test_refused_draws), cmocka_unit_test(test_damaged_stream),
+  };
+  return cmocka_run_group_tests(tests, setup, NULL);
+}
