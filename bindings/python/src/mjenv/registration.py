@@ -7,6 +7,7 @@ import math
 import os
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -126,6 +127,8 @@ def _own(id: Any) -> str:
     if not isinstance(id, str):
         hint = "; make builds environments itself" if hasattr(id, "step") else ""
         raise OptionError(f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE)
+    if id.startswith("dm_control/"):
+        import_module("mjenv.dm_control")  # loads the plug-in, which programs without its ids need not have
     return id.removeprefix(f"{NAMESPACE}/")
 
 
@@ -148,13 +151,15 @@ def register(id: str, task: type[Task]) -> None:
 
 
 def register_ids() -> None:
-    """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids."""
+    """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids. An id that has a
+    namespace of its own, such as "dm_control/cheetah-run-v0", keeps it."""
     for id in (*ids(), UNLISTED):
-        if f"{NAMESPACE}/{id}" in gymnasium.registry:
+        name = id if "/" in id else f"{NAMESPACE}/{id}"
+        if name in gymnasium.registry:
             continue
         found = spec(id)
         gymnasium.register(
-            f"{NAMESPACE}/{id}",
+            name,
             found.entry_point,
             found.reward_threshold,
             max_episode_steps=found.max_episode_steps,

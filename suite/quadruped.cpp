@@ -1,0 +1,115 @@
+// A quadruped has to walk at 0.5 m/s, to run at 5 m/s, or to bring a ball to the middle of the floor.
+#include "randomize.hpp"
+
+namespace suite {
+namespace {
+
+constexpr int kHinges = 16, kActuators = 12;
+constexpr std::array<const char*, 8> kToes{"force_toe_front_left",  "force_toe_front_right", "force_toe_back_right",
+                                           "force_toe_back_left",   "torque_toe_front_left", "torque_toe_front_right",
+                                           "torque_toe_back_right", "torque_toe_back_left"};
+
+void observe_quadruped(Robot& r) {
+  const int torso = r.body("torso");
+  const Sensor velocity = r.sensor("velocimeter"), accelerometer = r.sensor("imu_accel"), gyro = r.sensor("imu_gyro");
+  std::array<Sensor, kToes.size()> toes{};
+  for (std::size_t i = 0; i < toes.size(); ++i) toes[i] = r.sensor(kToes[i]);
+
+  r.observe("egocentric_state", [](const Sim& s) {
+    Eigen::Matrix<double, 2 * kHinges + kActuators, 1> state;
+    state << s.qpos().segment<kHinges>(7), s.qvel().segment<kHinges>(6), s.act();
+    return state;
+  });
+  r.observe("torso_velocity", [=](const Sim& s) { return s.sensor(velocity); });
+  r.observe("torso_upright", [=](const Sim& s) { return s.xmat(torso)(2, 2); });
+  r.observe("imu", [=](const Sim& s) {
+    Eigen::Matrix<double, 6, 1> imu;
+    imu << s.sensor(accelerometer), s.sensor(gyro);
+    return imu;
+  });
+  r.observe("force_torque", [=](const Sim& s) {
+    Eigen::Matrix<double, 3 * kToes.size(), 1> signals;
+    Eigen::Index at = 0;
+    for (const Sensor& toe : toes)
+      for (const double x : s.sensor(toe)) signals[at++] = std::asinh(x);
+    return signals;
+  });
+}
+
+double upright_reward(const Sim& s, int torso) {
+  return tolerance(s.xmat(torso)(2, 2), {1, kInfinity}, {2, Sigmoid::linear, 0});
+}
+
+// Begins the episode with the torso at x, y, as far up as is needed for nothing to touch.
+void rise_without_contacts(Start& start, const Vector4d& orientation, double x, double y) {
+  constexpr int attempts = 10000;
+  double z = 0;
+  for (int i = 0; i < attempts; ++i, z += 0.01) {
+    start.restart();
+    start.qpos.head<3>() << x, y, z;
+    start.qpos.segment<4>(3) = orientation;
+    start.forward();
+    if (start.contact_count() == 0) return;
+  }
+  throw std::runtime_error("Failed to find a non-contacting configuration.");
+}
+
+void move(Robot& r, const char* name, double speed) {
+  r.model_text(model(name).c_str()).frame_skip(4).time_limit(kEpisode).current();
+  const auto norm = r.norm();
+  const int torso = r.body("torso");
+  const Sensor velocity = r.sensor("velocimeter");
+  observe_quadruped(r);
+  r.reset([=](Start& start, RandomState& random) {
+    rise_without_contacts(start, random_quaternion(norm, [&] { return random.randn(); }), 0, 0);
+  });
+  r.step([=](const Sim& s, Info&) -> Outcome {
+    const double forward = tolerance(s.sensor(velocity)[0], {speed, kInfinity}, {speed, Sigmoid::linear, 0.5});
+    return {upright_reward(s, torso) * forward, false};
+  });
+}
+
+}  // namespace
+}  // namespace suite
+
+MJENV_TASK("dm_control/quadruped-walk-v0", r) { suite::move(r, "quadruped_walk", 0.5); }
+MJENV_TASK("dm_control/quadruped-run-v0", r) { suite::move(r, "quadruped_run", 5); }
+MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
+  using namespace suite;
+  r.model_text(model("quadruped_fetch").c_str()).frame_skip(4).time_limit(kEpisode).current();
+  const auto norm = r.norm();
+  const int torso = r.body("torso"), ball = r.body("ball"), ball_geom = r.geom("ball"), floor = r.geom("floor"),
+            target = r.site("target"), workspace = r.site("workspace");
+  const Joint root = r.joint("root"), ball_root = r.joint("ball_root");
+  const auto geom_size = r.array("geom_size"), site_size = r.array("site_size");
+
+  observe_quadruped(r);
+  r.observe("ball_state", [=](const Sim& s) {
+    const auto velocity = [&](const Joint& joint) { return s.qvel().segment<3>(joint.qvel); };
+    const std::array<Vector3d, 3> seen{s.xpos(ball) - s.xpos(torso), velocity(ball_root) - velocity(root),
+                                       s.qvel().segment<3>(ball_root.qvel + 3)};
+    Eigen::Matrix<double, 9, 1> state;
+    for (int i = 0; i < 3; ++i)
+      state.segment<3>(3 * i) = in_frame(norm, seen[static_cast<std::size_t>(i)], s.xmat(torso));
+    return state;
+  });
+  r.observe("target_position",
+            [=](const Sim& s) { return in_frame(norm, s.site_xpos(target) - s.xpos(torso), s.xmat(torso)); });
+  r.reset([=](Start& start, RandomState& random) {
+    const double azimuth = random.uniform(0, 2 * kPi);
+    const double far = 0.9 * start[geom_size][3 * floor];
+    const double x = random.uniform(-far, far), y = random.uniform(-far, far);
+    rise_without_contacts(start, {std::cos(azimuth / 2), 0, 0, std::sin(azimuth / 2)}, x, y);
+    for (int i = 0; i < 2; ++i) start.qpos[ball_root.qpos + i] = random.uniform(-far, far);
+    start.qpos[ball_root.qpos + 2] = 2;
+    for (int i = 0; i < 2; ++i) start.qvel[ball_root.qvel + i] = 5 * random.randn();
+  });
+  r.step([=](const Sim& s, Info&) -> Outcome {
+    const auto across = [&](int site) { return norm((s.site_xpos(site) - s.xpos(ball)).head<2>().eval()); };
+    const Margin arena{s[geom_size][3 * floor] * std::sqrt(2.0), Sigmoid::linear, 0};
+    const double reach =
+        tolerance(across(workspace), {0, s[site_size][3 * workspace] + s[geom_size][3 * ball_geom]}, arena);
+    const double fetch = tolerance(across(target), {0, s[site_size][3 * target]}, arena);
+    return {upright_reward(s, torso) * (reach * (0.5 + 0.5 * fetch)), false};
+  });
+}

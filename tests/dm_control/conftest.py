@@ -1,0 +1,48 @@
+"""What the comparisons with dm_control have in common."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+# Before NumPy is imported: its AVX-512 kernels of exp, log1p and arctan2 differ from the C library's in the last bits.
+os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL")
+os.environ.setdefault("MUJOCO_GL", "disabled")
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "models"))  # compiled_model.py
+
+import numpy as np
+import pytest
+from dm_control import suite
+
+# dog has meshes, and escape a terrain that SciPy makes.
+ABSENT = {("dog", task) for task in suite.TASKS_BY_DOMAIN["dog"]} | {("quadruped", "escape")}
+TASKS = [task for task in suite.ALL_TASKS if task not in ABSENT]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--long", action="store_true", help="5 seeds and full episodes")
+
+
+@pytest.fixture
+def seeds(request: pytest.FixtureRequest) -> int:
+    return 5 if request.config.getoption("--long") else 2
+
+
+@pytest.fixture
+def steps(request: pytest.FixtureRequest) -> int:
+    return 1000 if request.config.getoption("--long") else 40
+
+
+def flat(observation: Mapping[str, Any]) -> np.ndarray:
+    return np.concatenate([np.ravel(value) for value in observation.values()])
+
+
+def actions(env: Any, seed: int) -> Callable[[], np.ndarray]:
+    """Draws actions, between -1 and 1 where the action has no bounds."""
+    spec, random = env.action_spec(), np.random.RandomState(100 + seed)
+    low, high = np.maximum(spec.minimum, -1), np.minimum(spec.maximum, 1)
+    return lambda: random.uniform(low, high)

@@ -1,0 +1,81 @@
+"""Many rows, threads, copies and images of the suite's tasks: each row still is dm_control's own environment."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from dm_control import suite
+
+import mjenv
+from conftest import actions, flat
+
+# Of each kind: a reset that simulates, begins again or draws until nothing touches; written arrays; free joints; RK4.
+TASKS = [
+    "cartpole-swingup",
+    "cheetah-run",
+    "finger-turn_hard",
+    "humanoid-walk",
+    "lqr-lqr_6_2",
+    "point_mass-hard",
+    "quadruped-walk",
+]
+SEEDS = [1, 2, 3]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("task", TASKS)
+def test_rows(task: str, threads: int) -> None:
+    originals = [suite.load(*task.split("-"), task_kwargs={"random": seed}) for seed in SEEDS]
+    draws = [actions(original, seed) for original, seed in zip(originals, SEEDS, strict=True)]
+    envs = mjenv.make_vec(f"dm_control/{task}-v0", len(SEEDS), num_threads=threads, autoreset_mode="disabled")
+    for episode in range(2):
+        got, _ = envs.reset(seed=SEEDS if episode == 0 else None)
+        np.testing.assert_array_equal(got, [flat(original.reset().observation) for original in originals])
+        for _ in range(20):
+            chosen = [draw() for draw in draws]
+            want = [original.step(action) for original, action in zip(originals, chosen, strict=True)]
+            got, rewards, *_ = envs.step(np.array(chosen))
+            np.testing.assert_array_equal(got, [flat(step.observation) for step in want])
+            np.testing.assert_array_equal(rewards, [float(step.reward) for step in want])
+    envs.close()
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_images(task: str) -> None:
+    """An image in the middle of an episode goes on as the original does, also in another environment and row."""
+    original = suite.load(*task.split("-"), task_kwargs={"random": 1})
+    draw = actions(original, 1)
+    envs = mjenv.make_vec(f"dm_control/{task}-v0", 2, autoreset_mode="disabled")
+    envs.reset(seed=[1, 7])
+    original.reset()
+    for _ in range(7):
+        action = draw()
+        original.step(action)
+        envs.step(np.array([action, action]))
+    other = mjenv.make_vec(f"dm_control/{task}-v0", 3, autoreset_mode="disabled")
+    other.reset(seed=[4, 5, 6])
+    other.restore(envs.snapshot(0), 2)
+    envs.copy_row(0, np.array([False, True]))
+    for episode in range(2):
+        for _ in range(10):
+            action = draw()
+            want = original.step(action)
+            for rows in (envs, other):
+                got, rewards, *_ = rows.step(np.array([action] * rows.num_envs))
+                np.testing.assert_array_equal(got[-1], flat(want.observation))
+                assert rewards[-1] == float(want.reward)
+        if episode == 0:
+            want = original.reset()
+            for rows in (envs, other):
+                got, _ = rows.reset()
+                np.testing.assert_array_equal(got[-1], flat(want.observation))
+    envs.close()
+    other.close()
+
+
+def test_seeds() -> None:
+    env = mjenv.make("dm_control/reacher-easy-v0")
+    with pytest.raises(mjenv.InvalidValueError, match=r"Seed must be between 0 and 2\*\*32 - 1"):
+        env.reset(seed=2**32)
+    env.reset(seed=2**32 - 1)
+    env.close()
