@@ -6,6 +6,7 @@ namespace {
 
 void swingup(Robot& r, bool sparse) {
   r.model_text(model("acrobot").c_str()).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const int upper = r.body("upper_arm"), lower = r.body("lower_arm"), target = r.site("target"), tip = r.site("tip");
   const auto norm = r.norm();
   const auto site_size = r.array("site_size");

@@ -4,6 +4,7 @@
 MJENV_TASK("dm_control/ball_in_cup-catch-v0", r) {
   using namespace suite;
   r.model_text(model("ball_in_cup").c_str()).frame_skip(10).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Joint x = r.joint("ball_x"), z = r.joint("ball_z");
   const int target = r.site("target"), ball = r.body("ball"), ball_geom = r.geom("ball");
   const auto site_size = r.array("site_size"), geom_size = r.array("geom_size");

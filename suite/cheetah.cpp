@@ -4,6 +4,7 @@
 MJENV_TASK("dm_control/cheetah-run-v0", r) {
   using namespace suite;
   r.model_text(model("cheetah").c_str()).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const auto limited = r.array<std::uint8_t>("jnt_limited");
   const auto range = r.array("jnt_range");
   const Sensor velocity = r.sensor("torso_subtreelinvel");

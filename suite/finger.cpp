@@ -43,6 +43,7 @@ Finger observe_finger(Robot& r) {
 
 void turn(Robot& r, const char* name) {
   r.model_text(model(name).c_str()).frame_skip(2).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Finger finger = observe_finger(r);
   const Randomizer joints(r);
   const auto norm = r.norm();
@@ -75,6 +76,7 @@ void turn(Robot& r, const char* name) {
 MJENV_TASK("dm_control/finger-spin-v0", r) {
   using namespace suite;
   r.model_text(model("finger_spin").c_str()).frame_skip(2).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Finger finger = observe_finger(r);
   const Randomizer joints(r);
   r.reset([=](Start& start, RandomState& random) {

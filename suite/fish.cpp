@@ -10,6 +10,7 @@ double upright(const Sim& s, int torso) { return s.xmat(torso)(2, 2); }
 
 void fish(Robot& r, bool swims) {
   r.model_text(model(swims ? "fish_swim" : "fish_upright").c_str()).frame_skip(10).time_limit(kEpisode).current();
+  if (!swims) r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const int torso = r.body("torso"), mouth = r.geom("mouth"), target = r.geom("target");
   const auto norm = r.norm();
   const auto geom_size = r.array("geom_size");

@@ -6,6 +6,7 @@ namespace {
 
 void hopper(Robot& r, bool hops) {
   r.model_text(model("hopper").c_str()).frame_skip(4).time_limit(kEpisode).current();
+  if (hops) r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Randomizer joints(r);
   const int torso = r.body("torso"), foot = r.body("foot");
   const std::array<Sensor, 2> touch{r.sensor("touch_toe"), r.sensor("touch_heel")};

@@ -6,6 +6,7 @@ namespace {
 
 void bring(Robot& r, const char* name, bool peg, bool insert) {
   r.model_text(model(name).c_str()).frame_skip(10).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const bool full = fully_observable(r);
   const Arm arm(r);
   const int object = r.body(peg ? "peg" : "ball"), target = r.body(peg ? "target_peg" : "target_ball");

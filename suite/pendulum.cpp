@@ -4,6 +4,7 @@
 MJENV_TASK("dm_control/pendulum-swingup-v0", r) {
   using namespace suite;
   r.model_text(model("pendulum").c_str()).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const int pole = r.body("pole");
   const double upright = std::cos(8 * (kPi / 180));
 

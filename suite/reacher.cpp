@@ -6,6 +6,7 @@ namespace {
 
 void reacher(Robot& r, const char* name) {
   r.model_text(model(name).c_str()).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Randomizer joints(r);
   const auto norm = r.norm();
   const int target = r.geom("target"), finger = r.geom("finger");

@@ -13,6 +13,7 @@ struct Box {
 
 void stack(Robot& r, const char* name, int count) {
   r.model_text(model(name).c_str()).frame_skip(10).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const bool full = fully_observable(r);
   const Arm arm(r);
   const int target = r.body("target"), target_geom = r.geom("target"), target_site = r.site("target"),

@@ -8,6 +8,7 @@ constexpr int kMaxLinks = 15;
 
 void swimmer(Robot& r, int links) {
   r.model_text(swimmer_model(links).c_str()).frame_skip(15).time_limit(kEpisode).current();
+  r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Randomizer joints(r);
   const auto norm = r.norm();
   const int target = r.geom("target"), nose = r.geom("nose"), head = r.body("head");

@@ -126,18 +126,10 @@ LaneChoice Env::lanes() const {
 void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
   check_settled();
   if (words < 1) fail(MJENV_E_SIZE, "words is " + std::to_string(words) + ", but a seed has at least one word");
-  const auto exceeds = [&](std::int64_t row) {
-    const std::uint64_t* seed = seeds + row * words;
-    return *seed > np::RandomState::kMaxSeed ||
-           std::any_of(seed + 1, seed + words, [](auto word) { return word != 0; });
-  };
-  for (std::int64_t row = 0; rows_.has_random_state() && row < rows(); ++row)
-    if (is_selected(mask, row) && exceeds(row))
-      fail(MJENV_E_VALUE, in_row(row, "Seed must be between 0 and 2**32 - 1, because the task draws from RandomState"));
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_selected(mask, row)) continue;
     if (rows_.has_random_state())
-      rows_.set_random_state(row, np::RandomState::from_seed(static_cast<std::uint32_t>(seeds[row * words])));
+      rows_.set_random_state(row, np::RandomState::from_seed(seeds + row * words, static_cast<std::size_t>(words)));
     rows_.head(row).rng = Rng::from_seed(seeds + row * words, static_cast<std::size_t>(words));
     rows_.head(row).seeded = true;
   }

@@ -133,8 +133,10 @@ void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Rand
   np::RandomState stream;
   if (rows.has_random_state()) {
     stream = rows.random_state(row);
-    if (!stream.is_seeded())
-      stream = np::RandomState::from_seed(static_cast<std::uint32_t>(Rng::from_entropy().next()));
+    if (!stream.is_seeded()) {
+      const std::uint64_t seed = Rng::from_entropy().next();
+      stream = np::RandomState::from_seed(&seed, 1);
+    }
     random.state = &stream;
   }
   task_.calls->reset(view_.sim(), {state.qpos, state.qvel, state.act, view_.carried()}, random, &live);

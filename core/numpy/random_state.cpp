@@ -1,17 +1,41 @@
 #include "numpy/random_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mjenv::core::np {
 
-RandomState RandomState::from_seed(std::uint32_t seed) {
-  RandomState made;
+void RandomState::fill(std::uint32_t seed) {
   for (std::uint32_t i = 0; i < kWords; ++i) {
-    made.words_[i] = seed;
+    words_[i] = seed;
     seed = 1812433253U * (seed ^ seed >> 30) + i + 1;
   }
+}
+
+RandomState RandomState::from_seed(const std::uint64_t* words, std::size_t count) {
+  const auto word = [&](std::size_t i) { return static_cast<std::uint32_t>(words[i / 2] >> 32 * (i % 2)); };
+  std::size_t length = 2 * count;
+  while (length > 1 && word(length - 1) == 0) --length;
+  RandomState made;
   made.position_ = kWords;
   made.is_new_ = 1;
+  if (length == 1) {
+    made.fill(word(0));
+    return made;
+  }
+  made.fill(19650218);
+  auto& mixed = made.words_;
+  std::size_t at = 1;
+  const auto mix = [&](std::uint32_t factor, std::uint32_t added) {
+    mixed[at] = (mixed[at] ^ (mixed[at - 1] ^ mixed[at - 1] >> 30) * factor) + added;
+    if (++at < kWords) return;
+    mixed[0] = mixed[kWords - 1];
+    at = 1;
+  };
+  for (std::size_t i = 0; i < std::max(kWords, length); ++i)
+    mix(1664525, word(i % length) + static_cast<std::uint32_t>(i % length));
+  for (std::size_t i = 1; i < kWords; ++i) mix(1566083941, -static_cast<std::uint32_t>(at));
+  mixed[0] = 0x80000000U;
   return made;
 }
 

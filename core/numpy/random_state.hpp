@@ -10,10 +10,9 @@ namespace mjenv::core::np {
 // One random stream of 2.5 kB. It is trivially copyable, so that an image of a row can hold it.
 class RandomState {
  public:
-  static constexpr std::uint64_t kMaxSeed = 0xffffffff;
-
-  // RandomState(seed)
-  static RandomState from_seed(std::uint32_t seed);
+  // RandomState(seed) of an integer of `count` 64-bit words, least significant first. NumPy refuses integers of more than
+  // 32 bits; here they give RandomState of the list of their 32-bit words.
+  static RandomState from_seed(const std::uint64_t* words, std::size_t count);
 
   bool is_seeded() const { return position_ > 0; }
   // No number was drawn since it was seeded.
@@ -42,6 +41,7 @@ class RandomState {
   std::uint16_t has_gauss_ = 0, is_new_ = 0;
   double gauss_ = 0;  // the second of two normal numbers, which the next randn returns
 
+  void fill(std::uint32_t seed);
   std::uint32_t next();
 };
 

@@ -73,9 +73,18 @@ def test_images(task: str) -> None:
     other.close()
 
 
-def test_seeds() -> None:
-    env = mjenv.make("dm_control/reacher-easy-v0")
-    with pytest.raises(mjenv.InvalidValueError, match=r"Seed must be between 0 and 2\*\*32 - 1"):
-        env.reset(seed=2**32)
-    env.reset(seed=2**32 - 1)
+@pytest.mark.parametrize("seed", [0, 2**32 - 1, 2**32, 2**64 + 5, 3 << 100])
+def test_seeds(seed: int) -> None:
+    """NumPy seeds RandomState with 32 bits. A larger seed is the list of its words, which NumPy takes, too."""
+    words = [seed >> 32 * i & 0xFFFFFFFF for i in range(max(1, (seed.bit_length() + 31) // 32))]
+    random = np.random.RandomState(seed if len(words) == 1 else words)
+    env = mjenv.make("dm_control/pendulum-swingup-v0")
+    env.reset(seed=seed)
+    assert env.data.qpos[0] == random.uniform(-np.pi, np.pi)
+    env.close()
+
+
+def test_without_seed() -> None:
+    env = mjenv.make("dm_control/pendulum-swingup-v0")
+    assert env.reset()[0].tolist() != env.reset()[0].tolist()
     env.close()

@@ -494,8 +494,8 @@ static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) 
   return builder->api->own(builder, name);
 }
 
-/* Gives each row a stream of NumPy's RandomState besides its default_rng, which takes 2.5 kB. mjenv_seed seeds it, too, and
- * then refuses seeds above 2^32 - 1, as NumPy does. Only reset draws from it. Needs mjenv_build_current. */
+/* Gives each row a stream of NumPy's RandomState besides its default_rng, which takes 2.5 kB. mjenv_seed seeds it, too. NumPy
+ * refuses seeds above 2^32 - 1; such a seed gives RandomState of the list of its 32-bit words. Only reset draws from it. Needs mjenv_build_current. */
 static inline void mjenv_build_random_state(mjenv_builder *builder) { builder->api->random_state(builder); }
 
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */
