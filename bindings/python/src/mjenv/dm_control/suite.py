@@ -1,0 +1,220 @@
+"""dm_control.suite: from mjenv.dm_control import suite instead of from dm_control import suite.
+
+Needs dm_env (pip install "mjenv[dm_control]"). dm_control itself is only needed for tasks that mjenv lacks.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections import OrderedDict
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+import dm_env
+import numpy as np
+from dm_env import specs
+from numpy.typing import ArrayLike, NDArray
+
+from mjenv._abi import Role
+from mjenv.registration import make
+
+Observation = OrderedDict[str, Any]
+TaskName = tuple[str, str]
+
+# The tasks of each domain, in dm_control's order. *: part of BENCHMARKING.
+_TASKS = {
+    "acrobot": "swingup* swingup_sparse*",
+    "ball_in_cup": "catch*",
+    "cartpole": "balance* balance_sparse* swingup* swingup_sparse* two_poles three_poles",
+    "cheetah": "run*",
+    "finger": "spin* turn_easy* turn_hard*",
+    "fish": "upright* swim*",
+    "hopper": "stand* hop*",
+    "humanoid": "stand* walk* run* run_pure_state",
+    "humanoid_CMU": "stand run",
+    "lqr": "lqr_2_1 lqr_6_2",
+    "manipulator": "bring_ball* bring_peg insert_ball insert_peg",
+    "pendulum": "swingup*",
+    "point_mass": "easy* hard",
+    "quadruped": "walk run fetch",
+    "reacher": "easy* hard*",
+    "stacker": "stack_2 stack_4",
+    "swimmer": "swimmer6* swimmer15*",
+    "walker": "stand* walk* run*",
+}
+_LISTED = [(domain, task) for domain, tasks in _TASKS.items() for task in tasks.split()]
+
+ALL_TASKS: tuple[TaskName, ...] = tuple((domain, task.rstrip("*")) for domain, task in _LISTED)
+BENCHMARKING: tuple[TaskName, ...] = tuple((domain, task[:-1]) for domain, task in _LISTED if task.endswith("*"))
+EASY: tuple[TaskName, ...] = (("ball_in_cup", "catch"), ("point_mass", "easy"), ("reacher", "easy"))
+HARD: tuple[TaskName, ...] = tuple(task for task in ALL_TASKS if task[0] in ("manipulator", "stacker"))
+EXTRA: tuple[TaskName, ...] = tuple(sorted({*ALL_TASKS} - {*BENCHMARKING}))
+TASKS_BY_DOMAIN: dict[str, tuple[str, ...]] = {
+    domain: tuple(task.replace("*", "") for task in tasks.split()) for domain, tasks in _TASKS.items()
+}
+
+# Episodes of the others end after 1,000 steps of the task's own length.
+_ENDLESS = {"lqr"}
+_OPTIONS = {"fully_observable", "sparse"}
+# Terms that are no vectors.
+_NUMBERS = {"dist_to_target", "head_height", "height", "upright"}
+_SHAPES: dict[str, tuple[int, ...]] = {"arm_pos": (-1, 2), "box_pos": (-1, 4), "torso_upright": ()}
+
+
+def load(
+    domain_name: str,
+    task_name: str,
+    task_kwargs: Mapping[str, Any] | None = None,
+    environment_kwargs: Mapping[str, Any] | None = None,
+    visualize_reward: bool = False,
+) -> dm_env.Environment:
+    """Builds the environment of a task, as dm_control's suite.load does.
+
+    task_kwargs: random (a seed; None: any), time_limit (s), fully_observable (manipulator, stacker), sparse (cartpole's
+    three_poles). environment_kwargs: flat_observation, n_sub_steps, control_timestep. Tasks that mjenv lacks, numbers of
+    poles other than 3, and a numpy.random.RandomState as random come from dm_control, which must be installed then.
+    """
+    kwargs = dict(task_kwargs or {})
+    is_ours = (domain_name, task_name) in ALL_TASKS and kwargs.get("num_poles", 3) == 3
+    if not is_ours or isinstance(kwargs.get("random"), np.random.RandomState) or visualize_reward:
+        return _original(domain_name, task_name)(
+            domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward
+        )
+    if "environment_kwargs" in kwargs:
+        environment_kwargs = kwargs.pop("environment_kwargs")
+    kwargs.pop("num_poles", None)
+    return Environment(domain_name, task_name, **kwargs, **dict(environment_kwargs or {}))
+
+
+def _original(domain: str, task: str) -> Any:
+    """dm_control's load, for what mjenv lacks."""
+    try:
+        return import_module("dm_control.suite").load
+    except ImportError:
+        pass
+    if domain not in TASKS_BY_DOMAIN:
+        message, known = f"Domain {domain!r} does not exist.", tuple(TASKS_BY_DOMAIN)
+    elif task not in TASKS_BY_DOMAIN[domain]:
+        message, known = f"Level {task!r} does not exist in domain {domain!r}.", TASKS_BY_DOMAIN[domain]
+    else:
+        raise ValueError(f"{domain} {task} with these arguments needs dm_control: pip install dm_control")
+    near = difflib.get_close_matches(str(task if domain in TASKS_BY_DOMAIN else domain), known, 1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise ValueError(f"{message}{hint} mjenv has {', '.join(known)}; others need dm_control (pip install dm_control).")
+
+
+class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
+    """A task of the suite, as dm_control.rl.control.Environment."""
+
+    def __init__(
+        self,
+        domain_name: str,
+        task_name: str,
+        random: int | None = None,
+        time_limit: float | None = None,
+        n_sub_steps: int | None = None,
+        control_timestep: float | None = None,
+        flat_observation: bool = False,
+        **options: Any,
+    ) -> None:
+        if unknown := {*options} - _OPTIONS:
+            raise TypeError(f"{domain_name} {task_name} got an unexpected keyword argument {min(unknown)!r}")
+        id = f"dm_control/{domain_name}-{task_name}-v0"
+        self.mjenv = make(id, max_episode_steps=-1, **options)
+        timestep = self.mjenv._rows.timestep()
+        # Where the task itself gives the length of a step, dm_control refuses another number of timesteps.
+        if n_sub_steps is not None and (control_timestep is not None or self.mjenv.frame_skip > 1):
+            raise ValueError("Both n_sub_steps and control_timestep were supplied.")
+        if control_timestep is not None:
+            if self.mjenv.frame_skip > 1:
+                raise TypeError(
+                    f"{domain_name} {task_name} got multiple values for keyword argument 'control_timestep'"
+                )
+            n_sub_steps = _timesteps(control_timestep, timestep)
+        natural = float("inf") if domain_name in _ENDLESS else round(1000 * self.mjenv.dt)
+        if n_sub_steps is not None and n_sub_steps != self.mjenv.frame_skip:
+            self.mjenv.close()
+            self.mjenv = make(id, max_episode_steps=-1, frame_skip=n_sub_steps, **options)
+        seconds = natural if time_limit is None else time_limit
+        self._limit = seconds / (timestep * self.mjenv.frame_skip)
+        self._flat = flat_observation
+        # NumPy refuses what is no seed of RandomState.
+        self._seed = int(np.random.SeedSequence().generate_state(1)[0]) if random is None else _checked_seed(random)
+        self._is_seeded = False
+        self._steps = 0
+        self._ended = True
+
+    def reset(self) -> dm_env.TimeStep:
+        """Begins an episode."""
+        values, _ = self.mjenv.reset(seed=None if self._is_seeded else self._seed)
+        self._is_seeded, self._ended, self._steps = True, False, 0
+        return dm_env.restart(self._observation(values))
+
+    def step(self, action: ArrayLike) -> dm_env.TimeStep:
+        """Takes a step, or begins an episode if the last one has ended."""
+        if self._ended:
+            return self.reset()
+        controls = np.empty(self.mjenv.action_space.shape)
+        np.copyto(controls, action)
+        values, reward, terminated, _, _ = self.mjenv.step(controls)
+        self._steps += 1
+        observation = self._observation(values)
+        if self._steps >= self._limit:
+            self._ended, kind, discount = True, dm_env.StepType.LAST, 1.0
+        elif terminated:
+            self._ended, kind, discount = True, dm_env.StepType.LAST, 0.0
+        else:
+            kind, discount = dm_env.StepType.MID, 1.0
+        return dm_env.TimeStep(kind, reward, discount, observation)
+
+    def action_spec(self) -> specs.BoundedArray:
+        """The bounds of the motors; 1e10 for those without."""
+        limited = np.asarray(self.mjenv.model.actuator_ctrllimited).astype(bool).ravel()
+        low, high = np.asarray(self.mjenv.model.actuator_ctrlrange).T
+        largest = 1e10  # MuJoCo's mjMAXVAL
+        return specs.BoundedArray(
+            limited.shape, float, np.where(limited, low, -largest), np.where(limited, high, largest)
+        )
+
+    def observation_spec(self) -> Mapping[str, specs.Array]:
+        """The shapes of the observations."""
+        counts = self._observation(np.zeros(self.mjenv.observation_space.shape))
+        return OrderedDict(
+            (name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in counts.items()
+        )
+
+    def control_timestep(self) -> float:
+        """The seconds between two actions."""
+        return float(self.mjenv.dt)
+
+    def close(self) -> None:
+        """Frees the simulation."""
+        self.mjenv.close()
+
+    def _observation(self, values: NDArray[np.float64]) -> Observation:
+        if self._flat:
+            return OrderedDict(observations=values)
+        terms: Observation = OrderedDict()
+        for field in self.mjenv._rows.fields(Role.OBSERVATION):
+            value = values[field.offset : field.offset + field.count]
+            name = field.name
+            terms[name] = value[0] if name in _NUMBERS else value.reshape(_SHAPES[name]) if name in _SHAPES else value
+        return terms
+
+
+def _timesteps(control_timestep: float, timestep: float) -> int:
+    """How many timesteps a step of that length has."""
+    ratio = control_timestep / timestep
+    if control_timestep < timestep:
+        raise ValueError(f"Control timestep ({control_timestep}) cannot be smaller than physics timestep ({timestep}).")
+    if abs(ratio - round(ratio)) > 1e-8:
+        raise ValueError(
+            f"Control timestep ({control_timestep}) must be an integer multiple of physics timestep ({timestep})"
+        )
+    return round(ratio)
+
+
+def _checked_seed(seed: Any) -> int:
+    np.random.RandomState(seed)
+    return int(seed)

@@ -1,0 +1,125 @@
+"""mjenv.dm_control.suite in the place of dm_control.suite: values, types, specs, arguments and errors."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import dm_env
+import numpy as np
+import pytest
+from dm_control import suite as theirs
+
+from conftest import ABSENT, TASKS, actions
+from mjenv.dm_control import suite as ours
+
+
+def assert_same_types(got: Any, want: Any) -> None:
+    assert type(got) is type(want)
+    if isinstance(want, np.ndarray):
+        assert (got.shape, got.dtype) == (want.shape, want.dtype)
+
+
+def assert_same_step(got: dm_env.TimeStep, want: dm_env.TimeStep) -> None:
+    assert got.step_type == want.step_type
+    assert got.reward == want.reward
+    assert got.discount == want.discount
+    assert_same_types(got.reward, want.reward)
+    assert_same_types(got.discount, want.discount)
+    assert type(got.observation) is type(want.observation)
+    assert [*got.observation] == [*want.observation]
+    for name, value in want.observation.items():
+        assert_same_types(got.observation[name], value)
+        np.testing.assert_array_equal(got.observation[name], value, name)
+
+
+def assert_same_episodes(got: Any, want: Any, seed: int, steps: int) -> None:
+    draw = actions(want, seed)
+    assert_same_step(got.reset(), want.reset())
+    for _ in range(steps):
+        action = draw()
+        assert_same_step(got.step(action), want.step(action))
+
+
+@pytest.mark.parametrize("task", TASKS, ids="-".join)
+def test_environment(task: tuple[str, str]) -> None:
+    got, want = (suite.load(*task, task_kwargs={"random": 3}) for suite in (ours, theirs))
+    assert got.action_spec() == want.action_spec()
+    assert got.observation_spec() == want.observation_spec()
+    assert got.reward_spec() == want.reward_spec()
+    assert got.discount_spec() == want.discount_spec()
+    assert got.control_timestep() == want.control_timestep()
+    assert_same_episodes(got, want, 3, 5)
+    got.close()
+
+
+# The second episode begins by itself, in the step after the last one.
+@pytest.mark.parametrize(
+    ("domain", "task", "task_kwargs", "environment_kwargs"),
+    [
+        ("cartpole", "swingup", {"time_limit": 0.05}, {"flat_observation": True}),
+        ("cartpole", "swingup", {"time_limit": 0.1}, {"n_sub_steps": 3}),
+        ("pendulum", "swingup", {"time_limit": 0.5}, {"control_timestep": 0.06}),
+        ("cartpole", "three_poles", {"sparse": True, "time_limit": 0.05}, None),
+        ("manipulator", "bring_peg", {"fully_observable": False, "time_limit": 0.05}, None),
+        ("stacker", "stack_2", {"fully_observable": False, "time_limit": 0.05}, {"flat_observation": True}),
+    ],
+)
+def test_arguments(domain: str, task: str, task_kwargs: dict[str, Any], environment_kwargs: dict[str, Any]) -> None:
+    kwargs = {"random": 5, **task_kwargs}
+    got, want = (suite.load(domain, task, kwargs, environment_kwargs) for suite in (ours, theirs))
+    assert got.control_timestep() == want.control_timestep()
+    assert got.observation_spec() == want.observation_spec()
+    assert_same_episodes(got, want, 5, 25)
+    got.close()
+
+
+def test_names() -> None:
+    def known(tasks: Any) -> list[tuple[str, str]]:
+        return [task for task in tasks if task not in ABSENT]
+
+    for name in ("ALL_TASKS", "BENCHMARKING", "EASY", "HARD", "EXTRA"):
+        assert [*getattr(ours, name)] == known(getattr(theirs, name)), name
+    assert {
+        domain: tuple(task for task in tasks if (domain, task) not in ABSENT)
+        for domain, tasks in theirs.TASKS_BY_DOMAIN.items()
+        if domain != "dog"
+    } == ours.TASKS_BY_DOMAIN
+
+
+def test_dm_control_has_the_rest() -> None:
+    assert (
+        type(ours.load("cartpole", "three_poles", {"num_poles": 4, "random": 1})).__module__ == "dm_control.rl.control"
+    )
+    random = np.random.RandomState(1)
+    assert ours.load("cartpole", "balance", {"random": random}).task.random is random
+
+
+def both_refuse(error: type[Exception], load: Callable[[Any], Any]) -> None:
+    messages = []
+    for suite in (ours, theirs):
+        with pytest.raises(error) as caught:
+            load(suite)
+        messages.append(str(caught.value))
+    assert messages[0] == messages[1]
+
+
+def test_errors() -> None:
+    both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", {"random": 2**32}))
+    both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", {"random": -1}))
+    both_refuse(TypeError, lambda suite: suite.load("cartpole", "swingup", {"random": 0.5}))
+    both_refuse(ValueError, lambda suite: suite.load("cartpole", "jump"))
+    both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", None, {"control_timestep": 0.001}))
+    both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", None, {"control_timestep": 0.015}))
+    both_refuse(ValueError, lambda suite: suite.load("walker", "run", None, {"n_sub_steps": 2}))
+    with pytest.raises(TypeError, match="unexpected keyword argument 'fully_observed'"):
+        ours.load("stacker", "stack_2", {"fully_observed": True})
+
+
+def test_errors_without_dm_control(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "dm_control.suite", None)
+    with pytest.raises(ValueError, match="Domain 'cheeta' does not exist. Did you mean 'cheetah'"):
+        ours.load("cheeta", "run")
+    with pytest.raises(ValueError, match="Level 'walk' does not exist in domain 'cheetah'.*pip install dm_control"):
+        ours.load("cheetah", "walk")
