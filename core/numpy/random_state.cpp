@@ -19,7 +19,7 @@ RandomState RandomState::from_seed(const std::uint64_t* words, std::size_t count
   RandomState made;
   made.position_ = kWords;
   made.is_new_ = 1;
-  if (length == 1) {
+  if (length <= 1) {
     made.fill(word(0));
     return made;
   }

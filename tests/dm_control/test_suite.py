@@ -119,7 +119,7 @@ def test_errors() -> None:
 
 def test_errors_without_dm_control(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "dm_control.suite", None)
-    with pytest.raises(ValueError, match="Domain 'cheeta' does not exist. Did you mean 'cheetah'"):
+    with pytest.raises(ValueError, match=r"Domain 'cheeta' does not exist. Did you mean 'cheetah'"):
         ours.load("cheeta", "run")
-    with pytest.raises(ValueError, match="Level 'walk' does not exist in domain 'cheetah'.*pip install dm_control"):
+    with pytest.raises(ValueError, match=r"Level 'walk' does not exist in domain 'cheetah'.*pip install dm_control"):
         ours.load("cheetah", "walk")

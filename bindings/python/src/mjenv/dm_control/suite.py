@@ -72,8 +72,9 @@ def load(
     """Builds the environment of a task, as dm_control's suite.load does.
 
     task_kwargs: random (a seed; None: any), time_limit (s), fully_observable (manipulator, stacker), sparse (cartpole's
-    three_poles). environment_kwargs: flat_observation, n_sub_steps, control_timestep. Tasks that mjenv lacks, numbers of
-    poles other than 3, and a numpy.random.RandomState as random come from dm_control, which must be installed then.
+    three_poles). environment_kwargs: flat_observation, n_sub_steps, control_timestep. Tasks that mjenv lacks, other
+    numbers of poles than 3, a numpy.random.RandomState as random, and rewards in colour come from dm_control, which
+    must be installed then.
     """
     kwargs = dict(task_kwargs or {})
     is_ours = (domain_name, task_name) in ALL_TASKS and kwargs.get("num_poles", 3) == 3
