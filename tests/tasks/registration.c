@@ -77,9 +77,22 @@ static struct parts* parts_of(const char* id) {
 
 static void test_bad_ids(void** state) {
   (void)state;
-  static const char* const bad[] = {
-      "",       "Cartpole",     "Cartpole-v",    "-v0",      "Cartpole-v0x",         "Cart pole-v0",
-      "a//b-v0", "/b-v0", "a/-v0", "a/b/c-v0", "-a/b-v0", "Cartpole-v-1", "Cart\"pole-v0", "-Cart-v0", "Cartpole-v1234567890", "\xc3\xa9-v0"};
+  static const char* const bad[] = {"",
+                                    "Cartpole",
+                                    "Cartpole-v",
+                                    "-v0",
+                                    "Cartpole-v0x",
+                                    "Cart pole-v0",
+                                    "a//b-v0",
+                                    "/b-v0",
+                                    "a/-v0",
+                                    "a/b/c-v0",
+                                    "-a/b-v0",
+                                    "Cartpole-v-1",
+                                    "Cart\"pole-v0",
+                                    "-Cart-v0",
+                                    "Cartpole-v1234567890",
+                                    "\xc3\xa9-v0"};
   for (size_t i = 0; i < COUNT(bad); ++i) refused(MJENV_E_VALUE, p->task.id = bad[i], "\"Cartpole-v0\"");
   char text[200];
   memset(text, 'a', sizeof text);
