@@ -977,9 +977,7 @@ extern "C" {
     #[doc = " user pauses, and does nothing when the window is closed. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
-#[doc = " A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:"]
-#[doc = " xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,"]
-#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity and arrays."]
+#[doc = " A constructor option of the task. docs/c.md lists the options that every task has, whose names it cannot use."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,
@@ -990,11 +988,11 @@ pub struct mjenv_task_option {
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL"]
     pub value: f64,
-    #[doc = " closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and"]
-    #[doc = "1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
+    #[doc = " closed bounds of each number; both 0: the kind's own (FLAG: 0 and 1; INTEGER: -(2^53 - 1) and"]
+    #[doc = "2^53 - 1; STRING_OR_INT: 0 and 2^31 - 1; REALS: infinite)"]
     pub low: f64,
-    #[doc = " closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and"]
-    #[doc = "1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
+    #[doc = " closed bounds of each number; both 0: the kind's own (FLAG: 0 and 1; INTEGER: -(2^53 - 1) and"]
+    #[doc = "2^53 - 1; STRING_OR_INT: 0 and 2^31 - 1; REALS: infinite)"]
     pub high: f64,
     #[doc = " [count] the defaults of REALS that hold several numbers"]
     pub values: *const f64,
@@ -1002,8 +1000,7 @@ pub struct mjenv_task_option {
     pub count: i64,
     #[doc = " the default of a STRING (NULL: \"\") or of a STRING_OR_INT (NULL: value)"]
     pub text: *const ::std::os::raw::c_char,
-    #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text is valid. Unused for other"]
-    #[doc = "kinds"]
+    #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text"]
     pub choices: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_task_option {
@@ -1015,11 +1012,9 @@ impl Default for mjenv_task_option {
         }
     }
 }
-#[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no"]
-#[doc = " effect. With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers:"]
-#[doc = " ndim is 1 and shape[0] the number."]
-#[doc = " The fields of a role are stored one after the other, in the order in which they are described."]
+#[doc = " One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With"]
+#[doc = " the role REWARD (at most one field, a scalar), it sets the reward's type and doc. With the role STRUCTURE, it is an"]
+#[doc = " entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the number."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
@@ -1027,16 +1022,13 @@ pub struct mjenv_task_field {
     pub role: mjenv_role,
     #[doc = " without blanks and quotes; unique in its role"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " one line of documentation with the unit; NULL: the library's own for a name that the built-in"]
-    #[doc = "robots use, such as \"qpos\" or \"x_velocity\", else none"]
+    #[doc = " one line with the unit; NULL: the library's own for a name of the built-in robots, else none"]
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the type in Python; 0: FLOAT64. An observation is always np.float64"]
     pub dtype: mjenv_dtype,
-    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands"]
-    #[doc = "for a vector of length 1)"]
+    #[doc = " 0 (a scalar) to 4 dimensions; at most 1 in the observation, where 0 is a vector of length 1"]
     pub ndim: i32,
-    #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)."]
-    #[doc = "The fields of a role have at most 16777216 elements together"]
+    #[doc = " the first ndim are used; -1: build sets the length. A role has at most 16777216 elements"]
     pub shape: [i64; 4usize],
 }
 impl Default for mjenv_task_field {
@@ -1096,9 +1088,8 @@ impl Default for mjenv_contact {
     }
 }
 #[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Rows share a few such"]
-#[doc = " structs, so read the members anew in each call. Their values differ by row, the timestep, dt and body_mass included,"]
-#[doc = " because rows can have arrays of their own (mjenv_write, mjenv_randomize). Arrays marked \"on demand\" cost time in each"]
-#[doc = " step, so they may be NULL unless build asked for them with mjenv_build_need."]
+#[doc = " structs, and all values can differ by row (mjenv_write, mjenv_randomize), so read the members anew in each call."]
+#[doc = " Arrays marked \"on demand\" may be NULL unless build asked for them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
@@ -1207,8 +1198,7 @@ impl Default for mjenv_sim {
         }
     }
 }
-#[doc = " The initial state of an episode, which the reset callback changes. The comments say what each member holds before the"]
-#[doc = " call."]
+#[doc = " The initial state of an episode. The comments say what it holds before reset changes it."]
 #[repr(C)]
 pub struct mjenv_start {
     pub struct_size: u32,
@@ -1225,7 +1215,7 @@ pub struct mjenv_start {
     pub qvel: *mut f64,
     #[doc = " [na] 0"]
     pub act: *mut f64,
-    #[doc = " [carry_count] 0; carry and the first step read these numbers in mjenv_sim.carried"]
+    #[doc = " [carry_count] 0"]
     pub carried: *mut f64,
     #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -1243,7 +1233,7 @@ impl Default for mjenv_start {
         }
     }
 }
-#[doc = " The result of a step, which the step callback writes. The comments say what each member holds before the call."]
+#[doc = " The result of a step. The comments say what it holds before step changes it."]
 #[repr(C)]
 pub struct mjenv_outcome {
     pub struct_size: u32,
@@ -1253,8 +1243,7 @@ pub struct mjenv_outcome {
     pub reward: f64,
     #[doc = " the INFO fields, one after the other; all NaN"]
     pub info: *mut f64,
-    #[doc = " [carry_count] the numbers that the row carried into the step; the memory that"]
-    #[doc = "mjenv_sim.carried points to"]
+    #[doc = " [carry_count] as before the step; the memory that mjenv_sim.carried points to"]
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
@@ -1268,10 +1257,8 @@ impl Default for mjenv_outcome {
         }
     }
 }
-#[doc = " A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe"]
-#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output. It calls them"]
-#[doc = " always for rows of mjenv_send, because only mjenv_recv tells what the caller wants, and calls observe always for"]
-#[doc = " noisy and delayed observations (mjenv_perturb)."]
+#[doc = " A task. A step calls step, carry and observe, in this order; a reset calls reset, carry, observe and reset_info."]
+#[doc = " observe and reset_info are left out when their output is not wanted."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
@@ -1281,11 +1268,9 @@ pub struct mjenv_task {
     #[doc = "digits. It begins with a letter, a digit or \"_\" and has at most 100 bytes"]
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
-    #[doc = "with \".\", \"/\" or \"~\". A path that begins with \".\" is looked up from the folder of the"]
-    #[doc = "shared object or program that contains the callback step, or build if step is NULL; if"]
-    #[doc = "both are NULL, from the current folder"]
+    #[doc = "with \"/\", \"~\", or \".\", which is the folder of the shared object that contains step"]
     pub model: *const ::std::os::raw::c_char,
-    #[doc = " the text of an MJCF model. Exactly one of model and model_text must be given"]
+    #[doc = " the text of an MJCF model, instead of model; give exactly one of the two"]
     pub model_text: *const ::std::os::raw::c_char,
     #[doc = " how many mj_steps make a step: at least 1"]
     pub frame_skip: i32,
@@ -1295,8 +1280,8 @@ pub struct mjenv_task {
     pub reward_threshold: f64,
     #[doc = " the number of steps after which an episode is truncated; 0: never"]
     pub time_limit: i64,
-    #[doc = " how many numbers a row carries for the task; build may replace it, and must bound"]
-    #[doc = "those that are used as indices or sizes (mjenv_build_carry_bounds)"]
+    #[doc = " how many numbers a row carries for the task. Snapshots contain them, so"]
+    #[doc = "build bounds indices and sizes (mjenv_build_carry_bounds)"]
     pub carry_count: i64,
     #[doc = " NULL: MuJoCo's default camera"]
     pub camera: *const mjenv_task_camera,
@@ -1306,9 +1291,8 @@ pub struct mjenv_task {
     pub field_count: i64,
     #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
     pub user: *mut ::std::os::raw::c_void,
-    #[doc = " Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores"]
-    #[doc = " in *self what the other callbacks need. If it returns another number than 0, it must first free what it"]
-    #[doc = " allocated, because destroy is then not called. NULL: nothing to prepare."]
+    #[doc = " Prepares an environment when mjenv_create makes it, and stores in *self what the other callbacks need. If it fails,"]
+    #[doc = " it first frees what it allocated, because destroy is then not called. NULL: nothing to prepare."]
     pub build: ::std::option::Option<
         unsafe extern "C" fn(
             builder: *mut mjenv_builder,
@@ -1316,16 +1300,13 @@ pub struct mjenv_task {
             self_: *mut *mut ::std::os::raw::c_void,
         ) -> i32,
     >,
-    #[doc = " Frees self when the environment is destroyed, or when mjenv_create fails after build has returned 0. NULL: nothing"]
-    #[doc = " to free."]
+    #[doc = " Frees self when the environment is destroyed, or mjenv_create fails after build. NULL: nothing to free."]
     pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
-    #[doc = " Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails, unless"]
-    #[doc = " the option \"strict\" is 0. Required, unless physics_only is 1."]
+    #[doc = " Draws the initial state of an episode. It fails if the state is not finite, unless the option \"strict\" is 0."]
     pub reset: ::std::option::Option<
         unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
     >,
-    #[doc = " Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none, and must"]
-    #[doc = " be NULL if physics_only is 1."]
+    #[doc = " Writes the RESET_INFO fields into info. NULL: there are none."]
     pub reset_info: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1333,11 +1314,8 @@ pub struct mjenv_task {
             info: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that"]
-    #[doc = " sim->carried points to. Called in each reset and step, and after mjenv_set_state and mjenv_simulate."]
-    #[doc = " Also called before a step or mjenv_simulate of a row that mjenv_write, mjenv_set_constants, the draws of"]
-    #[doc = " mjenv_randomize, or mjenv_perturb (when it ends a push) have changed. Numbers that it does not write keep their"]
-    #[doc = " values. NULL: nothing to write."]
+    #[doc = " Writes into carried[carry_count], to which sim->carried also points, what the next step needs to know of the"]
+    #[doc = " present state. Also called after functions that change a row's state or own values. NULL: nothing to write."]
     pub carry: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1345,9 +1323,7 @@ pub struct mjenv_task {
             carried: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim."]
-    #[doc = " If the observation contains a NaN, the call fails, unless the option \"strict\" is 0. Required, unless physics_only"]
-    #[doc = " is 1."]
+    #[doc = " Writes the OBSERVATION fields, which depend on sim alone. It fails if one is NaN, unless \"strict\" is 0."]
     pub observe: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1355,9 +1331,8 @@ pub struct mjenv_task {
             observation: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Computes the reward, the info and whether the episode has terminated. Called once in each step, after the"]
-    #[doc = " simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option \"strict\" is"]
-    #[doc = " 0. Required, unless physics_only is 1."]
+    #[doc = " Computes the reward, the info and whether the episode has terminated, once in each step, after frame_skip mj_steps."]
+    #[doc = " It fails if the reward is NaN, unless \"strict\" is 0."]
     pub step: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1365,13 +1340,12 @@ pub struct mjenv_task {
             outcome: *mut mjenv_outcome,
         ) -> i32,
     >,
-    #[doc = " 1: the callbacks run only on the thread that calls the library, for languages whose runtime knows no other threads."]
-    #[doc = " The option num_threads must then be 1, or 0, which means 1. mjenv_send queues rows, and mjenv_recv steps them."]
-    #[doc = " 0: the callbacks run on all threads of an environment."]
+    #[doc = " 1: the callbacks run only on the thread that calls the library. num_threads must then be 0 or 1, and mjenv_recv"]
+    #[doc = " steps the rows that mjenv_send has queued."]
     pub caller_thread: i32,
-    #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays that the option"]
-    #[doc = " \"arrays\" exports. reset, reset_info, carry, observe and step must be NULL: a reset gives the model's initial state,"]
-    #[doc = " observations and rewards are 0, and infos NaN. 0: the callbacks compute them."]
+    #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays of the option"]
+    #[doc = " \"arrays\". reset, reset_info, carry, observe and step are then NULL, else reset, observe and step are required. A"]
+    #[doc = " reset gives the model's initial state, observations and rewards are 0, and infos NaN."]
     pub physics_only: i32,
     #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,
@@ -1388,14 +1362,11 @@ impl Default for mjenv_task {
     }
 }
 extern "C" {
-    #[doc = " Registers a task for the rest of the process. Any thread may call it at any time."]
-    #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay"]
-    #[doc = "       valid until the process ends"]
-    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing; destroy is given without build; carry is given"]
-    #[doc = " without build while carry_count is 0; model and model_text are both given, or neither is; a callback is given that"]
-    #[doc = " physics_only excludes; there are RESET_INFO fields without reset_info and without physics_only; or there is neither"]
-    #[doc = " build nor an OBSERVATION field), VALUE (the id is malformed or already registered, a name is malformed or stands twice,"]
-    #[doc = " a default is not among its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
+    #[doc = " Registers a task for the rest of the process, on any thread at any time."]
+    #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to"]
+    #[doc = " Errors: ARGUMENT (something required is missing, or two members exclude each other), VALUE (an id or name is"]
+    #[doc = " malformed or known already, a default is not among its choices, or a number is out of its bounds), TYPE (a task"]
+    #[doc = " cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]
@@ -1418,19 +1389,16 @@ impl Default for mjenv_plugin {
     }
 }
 extern "C" {
-    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. When they are registered, the"]
-    #[doc = " plug-in is never unloaded."]
-    #[doc = " Loading it again does nothing. Any thread may call this at any time."]
-    #[doc = " path  a shared object that exports the function \"mjenv_tasks\" (see MJENV_PLUGIN). NULL: the plug-ins that the"]
-    #[doc = "       environment variable MJENV_TASKS lists, separated by \":\". The first function that looks up an id loads these by"]
-    #[doc = "       itself; a call with NULL also reports why one of them could not be loaded"]
-    #[doc = " Errors: TASK (the file does not exist, is not a plug-in, or was built for another ABI version), and those of"]
+    #[doc = " Loads a plug-in and registers its tasks: all, or none if one is refused. It is then never unloaded; loading it again"]
+    #[doc = " does nothing. Any thread may call this at any time."]
+    #[doc = " path  a shared object that exports \"mjenv_tasks\" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable"]
+    #[doc = "       MJENV_TASKS lists, separated by \":\", which the first function that looks up an id also loads by itself"]
+    #[doc = " Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of"]
     #[doc = " mjenv_register_task. With NULL, all are TASK."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
 }
 #[doc = " ---- Functions for callbacks ----"]
-#[doc = " Callbacks call the inline functions below. These call the library through the pointers in mjenv_task_api, which every"]
-#[doc = " callback but destroy is given, so that a plug-in need not link with libmjenv."]
+#[doc = " The inline functions below call the library through these pointers, which every callback but destroy is given."]
 #[repr(C)]
 pub struct mjenv_task_api {
     pub struct_size: u32,
@@ -1542,9 +1510,7 @@ pub struct mjenv_builder {
     pub api: *const mjenv_task_api,
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
-    #[doc = " for a build that calls the task's own functions, for instance to find out how many numbers"]
-    #[doc = "they write. No row uses this stream. A draw that NumPy refuses does not make build fail,"]
-    #[doc = "because such calls may draw with arguments that never occur in a row"]
+    #[doc = " a stream of no row, for trial calls of the task's own functions"]
     pub random: *mut mjenv_random,
 }
 impl Default for mjenv_builder {
@@ -1572,7 +1538,7 @@ impl Default for mjenv_random {
         }
     }
 }
-#[doc = " The type of the function \"mjenv_tasks\", which every plug-in exports. It returns the plug-in's tasks, which the"]
-#[doc = " library copies. To fail, it calls mjenv_task_fail and returns NULL. Several threads may call it at the same time."]
+#[doc = " The function \"mjenv_tasks\" that a plug-in exports. It returns the tasks, which the library copies; or it calls"]
+#[doc = " mjenv_task_fail and returns NULL. Several threads may call it at the same time."]
 pub type mjenv_tasks_function =
     ::std::option::Option<unsafe extern "C" fn(api: *const mjenv_task_api) -> *const mjenv_plugin>;
