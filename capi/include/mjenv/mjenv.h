@@ -622,7 +622,7 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
                                       int64_t *size_bytes);
 
 /* Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an
- * environment with the same task, model, options and draws (docs/c.md). Errors: VALUE (row), SNAPSHOT. */
+ * environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
 
 /* ---- Randomisation ----

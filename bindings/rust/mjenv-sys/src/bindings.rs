@@ -890,7 +890,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an"]
-    #[doc = " environment with the same task, model, options and draws (docs/c.md). Errors: VALUE (row), SNAPSHOT."]
+    #[doc = " environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,
