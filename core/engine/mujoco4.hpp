@@ -23,53 +23,16 @@
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 
-// All functions of MuJoCo that the core calls. clang-format would indent each line more than the one before.
+// All functions of MuJoCo that the core calls.
 // clang-format off
 #define MJENV_MUJOCO_FUNCTIONS(X) \
-  X(mj_version) \
-  X(mj_versionString) \
-  X(mj_defaultVFS) \
-  X(mj_deleteVFS) \
-  X(mj_addBufferVFS) \
-  X(mj_loadXML) \
-  X(mj_freeLastXML) \
-  X(mj_saveModel) \
-  X(mj_sizeModel) \
-  X(mj_copyModel) \
-  X(mj_deleteModel) \
-  X(mj_setConst) \
-  X(mj_makeData) \
-  X(mj_resetData) \
-  X(mj_deleteData) \
-  X(mj_step) \
-  X(mj_forward) \
-  X(mj_camlight) \
-  X(mj_rnePostConstraint) \
-  X(mj_contactForce) \
-  X(mj_local2Global) \
-  X(mj_name2id) \
-  X(mj_id2name) \
-  X(mj_stateSize) \
-  X(mj_getState) \
-  X(mj_setState) \
-  X(mju_mulQuat) \
-  X(mju_free) \
-  X(mjv_defaultCamera) \
-  X(mjv_moveCamera) \
-  X(mjv_defaultPerturb) \
-  X(mjv_defaultOption) \
-  X(mjv_defaultScene) \
-  X(mjv_makeScene) \
-  X(mjv_freeScene) \
-  X(mjv_updateScene) \
-  X(mjr_defaultContext) \
-  X(mjr_makeContext) \
-  X(mjr_freeContext) \
-  X(mjr_setBuffer) \
-  X(mjr_readPixels) \
-  X(mjr_render) \
-  X(mjr_overlay) \
-  X(_mjPRIVATE_setTlsLogHandler)
+  X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML) \
+  X(mj_freeLastXML) X(mj_saveModel) X(mj_sizeModel) X(mj_copyModel) X(mj_deleteModel) X(mj_setConst) X(mj_makeData) \
+  X(mj_resetData) X(mj_deleteData) X(mj_step) X(mj_forward) X(mj_camlight) X(mj_rnePostConstraint) \
+  X(mj_contactForce) X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) \
+  X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption) \
+  X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) \
+  X(mjr_freeContext) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
 // clang-format on
 
 namespace mjenv::core {

@@ -46,4 +46,7 @@ class Condition {
   pthread_cond_t condition_;
 };
 
+// For the functions of pthreads.
+timespec timespec_of(std::chrono::nanoseconds duration);
+
 }  // namespace mjenv::core

@@ -172,28 +172,12 @@ void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) 
   });
 }
 
-constexpr mjenv_task_api api{sizeof(mjenv_task_api),
-                             MJENV_ABI_VERSION,
-                             fail_with,
-                             integer,
-                             reals,
-                             is_integer,
-                             text,
-                             index,
-                             option_index,
-                             norm_is_fused,
-                             need,
-                             array,
-                             field,
-                             carry,
-                             carry_bounds,
-                             random_real,
-                             uniform,
-                             normal,
-                             integers,
-                             choice,
-                             sample,
-                             permutation};
+// clang-format off
+constexpr mjenv_task_api api{
+    sizeof(mjenv_task_api), MJENV_ABI_VERSION, fail_with, integer, reals, is_integer, text, index, option_index,
+    norm_is_fused, need, array, field, carry, carry_bounds, random_real, uniform, normal, integers, choice, sample,
+    permutation};
+// clang-format on
 
 }  // namespace
 
