@@ -20,8 +20,7 @@
 
 namespace mjenv::core::firewall {
 
-// Keeps the calling thread from being cancelled: cancellation unwinds the stack, and guard's catch would end the
-// process.
+// Forbids pthread_cancel: it would unwind the stack into guard's catch, which would end the process.
 class Uncancelled {
  public:
   Uncancelled() { pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_); }
@@ -70,7 +69,7 @@ mjenv_status guard(const F& body) noexcept {
   return result;
 }
 
-// Calls body; if it throws, the reason stays with the handle.
+// Calls body. If it throws, the handle keeps the reason.
 template <typename Handle, typename F>
 void with_reason(const Handle* handle, const F& body) {
   try {

@@ -32,7 +32,7 @@ struct alignas(64) Slot {
   std::int32_t owner = 0;           // the process that made the object
   mutable Reason reason;            // of the last call that failed
 
-  // destroy() sleeps in these until the calls that are inside have left.
+  // destroy() waits in await_calls until the calls that are inside have left.
   void leave() {
     if (busy.exchange(kFree) == kAwaited) platform::wake_all(busy);
   }
@@ -123,7 +123,7 @@ class Table {
     return more_[chunk].load(std::memory_order_acquire)[index - start];
   }
 
-  // At least half of the slots stay free and they are taken in turn, so that a destroyed handle is not soon another's.
+  // At least half of the slots stay free and are taken in turn, so that a destroyed handle's address is reused late.
   Handle* take() {
     const std::size_t live = ++live_;
     try {

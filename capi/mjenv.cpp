@@ -100,7 +100,6 @@ const T& at(const std::vector<T>& list, std::int64_t index, const char* what) {
 }  // namespace
 
 std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
-
 const char* mjenv_version() { return library_version(); }
 
 const char* mjenv_status_name(mjenv_status status) {

@@ -26,7 +26,6 @@ std::optional<double> read_double(std::string_view text) {
 #else
 
 std::string shortest_text(double value) { return by_c_library::shortest_text(value); }
-
 std::optional<double> read_double(std::string_view text) { return by_c_library::read_double(text); }
 
 #endif

@@ -23,8 +23,7 @@ class Cache {
  private:
   using Models = std::map<std::string, std::weak_ptr<const Model>>;
   std::atomic<bool> busy_{false};
-  // Null while there are no models, and not freed by a destructor, because environments may live longer than this
-  // object when the process ends.
+  // Null while there are no models. No destructor frees it, because environments may outlive this object.
   Models* models_ = nullptr;
 
   // Calls the body, unless another thread is inside.

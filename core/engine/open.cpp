@@ -16,8 +16,7 @@
 namespace mjenv::core {
 namespace {
 
-// Enough stack to load a model with the largest number of levels. Built-in models need a tenth. docs/reliability.md has
-// measurements.
+// Enough stack for a model with the largest number of levels (docs/reliability.md). Built-in models need a tenth.
 constexpr std::size_t kStack = 512 << 10;
 
 Cache cache;

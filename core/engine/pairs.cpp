@@ -18,8 +18,7 @@ bool is_surface(const mjModel& m, int geom) {
   return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
 }
 
-// Whether a list can replace MuJoCo's search: but for excluded bodies, the model has no setting that changes what the search
-// finds.
+// Whether a list can replace MuJoCo's search: no setting but excluded bodies changes what the search finds.
 bool searchable(const mjModel& m) {
   if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)

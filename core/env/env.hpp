@@ -37,8 +37,7 @@ class Env {
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together, with the values that rows have now, and, unless rows are under way, with
-  // their forces.
+  // How many rows each thread steps together with the rows' present values. Forces count while no row is under way.
   LaneChoice lanes() const;
 
   // A mask selects the rows whose element is not 0; a null mask selects all rows.
@@ -62,8 +61,7 @@ class Env {
 
   // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
-  // them.
+  // Calls draw with the mjModel and mjData that Gymnasium has in the row's present state. It must not change them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
   // Writes an array of the row's state or mjModel, or an input of its mjData (qfrc_applied, mocap_pos, ...:

@@ -15,8 +15,7 @@
 
 namespace mjenv::core {
 
-// Each function concerns one row, or the rows of a team. Several threads call them at the same time for different rows,
-// each with its Worker or Team.
+// The functions concern one row, or a team's rows. Threads call them at the same time for different rows.
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
@@ -38,8 +37,7 @@ class Episodes {
   bool autoresets() const { return autoreset_ != Autoreset::disabled; }
   // True if the step that ends an episode also resets the row.
   bool autoresets_in_same_step() const { return autoreset_ == Autoreset::same_step; }
-  // Throws if neither a reset nor set_state has given the row a state. If "strict" is 1, also throws if its episode has
-  // ended, unless the call resets it (`resets`).
+  // Throws if no reset or set_state gave the row a state, or, with "strict" 1, its episode ended and `resets` is false.
   void check_steppable(std::int64_t row, bool resets) const;
   // Throws if the action is not finite, unless "strict" is 0 or the step resets the row, which ignores the action.
   void check_finite(std::int64_t row, const Action& action) const;
@@ -83,7 +81,7 @@ class Episodes {
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                     const mjenv_batch& out) const;
   void write_reset(Worker& worker, std::int64_t row, const Place& place) const;
-  // Writes what the caller sees after a reset or step.
+  // Writes the row's observation, with noise and delay if the row is perturbed.
   void write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const;
 };
 

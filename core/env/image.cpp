@@ -150,8 +150,7 @@ class Checks {
     const StateLayout& layout = rows_.layout();
     switch (kind.content) {
       case Content::head: return is_valid_head(part);
-      // MuJoCo can compute with any numbers in a state, though the results may not be finite. Only numbers that it uses
-      // as indices must be valid.
+      // MuJoCo can compute with any numbers in a state, though results may be infinite. But its indices must be valid.
       case Content::state: return is_valid_rest(part + (layout.size - layout.more) * sizeof(double));
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
@@ -187,8 +186,7 @@ class Checks {
     std::uint16_t possible = 0;
     for (const PartKind& kind : kParts)
       if (bytes_of(kind, rows_, arrays_) > 0) possible |= kind.kept;
-    // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might
-    // never end.
+    // NumPy's generator needs an odd increment: with an even one, a reset that rejects draws might never end.
     const bool is_even = head.seeded && head.rng.words()[2] % 2 == 0;
     const auto lacks = [&](Part needed, Content content) {
       return rows_.bytes_of(content) > 0 && (head.kept & kept_bit(needed)) == 0;
@@ -240,8 +238,7 @@ void check_engine(int engine) {
                              mujoco_version() + ": restore it in an environment on MuJoCo " + made_on);
 }
 
-// Throws unless the fingerprints are equal; 0: nothing was set. For the message, `what` names the setting and
-// `function` the function that sets it.
+// Throws unless the fingerprints are equal. 0: nothing was set. The message names the setting and its function.
 void check_settings(const char* what, const char* function, std::uint64_t of_image, std::uint64_t here) {
   if (of_image == here) return;
   const std::string difference = of_image == 0 ? std::string("without ") + what + ", but this environment has some"

@@ -1,5 +1,4 @@
-// The parts of a row: everything that it keeps from one call to the next. Allocating, copying and saving rows all loop
-// over this table.
+// The parts of a row, which it keeps from call to call. Allocating, copying and saving rows loop over this table.
 #pragma once
 
 #include <array>

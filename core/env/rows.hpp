@@ -31,8 +31,7 @@ class Rows {
     bool ended = false;   // the row's episode has ended
     // State or own values were written after the derived arrays were computed.
     bool written = false;
-    // mj_setConst was called after the derived arrays were computed. It also changes mjData, so Worker::hold must call
-    // it again.
+    // mj_setConst was called since derived arrays were computed. Worker::hold repeats it, because it changes mjData.
     bool has_constants = false;
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
@@ -88,8 +87,7 @@ class Rows {
   void prepare_keep_constants() { make_room({Part::constants_rest, Part::constants_values}); }
   // Gives all rows memory for these parts.
   void make_room(std::initializer_list<Part> parts);
-  // Call before the row's state or own values are written. Keeps the old values, with which the derived arrays were
-  // computed.
+  // Call before the row's state or own values are written. Keeps the values with which derived arrays were computed.
   void keep(std::int64_t row);
   // Call before set_state computes after a step, which replaces the computed version. Keeps that of the step.
   void keep_step(std::int64_t row);
@@ -119,8 +117,7 @@ class Rows {
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
-  // For each part but the head: the numbers of all rows, and how many each row has, which for kept parts is 0 until one
-  // is needed.
+  // For each part but the head: all rows' numbers, and how many a row has (kept parts: 0 until one is needed).
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
   bool fit_lanes_ = true;

@@ -1,5 +1,4 @@
-// The workers of one thread. If rows are stepped in lanes, there are as many as lanes, and they step their rows
-// together. Else there is one.
+// The workers of one thread: as many as lanes, which step their rows together, or one if there are no lanes.
 #pragma once
 
 #include <atomic>
@@ -66,8 +65,7 @@ class Team {
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
 
-  // Advances the workers that are ready (bits) and whose rows lanes can step. Returns their bits. The other workers
-  // must be loaded again.
+  // Advances those of the ready workers (bits) whose rows lanes can step, and returns them. Load the others again.
   std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);
 };
 

@@ -83,8 +83,7 @@ class Worker {
 
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
-  // them.
+  // Calls draw with the mjModel and mjData that Gymnasium has in the row's present state. It must not change them.
   void show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
 
  private:
@@ -99,8 +98,7 @@ class Worker {
   Writer writer_;
   Draws draws_;
   RowConstants constants_;
-  // Own values that the work space uses instead of the row's: in `begin` a copy with cleared inputs, in `hold` those
-  // with which mj_setConst was called.
+  // Own values in place of the row's: in `begin` with cleared inputs, in `hold` those of the call of mj_setConst.
   std::vector<std::byte> inputs_;
   const Forces* forces_ = nullptr;  // of the last step, for commit
   const std::vector<Array> arrays_;

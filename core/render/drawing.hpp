@@ -31,8 +31,7 @@ struct Drawing {
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // Creates MuJoCo's context in the current OpenGL context and replaces the one that exists. free_in, with the same
-  // OpenGL context, frees it.
+  // Creates MuJoCo's context in the current OpenGL context, in place of an earlier one. free_in frees it there.
   void make_context(int framebuffer);
   // Whether the first row that is drawn needs a new context, because its height fields, planes or extent, which the
   // context contains, differ. Gymnasium makes the context at the first picture, and never again.

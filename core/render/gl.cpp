@@ -178,7 +178,6 @@ Library::Library(const char* file, const char* packages) : file_(file) {
 }
 
 void Library::show() const { platform::show_library(file_); }
-
 void* Library::look_up(const char* name) const { return platform::symbol_of(handle_, name); }
 
 Symbol Library::find(const char* name) const {

@@ -1,7 +1,6 @@
-// What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, linux.cpp
-// what only Linux has, macos.cpp what only macOS has, windows.cpp all of it for Windows, and emscripten.cpp all of it for
-// WebAssembly. Only files in core/system test for which system or CPU they are compiled. Texts are UTF-8, even where
-// the system uses another encoding.
+// What the library asks of the operating system. posix.cpp implements what all POSIX systems share, linux.cpp and
+// macos.cpp what only these have, windows.cpp and emscripten.cpp (WebAssembly) all of it. Only files in core/system
+// test for the system or the CPU. Texts are UTF-8 on every system.
 #pragma once
 
 #include <atomic>
@@ -131,12 +130,10 @@ bool begins_path(const std::string& text);
 // path of a folder. Such a path must not even be opened. This does not resolve links.
 bool names_no_file(const std::string& path);
 
-// The absolute path without links, with "/" between the names, or "" if there is no such file or folder; errno then
-// says why.
+// The absolute path without links, with "/" between names; "" if there is no such file or folder (errno says why).
 std::string real_path(const std::string& path);
 
-// Creates and opens a file whose name is not in use yet: replaces the "XXXXXX" before the last `ending` characters of
-// the path. Null if that fails.
+// Creates and opens a new file: replaces the "XXXXXX" before the last `ending` characters of the path. Null: it failed.
 std::FILE* create_file(std::string& path, std::size_t ending);
 
 // The user's home folder, or "~" if it is unknown.
@@ -156,8 +153,7 @@ bool draws_with(std::string_view back_end);
 void* open_library(const char* file, std::string& reason);
 // The same for a library that the process has loaded already. Null if it has not.
 void* loaded_library(const char* file);
-// Makes the symbols of a loaded library visible to the whole process, as if the process were linked to it. False if it
-// is not loaded.
+// Makes a loaded library's symbols visible to the process, as if linked to it. False if the library is not loaded.
 bool show_library(const char* file);
 void close_library(void* library);
 // Null if the library has no such symbol.

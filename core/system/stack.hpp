@@ -6,8 +6,7 @@
 
 namespace mjenv::core {
 
-// Runs body on this thread if it has that many bytes of stack left. Otherwise runs it on a new thread that has them,
-// and waits for it.
+// Runs body on this thread if so many bytes of its stack are left, else on a new thread that has them. Waits for it.
 void run_with_stack(std::size_t bytes, const std::function<void()>& body);
 
 }  // namespace mjenv::core

@@ -31,7 +31,6 @@ std::string required_text(const char* value, const char* what) {
 }
 
 Builder& cast(mjenv_builder* builder) { return *static_cast<Builder*>(builder); }
-
 std::string name_of(const char* option) { return required_text(option, "an option's name"); }
 
 std::int64_t integer(mjenv_builder* builder, const char* option) {
@@ -104,8 +103,7 @@ T refuse_draw(mjenv_random* random, const char* why, T fallback, mjenv_status st
   return fallback;
 }
 
-// Returns what draw(rng) returns. A draw throws if it lacks memory, or if the stream must first be seeded and the
-// system has no entropy.
+// Returns what draw(rng) returns. A draw throws if it lacks memory, or entropy for a seed.
 template <typename Draw>
 auto attempt(mjenv_random* random, const Draw& draw) -> decltype(draw(cast(random).rng())) {
   using T = decltype(draw(cast(random).rng()));
@@ -182,7 +180,6 @@ constexpr mjenv_task_api api{
 }  // namespace
 
 const mjenv_task_api& task_api() { return api; }
-
 Random::Random(const Rng* stream) : mjenv_random{sizeof(mjenv_random), 0, &task_api()}, stream_(stream) {}
 
 void Random::copy() {
@@ -191,7 +188,6 @@ void Random::copy() {
 }
 
 const char* task_message() { return message.data(); }
-
 void clear_task_message() { message[0] = '\0'; }
 
 void set_task_message(const char* text) {

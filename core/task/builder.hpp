@@ -21,8 +21,7 @@ class Builder : public mjenv_builder {
   Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
           std::int64_t carry_count);
 
-  // Calls body and returns its result. If body throws, keeps the error for `check` and returns `fallback`, and from
-  // then on does not call body.
+  // Returns body's result. If it throws, keeps the error for `check`, returns `fallback`, and calls no body any more.
   template <typename T, typename Body>
   T attempt(T fallback, const Body& body) noexcept;
   template <typename Body>

@@ -13,8 +13,7 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Whether the option must be equal in the environment that made an image of a row (mjenv_snapshot) and in the one that
-// restores it.
+// Whether an image (mjenv_snapshot) can only be restored in an environment in which the option has the same value.
 enum class Scope {
   episodes,  // yes: it changes the results of steps and resets
   // No, for one of two reasons. The option changes only how results are computed and returned. Or an image's identity

@@ -8,8 +8,7 @@ namespace mjenv::core {
 
 using Rng = np::Generator;
 
-// A copy of the stream, so that a row whose reset or step callback fails keeps its stream. The first draw makes the
-// copy, because most steps draw nothing.
+// A copy of the row's stream, which the first draw makes. If the callback fails, the row keeps its own stream.
 class Random : public mjenv_random {
  public:
   // stream: null if the row was never seeded. Then the first draw seeds it.
@@ -21,8 +20,7 @@ class Random : public mjenv_random {
   }
   bool drew() const { return drew_; }
 
-  // Why a draw failed. MJENV_E_TASK: NumPy would refuse the arguments, or there was no entropy for a seed; task_message
-  // says which.
+  // Why a draw failed. MJENV_E_TASK: NumPy would refuse the arguments, or a seed lacked entropy (task_message).
   mjenv_status failure = MJENV_OK;
 
  private:

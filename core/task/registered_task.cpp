@@ -21,7 +21,6 @@ constexpr std::int64_t kMaxCount = 1 << 20;                        // of options
 constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
 
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
-
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
 
 // The folder of the shared object or program that contains the code. If that is unknown, the current folder.
@@ -212,8 +211,7 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
   if (!given_.fixed_frame_skip)
     options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many mj_steps make a step");
   for (const auto& option : of_task) options.add(option);
-  // xml_file, xml_string, trust_xml and norm have Scope::service, because an image's identity contains the model and
-  // the rounding.
+  // Scope::service for these, xml_file and norm: an image's identity contains the model and the rounding.
   if (given_.fixed_model == 0) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
@@ -250,8 +248,7 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
-  // The caller's ErrorTrap was set before open(). If open() was the first to load libmujoco, that trap does not catch
-  // libmujoco's errors, but this one does.
+  // If open() was the first to load libmujoco, the caller's ErrorTrap does not catch its errors. This one does.
   const ErrorTrap trap;
   task.frame_skip = given_.fixed_frame_skip ? given_.frame_skip : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;

@@ -31,7 +31,7 @@ class SimView {
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
   // Where callbacks write an info.
   double* info() { return info_.data(); }
-  // Where they see the action: NaN unless it is shown.
+  // The action that callbacks see: NaN unless it is shown.
   void show(const Action& action);
   void hide_action();
 

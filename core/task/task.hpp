@@ -49,8 +49,7 @@ class Builder;
 // model's initial state, observations and rewards are 0, and infos NaN.
 class Calls {
  public:
-  // Calls build. callbacks: the task's callbacks and `user`. checks: refuse NaN in observations and rewards, and NaN
-  // and infinity in initial states.
+  // Calls build. checks: refuse NaN in observations and rewards, and NaN and infinity in initial states.
   Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;

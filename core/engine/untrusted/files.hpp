@@ -18,8 +18,7 @@ namespace mjenv::core {
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
                       mjenv_status unreadable = MJENV_E_MODEL);
 
-// Each of these functions fails with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message
-// does not name the file.
+// These fail with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message names no file.
 
 struct MeshSize {
   std::int64_t vertices, triangles;

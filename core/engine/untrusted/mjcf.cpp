@@ -123,14 +123,12 @@ class Check {
   Counts counts_;
   Sizes sizes_;
   bool has_muscles_ = false, has_meshes_ = false;
-  // How many copies the enclosing replicas make of the element, the largest such number, the number of all replicas,
-  // and how often a part of the model is attached again. Each replica and attachment may also copy every element that
-  // refers to something in it.
+  // How many copies the enclosing replicas make of an element, the most so far, the replicas in all, and how often a
+  // part is attached again. Each replica and attachment may also copy elements that refer to something in it.
   std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
   // How many samples there are of sensors that have a number of values for each pixel or vertex.
   std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0, triangles_ = 0;
-  // A joint without a type has the type of its default class. Here it counts as the default class with the most degrees
-  // of freedom.
+  // A joint without a type has that of its default class. Here it counts as the default class with the most dofs.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
   std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_cubes_ = 0;
 
@@ -591,8 +589,7 @@ class Check {
     }
   }
 
-  // Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder first, and then from the folder of the
-  // included file on.
+  // Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder, then from the included file's folder on.
   std::string path_of(const File& file) const {
     std::string path = path_of(file, file.name);
     if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
@@ -786,7 +783,6 @@ void check_length_ranges(const mjModel_& m) {
 }
 
 std::int64_t max_text(bool trusted) { return Limits(trusted).of(kTextBytes); }
-
 Mjcf checked(const std::string& path, const std::string& text, bool trusted) { return Check(path, trusted).run(text); }
 
 }  // namespace mjenv::core

@@ -33,8 +33,7 @@ double quota_of(const std::string& folder) {
   return v1_quota >> quota && v1_period >> period ? ratio(quota, period) : kUnlimited;
 }
 
-// How many bytes a control group may still use. The kernel drops inactive pages of files when it needs memory, so they
-// count as free.
+// How many bytes a control group may still use. Inactive pages of files count as free: the kernel can drop them.
 double bytes_left(const std::string& folder) {
   double max = 0, used = 0;
   std::ifstream v2_max(folder + "/memory.max"), v2_used(folder + "/memory.current");
@@ -54,7 +53,6 @@ double counter(const std::string& file, const std::string& word, double fallback
 }
 
 double cpu_quota_of_groups(const std::string& root) { return smallest_limit(root, "cpu", quota_of); }
-
 double memory_of_groups(const std::string& root) { return smallest_limit(root, "memory", bytes_left); }
 
 }  // namespace mjenv::core

@@ -51,9 +51,7 @@ std::vector<int> allowed_cpus() {
 }
 
 double cpu_quota(const std::string&) { return std::numeric_limits<double>::infinity(); }
-
 int scalable_vector_bytes() { return 0; }
-
 void pin_thread(std::thread&, int) {}
 
 // A thread can name only itself.

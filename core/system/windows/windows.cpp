@@ -101,7 +101,6 @@ std::string with_backslashes(std::string path) {
 // ---- Processes ----
 
 std::int32_t process_id() { return static_cast<std::int32_t>(GetCurrentProcessId()); }
-
 std::uint32_t thread_id() { return GetCurrentThreadId(); }
 
 // The system's own variables: each C library in the process keeps a copy, which may be older.
