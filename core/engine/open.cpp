@@ -1,8 +1,11 @@
 // Loads models from MJCF files and texts.
+#include <atomic>
+#include <map>
+#include <memory>
 #include <new>
+#include <string>
 
 #include "engine/assets.hpp"
-#include "engine/cache.hpp"
 #include "engine/compile.hpp"
 #include "engine/model.hpp"
 #include "engine/mujoco.hpp"
@@ -18,6 +21,58 @@ namespace {
 
 // Enough stack for a model with the largest number of levels (docs/reliability.md). Built-in models need a tenth.
 constexpr std::size_t kStack = 512 << 10;
+
+// The models in use, which environments share. A call that finds another thread inside does nothing instead of waiting,
+// because in a forked child that thread may not exist. Then a model is compiled once more, or its entry is dropped
+// later.
+class Cache {
+ public:
+  // Returns the model that was added with this key, or null.
+  std::shared_ptr<const Model> find(const std::string& key) {
+    std::shared_ptr<const Model> found;
+    alone([&] {
+      if (!models_) return;
+      const auto entry = models_->find(key);
+      if (entry != models_->end()) found = entry->second.lock();
+    });
+    return found;
+  }
+
+  void add(const std::string& key, const std::shared_ptr<const Model>& model) {
+    alone([&] {
+      if (!models_) models_ = new Models;
+      (*models_)[key] = model;
+    });
+  }
+
+  // Drops the entries of models that are no longer in use.
+  void tidy() {
+    alone([&] {
+      if (!models_) return;
+      for (auto entry = models_->begin(); entry != models_->end();)
+        entry = entry->second.expired() ? models_->erase(entry) : std::next(entry);
+      if (!models_->empty()) return;
+      delete models_;
+      models_ = nullptr;
+    });
+  }
+
+ private:
+  using Models = std::map<std::string, std::weak_ptr<const Model>>;
+  std::atomic<bool> busy_{false};
+  Models* models_ = nullptr;  // no destructor frees it, because environments may outlive this object
+
+  // Calls the body, unless another thread is inside.
+  template <typename F>
+  void alone(const F& body) {
+    if (busy_.exchange(true, std::memory_order_acquire)) return;
+    struct Leave {
+      std::atomic<bool>& busy;
+      ~Leave() { busy.store(false, std::memory_order_release); }
+    } leave{busy_};
+    body();
+  }
+};
 
 Cache cache;
 

@@ -120,8 +120,8 @@ auto first_or_next(const Open& open_context) {
   if (*platform::no_pictures) fail(MJENV_E_RENDER, platform::no_pictures);
   Binding& bound = binding();
   const std::int32_t before = bound.process;
-  if (before != 0 &&
-      before != platform::process_id())  // checked before locking: after a fork the lock may stay locked for ever
+  // Checked before locking, because after a fork the lock may stay locked for ever.
+  if (before != 0 && before != platform::process_id())
     fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
   const std::lock_guard lock(bound.mutex);
   bound.process = platform::process_id();

@@ -80,6 +80,14 @@ std::vector<T> fetch(const Get &get) {
   return values;
 }
 
+template <auto destroy>
+struct Destroy {
+  template <typename Handle>
+  void operator()(Handle *handle) const {
+    destroy(handle);
+  }
+};
+
 /* The options of one environment id. */
 class Options {
  public:
@@ -157,10 +165,7 @@ class Options {
   mjenv_options *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_options *options) const { mjenv_options_destroy(options); }
-  };
-  std::unique_ptr<mjenv_options, Destroy> handle_;
+  std::unique_ptr<mjenv_options, Destroy<mjenv_options_destroy>> handle_;
 };
 
 /* The arrays of a mjenv_batch. Env::batch makes them for reset, step, recv and observe, Env::rollout_batch for rollout.
@@ -369,10 +374,7 @@ class Env {
   mjenv_env *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_env *env) const { mjenv_destroy(env); }
-  };
-  std::unique_ptr<mjenv_env, Destroy> handle_;
+  std::unique_ptr<mjenv_env, Destroy<mjenv_destroy>> handle_;
   std::size_t rows_;
 
   static void check_size(std::size_t size, std::size_t needed) {
@@ -456,10 +458,7 @@ class Renderer {
   mjenv_renderer *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_renderer *renderer) const { mjenv_renderer_destroy(renderer); }
-  };
-  std::unique_ptr<mjenv_renderer, Destroy> handle_;
+  std::unique_ptr<mjenv_renderer, Destroy<mjenv_renderer_destroy>> handle_;
 
   void make(const Env &env, const mjenv_render_settings *settings) {
     mjenv_renderer *made = nullptr;
@@ -480,10 +479,7 @@ class Window {
   mjenv_window *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_window *window) const { mjenv_window_destroy(window); }
-  };
-  std::unique_ptr<mjenv_window, Destroy> handle_;
+  std::unique_ptr<mjenv_window, Destroy<mjenv_window_destroy>> handle_;
 
   void make(const Env &env, const mjenv_render_settings *settings) {
     mjenv_window *made = nullptr;

@@ -51,8 +51,6 @@ typedef struct mjenv_task_option {
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
   const char *choices;  /* the valid texts of a STRING, separated by blanks; NULL: any text */
 } mjenv_task_option;
-#define MJENV_TASK_OPTION_INIT \
-  { sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL }
 
 /* One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With
  * the role REWARD (at most one field, a scalar), it sets the reward's type and doc. With the role STRUCTURE, it is an
@@ -66,10 +64,6 @@ typedef struct mjenv_task_field {
   int32_t ndim;      /* 0 (a scalar) to 4 dimensions; at most 1 in the observation, where 0 is a vector of length 1 */
   int64_t shape[4];  /* the first ndim are used; -1: build sets the length. A role has at most 16777216 elements */
 } mjenv_task_field;
-#define MJENV_TASK_FIELD_INIT                                                                            \
-  {                                                                                                      \
-    sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, { 0, 0, 0, 0 } \
-  }
 
 /* Gymnasium's default_camera_config. NaN and MJENV_BODY_UNSET mean MuJoCo's default. */
 typedef struct mjenv_task_camera {
@@ -79,8 +73,6 @@ typedef struct mjenv_task_camera {
   double lookat[3];    /* m */
   double elevation;    /* degrees */
 } mjenv_task_camera;
-#define MJENV_TASK_CAMERA_INIT \
-  { sizeof(mjenv_task_camera), MJENV_BODY_UNSET, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN }
 
 /* ---- The data that callbacks read and write ---- */
 
@@ -116,33 +108,26 @@ typedef struct mjenv_sim {
   const double *ctrl; /* [nu] */
 
   /* Computed from the state; after a step, from an older one (see Numbers above). */
-  const double *qacc;              /* [nv] */
-  const double *xpos;              /* [nbody][3] */
-  const double *xquat;             /* [nbody][4] */
-  const double *xmat;              /* [nbody][9] */
-  const double *xipos;             /* [nbody][3] */
-  const double *ximat;             /* [nbody][9] */
-  const double *xanchor;           /* [njnt][3] */
-  const double *xaxis;             /* [njnt][3] */
-  const double *geom_xpos;         /* [ngeom][3] on demand */
-  const double *geom_xmat;         /* [ngeom][9] on demand */
-  const double *site_xpos;         /* [nsite][3] */
-  const double *site_xmat;         /* [nsite][9] */
-  const double *subtree_com;       /* [nbody][3] */
-  const double *cinert;            /* [nbody][10] */
-  const double *cvel;              /* [nbody][6] */
-  const double *cfrc_ext;          /* [nbody][6] on demand */
-  const double *sensordata;        /* [nsensordata] */
-  const double *actuator_length;   /* [nu] */
-  const double *actuator_velocity; /* [nu] */
-  const double *actuator_force;    /* [nu] */
-  const double *qfrc_actuator;     /* [nv] */
-  const double *qfrc_passive;      /* [nv] */
-  const double *qfrc_bias;         /* [nv] */
-  const double *qfrc_constraint;   /* [nv] */
-  const double *ten_length;        /* [ntendon] */
-  const double *ten_velocity;      /* [ntendon] */
-  const mjenv_contact *contacts;   /* [contact_count] on demand */
+  const double *qacc;                                                       /* [nv] */
+  const double *xpos;                                                       /* [nbody][3] */
+  const double *xquat;                                                      /* [nbody][4] */
+  const double *xmat;                                                       /* [nbody][9] */
+  const double *xipos;                                                      /* [nbody][3] */
+  const double *ximat;                                                      /* [nbody][9] */
+  const double *xanchor, *xaxis;                                            /* [njnt][3] */
+  const double *geom_xpos;                                                  /* [ngeom][3] on demand */
+  const double *geom_xmat;                                                  /* [ngeom][9] on demand */
+  const double *site_xpos;                                                  /* [nsite][3] */
+  const double *site_xmat;                                                  /* [nsite][9] */
+  const double *subtree_com;                                                /* [nbody][3] */
+  const double *cinert;                                                     /* [nbody][10] */
+  const double *cvel;                                                       /* [nbody][6] */
+  const double *cfrc_ext;                                                   /* [nbody][6] on demand */
+  const double *sensordata;                                                 /* [nsensordata] */
+  const double *actuator_length, *actuator_velocity, *actuator_force;       /* [nu] */
+  const double *qfrc_actuator, *qfrc_passive, *qfrc_bias, *qfrc_constraint; /* [nv] */
+  const double *ten_length, *ten_velocity;                                  /* [ntendon] */
+  const mjenv_contact *contacts;                                            /* [contact_count] on demand */
 
   /* The model. */
   const double *qpos0;     /* [nq] of the model when the environment was built */
@@ -238,11 +223,6 @@ typedef struct mjenv_task {
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */
   int32_t fixed_frame_skip; /* 1: the task has no option frame_skip */
 } mjenv_task;
-#define MJENV_TASK_INIT                                                                                           \
-  {                                                                                                               \
-    sizeof(mjenv_task), 0, NULL, NULL, NULL, 1, 0, 0, 0, 0, NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL, \
-        NULL, NULL, NULL, 0, 0, 0, 0                                                                              \
-  }
 
 /* Registers a task for the rest of the process, on any thread at any time.
  * task  is copied with all that it points to, except the code of the callbacks and what user points to
@@ -260,8 +240,19 @@ typedef struct mjenv_plugin {
   const mjenv_task *const *tasks;
   int64_t task_count; /* at least 1 */
 } mjenv_plugin;
-#define MJENV_PLUGIN_INIT \
-  { sizeof(mjenv_plugin), MJENV_ABI_VERSION, NULL, 0 }
+
+/* What a struct is initialised with: mjenv_task task = MJENV_TASK_INIT; */
+/* clang-format off */
+#define MJENV_TASK_OPTION_INIT {sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL}
+#define MJENV_TASK_FIELD_INIT \
+  {sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, {0, 0, 0, 0}}
+#define MJENV_TASK_CAMERA_INIT \
+  {sizeof(mjenv_task_camera), MJENV_BODY_UNSET, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN}
+#define MJENV_TASK_INIT \
+  {sizeof(mjenv_task), 0, NULL, NULL, NULL, 1, 0, 0, 0, 0, NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL, \
+   NULL, NULL, NULL, 0, 0, 0, 0}
+#define MJENV_PLUGIN_INIT {sizeof(mjenv_plugin), MJENV_ABI_VERSION, NULL, 0}
+/* clang-format on */
 
 /* Loads a plug-in and registers its tasks: all, or none if one is refused. It is then never unloaded; loading it again
  * does nothing. Any thread may call this at any time.

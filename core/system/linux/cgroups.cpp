@@ -27,8 +27,7 @@ double ratio(double quota, double period) { return quota > 0 && period > 0 ? quo
 // How many CPUs a control group may use; infinite if it sets no quota.
 double quota_of(const std::string& folder) {
   double quota = 0, period = 0;
-  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period)
-    return ratio(quota, period);  // "max" is not a number
+  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period) return ratio(quota, period);  // not for "max"
   std::ifstream v1_quota(folder + "/cpu.cfs_quota_us"), v1_period(folder + "/cpu.cfs_period_us");
   return v1_quota >> quota && v1_period >> period ? ratio(quota, period) : kUnlimited;
 }
