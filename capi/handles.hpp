@@ -1,6 +1,5 @@
-// Handles are slots in tables that stay readable as long as the library is loaded. So a destroyed handle, or a pointer
-// that never was a handle, is refused instead of followed. The tables have no locks, because the process may fork
-// while a thread holds a lock, which the child could then never take.
+// Handles are slots in tables that stay readable as long as the library is loaded, so a pointer that is no live handle
+// is refused instead of followed. The tables have no locks, which a forked child could find taken for ever.
 #pragma once
 
 #include <array>

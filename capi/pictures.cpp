@@ -22,8 +22,7 @@ void check_room(const char* name, const void* to, std::int64_t count, std::size_
                            std::to_string(needed) + " are needed");
 }
 
-// Shows the row's state to a renderer or a window. Waits while another renderer or window reads. While a thread steps
-// the environment, Entered refuses the call.
+// Shows a row to a renderer or a window. Waits while another reads; Entered refuses while a thread steps the rows.
 template <typename Painter>
 void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.lock);

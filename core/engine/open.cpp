@@ -1,5 +1,7 @@
 // Loads models from MJCF files and texts.
 #include <atomic>
+#include <exception>
+#include <functional>
 #include <map>
 #include <memory>
 #include <new>
@@ -14,7 +16,6 @@
 #include "engine/untrusted/mjcf.hpp"
 #include "error.hpp"
 #include "system/platform.hpp"
-#include "system/stack.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -75,6 +76,23 @@ class Cache {
 };
 
 Cache cache;
+
+// Runs body on this thread if so much of its stack is left, else on a new thread, and waits for it.
+void run_with_stack(std::size_t bytes, const std::function<void()>& body) {
+  if (platform::stack_left() >= bytes) return body();
+  std::exception_ptr thrown;
+  const bool ran = platform::run_on_thread(bytes, [&] {
+    try {
+      body();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+  });
+  if (!ran)
+    fail(MJENV_E_MEMORY, "this thread has less than " + std::to_string(bytes / 1024) +
+                             " KB of stack left, and the system does not give this process a thread with more");
+  if (thrown) std::rethrow_exception(thrown);
+}
 
 std::string expanded(const std::string& path) {
   if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;

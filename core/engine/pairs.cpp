@@ -45,8 +45,7 @@ double mix_of(const mjModel& m, int g1, int g2) {
   return s1 < mjMINVAL ? 0.0 : 1.0;
 }
 
-// Appends a pair with the parameters that MuJoCo would compute at each contact from those of the two geoms.
-// geom_type[g1] must not be greater than geom_type[g2].
+// Appends a pair with the parameters that MuJoCo would compute at each contact. g1 has no greater type than g2.
 void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
   const bool equal = m.geom_priority[g1] == m.geom_priority[g2];
   const int first = m.geom_priority[g1] > m.geom_priority[g2] ? g1 : g2;

@@ -12,8 +12,7 @@
 
 namespace mjenv::core {
 
-// An image can be restored only if the identities of the environments, their versions of MuJoCo and their math are
-// equal, and the image's version and number of rows fit.
+// An image fits environments of equal identity, MuJoCo, math and number of rows, if it has this library's version.
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 

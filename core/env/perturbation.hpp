@@ -54,8 +54,7 @@ class Perturbation {
   };
   // Allocates the memory that act uses.
   Step make_step() const;
-  // Returns the action that the task sees: delayed, with noise. Also draws the pushes. steps: those of the episode so
-  // far.
+  // Returns the action that the task sees: delayed, with noise. Also draws the pushes. steps: of the episode so far.
   Action act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng, Step& step) const;
   // Call this when the step has succeeded: stores the state of the pushes, and the caller's action if it is delayed.
   void commit(double* record, std::int64_t steps, const Action& action, const Step& step) const;

@@ -52,9 +52,9 @@ class Worker {
   // mj_forward computes the derived arrays, still with the row's old values. adopt replaces these by those drawn.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
-  // Makes the work space ready for a step: loads the row's state and the action. If the row's state or own values were
-  // written since its derived arrays were computed, the numbers that the task carries are first computed again.
-  // forces: they replace those in the row's xfrc_applied and must outlive commit.
+  // Makes the work space ready for a step: loads the row's state and the action. If state or own values were written
+  // since the last computation, first computes what the task carries. forces: they replace those in xfrc_applied and
+  // must outlive commit.
   void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
   // Calls mj_step `frames` times. The new state reaches the row in commit.
   void advance(std::int64_t frames) { work_.step(frames, before()); }

@@ -62,8 +62,7 @@ void check_system(mjenv_gl back_end) {
   fail(MJENV_E_RENDER, std::string("this system does not draw with ") + name_of(back_end) + ", but with " + others);
 }
 
-// Fails if MuJoCo would take the functions of another back end. MuJoCo uses eglGetProcAddress if the process exports
-// it, and OSMesaGetProcAddress otherwise.
+// Fails if MuJoCo would take another back end's functions: those of EGL if the process shows EGL, else of OSMesa.
 void check_binding(const Binding& bound, mjenv_gl back_end) {
   const bool osmesa = back_end == MJENV_GL_OSMESA;
   if (bound.back_end != MJENV_GL_AUTO) {

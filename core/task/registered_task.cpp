@@ -10,8 +10,8 @@
 #include "structs.hpp"
 #include "system/platform.hpp"
 #include "task/builder.hpp"
-#include "task/meanings.hpp"
 #include "task/registry.hpp"
+#include "task/task_field.hpp"
 
 namespace mjenv::core {
 namespace {

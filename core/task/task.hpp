@@ -44,9 +44,9 @@ struct CarryBounds {
 
 class Builder;
 
-// Calls the callbacks with the `self` that build made, or with `user` if the task has no build. Destroys that `self` in
-// the end. In a task with physics_only, reset, reset_info, carry, observe and step are null: then a reset gives the
-// model's initial state, observations and rewards are 0, and infos NaN.
+// Calls the callbacks with the `self` that build made and that this destroys in the end, or with `user` if there is no
+// build. Without callbacks (physics_only), a reset gives the initial state, observations and rewards are 0, and infos
+// NaN.
 class Calls {
  public:
   // Calls build. checks: refuse NaN in observations and rewards, and NaN and infinity in initial states.

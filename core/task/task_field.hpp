@@ -13,6 +13,8 @@ namespace mjenv::core {
 // The largest carry_count.
 constexpr std::int64_t kMaxCarried = 1 << 24;
 
+// The documentation, with the unit, of a name that many tasks have. "" for an unknown name.
+const char* meaning(const std::string& name);
 // "observation", for messages. Null for a role that a task cannot describe.
 const char* role_name(mjenv_role role);
 // Returns the name of `what` ("a field"). Throws if it is missing or too long, or has blanks or quotes.

@@ -310,12 +310,8 @@ class Info {
   Info(const std::vector<Entry> &entries, double *to)
       : entry_(entries.data()), end_(entry_ + entries.size()), to_(to) {}
 
-  void operator()(const char *name, double value, const char *doc = "") {
-    scalar(name, value, MJENV_DTYPE_FLOAT64, doc);
-  }
-  void operator()(const char *name, np::Scalar value, const char *doc = "") {
-    scalar(name, value, MJENV_DTYPE_ACTION, doc);
-  }
+  void operator()(const char *name, double x, const char *doc = "") { scalar(name, x, MJENV_DTYPE_FLOAT64, doc); }
+  void operator()(const char *name, np::Scalar x, const char *doc = "") { scalar(name, x, MJENV_DTYPE_ACTION, doc); }
   void operator()(const char *name, PythonFloat value, const char *doc = "") {
     scalar(name, value.value, MJENV_DTYPE_NATIVE_FLOAT, doc);
   }

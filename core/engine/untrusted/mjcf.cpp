@@ -477,8 +477,7 @@ class Check {
 
   void sensor(const Element& element) {
     reference(element);
-    constexpr std::int64_t kOfContact =
-        23;  // numbers that a sensor can have of one contact, more than of other objects
+    constexpr std::int64_t kOfContact = 23;  // numbers that a sensor can have of one contact: more than of others
     const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
     check_limit("nsample", samples, kNumericSize, &element.xml);
     if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
