@@ -1,6 +1,5 @@
 #include "render/window.hpp"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>

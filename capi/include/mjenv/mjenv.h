@@ -290,8 +290,7 @@ typedef struct mjenv_randomization {
 typedef struct mjenv_push {
   uint32_t struct_size;
   int32_t body; /* the index of a body; not 0, the world */
-  /* From the reset, or from the last push, to the next push: integers(min_steps, max_steps + 1) steps, drawn each time.
-   * 1 <= min_steps <= max_steps. */
+  /* From a reset or push to the next push: integers(min_steps, max_steps + 1) steps. 1 <= min_steps <= max_steps. */
   int64_t min_steps;
   int64_t max_steps;
   double low[6]; /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
@@ -322,8 +321,7 @@ enum mjenv_gl_value {
   MJENV_GL_WGL = 4     /* the display's driver, in an invisible window; on Windows only */
 };
 
-/* What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into
- * mjenv_render_settings.visual. */
+/* What is drawn: MuJoCo 2.2.2's mjtVisFlag, also in the build for 4.0; indices into mjenv_render_settings.visual. */
 typedef int32_t mjenv_visual;
 enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
@@ -516,8 +514,7 @@ MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint6
 /* Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does. */
 MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 
-/* Draws action[rows][actuators] as action_space.sample() does, row by row. count is rows * actuators. Errors: SIZE,
- * MODEL (an actuator has infinite bounds). */
+/* Draws action[rows][actuators] as action_space.sample() does. Errors: SIZE (count), MODEL (infinite bounds). */
 MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, int64_t count);
 
 /* ---- Episodes ---- */
@@ -577,8 +574,7 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, int64_t capacity,
                                   int64_t *count);
 
-/* Counts the model's objects of a type: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
- * "light". Errors: NAME. */
+/* Counts objects: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor", "light". Errors: NAME. */
 MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
 
 /* Finds the index of the object with this type and name. Errors: NAME. */
@@ -611,8 +607,7 @@ MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, const uint8_t *mask);
  * a count of steps. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, int64_t count, int64_t frames);
 
-/* Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors:
- * VALUE (from). */
+/* Copies the row `from` to those of the mask: state, stream, step count, own arrays, inputs. Errors: VALUE (from). */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, const uint8_t *mask, int64_t from);
 
 /* Saves a row, or MJENV_ALL_ROWS, as an image: bytes with what mjenv_copy_row copies.
@@ -634,8 +629,7 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
-/* Replaces the noise, delays and pushes; NULL: none. New ones begin with each row's next reset. Errors: VALUE, SIZE
- * (a count). */
+/* Replaces noise, delays and pushes from each row's next reset on; NULL: none. Errors: VALUE, SIZE (a count). */
 MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----
@@ -653,8 +647,7 @@ MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_
 
 MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
 
-/* Returns the OpenGL of the renderer: its library, vendor, renderer and version, separated by ", "; NULL if it
- * fails. */
+/* Returns "library, vendor, renderer, version" of the renderer's OpenGL; NULL if it fails. */
 MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 
 /* Draws a row, its top line first, with the outputs that are not NULL.

@@ -168,8 +168,7 @@ class Options {
   std::unique_ptr<mjenv_options, Destroy<mjenv_options_destroy>> handle_;
 };
 
-/* The arrays of a mjenv_batch. Env::batch makes them for reset, step, recv and observe, Env::rollout_batch for rollout.
- * */
+/* The arrays of a mjenv_batch: Env::batch makes them, Env::rollout_batch those of a rollout. */
 struct Batch {
   std::size_t rows = 0;
   std::size_t obs_count = 0, info_count = 0, reset_info_count = 0, arrays_count = 0;

@@ -211,8 +211,7 @@ typedef struct mjenv_task {
    * It fails if the reward is NaN, unless "strict" is 0. */
   int32_t (*step)(const void *self, const mjenv_sim *sim, mjenv_outcome *outcome);
 
-  /* 1: the callbacks run only on the thread that calls the library. num_threads must then be 0 or 1, and mjenv_recv
-   * steps the rows that mjenv_send has queued. */
+  /* 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send). */
   int32_t caller_thread;
 
   /* 1: the program itself computes initial states, observations, rewards and infos, from the arrays of the option

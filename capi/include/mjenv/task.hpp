@@ -24,9 +24,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <exception>
 #include <functional>
-#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <new>
@@ -42,8 +42,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action, with the dtype that the caller passed. The values are 0 in trial calls, and NaN in all lambdas but
- * step. */
+/* A row's action, in the dtype that the caller passed: 0 in trial calls, and NaN in all lambdas but step. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -294,8 +293,7 @@ inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, 
 
 }  // namespace detail
 
-/* Receives the info: info(name, value, doc). Each call of a lambda writes the same names and lengths in the same order.
- * */
+/* Receives the info: info(name, value, doc). Each call of a lambda writes the same names and lengths in this order. */
 class Info {
  public:
   struct Entry {
@@ -477,8 +475,7 @@ class Robot {
   Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
   /* Refuses models whose qpos or qvel has another length. */
   Robot &needs_exactly(int nq, int nv) { return require(this->nq() == nq && this->nv() == nv, "", nq, nv); }
-  /* Makes an array available that is computed on demand (mjenv_build_need). Only needed if trial calls do not use it.
-   * */
+  /* Makes an array available that is computed on demand (mjenv_build_need), if no trial call uses it. */
   Robot &needs(const char *array) {
     if (builder_) mjenv_build_need(builder_, array);
     return *this;
@@ -856,8 +853,7 @@ class Description {
   mjenv_task task_ = MJENV_TASK_INIT;
 };
 
-/* The list of definitions in this program or shared object. Its symbols are hidden, so that shared objects in one
- * process do not share one list. */
+/* The definitions of this program or shared object. The symbols are hidden, so that each shared object has its own. */
 MJENV_HIDDEN inline Definition *definitions = nullptr;
 
 /* Adds a definition to the list when the program or shared object is loaded. */
@@ -908,8 +904,7 @@ MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *ap
 
 }  // namespace detail
 
-/* For code that makes the mjenv_task of a definition itself, as the library does for its robots:
- * Description(definition).task(). */
+/* For code that makes a mjenv_task of a definition, as the library does: Description(definition).task(). */
 using detail::Definition;
 using detail::Description;
 

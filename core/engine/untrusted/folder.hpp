@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
-#include <utility>
 
 #include "engine/untrusted/files.hpp"
 #include "engine/untrusted/limits.hpp"

@@ -362,8 +362,7 @@ pub struct mjenv_push {
     pub struct_size: u32,
     #[doc = " the index of a body; not 0, the world"]
     pub body: i32,
-    #[doc = " From the reset, or from the last push, to the next push: integers(min_steps, max_steps + 1) steps, drawn each time."]
-    #[doc = " 1 <= min_steps <= max_steps."]
+    #[doc = " From a reset or push to the next push: integers(min_steps, max_steps + 1) steps. 1 <= min_steps <= max_steps."]
     pub min_steps: i64,
     pub max_steps: i64,
     #[doc = " N and N m: the force and torque, uniform(low, high), as in xfrc_applied"]
@@ -422,8 +421,7 @@ pub const MJENV_GL_OSMESA: mjenv_gl = 2;
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
 #[doc = " the display's driver, in an invisible window; on Windows only"]
 pub const MJENV_GL_WGL: mjenv_gl = 4;
-#[doc = " What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into"]
-#[doc = " mjenv_render_settings.visual."]
+#[doc = " What is drawn: MuJoCo 2.2.2's mjtVisFlag, also in the build for 4.0; indices into mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;
 pub const MJENV_VISUAL_CONVEXHULL: mjenv_visual = 0;
 pub const MJENV_VISUAL_TEXTURE: mjenv_visual = 1;
@@ -704,8 +702,7 @@ extern "C" {
     pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Draws action[rows][actuators] as action_space.sample() does, row by row. count is rows * actuators. Errors: SIZE,"]
-    #[doc = " MODEL (an actuator has infinite bounds)."]
+    #[doc = " Draws action[rows][actuators] as action_space.sample() does. Errors: SIZE (count), MODEL (infinite bounds)."]
     pub fn mjenv_sample_actions(env: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status;
 }
 extern "C" {
@@ -804,8 +801,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Counts the model's objects of a type: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\" or"]
-    #[doc = " \"light\". Errors: NAME."]
+    #[doc = " Counts objects: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\", \"light\". Errors: NAME."]
     pub fn mjenv_object_count(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -872,8 +868,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors:"]
-    #[doc = " VALUE (from)."]
+    #[doc = " Copies the row `from` to those of the mask: state, stream, step count, own arrays, inputs. Errors: VALUE (from)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
 }
 extern "C" {
@@ -909,8 +904,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces the noise, delays and pushes; NULL: none. New ones begin with each row's next reset. Errors: VALUE, SIZE"]
-    #[doc = " (a count)."]
+    #[doc = " Replaces noise, delays and pushes from each row's next reset on; NULL: none. Errors: VALUE, SIZE (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
@@ -937,8 +931,7 @@ extern "C" {
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
 }
 extern "C" {
-    #[doc = " Returns the OpenGL of the renderer: its library, vendor, renderer and version, separated by \", \"; NULL if it"]
-    #[doc = " fails."]
+    #[doc = " Returns \"library, vendor, renderer, version\" of the renderer's OpenGL; NULL if it fails."]
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -1340,8 +1333,7 @@ pub struct mjenv_task {
             outcome: *mut mjenv_outcome,
         ) -> i32,
     >,
-    #[doc = " 1: the callbacks run only on the thread that calls the library. num_threads must then be 0 or 1, and mjenv_recv"]
-    #[doc = " steps the rows that mjenv_send has queued."]
+    #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
     pub caller_thread: i32,
     #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays of the option"]
     #[doc = " \"arrays\". reset, reset_info, carry, observe and step are then NULL, else reset, observe and step are required. A"]
