@@ -27,7 +27,7 @@ class Constants {
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates that mjData.
   void make_data();
-  // The arrays that mj_setConst changed and that the row lacks. Fails with MJENV_E_MODEL if rows cannot have one.
+  // The arrays that mj_setConst changed and that rows still share. Fails with MJENV_E_MODEL if rows must share one.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;

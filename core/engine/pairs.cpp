@@ -45,7 +45,7 @@ double mix_of(const mjModel& m, int g1, int g2) {
   return s1 < mjMINVAL ? 0.0 : 1.0;
 }
 
-// Appends a pair with the parameters that MuJoCo would compute at each contact. g1 has no greater type than g2.
+// Appends a pair with the parameters that MuJoCo would compute at each contact. g1's type must not be above g2's.
 void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
   const bool equal = m.geom_priority[g1] == m.geom_priority[g2];
   const int first = m.geom_priority[g1] > m.geom_priority[g2] ? g1 : g2;

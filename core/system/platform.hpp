@@ -34,7 +34,7 @@ extern const char path_separator;
 // Why the library starts no threads on this system; "" if it starts them.
 extern const char* const no_threads;
 
-// Blocks all signals on this thread while it lives, and for ever on threads that start meanwhile: the host's get them.
+// Blocks all signals on this thread while it lives, and for ever on threads that start meanwhile.
 class BlockedSignals {
  public:
   BlockedSignals();
@@ -60,7 +60,7 @@ void name_thread(std::thread& thread, const std::string& name);
 
 // How many bytes are left of the calling thread's stack; 0 if that is unknown, for example on the stack of a coroutine.
 std::size_t stack_left();
-// Runs body, which must not throw, on a new thread with such a stack and no signals. False if there is no such thread.
+// Runs body, which must not throw, on a new thread with such a stack, which blocks all signals. False: it has not run.
 bool run_on_thread(std::size_t stack_bytes, const std::function<void()>& body);
 
 // These let a thread sleep until another thread of this process changes a word. Unlike a condition variable, a word

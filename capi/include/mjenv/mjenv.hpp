@@ -38,7 +38,7 @@ inline void check(mjenv_status status, std::size_t received = 0) {
   if (status != MJENV_OK) throw Error(status, mjenv_last_error(), received);
 }
 
-/* Calls the C function with the text, in which C would take a NUL for the end. */
+/* Calls the C function with the text. Refuses a NUL, which C would take for the end of the text. */
 template <typename Call>
 mjenv_status with_text(const std::string &text, const Call &call) {
   if (text.find('\0') != std::string::npos) throw Error(MJENV_E_ARGUMENT, "a text has a NUL character inside");
