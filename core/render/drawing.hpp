@@ -1,7 +1,6 @@
 // MuJoCo's structures for drawing one model, which renderers and windows share.
 #pragma once
 
-
 #include "engine/model.hpp"
 #include "engine/mujoco.hpp"
 #include "error.hpp"
