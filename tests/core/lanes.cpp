@@ -155,7 +155,8 @@ std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
   for (const OwnArray& array : own.list()) {
     if (!array.original.data) {  // an input of mjData
       std::vector<double> values(array.original.count());
-      for (double& value : values) value = 0.3 * noise();
+      const bool is_still = noise.below(3) == 0;
+      for (double& value : values) value = is_still || noise.below(4) == 0 ? noise.odd() * 0 : 0.3 * noise();
       array.write(values.data(), bytes);
       continue;
     }
@@ -228,6 +229,7 @@ OwnArrays own_arrays(const Model& model) {
   OwnArrays own(model);
   for (const Array& array : model.arrays())
     if (is_writable(array) && lanes::computes_own(array.name)) own.add(array.name);
+  for (const char* input : {"qfrc_applied", "xfrc_applied"}) own.add(input);
   if (model.get()->nmocap > 0) own.add("mocap_pos");
   return own;
 }

@@ -50,7 +50,7 @@ struct ConstraintNumbers {
 struct Lanes {
   const mjModel* model;
 
-  double *qpos, *qvel, *ctrl, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
+  double *qpos, *qvel, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
   double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
   double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
   double *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
@@ -78,6 +78,7 @@ struct Lanes {
   const GeomPair* pairs;
   int pair_count;
 
+  bool has_forces;      // in a lane, a number of qfrc_applied or xfrc_applied is not 0
   unsigned char* hits;  // for each pair the lanes in which the geoms may touch, as bits
   unsigned left;        // lanes, as bits, that met a number or a case which is left to MuJoCo's own code
   unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
