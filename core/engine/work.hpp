@@ -33,6 +33,8 @@ class Work {
     std::array<double, 6> values;
   };
   void apply(const Force& force);
+  // Whether a number in qfrc_applied or xfrc_applied is not 0.
+  bool has_forces() const;
 
   // Says that this array of mjData is read after each step.
   void expect(const std::string& array) { reads_all_ |= !is_after_every_step(array); }
@@ -93,6 +95,7 @@ class Work {
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false;
+  bool has_inputs_ = false;  // rows have inputs of mjData of their own
   std::uint64_t computation_ = 0;
 
   void clear_warnings();

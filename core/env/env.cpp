@@ -114,10 +114,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 LaneChoice Env::lanes() const {
   if (lanes_.width == 0) return lanes_;
   if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
-  const std::int64_t alone = pipeline_->count() > 0 ? 0 : rows_.forced_rows();  // other threads may change forces
-  if (alone == 0) return lanes_;
-  return {alone + 1 < rows() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
-                                                     " rows have forces in qfrc_applied or xfrc_applied"};
+  return lanes_;
 }
 
 // ---- Random streams ----
@@ -339,12 +336,10 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
   }
   for_each_row([&](std::int64_t row, const double* of_row) {
     rows_.keep(row);
-    if (part) {
+    if (part)
       std::copy_n(of_row, elements, rows_.state(row) + part->offset);
-    } else {
+    else
       target.write(of_row, rows_.values(row));
-      rows_.note_forces(row);
-    }
     rows_.head(row).written = true;
     workers_.forget(row);
     forget_observation(row);
@@ -444,7 +439,6 @@ void Env::end_pushes() {
     if (!perturbation_.is_pushed(rows_.perturbation(row))) continue;
     rows_.keep(row);
     perturbation_.end_pushes(rows_.perturbation(row), rows_.values(row));
-    rows_.note_forces(row);
     rows_.head(row).written = true;
     workers_.forget(row);
   }

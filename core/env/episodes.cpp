@@ -138,11 +138,7 @@ void Episodes::advance(Team& team, std::uint32_t& moving) const {
     for_turns(team, turn, [&](std::size_t) { body(); });
     return turn != 0;
   };
-  std::uint32_t together = team.steps_together(rows_) ? moving : 0;
-  for (std::size_t i = 0; together >> i != 0; ++i)
-    if (const Turn& turn = team.turns()[i]; rows_.has_forces(turn.row) || (turn.forces && !turn.forces->empty()))
-      together &= ~(1u << i);  // lanes compute no forces
-  team.advance(moving, together, task_.frame_skip, load, attempt);
+  team.advance(moving, team.steps_together(rows_), task_.frame_skip, load, attempt);
 }
 
 void Episodes::begin_step(Worker& worker, Turn& turn) const {

@@ -422,7 +422,6 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
     else
       std::memcpy(to, one.bytes, rows.bytes_of(one.kind->content));
   }
-  for (std::int64_t i = range.first; i < range.end; ++i) rows.note_forces(i);
 }
 
 }  // namespace mjenv::core

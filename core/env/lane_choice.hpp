@@ -22,7 +22,5 @@ LaneChoice choose_lanes(const Options& options, const Model& model, std::int64_t
 
 // The names of those mjModel arrays for which lanes do not support different values in each row.
 std::vector<std::string> beyond_lanes(const OwnArrays& arrays);
-// Whether the block has a nonzero value in an input of mjData that lanes assume to be 0, such as xfrc_applied.
-bool has_forces(const OwnArrays& arrays, const std::byte* block);
 
 }  // namespace mjenv::core

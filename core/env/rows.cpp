@@ -89,8 +89,6 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
     }
     wider.emplace_back(index_of(kind.part), std::move(numbers));
   }
-  std::vector<std::uint8_t> forced = forced_;
-  if (arrays.has_inputs()) forced.resize(heads_.size());  // the new arrays have no forces yet
   const bool fits = beyond_lanes(arrays).empty();
   for (auto& [part, numbers] : wider) {
     numbers_[part] = std::move(numbers);
@@ -98,21 +96,9 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
   }
   fit_lanes_ = fits;
   arrays_ = std::move(arrays);
-  forced_ = std::move(forced);
 }
 
-void Rows::clear_inputs(std::int64_t row) {
-  arrays_.clear_inputs(values(row));
-  note_forces(row);
-}
-
-std::int64_t Rows::forced_rows() const {
-  return std::count_if(forced_.begin(), forced_.end(), [](std::uint8_t forced) { return forced != 0; });
-}
-
-void Rows::note_forces(std::int64_t row) {
-  if (!forced_.empty()) forced_[static_cast<std::size_t>(row)] = core::has_forces(arrays_, values(row)) ? 1 : 0;
-}
+void Rows::clear_inputs(std::int64_t row) { arrays_.clear_inputs(values(row)); }
 
 void Rows::make_room(std::initializer_list<Part> parts) {
   for (const Part part : parts) {
@@ -151,7 +137,6 @@ void Rows::copy(std::int64_t from, std::int64_t to) {
   for (const PartKind& kind : kParts)
     if (const std::size_t size = bytes_of(kind.content); size > 0 && has(from, kind))
       std::memcpy(bytes(kind.part, to), bytes(kind.part, from), size);
-  note_forces(to);
 }
 
 std::vector<double> Rows::make_perturbation(std::uint64_t size) const {

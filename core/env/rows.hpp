@@ -71,16 +71,11 @@ class Rows {
   // sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
-  // Whether lanes support all arrays of which rows have own values. Rows with has_forces are stepped one by one anyway.
+  // Whether lanes support all arrays of which rows have own values.
   bool fit_lanes() const { return fit_lanes_; }
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
-  // Whether the row has forces that lanes do not compute (core::has_forces), and the number of such rows. Call
-  // note_forces after writing inputs of mjData to the present values.
-  bool has_forces(std::int64_t row) const { return !forced_.empty() && forced_[static_cast<std::size_t>(row)] != 0; }
-  std::int64_t forced_rows() const;
-  void note_forces(std::int64_t row);
 
   // Allocates the memory that keep_step needs, and that keep_constants needs. keep needs none.
   void prepare_keep_step() { make_room({Part::stepped_state, Part::stepped_values}); }
@@ -121,7 +116,6 @@ class Rows {
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
   bool fit_lanes_ = true;
-  std::vector<std::uint8_t> forced_;  // for has_forces; empty until rows have inputs of their own
 
   double* numbers(Part part, std::int64_t row) {
     return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];

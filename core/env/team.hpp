@@ -51,12 +51,11 @@ class Team {
   bool steps_together(const Rows& rows) const { return stepper_ && rows.fit_lanes(); }
   // Advances the simulations of some turns by `frames` calls of mj_step.
   //   moving    these turns, as bits. advance clears the bits of those that fail
-  //   together  those of them that can be stepped together. The others are stepped one by one
+  //   together  whether they can be stepped together. Else they are stepped one by one
   //   load      load(i) makes worker i ready for the step of its turn (Worker::load)
   //   attempt   attempt(i, body) calls body, and returns false if it has failed
   template <typename Load, typename Attempt>
-  void advance(std::uint32_t& moving, std::uint32_t together, std::int64_t frames, const Load& load,
-               const Attempt& attempt);
+  void advance(std::uint32_t& moving, bool together, std::int64_t frames, const Load& load, const Attempt& attempt);
   // Moves the workers' failures to the first.
   void gather_failures();
 
@@ -70,16 +69,16 @@ class Team {
 };
 
 template <typename Load, typename Attempt>
-void Team::advance(std::uint32_t& moving, std::uint32_t together, std::int64_t frames, const Load& load,
+void Team::advance(std::uint32_t& moving, bool together, std::int64_t frames, const Load& load,
                    const Attempt& attempt) {
   const auto for_moving = [&](std::uint32_t turns, const auto& body) {
     for (std::size_t i = 0; turns >> i != 0; ++i)
       if ((turns >> i & 1) != 0 && !attempt(i, [&] { body(i); })) moving &= ~(1u << i);
   };
   std::uint32_t advanced = 0;
-  if ((together & (together - 1)) != 0) {  // one row is faster without lanes
-    for_moving(together, load);
-    advanced = step_together(together & moving, frames);
+  if (together && (moving & (moving - 1)) != 0) {  // one row is faster without lanes
+    for_moving(moving, load);
+    advanced = step_together(moving, frames);
   }
   for_moving(moving & ~advanced, [&](std::size_t i) {
     load(i);

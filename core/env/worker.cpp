@@ -28,11 +28,9 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
-  if (origin == Origin::step && forces_ && !forces_->empty()) {
+  if (origin == Origin::step && forces_)
     for (const Work::Force& force : *forces_)
       std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
-    rows.note_forces(row);
-  }
   // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did this, its inputs
   // are kept, to repeat it. If an earlier mj_step did, the last one started with cleared inputs.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {

@@ -101,7 +101,7 @@ end
 
 How many rows each thread steps together, in the lanes of the CPU's vector unit, and why rows are stepped alone: `(count,
 reason)`. `count` is 0 if each row is stepped alone; `reason` is `""` if none is. The answer may change when rows get
-values or forces of their own.
+values of their own.
 """
 function lanes(env::Env)
     return inside(env) do handle

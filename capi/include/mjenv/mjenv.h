@@ -479,7 +479,7 @@ MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, 
 /* Destroys an environment and ends its threads. The results of rows under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* Describes an environment as it is now. The lanes can change when rows get values or forces of their own. */
+/* Describes an environment as it is now. The lanes can change when rows get values of their own. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
 /* Returns the options that the environment was built with; NULL if it fails. They cannot be changed. */

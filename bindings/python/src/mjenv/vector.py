@@ -436,7 +436,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     def lanes(self) -> int:
         """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone.
 
-        May change when rows get values or forces of their own. ``lanes_reason`` says why rows are stepped alone.
+        May change when rows get values of their own. ``lanes_reason`` says why rows are stepped alone.
         """
         return self._pool.rows.lanes()[0]
 

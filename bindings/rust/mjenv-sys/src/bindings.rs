@@ -636,7 +636,7 @@ extern "C" {
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Describes an environment as it is now. The lanes can change when rows get values or forces of their own."]
+    #[doc = " Describes an environment as it is now. The lanes can change when rows get values of their own."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
