@@ -142,8 +142,8 @@ class Plan {
 class Checks {
  public:
   Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Calls& calls,
-         const Perturbation& perturbation)
-      : rows_(rows), arrays_(arrays), model_(model), calls_(calls), perturbation_(perturbation) {}
+         const Perturbation& perturbation, const Frames& frames)
+      : rows_(rows), arrays_(arrays), model_(model), calls_(calls), perturbation_(perturbation), frames_(frames) {}
 
   // Whether MuJoCo and the library can compute with this part.
   bool is_valid(const PartKind& kind, const std::byte* part) {
@@ -156,6 +156,7 @@ class Checks {
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
       case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::history: return frames_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::carried: break;
     }
     return calls_.is_valid_carried(part);
@@ -170,6 +171,7 @@ class Checks {
   const Model& model_;
   const Calls& calls_;
   const Perturbation& perturbation_;
+  const Frames& frames_;
   std::vector<double> numbers_;
 
   const double* aligned(const std::byte* part, std::size_t size) {
@@ -332,8 +334,8 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
 }
 
 void read_image(Rows& rows, const Model& model, const Calls& calls, const Perturbation& perturbation,
-                const Identity& identity, const std::string& id, std::int64_t row, const void* image,
-                std::size_t size) {
+                const Frames& frames, const Identity& identity, const std::string& id, std::int64_t row,
+                const void* image, std::size_t size) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
   const ImageHeader expected;
   ImageHeader header;
@@ -398,7 +400,7 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
     const std::byte* bytes;
   };
   std::vector<Found> found;
-  Checks checks(rows, arrays, model, calls, perturbation);
+  Checks checks(rows, arrays, model, calls, perturbation, frames);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     std::uint16_t kept = 0;
     for (const PartKind& kind : kParts) {

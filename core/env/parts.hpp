@@ -14,6 +14,7 @@ enum class Part : std::uint8_t {
   carried,
   values,
   perturbation,
+  history,
   computed_state,
   computed_values,
   stepped_state,
@@ -30,6 +31,7 @@ enum class Content : std::uint8_t {
   carried,       // the numbers that the task keeps for the row's next step (SimView::carried)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
+  history,       // the record of the last observations (Frames)
 };
 
 struct PartKind {
@@ -43,7 +45,7 @@ struct PartKind {
   bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
-constexpr std::size_t kPartCount = 11;
+constexpr std::size_t kPartCount = 12;
 constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part); }
 
 // In the order of Part.
@@ -53,6 +55,7 @@ constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::carried, "carried", Content::carried},
     {Part::values, "values", Content::values},
     {Part::perturbation, "perturbation", Content::perturbation},
+    {Part::history, "history", Content::history},
     {Part::computed_state, "computed_state", Content::state},
     {Part::computed_values, "computed_values", Content::values, 1},
     {Part::stepped_state, "stepped_state", Content::state, 2},

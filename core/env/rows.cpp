@@ -10,8 +10,11 @@
 
 namespace mjenv::core {
 
-Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
-    : layout_(model), carry_count_(static_cast<std::size_t>(carry_count)), arrays_(model) {
+Rows::Rows(const Model& model, std::int64_t carry_count, std::size_t history_count, std::int64_t count)
+    : layout_(model),
+      carry_count_(static_cast<std::size_t>(carry_count)),
+      history_count_(history_count),
+      arrays_(model) {
   std::size_t each = sizeof(Head) + sizeof workers_[0];
   for (const PartKind& kind : kParts)
     if (kind.kept == 0 && kind.part != Part::head) {
@@ -41,6 +44,7 @@ std::size_t Rows::bytes_of(Content content) const {
     case Content::rest: return layout_.more * sizeof(double);
     case Content::carried: return carry_count_ * sizeof(double);
     case Content::values: return arrays_.block_bytes();
+    case Content::history: return history_count_ * sizeof(double);
     case Content::perturbation: break;
   }
   return sizes_[index_of(Part::perturbation)] * sizeof(double);

@@ -37,7 +37,8 @@ class Rows {
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
 
-  Rows(const Model& model, std::int64_t carry_count, std::int64_t count);
+  // carry_count, history_count: how many numbers the task carries in a row, and how many a row's history has.
+  Rows(const Model& model, std::int64_t carry_count, std::size_t history_count, std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
@@ -58,6 +59,7 @@ class Rows {
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
   double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
   const double* perturbation(std::int64_t row) const { return numbers(Part::perturbation, row); }
+  double* history(std::int64_t row) { return numbers(Part::history, row); }
   bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
 
   // The arrays of which rows have own values.
@@ -115,7 +117,7 @@ class Rows {
 
  private:
   StateLayout layout_;
-  std::size_t carry_count_;
+  std::size_t carry_count_, history_count_;
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;

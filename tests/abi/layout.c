@@ -127,6 +127,9 @@ int main(void) {
   FIELD(mjenv_space, count);
   FIELD(mjenv_space, low);
   FIELD(mjenv_space, high);
+  FIELD(mjenv_space, ndim);
+  FIELD(mjenv_space, reserved);
+  FIELD(mjenv_space, shape);
 
   STRUCT(mjenv_info);
   FIELD(mjenv_info, struct_size);

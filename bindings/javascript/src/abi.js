@@ -110,12 +110,15 @@ export const mjenv_field = struct(72, {
   reserved: { offset: 68, type: "int32", length: 0 },
 });
 
-export const mjenv_space = struct(24, {
+export const mjenv_space = struct(64, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   dtype: { offset: 4, type: "int32", length: 0 },
   count: { offset: 8, type: "int64", length: 0 },
   low: { offset: 16, type: "uint32", length: 0 },
   high: { offset: 20, type: "uint32", length: 0 },
+  ndim: { offset: 24, type: "int32", length: 0 },
+  reserved: { offset: 28, type: "int32", length: 0 },
+  shape: { offset: 32, type: "int64", length: 4 },
 });
 
 export const mjenv_info = struct(40, {

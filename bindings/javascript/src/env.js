@@ -165,6 +165,8 @@ export class Env {
       const action = this.#space(Role.ACTION);
       /** How many numbers the observation of a row has. */
       this.observationSize = observation.low.length;
+      /** The length of each of its dimensions: two if the option `history` stacks whole observations, else one. */
+      this.observationShape = observation.shape;
       /** The observation's bounds; infinite where it has none. */
       this.observationLow = observation.low;
       this.observationHigh = observation.high;
@@ -255,7 +257,11 @@ export class Env {
   #space(role) {
     const library = this.#library;
     const space = library.filled(mjenv_space, (pointer) => library.functions.mjenv_space_of(this.#open, role, pointer));
-    return { low: library.doubles(space.low, space.count), high: library.doubles(space.high, space.count) };
+    return {
+      low: library.doubles(space.low, space.count),
+      high: library.doubles(space.high, space.count),
+      shape: space.shape.slice(0, space.ndim),
+    };
   }
 
   // ---- What the last call has written ----

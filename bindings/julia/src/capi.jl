@@ -143,6 +143,9 @@ Base.@kwdef struct mjenv_space
     count::Int64 = 0
     low::Ptr{Float64} = Ptr{Float64}(C_NULL)
     high::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    ndim::Int32 = 0
+    reserved::Int32 = 0
+    shape::NTuple{4, Int64} = (0, 0, 0, 0)
 end
 
 Base.@kwdef struct mjenv_info

@@ -147,6 +147,16 @@ def test_steps_of_some_rows_and_rollouts_are_refused() -> None:
         env.rollout(np.zeros((2, 4, 3)))
 
 
+@pytest.mark.parametrize(
+    "option",
+    [{"history": 3}, {"history": "qpos=2"}, {"time_aware": True}, {"clip_actions": True}, {"rescale_actions": (-1, 1)}],
+    ids=str,
+)
+def test_options_that_the_library_computes_are_refused(option: dict[str, Any]) -> None:
+    with pytest.raises(mjenv.OptionError, match=f"{next(iter(option))} works with tasks in machine code"):
+        mjenv.make("NumpyHopper-v5", **option)
+
+
 class Pendulum(mjenv.Task):
     """Fails as its attribute `fault` says."""
 

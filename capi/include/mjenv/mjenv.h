@@ -192,6 +192,9 @@ typedef struct mjenv_space {
   int64_t count;      /* the number of elements */
   const double *low;  /* [count], owned by the environment */
   const double *high; /* [count], owned by the environment */
+  int32_t ndim;       /* how many dimensions: 2 if the option "history" stacks whole observations, else 1 */
+  int32_t reserved;   /* 0 */
+  int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
 
 /* What mjenv_info_of tells of an environment. */
@@ -305,7 +308,7 @@ typedef struct mjenv_perturbation {
   const double *action_noise;      /* [action_noise_count] standard deviations of what is added to the action */
   int64_t action_noise_count;      /* 0: no noise; 1: the same for all actuators; or one for each */
   const double *observation_noise; /* [observation_noise_count] the same for the observation */
-  int64_t observation_noise_count; /* 0, 1, or the observation space's count */
+  int64_t observation_noise_count; /* 0, 1, or the count of the task's observation, without time and history */
   int64_t action_delay;            /* how many steps an action takes until it reaches the task */
   int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
   const mjenv_push *pushes;        /* [push_count], each of another body */
@@ -384,7 +387,7 @@ typedef struct mjenv_render_settings {
 /* clang-format off */
 #define MJENV_OPTION_INIT {sizeof(mjenv_option), 0, NULL, NULL, 0, 0, 0, NULL}
 #define MJENV_FIELD_INIT {sizeof(mjenv_field), 0, NULL, NULL, {0, 0, 0, 0}, 0, 0, 0, 0}
-#define MJENV_SPACE_INIT {sizeof(mjenv_space), 0, 0, NULL, NULL}
+#define MJENV_SPACE_INIT {sizeof(mjenv_space), 0, 0, NULL, NULL, 0, 0, {0, 0, 0, 0}}
 #define MJENV_INFO_INIT {sizeof(mjenv_info), 0, 0, 0, 0, NULL}
 #define MJENV_SPEC_INIT {sizeof(mjenv_spec), 0, NULL, NULL, 0, 0, 0, 0, {0, 0, 0}, 0, 0, NULL}
 #define MJENV_BATCH_INIT \

@@ -53,7 +53,8 @@ typedef struct mjenv_random mjenv_random;     /* a row's random stream: NumPy's 
 
 /* A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:
  * xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,
- * norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity and arrays. */
+ * norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity, arrays, time_aware, normalize_time,
+ * history, history_padding, clip_actions and rescale_actions. */
 typedef struct mjenv_task_option {
   uint32_t struct_size;
   mjenv_kind kind;
@@ -207,7 +208,7 @@ typedef struct mjenv_outcome {
 /* A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe
  * and reset_info. It leaves out observe and reset_info when the caller does not want their output. It calls them
  * always for rows of mjenv_send, because only mjenv_recv tells what the caller wants, and calls observe always for
- * noisy and delayed observations (mjenv_perturb). */
+ * noisy, delayed and stacked observations (mjenv_perturb, the option "history"). */
 typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */

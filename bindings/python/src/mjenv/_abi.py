@@ -161,6 +161,9 @@ class mjenv_space(Structure):
         ("count", c_int64),
         ("low", POINTER(c_double)),
         ("high", POINTER(c_double)),
+        ("ndim", c_int32),
+        ("reserved", c_int32),
+        ("shape", c_int64 * 4),
     )
 
 

@@ -32,6 +32,10 @@ from mjenv.task import Random, Sim
 BoolArray = NDArray[np.bool_]
 
 
+# The options with which the library changes observations and actions, and their values if it does not.
+_OF_THE_LIBRARY = {"history": 0, "time_aware": False, "clip_actions": False, "rescale_actions": (0.0, 0.0)}
+
+
 class _Out:
     """The arrays that an mjenv_batch names; None where it names none."""
 
@@ -79,6 +83,9 @@ class NumpyRows(Rows):
         asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}
+        for name, unused in _OF_THE_LIBRARY.items():
+            if settings[name] != unused:
+                raise OptionError(f"{id} computes all rows at once: {name} works with tasks in machine code")
         names = dict.fromkeys((*registered.needs, *settings["arrays"].split()))
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
@@ -98,7 +105,7 @@ class NumpyRows(Rows):
         fields = self.fields(Role.ARRAYS)
         self._block = np.zeros(count * sum(field.count for field in fields))
         self._views = {f.name: view for f, view in zip(fields, views(self._block, fields, count), strict=True)}
-        self._inner = Batch(count, 0, 0)
+        self._inner = Batch(count, (0,), 0)
         struct = self._inner.struct
         struct.obs = struct.reward = struct.info = None
         struct.arrays_count = sum(field.count for field in fields)

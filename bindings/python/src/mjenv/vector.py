@@ -289,7 +289,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         steps = array.shape[1] if array.ndim == 3 else 1
         action = pool.actions(array, (self.num_envs, steps, pool.shape[1]))
         obs = pool.outputs.obs
-        out = Batch(self.num_envs * steps, obs.shape[1] if observations else 0, 0, FLOATS[obs.dtype])
+        obs_shape = obs.shape[1:] if observations else (0,)
+        out = Batch(self.num_envs * steps, obs_shape, 0, FLOATS[obs.dtype])
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
@@ -301,7 +302,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             pool.rows.leave(turn)
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
-        return (*results, out.obs.reshape(self.num_envs, steps, -1)) if observations else results
+        return (*results, out.obs.reshape(self.num_envs, steps, *obs_shape)) if observations else results
 
     def observe(self) -> Array:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""

@@ -184,6 +184,12 @@ pub struct mjenv_space {
     pub low: *const f64,
     #[doc = " [count], owned by the environment"]
     pub high: *const f64,
+    #[doc = " how many dimensions: 2 if the option \"history\" stacks whole observations, else 1"]
+    pub ndim: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " the first ndim elements are used; their product is count"]
+    pub shape: [i64; 4usize],
 }
 impl Default for mjenv_space {
     fn default() -> Self {
@@ -391,7 +397,7 @@ pub struct mjenv_perturbation {
     pub action_noise_count: i64,
     #[doc = " [observation_noise_count] the same for the observation"]
     pub observation_noise: *const f64,
-    #[doc = " 0, 1, or the observation space's count"]
+    #[doc = " 0, 1, or the count of the task's observation, without time and history"]
     pub observation_noise_count: i64,
     #[doc = " how many steps an action takes until it reaches the task"]
     pub action_delay: i64,
@@ -979,7 +985,8 @@ extern "C" {
 }
 #[doc = " A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:"]
 #[doc = " xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,"]
-#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity and arrays."]
+#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity, arrays, time_aware, normalize_time,"]
+#[doc = " history, history_padding, clip_actions and rescale_actions."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,
@@ -1271,7 +1278,7 @@ impl Default for mjenv_outcome {
 #[doc = " A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe"]
 #[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output. It calls them"]
 #[doc = " always for rows of mjenv_send, because only mjenv_recv tells what the caller wants, and calls observe always for"]
-#[doc = " noisy and delayed observations (mjenv_perturb)."]
+#[doc = " noisy, delayed and stacked observations (mjenv_perturb, the option \"history\")."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,

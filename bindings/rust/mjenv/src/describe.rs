@@ -153,6 +153,8 @@ pub struct Space<'a> {
     pub low: &'a [f64],
     /// The highest value of each element.
     pub high: &'a [f64],
+    pub(crate) ndim: usize,
+    pub(crate) shape: [usize; 4],
 }
 
 impl Space<'_> {
@@ -160,6 +162,12 @@ impl Space<'_> {
     #[must_use]
     pub fn count(&self) -> usize {
         self.low.len()
+    }
+
+    /// Returns the length of each dimension: two if the option `history` stacks whole observations, else one.
+    #[must_use]
+    pub fn shape(&self) -> &[usize] {
+        &self.shape[..self.ndim]
     }
 }
 
