@@ -83,7 +83,7 @@ Env::Env(const Options& options, std::int64_t rows)
       transform_(options_, *task_.model),
       workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
       schema_(task_, frames_, transform_, options_.get("arrays").text, workers_.first().work()),
-      rows_(*task_.model, task_.carry_count, frames_.record_count(), rows),
+      rows_(*task_.model, task_.carry_count, task_.parameters.defaults(), frames_.record_count(), rows),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
       episodes_(options_, task_, schema_, randomization_, perturbation_, frames_, transform_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
@@ -267,6 +267,11 @@ void Env::receive(std::int64_t least, double timeout, std::int64_t* rows_done, s
 const Array& Env::array(std::int64_t row, const std::string& name) {
   check_settled();
   rows_.check(row);
+  if (Parameters::is_name(name)) {
+    const Field& parameter = task_.parameters.find(name, options_.id());
+    own_array_ = {parameter.name, parameter.type, parameter.shape, rows_.parameters(row) + parameter.offset};
+    return own_array_;
+  }
   // original.data is null for inputs of mjData, which are read from a work space below.
   if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
@@ -305,13 +310,16 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
 
 void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count) {
   check_settled();
+  const Field* parameter = Parameters::is_name(array) ? &task_.parameters.find(array, options_.id()) : nullptr;
   const auto part = rows_.layout().part(array);
   OwnArray target{};
-  if (!part) {
+  if (!part && !parameter) {
     const OwnArray* found = rows_.arrays().find(array);
     target = found ? *found : OwnArray::of(model(), array);
   }
-  const std::size_t elements = part ? part->count : target.original.count();
+  const std::size_t elements = parameter ? static_cast<std::size_t>(parameter->count)
+                               : part    ? part->count
+                                         : target.original.count();
   const auto each = static_cast<std::int64_t>(elements);
   if (count != each && count != rows() * each)
     fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " +
@@ -328,7 +336,9 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
   for_each_row([&](std::int64_t row, const double* of_row) {
     if (of_row == checked) return;
     try {
-      if (part)
+      if (parameter)
+        task_.parameters.check(*parameter, of_row);
+      else if (part)
         check_finite(array, of_row, elements);
       else
         target.check(of_row);
@@ -338,6 +348,11 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
     checked = of_row;
   });
   if (count == 0) return;
+  if (parameter)
+    return for_each_row([&](std::int64_t row, const double* of_row) {
+      std::copy_n(of_row, elements, rows_.parameters(row) + parameter->offset);
+      forget_observation(row);
+    });
   if (!part && !rows_.arrays().find(array)) {
     make_own({array});
     target = *rows_.arrays().find(array);
@@ -483,7 +498,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
   if (!rows_.arrays().empty()) workers_.release();
-  read_image(rows_, model(), *task_.calls, perturbation_, frames_, identity(), options_.id(), row, image, size);
+  read_image(rows_, task_, perturbation_, frames_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
     if (rows_.has_constants()) prepare_constants();

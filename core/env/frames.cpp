@@ -6,6 +6,7 @@
 
 #include "error.hpp"
 #include "system/memory.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "task/field.hpp"
 #include "task/options.hpp"
-#include "task/task.hpp"
 
 namespace mjenv::core {
 

@@ -12,6 +12,7 @@ enum class Part : std::uint8_t {
   head,
   state,
   carried,
+  parameters,
   values,
   perturbation,
   history,
@@ -29,6 +30,7 @@ enum class Content : std::uint8_t {
   state,         // a state (StateLayout)
   rest,          // StateLayout::rest
   carried,       // the numbers that the task keeps for the row's next step (SimView::carried)
+  parameters,    // the row's live parameters (Parameters)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
   history,       // the record of the last observations (Frames)
@@ -45,7 +47,7 @@ struct PartKind {
   bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
-constexpr std::size_t kPartCount = 12;
+constexpr std::size_t kPartCount = 13;
 constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part); }
 
 // In the order of Part.
@@ -53,6 +55,7 @@ constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::head, "head", Content::head},
     {Part::state, "state", Content::state},
     {Part::carried, "carried", Content::carried},
+    {Part::parameters, "parameters", Content::parameters},
     {Part::values, "values", Content::values},
     {Part::perturbation, "perturbation", Content::perturbation},
     {Part::history, "history", Content::history},

@@ -38,7 +38,9 @@ class Rows {
   };
 
   // carry_count, history_count: how many numbers the task carries in a row, and how many a row's history has.
-  Rows(const Model& model, std::int64_t carry_count, std::size_t history_count, std::int64_t count);
+  // parameters: the live parameters that all rows have at first.
+  Rows(const Model& model, std::int64_t carry_count, const std::vector<double>& parameters, std::size_t history_count,
+       std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
@@ -57,6 +59,7 @@ class Rows {
   double* stepped_state(std::int64_t row) { return numbers(Part::stepped_state, row); }
   double* constants_rest(std::int64_t row) { return numbers(Part::constants_rest, row); }
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
+  double* parameters(std::int64_t row) { return numbers(Part::parameters, row); }
   double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
   const double* perturbation(std::int64_t row) const { return numbers(Part::perturbation, row); }
   double* history(std::int64_t row) { return numbers(Part::history, row); }
@@ -117,7 +120,7 @@ class Rows {
 
  private:
   StateLayout layout_;
-  std::size_t carry_count_, history_count_;
+  std::size_t carry_count_, parameter_count_, history_count_;
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;

@@ -51,7 +51,7 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
 }
 
 const std::vector<Field>& Schema::fields(mjenv_role role) const {
-  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_ARRAYS) return fields_[role];
+  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_PARAMETERS) return fields_[role];
   fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
 }
 

@@ -90,6 +90,14 @@ void carry_bounds(mjenv_builder* builder, std::int64_t first, std::int64_t count
   cast(builder).attempt([&] { cast(builder).carry_bounds({first, count, low, high}); });
 }
 
+std::int64_t parameter(mjenv_builder* builder, const char* option) {
+  return cast(builder).attempt(std::int64_t{0}, [&] { return cast(builder).parameter(name_of(option)); });
+}
+
+void keep(mjenv_builder* builder, std::int64_t first, std::int64_t count) {
+  cast(builder).attempt([&] { cast(builder).keep({first, count}); });
+}
+
 // ---- Functions for the random stream ----
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
@@ -193,7 +201,9 @@ constexpr mjenv_task_api api{sizeof(mjenv_task_api),
                              integers,
                              choice,
                              sample,
-                             permutation};
+                             permutation,
+                             parameter,
+                             keep};
 
 }  // namespace
 

@@ -80,6 +80,7 @@ int main(void) {
   VALUE(MJENV_ROLE_DATA);
   VALUE(MJENV_ROLE_MODEL);
   VALUE(MJENV_ROLE_ARRAYS);
+  VALUE(MJENV_ROLE_PARAMETERS);
 
   ENUM(mjenv_kind);
   VALUE(MJENV_KIND_FLAG);
@@ -276,6 +277,8 @@ int main(void) {
   FIELD(mjenv_task_option, count);
   FIELD(mjenv_task_option, text);
   FIELD(mjenv_task_option, choices);
+  FIELD(mjenv_task_option, live);
+  FIELD(mjenv_task_option, reserved);
 
   STRUCT(mjenv_task_field);
   FIELD(mjenv_task_field, struct_size);
@@ -356,6 +359,7 @@ int main(void) {
   FIELD(mjenv_sim, qpos0);
   FIELD(mjenv_sim, body_mass);
   FIELD(mjenv_sim, arrays);
+  FIELD(mjenv_sim, parameters);
 
   STRUCT(mjenv_start);
   FIELD(mjenv_start, struct_size);
@@ -372,6 +376,7 @@ int main(void) {
   FIELD(mjenv_start, nv);
   FIELD(mjenv_start, na);
   FIELD(mjenv_start, carry_count);
+  FIELD(mjenv_start, parameters);
 
   STRUCT(mjenv_outcome);
   FIELD(mjenv_outcome, struct_size);
@@ -439,6 +444,8 @@ int main(void) {
   FIELD(mjenv_task_api, choice);
   FIELD(mjenv_task_api, sample);
   FIELD(mjenv_task_api, permutation);
+  FIELD(mjenv_task_api, parameter);
+  FIELD(mjenv_task_api, keep);
 
   STRUCT(mjenv_builder);
   FIELD(mjenv_builder, struct_size);

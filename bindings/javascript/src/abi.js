@@ -63,6 +63,7 @@ export const Role = /** @type {const} */ ({
   DATA: 7,
   MODEL: 8,
   ARRAYS: 9,
+  PARAMETERS: 10,
 });
 
 export const Kind = /** @type {const} */ ({

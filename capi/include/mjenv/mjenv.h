@@ -148,7 +148,8 @@ enum mjenv_role_value {
   MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
   MJENV_ROLE_DATA = 7,        /* the arrays of a row's mjData that mjenv_read can read */
   MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
-  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
+  MJENV_ROLE_ARRAYS = 9,      /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
+  MJENV_ROLE_PARAMETERS = 10  /* the live parameters of a task, which mjenv_read and mjenv_write know by these names */
 };
 
 /* What an option holds. */
@@ -599,7 +600,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,
  * which a reset clears. */
 
-/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data.
+/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live
+ * parameter of the task ("parameters.speed"), which stays after resets.
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
  *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */

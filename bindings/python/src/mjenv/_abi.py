@@ -69,6 +69,7 @@ class Role(IntEnum):
     DATA = 7
     MODEL = 8
     ARRAYS = 9
+    PARAMETERS = 10
 
 
 class Kind(IntEnum):

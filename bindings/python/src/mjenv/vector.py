@@ -29,7 +29,7 @@ from mjenv._arguments import (
 )
 from mjenv._engine import ENGINES
 from mjenv._handle import FLOATS, Batch, Float64Array
-from mjenv._mujoco import RowArrays
+from mjenv._mujoco import Parameters, RowArrays
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv._pool import Pool
@@ -387,6 +387,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         step, export them (the option arrays).
         """
         return RowArrays(self._pool.rows, Role.DATA, self._changed)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The live parameters of the task: ``envs.parameters["speed"][rows] = speeds`` gives rows new numbers.
+
+        Each access reads (num_envs, ...) of all rows. Resets leave them as they are.
+        """
+        rows = self._pool.rows
+        return Parameters(lambda role, prefix: RowArrays(rows, role, self._changed, prefix))
 
     def set_constants(self) -> None:
         """Calls mj_setConst for every row: computes anew what MuJoCo derives from masses, sizes and qpos0.

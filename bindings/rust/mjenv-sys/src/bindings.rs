@@ -105,6 +105,8 @@ pub const MJENV_ROLE_DATA: mjenv_role = 7;
 pub const MJENV_ROLE_MODEL: mjenv_role = 8;
 #[doc = " the mjData arrays that the option \"arrays\" names, for mjenv_batch.arrays"]
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
+#[doc = " the live parameters of a task, which mjenv_read and mjenv_write know by these names"]
+pub const MJENV_ROLE_PARAMETERS: mjenv_role = 10;
 #[doc = " What an option holds."]
 pub type mjenv_kind = i32;
 #[doc = " an integer, 0 or 1"]
@@ -849,7 +851,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data."]
+    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live"]
+    #[doc = " parameter of the task (\"parameters.speed\"), which stays after resets."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
     #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
     #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
@@ -1012,6 +1015,12 @@ pub struct mjenv_task_option {
     #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text is valid. Unused for other"]
     #[doc = "kinds"]
     pub choices: *const ::std::os::raw::c_char,
+    #[doc = " 1: a live parameter. Each row has numbers of its own, at first the option's, which callbacks"]
+    #[doc = "read in mjenv_sim.parameters (mjenv_build_parameter), and mjenv_write changes while the task"]
+    #[doc = "runs. Only for REALS"]
+    pub live: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
 }
 impl Default for mjenv_task_option {
     fn default() -> Self {
@@ -1204,6 +1213,8 @@ pub struct mjenv_sim {
     pub body_mass: *const f64,
     #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
     pub arrays: *const *const ::std::os::raw::c_void,
+    #[doc = " the row's live parameters; see mjenv_build_parameter"]
+    pub parameters: *const f64,
 }
 impl Default for mjenv_sim {
     fn default() -> Self {
@@ -1232,7 +1243,8 @@ pub struct mjenv_start {
     pub qvel: *mut f64,
     #[doc = " [na] 0"]
     pub act: *mut f64,
-    #[doc = " [carry_count] 0; carry and the first step read these numbers in mjenv_sim.carried"]
+    #[doc = " [carry_count] 0, or what the row has kept (mjenv_build_keep); carry and the first step"]
+    #[doc = "read these numbers in mjenv_sim.carried"]
     pub carried: *mut f64,
     #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -1240,6 +1252,8 @@ pub struct mjenv_start {
     pub nv: i32,
     pub na: i32,
     pub carry_count: i32,
+    #[doc = " the row's live parameters"]
+    pub parameters: *const f64,
 }
 impl Default for mjenv_start {
     fn default() -> Self {
@@ -1526,6 +1540,15 @@ pub struct mjenv_task_api {
     >,
     pub permutation: ::std::option::Option<
         unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
+    >,
+    pub parameter: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+        ) -> i64,
+    >,
+    pub keep: ::std::option::Option<
+        unsafe extern "C" fn(builder: *mut mjenv_builder, first: i64, count: i64),
     >,
 }
 impl Default for mjenv_task_api {

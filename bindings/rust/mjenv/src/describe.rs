@@ -28,6 +28,8 @@ pub enum Role {
     Model,
     /// The mjData arrays that the option `arrays` names, see [`Batch::array`](crate::Batch::array).
     Arrays,
+    /// The live parameters of a task, which [`Env::read`](crate::Env::read) and [`Env::write`](crate::Env::write) take.
+    Parameters,
 }
 
 impl Role {
@@ -42,6 +44,7 @@ impl Role {
             Self::Data => sys::MJENV_ROLE_DATA,
             Self::Model => sys::MJENV_ROLE_MODEL,
             Self::Arrays => sys::MJENV_ROLE_ARRAYS,
+            Self::Parameters => sys::MJENV_ROLE_PARAMETERS,
         }
     }
 }
