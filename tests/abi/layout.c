@@ -206,6 +206,8 @@ int main(void) {
   FIELD(mjenv_perturbation, observation_delay);
   FIELD(mjenv_perturbation, pushes);
   FIELD(mjenv_perturbation, push_count);
+  FIELD(mjenv_perturbation, first_action);
+  FIELD(mjenv_perturbation, first_action_count);
 
   ENUM(mjenv_gl);
   VALUE(MJENV_GL_AUTO);

@@ -190,7 +190,7 @@ export const mjenv_push = struct(120, {
   high: { offset: 72, type: "float64", length: 6 },
 });
 
-export const mjenv_perturbation = struct(72, {
+export const mjenv_perturbation = struct(88, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   reserved: { offset: 4, type: "int32", length: 0 },
   action_noise: { offset: 8, type: "uint32", length: 0 },
@@ -201,6 +201,8 @@ export const mjenv_perturbation = struct(72, {
   observation_delay: { offset: 48, type: "int64", length: 0 },
   pushes: { offset: 56, type: "uint32", length: 0 },
   push_count: { offset: 64, type: "int64", length: 0 },
+  first_action: { offset: 72, type: "uint32", length: 0 },
+  first_action_count: { offset: 80, type: "int64", length: 0 },
 });
 
 /**

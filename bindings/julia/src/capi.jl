@@ -228,6 +228,8 @@ Base.@kwdef struct mjenv_perturbation
     observation_delay::Int64 = 0
     pushes::Ptr{mjenv_push} = Ptr{mjenv_push}(C_NULL)
     push_count::Int64 = 0
+    first_action::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    first_action_count::Int64 = 0
 end
 
 Base.@kwdef struct mjenv_render_settings

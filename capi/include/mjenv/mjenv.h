@@ -314,6 +314,8 @@ typedef struct mjenv_perturbation {
   int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
   const mjenv_push *pushes;        /* [push_count], each of another body */
   int64_t push_count;
+  const double *first_action; /* [first_action_count] what reaches the task until the first delayed action does */
+  int64_t first_action_count; /* 0: zeros; 1: the same for all actuators; or one for each */
 } mjenv_perturbation;
 
 /* The library that provides OpenGL. */
@@ -397,7 +399,7 @@ typedef struct mjenv_render_settings {
 #define MJENV_RANDOMIZATION_INIT \
   {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0}
 #define MJENV_PUSH_INIT {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}}
-#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0}
+#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \

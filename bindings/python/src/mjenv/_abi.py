@@ -258,6 +258,8 @@ class mjenv_perturbation(Structure):
         ("observation_delay", c_int64),
         ("pushes", POINTER(mjenv_push)),
         ("push_count", c_int64),
+        ("first_action", POINTER(c_double)),
+        ("first_action_count", c_int64),
     )
 
 

@@ -140,6 +140,9 @@ class Lists:
                 setattr(found, f"{name}_noise", self.pointer(deviations, c_double))
                 setattr(found, f"{name}_noise_count", deviations.size)
             setattr(found, f"{name}_delay", _int64(getattr(delay, name), f"delay: {name}"))
+        first = _numbers(delay.first_action, "delay: first_action")
+        if first.any():
+            found.first_action, found.first_action_count = self.pointer(first, c_double), first.size
         structs = (_abi.mjenv_push * len(pushes))()
         for struct, one in zip(structs, pushes, strict=True):
             struct.struct_size = ctypes.sizeof(struct)

@@ -408,6 +408,10 @@ pub struct mjenv_perturbation {
     #[doc = " [push_count], each of another body"]
     pub pushes: *const mjenv_push,
     pub push_count: i64,
+    #[doc = " [first_action_count] what reaches the task until the first delayed action does"]
+    pub first_action: *const f64,
+    #[doc = " 0: zeros; 1: the same for all actuators; or one for each"]
+    pub first_action_count: i64,
 }
 impl Default for mjenv_perturbation {
     fn default() -> Self {
