@@ -273,6 +273,8 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
     out.count = static_cast<std::int64_t>(bounds.low.size());
     out.low = bounds.low.data();
     out.high = bounds.high.data();
+    out.ndim = static_cast<std::int32_t>(bounds.shape.size());
+    std::copy(bounds.shape.begin(), bounds.shape.end(), out.shape);
     write_struct(space, "space", out);
   });
 }

@@ -83,6 +83,8 @@ class Env {
   Options options_;
   Task task_;
   LaneChoice lanes_;
+  Frames frames_;
+  ActionTransform transform_;
   Workers workers_;
   Schema schema_;
   Rows rows_;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "env/action_transform.hpp"
+#include "env/frames.hpp"
 #include "env/perturbation.hpp"
 #include "env/place.hpp"
 #include "env/randomization.hpp"
@@ -19,7 +21,7 @@ namespace mjenv::core {
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
-           const Perturbation& perturbation, Rows& rows);
+           const Perturbation& perturbation, const Frames& frames, const ActionTransform& transform, Rows& rows);
 
   // Begins an episode and writes the outputs of a reset.
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
@@ -53,6 +55,8 @@ class Episodes {
   const Schema& schema_;
   const Randomization& randomization_;
   const Perturbation& perturbation_;
+  const Frames& frames_;
+  const ActionTransform& transform_;
   Rows& rows_;
   std::int64_t max_episode_steps_;
   bool strict_, ends_on_divergence_;
@@ -70,7 +74,8 @@ class Episodes {
   // Calls body(i) for the team's turns, given as bits. Clears the bits of those that fail, and writes their status.
   template <typename Body>
   void for_turns(Team& team, std::uint32_t& turns, const Body& body) const;
-  // A step has three parts: begin_step delays the action and draws its noise and the pushes, advance simulates the
+  // A step has three parts: begin_step transforms and delays the action
+  // and draws its noise and the pushes, advance simulates the
   // turns that have begun (as bits), and end_step calls the task and saves the new state.
   void begin_step(Worker& worker, Turn& turn) const;
   void advance(Team& team, std::uint32_t& moving) const;

@@ -141,9 +141,9 @@ class Plan {
 // Checks bytes from an untrusted source, at any alignment.
 class Checks {
  public:
-  Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Calls& calls,
-         const Perturbation& perturbation)
-      : rows_(rows), arrays_(arrays), model_(model), calls_(calls), perturbation_(perturbation) {}
+  Checks(const Rows& rows, const OwnArrays& arrays, const Task& task, const Perturbation& perturbation,
+         const Frames& frames)
+      : rows_(rows), arrays_(arrays), task_(task), perturbation_(perturbation), frames_(frames) {}
 
   // Whether MuJoCo and the library can compute with this part.
   bool is_valid(const PartKind& kind, const std::byte* part) {
@@ -155,9 +155,11 @@ class Checks {
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
       case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::parameters: return task_.parameters.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::history: return frames_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::carried: break;
     }
-    return calls_.is_valid_carried(part);
+    return task_.calls->is_valid_carried(part);
   }
 
  private:
@@ -166,9 +168,9 @@ class Checks {
 
   const Rows& rows_;
   const OwnArrays& arrays_;
-  const Model& model_;
-  const Calls& calls_;
+  const Task& task_;
   const Perturbation& perturbation_;
+  const Frames& frames_;
   std::vector<double> numbers_;
 
   const double* aligned(const std::byte* part, std::size_t size) {
@@ -198,7 +200,7 @@ class Checks {
 
   bool is_valid_rest(const std::byte* rest) {
     const std::size_t size = rows_.bytes_of(Content::rest);
-    return size == 0 || model_.is_valid_more(aligned(rest, size));
+    return size == 0 || task_.model->is_valid_more(aligned(rest, size));
   }
 
   bool is_valid_block(const std::byte* part) {
@@ -328,7 +330,7 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
   std::memcpy(image, &header, sizeof header);
 }
 
-void read_image(Rows& rows, const Model& model, const Calls& calls, const Perturbation& perturbation,
+void read_image(Rows& rows, const Task& task, const Perturbation& perturbation, const Frames& frames,
                 const Identity& identity, const std::string& id, std::int64_t row, const void* image,
                 std::size_t size) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
@@ -377,7 +379,7 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
   for (std::uint32_t i = 0; i < header.arrays; ++i) {
     const Entry entry = take_entry();
     names.emplace_back(entry.name.data());
-    if ((i > 0 && names[i] <= names[i - 1]) || !append(model, names[i], entry.bytes, arrays)) damaged();
+    if ((i > 0 && names[i] <= names[i - 1]) || !append(*task.model, names[i], entry.bytes, arrays)) damaged();
   }
   std::vector<const PartKind*> kinds;
   for (const PartKind& kind : kParts) {
@@ -395,7 +397,7 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
     const std::byte* bytes;
   };
   std::vector<Found> found;
-  Checks checks(rows, arrays, model, calls, perturbation);
+  Checks checks(rows, arrays, task, perturbation, frames);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     std::uint16_t kept = 0;
     for (const PartKind& kind : kParts) {

@@ -11,8 +11,10 @@ enum class Part : std::uint8_t {
   head,
   state,
   carried,
+  parameters,
   values,
   perturbation,
+  history,
   computed_state,
   computed_values,
   stepped_state,
@@ -27,8 +29,10 @@ enum class Content : std::uint8_t {
   state,         // a state (StateLayout)
   rest,          // StateLayout::rest
   carried,       // the numbers that the task keeps for the row's next step (SimView::carried)
+  parameters,    // the row's live parameters (Parameters)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
+  history,       // the record of the last observations (Frames)
 };
 
 struct PartKind {
@@ -42,7 +46,7 @@ struct PartKind {
   bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
-constexpr std::size_t kPartCount = 11;
+constexpr std::size_t kPartCount = 13;
 constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part); }
 
 // In the order of Part.
@@ -50,8 +54,10 @@ constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::head, "head", Content::head},
     {Part::state, "state", Content::state},
     {Part::carried, "carried", Content::carried},
+    {Part::parameters, "parameters", Content::parameters},
     {Part::values, "values", Content::values},
     {Part::perturbation, "perturbation", Content::perturbation},
+    {Part::history, "history", Content::history},
     {Part::computed_state, "computed_state", Content::state},
     {Part::computed_values, "computed_values", Content::values, 1},
     {Part::stepped_state, "stepped_state", Content::state, 2},

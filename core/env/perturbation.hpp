@@ -77,7 +77,7 @@ class Perturbation {
     std::array<double, 6> low, high;
   };
 
-  std::vector<double> action_noise_, observation_noise_;
+  std::vector<double> action_noise_, observation_noise_, first_action_;
   std::size_t actuators_ = 0, observation_count_ = 0;
   std::size_t action_delay_ = 0, observation_delay_ = 0;
   std::vector<Push> pushes_;

@@ -10,8 +10,13 @@
 
 namespace mjenv::core {
 
-Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
-    : layout_(model), carry_count_(static_cast<std::size_t>(carry_count)), arrays_(model) {
+Rows::Rows(const Model& model, std::int64_t carry_count, const std::vector<double>& parameters,
+           std::size_t history_count, std::int64_t count)
+    : layout_(model),
+      carry_count_(static_cast<std::size_t>(carry_count)),
+      parameter_count_(parameters.size()),
+      history_count_(history_count),
+      arrays_(model) {
   std::size_t each = sizeof(Head) + sizeof workers_[0];
   for (const PartKind& kind : kParts)
     if (kind.kept == 0 && kind.part != Part::head) {
@@ -23,6 +28,7 @@ Rows::Rows(const Model& model, std::int64_t carry_count, std::int64_t count)
   heads_.resize(rows);
   workers_.resize(rows);
   for (std::size_t part = 0; part < kPartCount; ++part) numbers_[part].resize(rows * sizes_[part]);
+  for (std::int64_t row = 0; row < count; ++row) std::copy(parameters.begin(), parameters.end(), this->parameters(row));
 }
 
 void Rows::check(std::int64_t row) const {
@@ -40,7 +46,9 @@ std::size_t Rows::bytes_of(Content content) const {
     case Content::state: return layout_.size * sizeof(double);
     case Content::rest: return layout_.more * sizeof(double);
     case Content::carried: return carry_count_ * sizeof(double);
+    case Content::parameters: return parameter_count_ * sizeof(double);
     case Content::values: return arrays_.block_bytes();
+    case Content::history: return history_count_ * sizeof(double);
     case Content::perturbation: break;
   }
   return sizes_[index_of(Part::perturbation)] * sizeof(double);

@@ -36,7 +36,10 @@ class Rows {
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
 
-  Rows(const Model& model, std::int64_t carry_count, std::int64_t count);
+  // carry_count, history_count: how many numbers the task carries in a row, and how many a row's history has.
+  // parameters: the live parameters that all rows have at first.
+  Rows(const Model& model, std::int64_t carry_count, const std::vector<double>& parameters, std::size_t history_count,
+       std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
@@ -55,8 +58,10 @@ class Rows {
   double* stepped_state(std::int64_t row) { return numbers(Part::stepped_state, row); }
   double* constants_rest(std::int64_t row) { return numbers(Part::constants_rest, row); }
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
+  double* parameters(std::int64_t row) { return numbers(Part::parameters, row); }
   double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
   const double* perturbation(std::int64_t row) const { return numbers(Part::perturbation, row); }
+  double* history(std::int64_t row) { return numbers(Part::history, row); }
   bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
 
   // The arrays of which rows have own values.
@@ -108,7 +113,7 @@ class Rows {
 
  private:
   StateLayout layout_;
-  std::size_t carry_count_;
+  std::size_t carry_count_, parameter_count_, history_count_;
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;

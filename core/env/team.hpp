@@ -17,7 +17,7 @@ namespace mjenv::core {
 // A step that a row is to play.
 struct Turn {
   std::int64_t row;
-  Action action;
+  Action action;  // the caller's, and when the step has begun, what ActionTransform makes of it
   Place place;
 
   // Known when the step has begun:

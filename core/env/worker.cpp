@@ -55,6 +55,7 @@ void Worker::use(const OwnArrays& arrays, std::byte* block) {
 }
 
 void Worker::hold(Rows& rows, std::int64_t row) {
+  view_.show_parameters(rows.parameters(row));
   if (holds(rows, row)) return;
   release();  // in case MuJoCo fails
   compute(rows, row);
@@ -122,6 +123,9 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   work_.begin();
   work_.save(start);
   std::fill_n(view_.carried(), task_.carry_count, 0.0);
+  for (const KeptNumbers& kept : task_.kept)
+    std::copy_n(rows.carried(row) + kept.first, kept.count, view_.carried() + kept.first);
+  view_.show_parameters(rows.parameters(row));
   Random random(&rng);
   task_.calls->reset(view_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), view_.carried()}, random);
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
@@ -158,6 +162,7 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forc
     load_carried(rows, row);
   }
   release();
+  view_.show_parameters(rows.parameters(row));
   use(rows, row);
   if (forces)
     for (const Work::Force& force : *forces) work_.apply(force);
@@ -200,6 +205,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   }
   use(rows, row);
   load_carried(rows, row);
+  view_.show_parameters(rows.parameters(row));
   work_.load(start);
   work_.forward();
   save(rows, row, has_stepped ? Origin::set : Origin::forward);

@@ -33,7 +33,10 @@ class Worker {
   Work& work() { return work_; }
   SimView& view() { return view_; }
   Writer& writer() { return writer_; }
-  void prepare(const Schema& schema) { writer_.prepare(schema, arrays_); }
+  void prepare(const Schema& schema, const Frames& frames) {
+    writer_.prepare(schema, frames, arrays_);
+    transformed.resize(work_.layout().nu);
+  }
 
   // True if the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
@@ -71,6 +74,8 @@ class Worker {
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
+  // Scratch memory for an action (ActionTransform::apply).
+  std::vector<double> transformed;
 
   // RowConstants::set, for any row.
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);

@@ -89,6 +89,14 @@ void carry_bounds(mjenv_builder* builder, std::int64_t first, std::int64_t count
   cast(builder).attempt([&] { cast(builder).carry_bounds({first, count, low, high}); });
 }
 
+std::int64_t parameter(mjenv_builder* builder, const char* option) {
+  return cast(builder).attempt(std::int64_t{0}, [&] { return cast(builder).parameter(name_of(option)); });
+}
+
+void keep(mjenv_builder* builder, std::int64_t first, std::int64_t count) {
+  cast(builder).attempt([&] { cast(builder).keep({first, count}); });
+}
+
 // ---- Functions for the random stream ----
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
@@ -174,7 +182,7 @@ void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) 
 constexpr mjenv_task_api api{
     sizeof(mjenv_task_api), MJENV_ABI_VERSION, fail_with, integer, reals, is_integer, text, index, option_index,
     norm_is_fused, need, array, field, carry, carry_bounds, random_real, uniform, normal, integers, choice, sample,
-    permutation};
+    permutation, parameter, keep};
 // clang-format on
 
 }  // namespace

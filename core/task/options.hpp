@@ -35,6 +35,7 @@ struct Option {
   std::int64_t integer = 0;       // the value of a FLAG, an INTEGER, and a STRING_OR_INT that is an index
   std::vector<double> reals;      // the value of REALS
   std::string text;               // the value of a STRING, and a STRING_OR_INT that is a name
+  bool live = false;              // each row has its own numbers (Parameters)
   bool given_as_integer = false;  // set_integer has set the value, or the default is an index
 
   std::vector<std::string> list_of_choices() const;

@@ -148,6 +148,9 @@ void RegisteredTask::take_options(const mjenv_task& given) {
         break;
       default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which does not exist");
     }
+    if (from.live != 0 && from.kind != MJENV_KIND_REALS)
+      fail(MJENV_E_TYPE, what + " is " + kind_name(from.kind) + ", but a live parameter is real numbers");
+    option.live = from.live != 0;
     if (from.kind == MJENV_KIND_FLAG && (option.low != 0 || option.high != 1))
       fail(MJENV_E_VALUE, what + ": the bounds of a flag are 0 and 1, or both 0");
     options_.push_back(std::move(option));
@@ -262,12 +265,17 @@ Task RegisteredTask::build(const Options& options) const {
   const std::vector<double> zeros(work.layout().nu);
   const Action no_action{zeros.data(), {}, task.model->nu()};
   view.show(no_action);
-  Builder builder(options, *task.model, view, fields_, given_.carry_count);
+  for (const Option& option : options.all())
+    if (option.live) task.parameters.add(option);
+  view.show_parameters(task.parameters.defaults().data());
+  Builder builder(options, *task.model, view, fields_, given_.carry_count, task.parameters);
   // A built-in robot returns what Gymnasium's returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
   const auto calls = std::make_shared<Calls>(id_, given_, checks, builder);  // calls build, which fills the builder
   task.norm = builder.rounding();
   task.fields = described(builder);
+  task.fields[MJENV_ROLE_PARAMETERS] = task.parameters.fields();
+  task.kept = builder.kept();
   task.needs = view.needs();
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
@@ -297,6 +305,10 @@ Fields RegisteredTask::described(const Builder& builder) const {
         fail(MJENV_E_TASK, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
                                std::to_string(bounds.count) + ", but carry_count is " +
                                std::to_string(builder.carry_count()));
+    for (const KeptNumbers& kept : builder.kept())
+      if (kept.first + kept.count > builder.carry_count())
+        fail(MJENV_E_TASK, "keep: first is " + std::to_string(kept.first) + " and count " + std::to_string(kept.count) +
+                               ", but carry_count is " + std::to_string(builder.carry_count()));
     if (!fields[MJENV_ROLE_RESET_INFO].empty() && !given_.reset_info && given_.physics_only == 0)
       fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
     std::vector<Field>& reward = fields[MJENV_ROLE_REWARD];

@@ -97,8 +97,8 @@ void Calls::check_carried(const char* callback, const double* numbers) const {
 
 void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random) const {
   if (!callbacks_.reset) return;
-  mjenv_start to{sizeof to,     0,          &task_api(), &random, sim.qpos0, start.qpos,  start.qvel, start.act,
-                 start.carried, sim.arrays, sim.nq,      sim.nv,  sim.na,    carry_count_};
+  mjenv_start to{sizeof to,     0,          &task_api(), &random, sim.qpos0, start.qpos,   start.qvel,    start.act,
+                 start.carried, sim.arrays, sim.nq,      sim.nv,  sim.na,    carry_count_, sim.parameters};
   call(
       "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
   check_carried("reset", start.carried);

@@ -11,22 +11,15 @@
 #include "engine/model.hpp"
 #include "mjenv/task.h"
 #include "numpy/math.hpp"
+#include "task/field.hpp"
+#include "task/parameters.hpp"
 #include "task/random.hpp"
 #include "task/sim_view.hpp"
 
 namespace mjenv::core {
 
-// One field of a role: what mjenv_field describes, from a mjenv_task_field or of the environment itself.
-struct Field {
-  mjenv_role role;
-  std::string name, doc;
-  mjenv_dtype type = MJENV_DTYPE_FLOAT64;
-  std::vector<std::int64_t> shape;  // -1, until build has set this length
-  std::int64_t offset = 0, count = 1;
-};
-
 // The fields of each role.
-using Fields = std::array<std::vector<Field>, MJENV_ROLE_ARRAYS + 1>;
+using Fields = std::array<std::vector<Field>, MJENV_ROLE_PARAMETERS + 1>;
 
 // The sum of the counts of a role's fields.
 std::int64_t total(const std::vector<Field>& fields);
@@ -40,6 +33,11 @@ struct Start {
 struct CarryBounds {
   std::int64_t first, count;
   double low, high;
+};
+
+// Numbers that a row carries, and that stay after resets.
+struct KeptNumbers {
+  std::int64_t first, count;
 };
 
 class Builder;
@@ -106,6 +104,8 @@ struct Task {
   Fields fields;
   Needs needs;
   std::int64_t carry_count = 0;
+  std::vector<KeptNumbers> kept;
+  Parameters parameters;
   std::shared_ptr<const Calls> calls;
 };
 

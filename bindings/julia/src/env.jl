@@ -177,6 +177,7 @@ Returns the [`MJEnv.Field`](@ref)s of a role as a vector, in Gymnasium's order. 
 - `:info`, `:reset_info`: the infos of a step and of a reset
 - `:structure`: Gymnasium's `observation_structure`; empty where Gymnasium has none
 - `:data`, `:model`: the arrays of mjData and mjModel that `read` takes
+- `:parameters`: the live parameters of a task, which `read` and `write!` take
 - `:arrays`: the arrays of mjData that the option `arrays` names, see [`MJEnv.arrays`](@ref)
 """
 fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role)), env)

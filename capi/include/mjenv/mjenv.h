@@ -148,7 +148,8 @@ enum mjenv_role_value {
   MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
   MJENV_ROLE_DATA = 7,        /* the arrays of a row's mjData that mjenv_read can read */
   MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
-  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
+  MJENV_ROLE_ARRAYS = 9,      /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
+  MJENV_ROLE_PARAMETERS = 10  /* the live parameters of a task, which mjenv_read and mjenv_write know by these names */
 };
 
 /* What an option holds. */
@@ -192,6 +193,9 @@ typedef struct mjenv_space {
   int64_t count;      /* the number of elements */
   const double *low;  /* [count], owned by the environment */
   const double *high; /* [count], owned by the environment */
+  int32_t ndim;       /* how many dimensions: 2 if the option "history" stacks whole observations, else 1 */
+  int32_t reserved;   /* 0 */
+  int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
 
 /* What mjenv_info_of tells of an environment. */
@@ -304,11 +308,13 @@ typedef struct mjenv_perturbation {
   const double *action_noise;      /* [action_noise_count] standard deviations of what is added to the action */
   int64_t action_noise_count;      /* 0: no noise; 1: the same for all actuators; or one for each */
   const double *observation_noise; /* [observation_noise_count] the same for the observation */
-  int64_t observation_noise_count; /* 0, 1, or the observation space's count */
+  int64_t observation_noise_count; /* 0, 1, or the count of the task's observation, without time and history */
   int64_t action_delay;            /* how many steps an action takes until it reaches the task */
   int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
   const mjenv_push *pushes;        /* [push_count], each of another body */
   int64_t push_count;
+  const double *first_action; /* [first_action_count] what reaches the task until the first delayed action does */
+  int64_t first_action_count; /* 0: zeros; 1: the same for all actuators; or one for each */
 } mjenv_perturbation;
 
 /* The library that provides OpenGL. */
@@ -382,7 +388,7 @@ typedef struct mjenv_render_settings {
 /* clang-format off */
 #define MJENV_OPTION_INIT {sizeof(mjenv_option), 0, NULL, NULL, 0, 0, 0, NULL}
 #define MJENV_FIELD_INIT {sizeof(mjenv_field), 0, NULL, NULL, {0, 0, 0, 0}, 0, 0, 0, 0}
-#define MJENV_SPACE_INIT {sizeof(mjenv_space), 0, 0, NULL, NULL}
+#define MJENV_SPACE_INIT {sizeof(mjenv_space), 0, 0, NULL, NULL, 0, 0, {0, 0, 0, 0}}
 #define MJENV_INFO_INIT {sizeof(mjenv_info), 0, 0, 0, 0, NULL}
 #define MJENV_SPEC_INIT {sizeof(mjenv_spec), 0, NULL, NULL, 0, 0, 0, 0, {0, 0, 0}, 0, 0, NULL}
 #define MJENV_BATCH_INIT \
@@ -391,7 +397,7 @@ typedef struct mjenv_render_settings {
 #define MJENV_RANDOMIZATION_INIT \
   {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0}
 #define MJENV_PUSH_INIT {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}}
-#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0}
+#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
@@ -592,7 +598,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,
  * which a reset clears. */
 
-/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data.
+/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live
+ * parameter of the task ("parameters.speed"), which stays after resets.
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
  *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */

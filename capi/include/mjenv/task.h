@@ -50,6 +50,9 @@ typedef struct mjenv_task_option {
   int64_t count;        /* how many numbers REALS hold; 0: one number, whose default is value */
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
   const char *choices;  /* the valid texts of a STRING, separated by blanks; NULL: any text */
+  int32_t live;         /* 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's.
+                           Callbacks read them in mjenv_sim.parameters (mjenv_build_parameter), mjenv_write changes them */
+  int32_t reserved;     /* 0 */
 } mjenv_task_option;
 
 /* One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With
@@ -134,6 +137,8 @@ typedef struct mjenv_sim {
   const double *body_mass; /* [nbody] the row's own, if it was written or drawn */
 
   const void *const *arrays; /* arrays[i] is the array for which mjenv_build_array returned i */
+
+  const double *parameters; /* the row's live parameters; see mjenv_build_parameter */
 } mjenv_sim;
 
 /* The initial state of an episode. The comments say what it holds before reset changes it. */
@@ -146,10 +151,11 @@ typedef struct mjenv_start {
   double *qpos;              /* [nq] equal to qpos0 */
   double *qvel;              /* [nv] 0 */
   double *act;               /* [na] 0 */
-  double *carried;           /* [carry_count] 0 */
+  double *carried;           /* [carry_count] 0, or what the row has kept (mjenv_build_keep) */
   const void *const *arrays; /* as in mjenv_sim, but only the arrays of mjModel are valid here */
   int32_t nq, nv, na;
   int32_t carry_count;
+  const double *parameters; /* the row's live parameters */
 } mjenv_start;
 
 /* The result of a step. The comments say what it holds before step changes it. */
@@ -242,7 +248,8 @@ typedef struct mjenv_plugin {
 
 /* What a struct is initialised with: mjenv_task task = MJENV_TASK_INIT; */
 /* clang-format off */
-#define MJENV_TASK_OPTION_INIT {sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL}
+#define MJENV_TASK_OPTION_INIT \
+  {sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL, 0, 0}
 #define MJENV_TASK_FIELD_INIT \
   {sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, {0, 0, 0, 0}}
 #define MJENV_TASK_CAMERA_INIT \
@@ -289,6 +296,9 @@ struct mjenv_task_api {
   int64_t (*choice)(mjenv_random *random, int64_t count, const double *p);
   void (*sample)(mjenv_random *random, int64_t count, int64_t size, int64_t *chosen);
   void (*permutation)(mjenv_random *random, int64_t count, int64_t *order);
+
+  int64_t (*parameter)(mjenv_builder *builder, const char *option);
+  void (*keep)(mjenv_builder *builder, int64_t first, int64_t count);
 };
 
 /* Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static. */
@@ -387,6 +397,18 @@ static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { bu
 static inline void mjenv_build_carry_bounds(mjenv_builder *builder, int64_t first, int64_t count, double low,
                                             double high) {
   builder->api->carry_bounds(builder, first, count, low, high);
+}
+
+/* Says that count of the numbers that a row carries, from number first on, stay after resets: a terrain's level, for
+ * instance. step and reset write them; they are 0 until the row's first reset. */
+static inline void mjenv_build_keep(mjenv_builder *builder, int64_t first, int64_t count) {
+  builder->api->keep(builder, first, count);
+}
+
+/* Returns the index of a live parameter's first number in mjenv_sim.parameters and mjenv_start.parameters. Callbacks see
+ * what the caller wrote last. In build, they are the option's values. Fails if the option is not live. */
+static inline int64_t mjenv_build_parameter(mjenv_builder *builder, const char *option) {
+  return builder->api->parameter(builder, option);
 }
 
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */

@@ -79,6 +79,14 @@ struct Joint {
 struct Carry {
   Eigen::Index first = 0, count = 0;
 };
+/* A live parameter (Robot::live): its index in mjenv_sim.parameters. Lambdas read the row's number with s[parameter]. */
+struct Live {
+  Eigen::Index index = 0;
+};
+/* A live parameter of several numbers. */
+struct LiveVector {
+  Eigen::Index first = 0, count = 0;
+};
 /* An array of mjData or mjModel (Robot::array): its index in mjenv_sim.arrays, and how many elements it has. */
 template <typename T>
 struct Shared {
@@ -161,6 +169,9 @@ class Sim {
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
     return {static_cast<const T *>(c_->arrays[array.index]), array.count};
   }
+  /* The row's value of a Robot::live. */
+  double operator[](const Live &live) const { return c_->parameters[live.index]; }
+  Vec operator[](const LiveVector &live) const { return {c_->parameters + live.first, live.count}; }
 
   /* The x and y of the model's centre of mass, m. */
   Eigen::Vector2d mass_center_xy() const {
@@ -229,7 +240,12 @@ class Rng {
 /* The initial state of an episode. Before reset changes it, qpos is the model's qpos0, and everything else is 0. */
 struct Start {
   explicit Start(const mjenv_start *c)
-      : qpos(c->qpos, c->nq), qvel(c->qvel, c->nv), act(c->act, c->na), carried_(c->carried), arrays_(c->arrays) {}
+      : qpos(c->qpos, c->nq),
+        qvel(c->qvel, c->nv),
+        act(c->act, c->na),
+        carried_(c->carried),
+        arrays_(c->arrays),
+        parameters_(c->parameters) {}
 
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
 
@@ -240,9 +256,15 @@ struct Start {
     return {static_cast<const T *>(arrays_[array.index]), array.count};
   }
 
+  double operator[](const Live &live) const { return parameters_[live.index]; }
+  Eigen::Map<const Eigen::VectorXd> operator[](const LiveVector &live) const {
+    return {parameters_ + live.first, live.count};
+  }
+
  private:
   double *carried_;
   const void *const *arrays_;
+  const double *parameters_;
 };
 
 /* What a step may change of its row: the numbers of a Robot::carry, and the row's random stream. */
@@ -421,6 +443,7 @@ struct Outline {
     std::string name, doc, text, choices;
     std::vector<double> values;
     double low, high;
+    bool live = false;
   };
 
   std::string model, model_text;
@@ -501,6 +524,17 @@ class Robot {
     if (!builder_) return declare({MJENV_KIND_REALS, name, doc, "", "", value, -kInfinity, kInfinity}), value;
     mjenv_build_reals(builder_, name, value.data(), static_cast<std::int64_t>(value.size()));
     return value;
+  }
+  /* A live parameter: each row has its own number, at first the option's, which the program changes while the task runs
+   * (mjenv_write: "parameters.NAME"). Lambdas read it with s[live], reset with start[live]. */
+  Live live(const char *name, double value, const char *doc, double low = -kInfinity, double high = kInfinity) {
+    return {live(name, std::vector<double>{value}, doc, low, high).first};
+  }
+  LiveVector live(const char *name, const std::vector<double> &value, const char *doc, double low = -kInfinity,
+                  double high = kInfinity) {
+    if (!builder_) option({MJENV_KIND_REALS, name, doc, "", "", value, low, high, true});
+    return {builder_ ? static_cast<Eigen::Index>(mjenv_build_parameter(builder_, name)) : 0,
+            static_cast<Eigen::Index>(value.size())};
   }
   bool flag(const char *name, bool value, const char *doc) {
     if (!builder_) return declare({MJENV_KIND_FLAG, name, doc, "", "", {value ? 1.0 : 0.0}, 0, 1}), value;
@@ -613,6 +647,13 @@ class Robot {
     return added;
   }
 
+  /* As carry, but the numbers stay after resets, in which start[carry] has them: a terrain's level, for instance. They
+   * are 0 until the row's first reset. */
+  Carry keep(int count, double low = -kInfinity, double high = kInfinity) {
+    kept_.push_back(carry(count, low, high));
+    return kept_.back();
+  }
+
   /* Sets the lambda that draws the initial state of an episode. */
   void reset(std::function<void(Start &, Rng &)> draw) { functions_.reset = std::move(draw); }
   /* Sets the lambda that writes the info of a reset. */
@@ -647,6 +688,7 @@ class Robot {
     mjenv_build_carry(builder_, carry_count_);
     for (const auto &[numbers, low, high] : carry_bounds_)
       mjenv_build_carry_bounds(builder_, numbers.first, numbers.count, low, high);
+    for (const Carry &kept : kept_) mjenv_build_keep(builder_, kept.first, kept.count);
     const Sim sim(builder_->sim, builder_);
     if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", skipped_qpos_);
     for (auto &term : functions_.terms) {
@@ -675,6 +717,7 @@ class Robot {
   int skipped_qpos_ = -1;
   Eigen::Index carry_count_ = 0;
   Carry carried_;
+  std::vector<Carry> kept_;
   struct CarryBounds {
     Carry numbers;
     double low, high;
@@ -814,6 +857,7 @@ class Description {
       to.low = from.low;
       to.high = from.high;
       to.text = from.kind == MJENV_KIND_STRING ? from.text.c_str() : nullptr;
+      to.live = from.live;
       to.choices = from.choices.empty() ? nullptr : from.choices.c_str();
       options_.push_back(to);
     }

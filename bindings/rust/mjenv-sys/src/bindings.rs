@@ -105,6 +105,8 @@ pub const MJENV_ROLE_DATA: mjenv_role = 7;
 pub const MJENV_ROLE_MODEL: mjenv_role = 8;
 #[doc = " the mjData arrays that the option \"arrays\" names, for mjenv_batch.arrays"]
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
+#[doc = " the live parameters of a task, which mjenv_read and mjenv_write know by these names"]
+pub const MJENV_ROLE_PARAMETERS: mjenv_role = 10;
 #[doc = " What an option holds."]
 pub type mjenv_kind = i32;
 #[doc = " an integer, 0 or 1"]
@@ -184,6 +186,12 @@ pub struct mjenv_space {
     pub low: *const f64,
     #[doc = " [count], owned by the environment"]
     pub high: *const f64,
+    #[doc = " how many dimensions: 2 if the option \"history\" stacks whole observations, else 1"]
+    pub ndim: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " the first ndim elements are used; their product is count"]
+    pub shape: [i64; 4usize],
 }
 impl Default for mjenv_space {
     fn default() -> Self {
@@ -390,7 +398,7 @@ pub struct mjenv_perturbation {
     pub action_noise_count: i64,
     #[doc = " [observation_noise_count] the same for the observation"]
     pub observation_noise: *const f64,
-    #[doc = " 0, 1, or the observation space's count"]
+    #[doc = " 0, 1, or the count of the task's observation, without time and history"]
     pub observation_noise_count: i64,
     #[doc = " how many steps an action takes until it reaches the task"]
     pub action_delay: i64,
@@ -399,6 +407,10 @@ pub struct mjenv_perturbation {
     #[doc = " [push_count], each of another body"]
     pub pushes: *const mjenv_push,
     pub push_count: i64,
+    #[doc = " [first_action_count] what reaches the task until the first delayed action does"]
+    pub first_action: *const f64,
+    #[doc = " 0: zeros; 1: the same for all actuators; or one for each"]
+    pub first_action_count: i64,
 }
 impl Default for mjenv_perturbation {
     fn default() -> Self {
@@ -839,7 +851,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data."]
+    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live"]
+    #[doc = " parameter of the task (\"parameters.speed\"), which stays after resets."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
     #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
     #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
@@ -995,6 +1008,11 @@ pub struct mjenv_task_option {
     pub text: *const ::std::os::raw::c_char,
     #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text"]
     pub choices: *const ::std::os::raw::c_char,
+    #[doc = " 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's."]
+    #[doc = "Callbacks read them in mjenv_sim.parameters (mjenv_build_parameter), mjenv_write changes them"]
+    pub live: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
 }
 impl Default for mjenv_task_option {
     fn default() -> Self {
@@ -1181,6 +1199,8 @@ pub struct mjenv_sim {
     pub body_mass: *const f64,
     #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
     pub arrays: *const *const ::std::os::raw::c_void,
+    #[doc = " the row's live parameters; see mjenv_build_parameter"]
+    pub parameters: *const f64,
 }
 impl Default for mjenv_sim {
     fn default() -> Self {
@@ -1208,7 +1228,7 @@ pub struct mjenv_start {
     pub qvel: *mut f64,
     #[doc = " [na] 0"]
     pub act: *mut f64,
-    #[doc = " [carry_count] 0"]
+    #[doc = " [carry_count] 0, or what the row has kept (mjenv_build_keep)"]
     pub carried: *mut f64,
     #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -1216,6 +1236,8 @@ pub struct mjenv_start {
     pub nv: i32,
     pub na: i32,
     pub carry_count: i32,
+    #[doc = " the row's live parameters"]
+    pub parameters: *const f64,
 }
 impl Default for mjenv_start {
     fn default() -> Self {
@@ -1479,6 +1501,15 @@ pub struct mjenv_task_api {
     >,
     pub permutation: ::std::option::Option<
         unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
+    >,
+    pub parameter: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+        ) -> i64,
+    >,
+    pub keep: ::std::option::Option<
+        unsafe extern "C" fn(builder: *mut mjenv_builder, first: i64, count: i64),
     >,
 }
 impl Default for mjenv_task_api {
