@@ -8,9 +8,15 @@
 //                    functions, row by row
 //     solving        the share of a solver's work in lanes that is of use. Lanes wait for the row with the most
 //                    constraints and for the row with the most iterations.
+//   lanes stages [ID...]    prints CSV: id, number of lanes, stage, the share of the time of the physics that its function takes in
+//     lanes; `row by row` is what is neither in such a function nor in copying
 //   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run counts from outside
+//
+// Instead of an ID, FILE.xml or FILE.xml:FRAME_SKIP steps a model without a task, whose rows are reset after 50 steps.
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,27 +41,29 @@ constexpr int kSteps = 10;
 constexpr int kRounds = 9;
 
 struct Case {
-  const char *id, *model;
-  bool needs_forces = false;  // the task observes cfrc_ext
+  std::string id, model;
+  bool needs_forces = false;    // the task observes cfrc_ext
+  std::int64_t frame_skip = 0;  // of a model without a task
 };
 
-constexpr std::array<Case, 11> cases{{{"Ant-v5", "ant.xml", true},
-                                      {"HalfCheetah-v5", "half_cheetah.xml"},
-                                      {"Hopper-v5", "hopper.xml"},
-                                      {"Humanoid-v5", "humanoid.xml", true},
-                                      {"HumanoidStandup-v5", "humanoidstandup.xml", true},
-                                      {"InvertedDoublePendulum-v5", "inverted_double_pendulum.xml"},
-                                      {"InvertedPendulum-v5", "inverted_pendulum.xml"},
-                                      {"Pusher-v5", "pusher_v5.xml"},
-                                      {"Reacher-v5", "reacher.xml"},
-                                      {"Swimmer-v5", "swimmer.xml"},
-                                      {"Walker2d-v5", "walker2d_v5.xml"}}};
+const std::array<Case, 11> cases{{{"Ant-v5", "ant.xml", true},
+                                  {"HalfCheetah-v5", "half_cheetah.xml"},
+                                  {"Hopper-v5", "hopper.xml"},
+                                  {"Humanoid-v5", "humanoid.xml", true},
+                                  {"HumanoidStandup-v5", "humanoidstandup.xml", true},
+                                  {"InvertedDoublePendulum-v5", "inverted_double_pendulum.xml"},
+                                  {"InvertedPendulum-v5", "inverted_pendulum.xml"},
+                                  {"Pusher-v5", "pusher_v5.xml"},
+                                  {"Reacher-v5", "reacher.xml"},
+                                  {"Swimmer-v5", "swimmer.xml"},
+                                  {"Walker2d-v5", "walker2d_v5.xml"}}};
 
 // What Counted adds up.
 struct Shares {
   double all, computing, copying;  // seconds
   double solving, solving_at_most;
 } shares;
+std::map<std::string, double> stages;  // seconds in each function
 
 class Timer {
  public:
@@ -76,22 +84,25 @@ template <auto Function, auto Sum, typename Type>
 struct Counted;
 template <auto Function, auto Sum, typename Result, typename... Arguments>
 struct Counted<Function, Sum, Result (*)(Arguments...)> {
+  static inline double* stage = nullptr;
   static Result call(Arguments... arguments) {
-    const Timer timer(shares.*Sum);
+    const Timer timer(shares.*Sum), of_stage(*stage);
     return (counted->*Function)(arguments...);
   }
 };
 
 template <auto Function, auto Sum = &Shares::computing>
-void count(Code& code) {
-  code.*Function = Counted<Function, Sum, std::decay_t<decltype(code.*Function)>>::call;
+void count(Code& code, const char* name) {
+  using Function_ = Counted<Function, Sum, std::decay_t<decltype(code.*Function)>>;
+  Function_::stage = &stages[name];
+  code.*Function = Function_::call;
 }
 
 // Calls a solver. A place with a constraint has a number in D that is not 0.
 template <auto Solver>
 void solve(mjenv::core::lanes::Lanes& lanes, Constraints& c) {
   {
-    const Timer timer(shares.computing);
+    const Timer timer(shares.computing), of_stage(stages["solver"]);
     (counted->*Solver)(lanes, c);
   }
   const int width = counted->width;
@@ -108,25 +119,30 @@ void solve(mjenv::core::lanes::Lanes& lanes, Constraints& c) {
 
 Code count(const Code& code) {
   Code result = code;
-  count<&Code::adopt>(result);
-  count<&Code::kinematics>(result);
-  count<&Code::comPos>(result);
-  count<&Code::tendon>(result);
-  count<&Code::crb>(result);
-  count<&Code::factorM>(result);
-  count<&Code::transmission>(result);
-  count<&Code::reject>(result);
-  count<&Code::fwdVelocity>(result);
-  count<&Code::comVel>(result);
-  count<&Code::passive>(result);
-  count<&Code::rne>(result);
-  count<&Code::fwdActuation>(result);
-  count<&Code::fwdAcceleration>(result);
-  count<&Code::Euler>(result);
-  count<&Code::RungeKutta>(result);
-  count<&Code::bad>(result);
-  count<&Code::gather, &Shares::copying>(result);
-  count<&Code::scatter, &Shares::copying>(result);
+#define COUNT(name) count<&Code::name>(result, #name)
+  COUNT(adopt);
+  COUNT(kinematics);
+  COUNT(comPos);
+  COUNT(tendon);
+  COUNT(crb);
+  COUNT(factorM);
+  COUNT(transmission);
+  COUNT(reject);
+  COUNT(fwdVelocity);
+  COUNT(comVel);
+  COUNT(passive);
+  COUNT(rne);
+  COUNT(fwdActuation);
+  COUNT(fwdAcceleration);
+  COUNT(Euler);
+  COUNT(RungeKutta);
+  COUNT(instantiateLimit);
+  COUNT(collision);
+  COUNT(makeConstraint);
+  COUNT(bad);
+#undef COUNT
+  count<&Code::gather, &Shares::copying>(result, "gather");
+  count<&Code::scatter, &Shares::copying>(result, "scatter");
   result.solPGS = solve<&Code::solPGS>;
   result.solNewton = solve<&Code::solNewton>;
   return result;
@@ -135,9 +151,14 @@ Code count(const Code& code) {
 // An environment that plays random actions. All play the same.
 class Player {
  public:
-  Player(const char* id, int lanes) {
+  Player(const Case& c, int lanes) {
     mjenv_options* options = nullptr;
-    check(mjenv_options_create(id, &options));
+    check(mjenv_options_create(c.frame_skip > 0 ? "Model-v0" : c.id.c_str(), &options));
+    if (c.frame_skip > 0) {
+      check(mjenv_options_set_string(options, "xml_file", c.model.c_str()));
+      check(mjenv_options_set_integer(options, "frame_skip", c.frame_skip));
+      check(mjenv_options_set_integer(options, "max_episode_steps", 50));
+    }
     check(mjenv_options_set_integer(options, "lanes", lanes));
     check(mjenv_options_set_string(options, "autoreset_mode", "same_step"));
     check(mjenv_create(options, kRows, &env_));
@@ -184,8 +205,9 @@ class Player {
   // Begins the step of a row in a work space that steps it in the environment's place.
   void begin(std::int64_t row, Work& work) {
     std::vector<double> state(work.layout().size);
-    for (const char* array : {"qpos", "qvel", "qacc_warmstart"}) {
+    for (const char* array : {"qpos", "qvel", "act", "qacc_warmstart"}) {
       const auto part = work.layout().part(array);
+      if (part->count == 0) continue;
       std::int64_t count = 0;
       check(mjenv_read(env_, row, array, state.data() + part->offset, part->count, &count));
     }
@@ -248,8 +270,8 @@ struct Columns {
 
 void measure_case(const Case& c, const std::vector<int>& widths) {
   std::vector<std::unique_ptr<Player>> players;
-  players.push_back(std::make_unique<Player>(c.id, 0));
-  for (const int width : widths) players.push_back(std::make_unique<Player>(c.id, width));
+  players.push_back(std::make_unique<Player>(c, 0));
+  for (const int width : widths) players.push_back(std::make_unique<Player>(c, width));
   std::vector<double> alone;
   std::vector<Columns> columns(widths.size());
   for (int round = 0; round <= kRounds; ++round) {
@@ -262,6 +284,7 @@ void measure_case(const Case& c, const std::vector<int>& widths) {
   }
 
   const auto model = mjenv::core::Model::open(c.model);
+  stages.clear();
   std::vector<std::unique_ptr<Shadow>> shadows;
   for (const int width : widths) shadows.push_back(std::make_unique<Shadow>(c, model, width));
   for (int step = 0; step < kSteps * kRounds; ++step) {
@@ -277,29 +300,76 @@ void measure_case(const Case& c, const std::vector<int>& widths) {
     players[0]->step();
   }
 
-  std::printf("%s,%.2f", c.id, median(alone));
+  std::printf("%s,%.2f", c.id.c_str(), median(alone));
   for (const Columns& column : columns) column.print();
   std::printf("\n");
   std::fflush(stdout);
 }
 
+// The share of each stage, for each number of lanes.
+void print_stages(const Case& c, const std::vector<int>& widths) {
+  Player player(c, 0);
+  for (int step = 0; step < kSteps; ++step) {
+    player.sample();
+    player.step();
+  }
+  const auto model = mjenv::core::Model::open(c.model);
+  for (const int width : widths) {
+    stages.clear();
+    Shadow shadow(c, model, width);
+    shares = {};
+    for (int step = 0; step < kSteps * kRounds; ++step) {
+      player.sample();
+      shadow.step(player);
+      player.step();
+    }
+    double rest = shares.all;
+    for (const auto& [stage, time] : stages) {
+      if (time > 0) std::printf("%s,%d,%s,%.3f\n", c.id.c_str(), width, stage.c_str(), time / shares.all);
+      rest -= time;
+    }
+    std::printf("%s,%d,row by row,%.3f\n", c.id.c_str(), width, rest / shares.all);
+    std::fflush(stdout);
+  }
+}
+
+// The robot with this id, or the model of a file
+Case case_of(const std::string& name) {
+  const auto found = std::find_if(cases.begin(), cases.end(), [&](const Case& c) { return c.id == name; });
+  if (found != cases.end()) return *found;
+  const std::size_t end = name.rfind(".xml");
+  if (end == std::string::npos) {
+    std::fprintf(stderr, "%s is neither an id of a robot nor a file .xml\n", name.c_str());
+    std::exit(1);
+  }
+  const std::string file = name.substr(0, end + 4), frames = name.substr(end + 4);
+  return {name, file, false, frames.empty() ? 1 : std::stoi(frames.substr(1))};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc == 5 && std::string(argv[1]) == "play") {
-    Player player(argv[2], std::stoi(argv[3]));
-    for (int step = 0; step < std::stoi(argv[4]); ++step) {
+  std::vector<std::string> names(argv + 1, argv + argc);
+  const std::vector<int> widths = mjenv::core::lanes::widths();
+  if (names.size() == 4 && names[0] == "play") {
+    Player player(case_of(names[1]), std::stoi(names[2]));
+    for (int step = 0; step < std::stoi(names[3]); ++step) {
       player.sample();
       player.step();
     }
     return 0;
   }
-  const std::vector<int> widths = mjenv::core::lanes::widths();
-  std::printf("id,us");
+  const bool only_stages = !names.empty() && names[0] == "stages";
+  if (only_stages) names.erase(names.begin());
+  std::vector<Case> chosen(cases.begin(), cases.end());
+  if (!names.empty()) {
+    chosen.clear();
+    for (const std::string& name : names) chosen.push_back(case_of(name));
+  }
+  std::printf(only_stages ? "id,lanes,stage,share" : "id,us");
   for (const int width : widths)
-    for (const char* column : {"gain", "computing", "copying", "solving"}) std::printf(",%d lanes: %s", width, column);
+    for (const char* column : {"gain", "computing", "copying", "solving"})
+      if (!only_stages) std::printf(",%d lanes: %s", width, column);
   std::printf("\n");
-  const std::vector<std::string> ids(argv + 1, argv + argc);
-  for (const Case& c : cases)
-    if (ids.empty() || std::count(ids.begin(), ids.end(), c.id)) measure_case(c, widths);
+  for (const Case& c : chosen) only_stages ? print_stages(c, widths) : measure_case(c, widths);
 }

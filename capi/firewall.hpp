@@ -20,8 +20,7 @@
 
 namespace mjenv::core::firewall {
 
-// Keeps the calling thread from being cancelled: cancellation unwinds the stack, and guard's catch would end the
-// process.
+// Forbids pthread_cancel: it would unwind the stack into guard's catch, which would end the process.
 class Uncancelled {
  public:
   Uncancelled() { pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_); }
@@ -70,7 +69,7 @@ mjenv_status guard(const F& body) noexcept {
   return result;
 }
 
-// Calls body; if it throws, the reason stays with the handle.
+// Calls body. If it throws, the handle keeps the reason.
 template <typename Handle, typename F>
 void with_reason(const Handle* handle, const F& body) {
   try {
@@ -124,7 +123,7 @@ inline mjenv_dtype known_dtype(mjenv_dtype dtype) {
 }
 
 inline mjenv_role known_role(mjenv_role role) {
-  if (role < MJENV_ROLE_OBSERVATION || role > MJENV_ROLE_ARRAYS)
+  if (role < MJENV_ROLE_OBSERVATION || role > MJENV_ROLE_PARAMETERS)
     fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
   return role;
 }

@@ -8,8 +8,7 @@
 
 namespace mjenv::core {
 
-// A forked child ignores its parent's lock, because the thread that holds it does not exist in the child. So what the
-// mutex protects must be valid at any time.
+// A forked child takes a lock that its parent held. So what the mutex protects must be valid at any time.
 class ForkLock {
  public:
   constexpr ForkLock() = default;

@@ -1,6 +1,5 @@
-// Handles are slots in tables that stay readable as long as the library is loaded. So a destroyed handle, or a pointer
-// that never was a handle, is refused instead of followed. The tables have no locks, because the process may fork
-// while a thread holds a lock, which the child could then never take.
+// Handles are slots in tables that stay readable as long as the library is loaded, so a pointer that is no live handle
+// is refused instead of followed. The tables have no locks, which a forked child could find taken for ever.
 #pragma once
 
 #include <array>
@@ -8,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <new>
 #include <string>
 
 #include "error.hpp"
@@ -32,7 +30,7 @@ struct alignas(64) Slot {
   std::int32_t owner = 0;           // the process that made the object
   mutable Reason reason;            // of the last call that failed
 
-  // destroy() sleeps in these until the calls that are inside have left.
+  // destroy() waits in await_calls until the calls that are inside have left.
   void leave() {
     if (busy.exchange(kFree) == kAwaited) platform::wake_all(busy);
   }
@@ -123,7 +121,7 @@ class Table {
     return more_[chunk].load(std::memory_order_acquire)[index - start];
   }
 
-  // At least half of the slots stay free and they are taken in turn, so that a destroyed handle is not soon another's.
+  // At least half of the slots stay free and are taken in turn, so that a destroyed handle's address is reused late.
   Handle* take() {
     const std::size_t live = ++live_;
     try {

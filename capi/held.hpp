@@ -18,8 +18,8 @@
 namespace mjenv::core {
 
 struct HeldEnv;
-struct HeldRenderer;
-struct HeldWindow;
+template <typename Painter>
+struct Painting;
 
 }  // namespace mjenv::core
 
@@ -37,13 +37,13 @@ struct mjenv_env : mjenv::core::Slot<mjenv::core::HeldEnv> {
   static constexpr bool kReadersSeeChanges = false;
 };
 
-struct mjenv_renderer : mjenv::core::Slot<mjenv::core::HeldRenderer> {
+struct mjenv_renderer : mjenv::core::Slot<mjenv::core::Painting<mjenv::core::Renderer>> {
   static constexpr const char* kName = "renderer";
   static constexpr const char* kThing = "renderer";
   static constexpr bool kReadersSeeChanges = false;
 };
 
-struct mjenv_window : mjenv::core::Slot<mjenv::core::HeldWindow> {
+struct mjenv_window : mjenv::core::Slot<mjenv::core::Painting<mjenv::core::Window>> {
   static constexpr const char* kName = "window";
   static constexpr const char* kThing = "window";
   static constexpr bool kReadersSeeChanges = false;
@@ -76,20 +76,14 @@ struct HeldEnv {
   HeldEnv& operator=(const HeldEnv&) = delete;
 };
 
-struct HeldRenderer {
-  Renderer renderer;
+// What draws the rows of an environment: a renderer or a window.
+template <typename Painter>
+struct Painting {
+  Painter painter;
   std::shared_ptr<Link> link;
 
-  HeldRenderer(const HeldEnv& env, const mjenv_render_settings& settings)
-      : renderer(env.env.shared_model(), settings), link(env.link) {}
-};
-
-struct HeldWindow {
-  Window window;
-  std::shared_ptr<Link> link;
-
-  HeldWindow(const HeldEnv& env, const mjenv_render_settings& settings)
-      : window(env.env.shared_model(), settings), link(env.link) {}
+  Painting(const HeldEnv& env, const mjenv_render_settings& settings)
+      : painter(env.env.shared_model(), settings), link(env.link) {}
 };
 
 }  // namespace mjenv::core

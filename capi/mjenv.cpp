@@ -100,34 +100,19 @@ const T& at(const std::vector<T>& list, std::int64_t index, const char* what) {
 }  // namespace
 
 std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
-
 const char* mjenv_version() { return library_version(); }
 
 const char* mjenv_status_name(mjenv_status status) {
-  switch (status) {
-    case MJENV_OK: return "MJENV_OK";
-    case MJENV_DIVERGED: return "MJENV_DIVERGED";
-    case MJENV_E_ARGUMENT: return "MJENV_E_ARGUMENT";
-    case MJENV_E_NAME: return "MJENV_E_NAME";
-    case MJENV_E_TYPE: return "MJENV_E_TYPE";
-    case MJENV_E_VALUE: return "MJENV_E_VALUE";
-    case MJENV_E_SIZE: return "MJENV_E_SIZE";
-    case MJENV_E_NOT_RESET: return "MJENV_E_NOT_RESET";
-    case MJENV_E_EPISODE_ENDED: return "MJENV_E_EPISODE_ENDED";
-    case MJENV_E_PENDING: return "MJENV_E_PENDING";
-    case MJENV_E_NOT_PENDING: return "MJENV_E_NOT_PENDING";
-    case MJENV_E_BUSY: return "MJENV_E_BUSY";
-    case MJENV_E_FORKED: return "MJENV_E_FORKED";
-    case MJENV_E_FILE: return "MJENV_E_FILE";
-    case MJENV_E_MODEL: return "MJENV_E_MODEL";
-    case MJENV_E_PHYSICS: return "MJENV_E_PHYSICS";
-    case MJENV_E_SNAPSHOT: return "MJENV_E_SNAPSHOT";
-    case MJENV_E_RENDER: return "MJENV_E_RENDER";
-    case MJENV_E_MEMORY: return "MJENV_E_MEMORY";
-    case MJENV_E_INTERNAL: return "MJENV_E_INTERNAL";
-    case MJENV_E_TASK: return "MJENV_E_TASK";
-  }
-  return "unknown status";
+  // From MJENV_DIVERGED, which is 1, to the smallest status.
+  static constexpr std::array names{
+      "MJENV_DIVERGED",      "MJENV_OK",         "MJENV_E_ARGUMENT",  "MJENV_E_NAME",          "MJENV_E_TYPE",
+      "MJENV_E_VALUE",       "MJENV_E_SIZE",     "MJENV_E_NOT_RESET", "MJENV_E_EPISODE_ENDED", "MJENV_E_PENDING",
+      "MJENV_E_NOT_PENDING", "MJENV_E_BUSY",     "MJENV_E_FORKED",    "MJENV_E_FILE",          "MJENV_E_MODEL",
+      "MJENV_E_PHYSICS",     "MJENV_E_SNAPSHOT", "MJENV_E_RENDER",    "MJENV_E_MEMORY",        "MJENV_E_INTERNAL",
+      "MJENV_E_TASK"};
+  static_assert(names.size() == MJENV_DIVERGED - MJENV_E_TASK + 1);
+  return MJENV_E_TASK <= status && status <= MJENV_DIVERGED ? names[static_cast<std::size_t>(MJENV_DIVERGED - status)]
+                                                            : "unknown status";
 }
 
 const char* mjenv_last_error() { return last_reason(); }
@@ -288,6 +273,8 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
     out.count = static_cast<std::int64_t>(bounds.low.size());
     out.low = bounds.low.data();
     out.high = bounds.high.data();
+    out.ndim = static_cast<std::int32_t>(bounds.shape.size());
+    std::copy(bounds.shape.begin(), bounds.shape.end(), out.shape);
     write_struct(space, "space", out);
   });
 }

@@ -22,8 +22,7 @@ void check_room(const char* name, const void* to, std::int64_t count, std::size_
                            std::to_string(needed) + " are needed");
 }
 
-// Shows the row's state to a renderer or a window. Waits while another renderer or window reads. While a thread steps
-// the environment, Entered refuses the call.
+// Shows a row to a renderer or a window. Waits while another reads; Entered refuses while a thread steps the rows.
 template <typename Painter>
 void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.lock);
@@ -41,44 +40,45 @@ mjenv_status mjenv_render_defaults(const mjenv_env* env, mjenv_render_settings* 
 mjenv_status mjenv_renderer_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_renderer** renderer) {
   return read(env, [&](const HeldEnv& held) {
     need(renderer, "renderer");
-    *renderer = handles<mjenv_renderer>.add(std::make_unique<HeldRenderer>(held, settings_of(held, settings)));
+    *renderer = handles<mjenv_renderer>.add(std::make_unique<Painting<Renderer>>(held, settings_of(held, settings)));
   });
 }
 
 void mjenv_renderer_destroy(mjenv_renderer* renderer) { destroy(renderer); }
 
 const char* mjenv_renderer_gl(const mjenv_renderer* renderer) {
-  return answer<const char*>(nullptr, [&] { return (*Reading(renderer)).renderer.gl().c_str(); });
+  return answer<const char*>(nullptr, [&] { return (*Reading(renderer)).painter.gl().c_str(); });
 }
 
 mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8_t* rgb, std::int64_t rgb_count,
                           float* depth, std::int64_t depth_count) {
-  return change(renderer, [&](HeldRenderer& r) {
-    r.renderer.check_here();
+  return change(renderer, [&](Painting<Renderer>& held) {
+    Renderer& r = held.painter;
+    r.check_here();
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");
-    check_room("rgb", rgb, rgb_count, 3 * r.renderer.pixels());
-    check_room("depth", depth, depth_count, r.renderer.pixels());
-    look_at(*r.link, row, r.renderer);
-    r.renderer.draw(rgb, depth);
+    check_room("rgb", rgb, rgb_count, 3 * r.pixels());
+    check_room("depth", depth, depth_count, r.pixels());
+    look_at(*held.link, row, r);
+    r.draw(rgb, depth);
   });
 }
 
 mjenv_status mjenv_window_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_window** window) {
   return read(env, [&](const HeldEnv& held) {
     need(window, "window");
-    *window = handles<mjenv_window>.add(std::make_unique<HeldWindow>(held, settings_of(held, settings)));
+    *window = handles<mjenv_window>.add(std::make_unique<Painting<Window>>(held, settings_of(held, settings)));
   });
 }
 
 void mjenv_window_destroy(mjenv_window* window) { destroy(window); }
 
 std::int32_t mjenv_window_is_open(const mjenv_window* window) {
-  return answer<std::int32_t>(0, [&] { return (*Reading(window)).window.is_open(); });
+  return answer<std::int32_t>(0, [&] { return (*Reading(window)).painter.is_open(); });
 }
 
 mjenv_status mjenv_window_draw(mjenv_window* window, std::int64_t row) {
-  return change(window, [&](HeldWindow& held) {
-    Window& w = held.window;
+  return change(window, [&](Painting<Window>& held) {
+    Window& w = held.painter;
     w.check_here();
     for (w.begin(); w.wants_picture();) {
       look_at(*held.link, row, w);

@@ -27,7 +27,7 @@ char* copied(const char* reason) noexcept {
   return text ? text : no_memory;
 }
 
-// A pthread key instead of a thread-local variable: asking for memory by malloc can fail without ending the process.
+// A pthread key and malloc, because a thread-local variable for which there is no memory would end the process.
 class ThreadReasons {
  public:
   ThreadReasons() { usable_ = pthread_key_create(&key_, discard) == 0; }

@@ -11,7 +11,7 @@ namespace mjenv::core {
 
 #if defined(__cpp_lib_to_chars)
 
-std::string shortest_text(double value) {
+std::string number(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
   return {text.data(), end};
@@ -25,8 +25,7 @@ std::optional<double> read_double(std::string_view text) {
 
 #else
 
-std::string shortest_text(double value) { return by_c_library::shortest_text(value); }
-
+std::string number(double value) { return by_c_library::number(value); }
 std::optional<double> read_double(std::string_view text) { return by_c_library::read_double(text); }
 
 #endif
@@ -41,7 +40,7 @@ std::string printed(const char* format, int precision, double value) {
 
 }  // namespace
 
-std::string shortest_text(double value) {
+std::string number(double value) {
   if (std::isnan(value)) return std::signbit(value) ? "-nan" : "nan";
   if (!std::isfinite(value)) return value < 0 ? "-inf" : "inf";
   int places = 0;
@@ -59,8 +58,7 @@ std::optional<double> read_double(std::string_view text) {
   char* end = nullptr;
   errno = 0;
   const double value = std::strtod(copy.c_str(), &end);
-  const bool out_of_range =
-      errno == ERANGE && (value == 0 || std::isinf(value));  // some C libraries also set ERANGE for subnormal numbers
+  const bool out_of_range = errno == ERANGE && (value == 0 || std::isinf(value));  // not for subnormal numbers
   return end == copy.c_str() || out_of_range ? std::nullopt : std::optional<double>(value);
 }
 

@@ -8,7 +8,7 @@
 namespace mjenv::core {
 
 // The shortest text that reads as this number.
-std::string shortest_text(double value);
+std::string number(double value);
 
 // The number at the front of a text; nothing if there is none, or it is too large or too small for a double.
 std::optional<double> read_double(std::string_view text);
@@ -16,7 +16,7 @@ std::optional<double> read_double(std::string_view text);
 namespace by_c_library {
 
 // The same, by functions that every C library has.
-std::string shortest_text(double value);
+std::string number(double value);
 std::optional<double> read_double(std::string_view text);
 
 }  // namespace by_c_library

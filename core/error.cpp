@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "chars.hpp"
-
 namespace mjenv::core {
 namespace {
 
@@ -52,7 +50,5 @@ std::string listed(const std::vector<std::string>& names) {
   for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
   return text.empty() ? "none" : text;
 }
-
-std::string number(double value) { return shortest_text(value); }
 
 }  // namespace mjenv::core

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "chars.hpp"
 #include "mjenv/mjenv.h"
 
 namespace mjenv::core {
@@ -33,9 +34,6 @@ std::string listed(const std::vector<std::string>& names);
 // The names that the caller probably meant, the likeliest first: names that end with the given word, such as
 // "opt.gravity" for "gravity", names that contain it, and names that differ by a few letters.
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names);
-
-// The shortest decimal text that reads back as the same number.
-std::string number(double value);
 
 inline std::string in_row(std::int64_t row, const std::string& what) {
   return "row " + std::to_string(row) + ": " + what;

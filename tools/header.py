@@ -127,7 +127,7 @@ def _fields(text: str) -> Iterable[Member]:
         name, ctype = _member(first)
         yield Member(name, ctype)
         for other in others:
-            yield Member(other.strip(), ctype)
+            yield Member(other.strip().lstrip("*"), ctype)
 
 
 def _parameters(text: str) -> Iterable[Member]:

@@ -9,9 +9,8 @@ struct mjModel_;
 
 namespace mjenv::core {
 
-// Parses and compiles the text of a model. The folder holds the files that the text refers to; it is "" or ends in "/".
-// The host's locale and random numbers do not change the model, and compiling changes neither. Fails with MJENV_E_MODEL
-// and MuJoCo's reason; other errors of MuJoCo and its libraries pass through.
+// Parses and compiles a model's text, untouched by the host's locale and random numbers. The folder of the files that
+// it refers to is "" or ends in "/". Fails with MJENV_E_MODEL and MuJoCo's reason; MuJoCo's other errors pass through.
 mjModel_* compile(const std::string& folder, const std::string& text, std::int64_t hull_limit);
 
 // Returns how many vertices the convex hull of a mesh's file has, but at most this number, at which MuJoCo stops. Returns

@@ -27,8 +27,7 @@ class Constants {
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates that mjData.
   void make_data();
-  // The arrays that mj_setConst has changed and that are not among the row's own. Fails with MJENV_E_MODEL if it has
-  // changed what all rows share.
+  // The arrays that mj_setConst changed and that rows still share. Fails with MJENV_E_MODEL if rows must share one.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;

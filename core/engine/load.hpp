@@ -1,5 +1,4 @@
-// MuJoCo's loader of models. Each kind of engine has its own: cmake/engine/load.cc for the engine that is compiled in,
-// shared/load_shared.cpp for a shared library.
+// MuJoCo's loader of models: cmake/engine/load.cc if it is compiled in, shared/load_shared.cpp for a shared library.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +13,7 @@ namespace mjenv::core {
 
 // Whether load() limits the work on convex hulls. If not, the hulls' vertices are counted before the model is loaded.
 extern const bool kLoadLimitsHulls;
-// MuJoCo simulates to find the length ranges of muscles. This says whether it stops if the simulation diverges. If not,
-// untrusted models must state the ranges.
+// Whether MuJoCo's search for the length ranges of muscles always ends. If not, untrusted models must state them.
 extern const bool kLengthRangesEnd;
 
 // Parses and compiles the model of this path, which may be one of the files in memory. Returns null with MuJoCo's

@@ -138,7 +138,6 @@ const Array* find(const std::vector<Array>& arrays, const std::string& name) {
 }
 
 void DeleteData::operator()(mjData* data) const { mj_deleteData(data); }
-
 void Model::Delete::operator()(mjModel_* model) const { mj_deleteModel(model); }
 
 Model::~Model() = default;
@@ -157,9 +156,7 @@ Model::Model(std::string label, Compiled model, Origin origin)
       nbody_(static_cast<int>(model_->nbody)) {}
 
 double Model::timestep() const { return model_->opt.timestep; }
-
 int Model::more_state() const { return core::more_state(*model_); }
-
 bool Model::is_valid_more(const double* state) const { return core::is_valid_more(*model_, state); }
 
 std::size_t Model::work_bytes() const {
@@ -209,7 +206,6 @@ std::uint64_t Model::fingerprint() const {
 }
 
 const char* mujoco_version() { return open_mujoco(); }
-
 bool math_is_portable() { return std::string_view(MJENV_MATH_TEXT) == "portable"; }
 
 const char* library_version() {

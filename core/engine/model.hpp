@@ -1,5 +1,4 @@
-// A compiled model. The code that depends on MuJoCo's version, layout and error handling is in this folder; the code
-// that depends on its drawing is in render/.
+// A compiled model. What depends on MuJoCo's version, layout and errors is in this folder; for drawing, in render/.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +25,9 @@ struct Array {
   mjenv_dtype type;
   std::vector<std::int64_t> shape;
   const void* data;
-  // For a member of an array of structs: the bytes from one struct to the next. 0: the
-  // array is contiguous.
+  // In an array of structs: the bytes from one struct to the next. 0: the array is contiguous.
   std::size_t stride = 0;
-  // How many of the elements, or structs, are in use. The others read as 0, because MuJoCo leaves old values there.
-  // Empty: all are in use.
+  // How many elements, or structs, are in use; empty: all. The others read as 0: MuJoCo leaves old values there.
   std::function<std::int64_t()> held = {};
 
   std::size_t count() const;
@@ -49,8 +46,7 @@ class Model {
   // Loads a built-in model ("ant.xml") or a file. As in Gymnasium, a text that starts with ".", "/" or "~" is a path.
   // An untrusted model can only read files in its folder, and its size is limited (engine/untrusted/limits.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
-  // Loads a model from MJCF text. While a model is in use, both functions return the same object for the same text,
-  // unless the text refers to files.
+  // Loads MJCF text. Both functions return a model that is in use for the same text, unless the text refers to files.
   static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);
   ~Model();
 

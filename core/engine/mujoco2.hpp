@@ -96,8 +96,7 @@ inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_
 // How many contacts mjData can hold.
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
 
-// How many elements of an array the present constraints, or the sparse Jacobians of tendons, fill. Empty: the array does
-// not depend on these.
+// How many elements of an array the constraints or the tendons' sparse Jacobians fill. Empty: it depends on neither.
 inline std::function<std::int64_t()> held_by_constraints(const mjModel& m, const mjData& d, const std::string& name) {
   using Count = std::int64_t;
   const auto sparse = [](const int* rowadr, const int* rownnz, Count rows) {
@@ -173,8 +172,7 @@ inline bool has_search_settings(const mjModel& m) { return m.opt.collision == mj
 
 inline double mixed_margin(double a, double b) { return std::max(a, b); }
 
-// Appends to the arrays of pairs that only this version has. `first` is the geom whose parameters count if `equal` is
-// false.
+// Appends to this version's own arrays of pairs. If `equal` is false, the parameters of the geom `first` count.
 inline void append_more(Pairs&, const mjModel&, int /*g1*/, int /*g2*/, int /*first*/, bool /*equal*/) {}
 
 // Makes collision detection use the pairs alone.
@@ -188,8 +186,7 @@ inline const std::vector<const char*> kIndices{};
 inline const std::vector<const char*> kSameframes{};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{};
-// Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
-// `source` to the input.
+// Calls visit(name, pointer, count, source) for each of this version's own inputs, to which mj_resetData copies source.
 template <typename Visit>
 void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 

@@ -23,55 +23,16 @@
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 
-// All functions of MuJoCo that the core calls. clang-format would indent each line more than the one before.
+// All functions of MuJoCo that the core calls.
 // clang-format off
 #define MJENV_MUJOCO_FUNCTIONS(X) \
-  X(mj_version) \
-  X(mj_versionString) \
-  X(mj_defaultVFS) \
-  X(mj_deleteVFS) \
-  X(mj_addBufferVFS) \
-  X(mj_loadXML) \
-  X(mj_freeLastXML) \
-  X(mj_saveModel) \
-  X(mj_sizeModel) \
-  X(mj_copyModel) \
-  X(mj_deleteModel) \
-  X(mj_setConst) \
-  X(mj_makeData) \
-  X(mj_resetData) \
-  X(mj_deleteData) \
-  X(mj_step) \
-  X(mj_step1) \
-  X(mj_step2) \
-  X(mj_forward) \
-  X(mj_camlight) \
-  X(mj_rnePostConstraint) \
-  X(mj_contactForce) \
-  X(mj_local2Global) \
-  X(mj_name2id) \
-  X(mj_id2name) \
-  X(mj_stateSize) \
-  X(mj_getState) \
-  X(mj_setState) \
-  X(mju_mulQuat) \
-  X(mju_free) \
-  X(mjv_defaultCamera) \
-  X(mjv_moveCamera) \
-  X(mjv_defaultPerturb) \
-  X(mjv_defaultOption) \
-  X(mjv_defaultScene) \
-  X(mjv_makeScene) \
-  X(mjv_freeScene) \
-  X(mjv_updateScene) \
-  X(mjr_defaultContext) \
-  X(mjr_makeContext) \
-  X(mjr_freeContext) \
-  X(mjr_setBuffer) \
-  X(mjr_readPixels) \
-  X(mjr_render) \
-  X(mjr_overlay) \
-  X(_mjPRIVATE_setTlsLogHandler)
+  X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML) \
+  X(mj_freeLastXML) X(mj_saveModel) X(mj_sizeModel) X(mj_copyModel) X(mj_deleteModel) X(mj_setConst) X(mj_makeData) \
+  X(mj_resetData) X(mj_deleteData) X(mj_step) X(mj_step1) X(mj_step2) X(mj_forward) X(mj_camlight) X(mj_rnePostConstraint) \
+  X(mj_contactForce) X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) \
+  X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption) \
+  X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) \
+  X(mjr_freeContext) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
 // clang-format on
 
 namespace mjenv::core {
@@ -150,8 +111,7 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 // How much memory mjData has beside the arrays that for_each_array visits.
 inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_t>(m.narena); }
 
-// How many contacts of a row can be listed: as many as the model's nconmax allows, or 500 if it sets none, and never
-// more than the arena of mjData has room for.
+// How many contacts of a row can be listed: nconmax, or 500 if that is not set, but at most as the arena has room.
 inline int max_contacts(const mjModel& m) {
   constexpr mjtSize kDefault = 500;
   const auto room = m.narena / static_cast<mjtSize>(sizeof(mjContact));
@@ -227,8 +187,7 @@ inline bool has_search_settings(const mjModel& m) {
 
 inline double mixed_margin(double a, double b) { return a + b; }
 
-// Appends to the arrays of pairs that only this version has. `first` is the geom whose parameters count if `equal` is
-// false.
+// Appends to this version's own arrays of pairs. If `equal` is false, the parameters of the geom `first` count.
 inline void append_more(Pairs& pairs, const mjModel& m, int g1, int g2, int first, bool equal) {
   pairs.adhesion.push_back(equal ? m.geom_adhesion[g1] + m.geom_adhesion[g2] : m.geom_adhesion[first]);
   pairs.solreffriction.insert(pairs.solreffriction.end(), mjNREF, 0.0);
@@ -253,8 +212,7 @@ inline const std::vector<const char*> kIndices{"eq_data"};
 inline const std::vector<const char*> kSameframes{"body_sameframe", "geom_sameframe", "site_sameframe"};
 // Parameters whose signs say what the state of an actuator consists of.
 inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
-// Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
-// `source` to the input.
+// Calls visit(name, pointer, count, source) for each of this version's own inputs, to which mj_resetData copies source.
 template <typename Visit>
 void for_each_more_input(const mjModel& m, const mjData& d, const Visit& visit) {
   visit("eq_active", d.eq_active, m.neq, m.eq_active0);

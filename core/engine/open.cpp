@@ -1,8 +1,13 @@
 // Loads models from MJCF files and texts.
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <map>
+#include <memory>
 #include <new>
+#include <string>
 
 #include "engine/assets.hpp"
-#include "engine/cache.hpp"
 #include "engine/compile.hpp"
 #include "engine/model.hpp"
 #include "engine/mujoco.hpp"
@@ -11,16 +16,83 @@
 #include "engine/untrusted/mjcf.hpp"
 #include "error.hpp"
 #include "system/platform.hpp"
-#include "system/stack.hpp"
 
 namespace mjenv::core {
 namespace {
 
-// Enough stack to load a model with the largest number of levels. Built-in models need a tenth. docs/reliability.md has
-// measurements.
+// Enough stack for a model with the largest number of levels (docs/reliability.md). Built-in models need a tenth.
 constexpr std::size_t kStack = 512 << 10;
 
+// The models in use, which environments share. A call that finds another thread inside does nothing instead of waiting,
+// because in a forked child that thread may not exist. Then a model is compiled once more, or its entry is dropped
+// later.
+class Cache {
+ public:
+  // Returns the model that was added with this key, or null.
+  std::shared_ptr<const Model> find(const std::string& key) {
+    std::shared_ptr<const Model> found;
+    alone([&] {
+      if (!models_) return;
+      const auto entry = models_->find(key);
+      if (entry != models_->end()) found = entry->second.lock();
+    });
+    return found;
+  }
+
+  void add(const std::string& key, const std::shared_ptr<const Model>& model) {
+    alone([&] {
+      if (!models_) models_ = new Models;
+      (*models_)[key] = model;
+    });
+  }
+
+  // Drops the entries of models that are no longer in use.
+  void tidy() {
+    alone([&] {
+      if (!models_) return;
+      for (auto entry = models_->begin(); entry != models_->end();)
+        entry = entry->second.expired() ? models_->erase(entry) : std::next(entry);
+      if (!models_->empty()) return;
+      delete models_;
+      models_ = nullptr;
+    });
+  }
+
+ private:
+  using Models = std::map<std::string, std::weak_ptr<const Model>>;
+  std::atomic<bool> busy_{false};
+  Models* models_ = nullptr;  // no destructor frees it, because environments may outlive this object
+
+  // Calls the body, unless another thread is inside.
+  template <typename F>
+  void alone(const F& body) {
+    if (busy_.exchange(true, std::memory_order_acquire)) return;
+    struct Leave {
+      std::atomic<bool>& busy;
+      ~Leave() { busy.store(false, std::memory_order_release); }
+    } leave{busy_};
+    body();
+  }
+};
+
 Cache cache;
+
+// Runs body on this thread if so much of its stack is left, else on a new thread, and waits for it.
+void run_with_stack(std::size_t bytes, const std::function<void()>& body) {
+  if (platform::stack_left() >= bytes) return body();
+  std::exception_ptr thrown;
+  const bool ran = platform::run_on_thread(bytes, [&] {
+    try {
+      body();
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+  });
+  if (!ran)
+    fail(MJENV_E_MEMORY, "this thread has less than " + std::to_string(bytes / 1024) +
+                             " KB of stack left, and the system does not give this process a thread with more");
+  if (thrown) std::rethrow_exception(thrown);
+}
 
 std::string expanded(const std::string& path) {
   if (path[0] != '~' || (path.size() > 1 && path[1] != '/')) return path;

@@ -186,12 +186,11 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
   OwnArray array{};
   if (const Array* of_model = find(model.arrays(), name)) {
     if (!is_writable(*of_model) || has_sites(m, name))
-      refuse_name(
-          name,
-          is_integer(of_model->type)
-              ? "it is part of the model's structure, which all rows share: change "
-                "the model file"
-              : "it is shared by all rows, because it is large or MuJoCo uses it as an index: change the model file");
+      refuse_name(name,
+                  std::string(is_integer(of_model->type)
+                                  ? "it is part of the model's structure, which all rows share"
+                                  : "it is shared by all rows, because it is large or MuJoCo uses it as an index") +
+                      ": change the model file");
     array.original = *of_model;
     const bool is_number = name.find('.') != std::string::npos;
     array.place = is_number ? Place::model_number : Place::model_array;

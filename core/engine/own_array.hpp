@@ -12,8 +12,7 @@ namespace mjenv::core {
 
 struct OwnArray {
   enum class Place { model_array, model_number, data_input };
-  // What own values can change in collision detection: nothing, the parameters of contacts, or which geom pairs can
-  // touch and how precisely MuJoCo searches for them.
+  // What own values can change of collisions: nothing, the parameters of contacts, or which pairs are found, and how.
   enum class Collisions { same, other_contacts, other_pairs };
 
   Array original;  // data: the model's values; null for an input of mjData

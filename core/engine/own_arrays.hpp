@@ -28,8 +28,7 @@ class OwnArrays {
 
   // Writes the original values of the arrays from number `first` on to the block.
   void fill(std::size_t first, std::byte* block) const;
-  // Copies a block that is laid out by `from` to one that is laid out by this. Arrays that `from` lacks get their
-  // original values.
+  // Copies a block that `from` lays out to one that this lays out. Arrays that `from` lacks get their original values.
   void copy(const OwnArrays& from, const std::byte* block, std::byte* to) const;
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;

@@ -18,8 +18,7 @@ bool is_surface(const mjModel& m, int geom) {
   return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
 }
 
-// Whether a list can replace MuJoCo's search: but for excluded bodies, the model has no setting that changes what the search
-// finds.
+// Whether a list can replace MuJoCo's search: no setting but excluded bodies changes what the search finds.
 bool searchable(const mjModel& m) {
   if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)
@@ -46,8 +45,7 @@ double mix_of(const mjModel& m, int g1, int g2) {
   return s1 < mjMINVAL ? 0.0 : 1.0;
 }
 
-// Appends a pair with the parameters that MuJoCo would compute at each contact from those of the two geoms.
-// geom_type[g1] must not be greater than geom_type[g2].
+// Appends a pair with the parameters that MuJoCo would compute at each contact. g1's type must not be above g2's.
 void append(Pairs& pairs, const mjModel& m, int g1, int g2) {
   const bool equal = m.geom_priority[g1] == m.geom_priority[g2];
   const int first = m.geom_priority[g1] > m.geom_priority[g2] ? g1 : g2;

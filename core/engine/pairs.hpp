@@ -19,9 +19,8 @@ struct Pairs {
   std::vector<double> solreffriction, adhesion;
 };
 
-// Returns no value if MuJoCo's search might find other contacts than a list gives. MuJoCo excludes pairs of moving
-// geoms by float32 computations, which could miss a contact of less than 1e-7 m. `trusted` says that this is known not
-// to happen in this model.
+// Returns no value if MuJoCo's search might find other contacts than a list gives: it excludes moving geoms by float32
+// numbers, and could miss a contact of less than 1e-7 m. `trusted` says that this does not happen in this model.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
 // All pairs that MuJoCo's search can find, in its order, where it is left to lanes to see whether it finds them. Returns no

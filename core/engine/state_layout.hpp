@@ -9,8 +9,7 @@
 
 namespace mjenv::core {
 
-// time, qpos, qvel, act, qacc_warmstart, ctrl, and what else the version of MuJoCo has (Model::more_state), in this
-// order.
+// time, qpos, qvel, act, qacc_warmstart and ctrl, in this order, then what else this version has (Model::more_state).
 class StateLayout {
  public:
   explicit StateLayout(const Model& model)

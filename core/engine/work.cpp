@@ -30,6 +30,7 @@ std::vector<Array> Work::arrays() const { return data_arrays(*model_->get(), *da
 void Work::use(const OwnArrays& arrays, std::byte* block) {
   if (!view_) view_.emplace(*model_);
   view_->use(arrays, block);
+  has_inputs_ = arrays.has_inputs();
   for (const OwnArray& array : arrays.list()) {
     if (array.place != OwnArray::Place::data_input) continue;
     void* input;
@@ -40,6 +41,13 @@ void Work::use(const OwnArrays& arrays, std::byte* block) {
 
 void Work::apply(const Force& force) {
   std::copy(force.values.begin(), force.values.end(), data_->xfrc_applied + 6 * std::ptrdiff_t{force.body});
+}
+
+bool Work::has_forces() const {
+  const auto is_set = [](double x) { return x != 0; };
+  const mjtNum *qfrc = data_->qfrc_applied, *xfrc = data_->xfrc_applied;
+  return has_inputs_ && (std::any_of(qfrc, qfrc + layout_.nv, is_set) ||
+                         std::any_of(xfrc, xfrc + std::ptrdiff_t{6} * model_->get()->nbody, is_set));
 }
 
 void Work::clear() {
@@ -182,7 +190,6 @@ bool Work::diverged() const {
 }
 
 int Work::constraint_count() const { return data_->nefc; }
-
 bool Work::was_reset() const { return diverged() && resets_diverged(model()); }
 
 }  // namespace mjenv::core

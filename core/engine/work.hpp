@@ -1,5 +1,4 @@
-// The work space that simulates one row at a time: an mjData, to which a row's state is copied and from which it is
-// copied back.
+// The work space that simulates one row at a time: an mjData, into which a row's state is copied and back.
 #pragma once
 
 #include <array>
@@ -34,19 +33,20 @@ class Work {
     std::array<double, 6> values;
   };
   void apply(const Force& force);
+  // Whether a number in qfrc_applied or xfrc_applied is not 0.
+  bool has_forces() const;
 
   // Says that this array of mjData is read after each step.
   void expect(const std::string& array) { reads_all_ |= !is_after_every_step(array); }
   // Whether `expect` named an array for which is_after_every_step is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_after_every_step is true
-  // may be read.
+  // Whether the last step left all of mjData as MuJoCo does. Else only arrays of is_after_every_step may be read.
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }
-  // What MuJoCo computes with: the model, in which arrays are a row's own after `use`.
+  // The model that MuJoCo computes with. After `use`, some of its arrays are a row's own.
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
-  // The view of it that mj_step computes with.
+  // The view of this model that mj_step computes with.
   const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
   // Computes with a row's own arrays, and copies its inputs into mjData. The block must outlive its use.
   void use(const OwnArrays& arrays, std::byte* block);
@@ -90,8 +90,7 @@ class Work {
   }
   // Repeats the last call of mj_step. Load the state before that call first.
   void repeat_step();
-  // Computes what is only computed on demand: the forces cacc, cfrc_int and cfrc_ext, with MuJoCo's own function, and
-  // the frames of geoms, cameras and lights.
+  // Computes what steps leave out: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and lights.
   void complete();
   void complete_forces();
   void complete_frames();
@@ -113,6 +112,7 @@ class Work {
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false;
+  bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool is_current_ = false;
   std::vector<double> raw_qpos_;
   std::uint64_t computation_ = 0;

@@ -1,5 +1,4 @@
-// The values that a reset draws for a row's own arrays. They replace the row's values once the reset's outputs are
-// written.
+// The values that a reset draws for a row's own arrays, which get them once the reset's outputs are written.
 #pragma once
 
 #include <algorithm>

@@ -71,19 +71,23 @@ void declare_env_options(Options& options) {
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
                Scope::service);
+  declare_frame_options(options);
+  declare_action_options(options);
 }
 
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(task_of(id_of(options_.id()))->build(options_)),
       lanes_(choose_lanes(options_, task_, rows, threads_for(options_, task_, rows))),
+      frames_(options_, task_.fields[MJENV_ROLE_OBSERVATION], rows),
+      transform_(options_, *task_.model),
       workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
-      schema_(task_, options_.get("arrays").text, workers_.first().work()),
-      rows_(task_, rows),
+      schema_(task_, frames_, transform_, options_.get("arrays").text, workers_.first().work()),
+      rows_(task_, frames_.record_count(), rows),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
-      episodes_(options_, task_, schema_, randomization_, perturbation_, rows_),
+      episodes_(options_, task_, schema_, randomization_, perturbation_, frames_, transform_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
-  workers_.prepare(schema_);
+  workers_.prepare(schema_, frames_);
   if (!task_.needs.own.empty()) make_own(task_.needs.own);
   workers_.first().clear(rows_);
 }
@@ -115,10 +119,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 LaneChoice Env::lanes() const {
   if (lanes_.width == 0) return lanes_;
   if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
-  const std::int64_t alone = pipeline_->count() > 0 ? 0 : rows_.forced_rows();  // other threads may change forces
-  if (alone == 0) return lanes_;
-  return {alone + 1 < rows() ? lanes_.width : 0, std::to_string(alone) + " of " + std::to_string(rows()) +
-                                                     " rows have forces in qfrc_applied or xfrc_applied"};
+  return lanes_;
 }
 
 // ---- Random streams ----
@@ -162,11 +163,13 @@ void Env::seed_actions(std::uint64_t seed) {
 }
 
 void Env::sample_actions(float* action, std::int64_t count) {
-  const auto& [low, high] = schema_.space(MJENV_ROLE_ACTION);
+  const std::vector<double>&low = schema_.space(MJENV_ROLE_ACTION).low, &high = schema_.space(MJENV_ROLE_ACTION).high;
   check_count("the action's count", count, rows() * task_.model->nu());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
-      fail(MJENV_E_MODEL, "actuator " + std::to_string(i) + " has infinite bounds, so no action can be drawn");
+      fail(MJENV_E_MODEL, "actuator " + std::to_string(i) + " has infinite bounds" +
+                              (transform_.empty() ? "" : " with the option \"clip_actions\"") +
+                              ", so no action can be drawn");
   if (!actions_seeded_) action_rng_ = Rng::from_entropy();
   actions_seeded_ = true;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
@@ -264,6 +267,11 @@ void Env::receive(std::int64_t least, double timeout, std::int64_t* rows_done, s
 const Array& Env::array(std::int64_t row, const std::string& name) {
   check_settled();
   rows_.check(row);
+  if (Parameters::is_name(name)) {
+    const Field& parameter = task_.parameters.find(name, options_.id());
+    own_array_ = {parameter.name, parameter.type, parameter.shape, rows_.parameters(row) + parameter.offset};
+    return own_array_;
+  }
   // original.data is null for inputs of mjData, which are read from a work space below.
   if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
@@ -302,20 +310,24 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
 
 void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count) {
   check_settled();
+  const Field* parameter = Parameters::is_name(array) ? &task_.parameters.find(array, options_.id()) : nullptr;
   const auto part = rows_.layout().part(array);
   OwnArray target{};
-  if (!part) {
+  if (!part && !parameter) {
     const OwnArray* found = rows_.arrays().find(array);
     target = found ? *found : OwnArray::of(model(), array);
   }
-  const std::size_t elements = part ? part->count : target.original.count();
+  const std::size_t elements = parameter ? static_cast<std::size_t>(parameter->count)
+                               : part    ? part->count
+                                         : target.original.count();
   const auto each = static_cast<std::int64_t>(elements);
   if (count != each && count != rows() * each)
-    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " +
-                           std::to_string(each) +
-                           (each == 0     ? ": this array is empty in this model"
-                            : rows() == 1 ? ""
-                                          : " for all rows or " + std::to_string(rows() * each) + " for each its own"));
+    fail(MJENV_E_SIZE,
+         "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " + std::to_string(each) +
+             (each == 0 ? ": this array is empty in this model"
+              : rows() == 1
+                  ? ""
+                  : ", the same for all rows, or " + std::to_string(rows() * each) + ", for each row its own"));
   const bool same = count == each;
   const auto for_each_row = [&](const auto& body) {
     for (std::int64_t row = 0; row < rows(); ++row)
@@ -325,7 +337,9 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
   for_each_row([&](std::int64_t row, const double* of_row) {
     if (of_row == checked) return;
     try {
-      if (part)
+      if (parameter)
+        task_.parameters.check(*parameter, of_row);
+      else if (part)
         check_finite(array, of_row, elements);
       else
         target.check(of_row);
@@ -335,18 +349,21 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
     checked = of_row;
   });
   if (count == 0) return;
+  if (parameter)
+    return for_each_row([&](std::int64_t row, const double* of_row) {
+      std::copy_n(of_row, elements, rows_.parameters(row) + parameter->offset);
+      forget_observation(row);
+    });
   if (!part && !rows_.arrays().find(array)) {
     make_own({array});
     target = *rows_.arrays().find(array);
   }
   for_each_row([&](std::int64_t row, const double* of_row) {
     rows_.keep(row);
-    if (part) {
+    if (part)
       std::copy_n(of_row, elements, rows_.state(row) + part->offset);
-    } else {
+    else
       target.write(of_row, rows_.values(row));
-      rows_.note_forces(row);
-    }
     rows_.head(row).written = true;
     workers_.forget(row);
     forget_observation(row);
@@ -403,6 +420,7 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
 
 void Env::forget_observation(std::int64_t row) {
   if (rows_.has_perturbation()) Perturbation::forget_observation(rows_.perturbation(row));
+  if (frames_.record_count() > 0) Frames::forget(rows_.history(row));
 }
 
 // ---- Randomisation ----
@@ -425,7 +443,8 @@ void Env::randomize(const mjenv_randomization* items, std::int64_t count) {
 void Env::perturb(const mjenv_perturbation* given) {
   check_settled();
   Perturbation next;
-  if (given) next = Perturbation(read_struct(given, "perturbation"), model(), schema_.observation_count());
+  if (given)
+    next = Perturbation(read_struct(given, "perturbation"), model(), static_cast<std::int64_t>(frames_.task_count()));
   // First what allocates memory: a call that fails must change nothing.
   std::vector<double> records = rows_.make_perturbation(next.record_count());
   std::vector<Perturbation::Step> steps;
@@ -446,7 +465,6 @@ void Env::end_pushes() {
     if (!perturbation_.is_pushed(rows_.perturbation(row))) continue;
     rows_.keep(row);
     perturbation_.end_pushes(rows_.perturbation(row), rows_.values(row));
-    rows_.note_forces(row);
     rows_.head(row).written = true;
     workers_.forget(row);
   }
@@ -478,7 +496,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
   if (!rows_.arrays().empty()) workers_.release();
-  read_image(rows_, model(), *task_.calls, perturbation_, identity(), options_.id(), row, image, size);
+  read_image(rows_, task_, perturbation_, frames_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
     if (rows_.has_constants()) prepare_constants();

@@ -37,12 +37,10 @@ class Env {
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together, with the values that rows have now, and, unless rows are under way, with
-  // their forces.
+  // How many rows each thread steps together with the rows' present values. Forces count while no row is under way.
   LaneChoice lanes() const;
 
-  // A mask selects the rows whose element is not 0; a null mask selects all rows.
-  // seeds: for each row, the words of an integer, the least significant first.
+  // A null mask selects all rows. seeds: for each row, the words of an integer, the least significant first.
   void seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words);
   // words: 4 or 6, as mjenv_get_stream lays them out.
   void get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const;
@@ -62,13 +60,11 @@ class Env {
 
   // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
-  // them.
+  // Calls draw with the mjModel and mjData that Gymnasium has in the row's present state. It must not change them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
-  // Writes an array of the row's state or mjModel, or an input of its mjData (qfrc_applied, mocap_pos, ...:
-  // engine/own_arrays.hpp). count: the array's size, to write the same values to every selected row, or this
-  // size times the number of rows. Values of rows that are not selected are not read.
+  // Writes an array of the row's state or mjModel, or an input of its mjData (engine/own_array.hpp). count: the array's
+  // size, for the same values in every selected row, or this size times the number of rows.
   void write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count);
   // Calls mj_setConst.
   void set_constants(const std::uint8_t* mask);
@@ -87,6 +83,8 @@ class Env {
   Options options_;
   Task task_;
   LaneChoice lanes_;
+  Frames frames_;
+  ActionTransform transform_;
   Workers workers_;
   Schema schema_;
   Rows rows_;

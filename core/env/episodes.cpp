@@ -30,11 +30,13 @@ void report_failure(const Place& place, const Body& body) {
 }  // namespace
 
 Episodes::Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
-                   const Perturbation& perturbation, Rows& rows)
+                   const Perturbation& perturbation, const Frames& frames, const ActionTransform& transform, Rows& rows)
     : task_(task),
       schema_(schema),
       randomization_(randomization),
       perturbation_(perturbation),
+      frames_(frames),
+      transform_(transform),
       rows_(rows),
       max_episode_steps_(options.get("max_episode_steps").integer),
       strict_(options.get("strict").integer != 0),
@@ -53,8 +55,9 @@ void Episodes::check_steppable(std::int64_t row, bool resets) const {
 
 void Episodes::check_finite(std::int64_t row, const Action& action) const {
   if (!strict_ || awaits_reset(row)) return;
+  const bool is_transformed = !transform_.empty();  // then infinity may become a bound
   for (std::int64_t i = 0; i < action.count; ++i)
-    if (!std::isfinite(action[i]))
+    if (!std::isfinite(is_transformed ? transform_.at(action, i) : action[i]))
       fail(MJENV_E_VALUE, in_row(row, element_is("action", static_cast<std::size_t>(i), action[i]) +
                                           ", but must be finite; set the option \"strict\" to 0 to allow it"));
 }
@@ -99,11 +102,14 @@ void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place)
 }
 
 void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const {
-  if (!is_perturbed(row) || !perturbation_.changes_observations()) return worker.writer().write_observation(to, place);
+  Writer& writer = worker.writer();
+  const bool is_changed = is_perturbed(row) && perturbation_.changes_observations();
+  if (!is_changed && frames_.empty()) return writer.write_observation(to, place);
   Rows::Head& head = rows_.head(row);
-  const double* observation = worker.writer().observation();
-  worker.writer().write_observation(perturbation_.observe(rows_.perturbation(row), head.steps, observation, head.rng),
-                                    to, place);
+  const double* seen = writer.observation();
+  if (is_changed) seen = perturbation_.observe(rows_.perturbation(row), head.steps, seen, head.rng);
+  if (!frames_.empty()) seen = frames_.add(rows_.history(row), seen, head.steps, writer.scratch());
+  writer.write_observation(seen, to, place);
 }
 
 template <typename Body>
@@ -138,16 +144,13 @@ void Episodes::advance(Team& team, std::uint32_t& moving) const {
     for_turns(team, turn, [&](std::size_t) { body(); });
     return turn != 0;
   };
-  std::uint32_t together = team.steps_together(rows_) ? moving : 0;
-  for (std::size_t i = 0; together >> i != 0; ++i)
-    if (const Turn& turn = team.turns()[i]; rows_.has_forces(turn.row) || (turn.forces && !turn.forces->empty()))
-      together &= ~(1u << i);  // lanes compute no forces
-  team.advance(moving, together, task_.frame_skip, load, attempt);
+  team.advance(moving, team.steps_together(rows_), task_.frame_skip, load, attempt);
 }
 
 void Episodes::begin_step(Worker& worker, Turn& turn) const {
   turn.random = Worker::random(rows_, turn.row);
   turn.is_perturbed = is_perturbed(turn.row);
+  if (!transform_.empty()) turn.action = transform_.apply(turn.action, worker.transformed);
   turn.seen = turn.action;
   if (!turn.is_perturbed) return;
   turn.seen = perturbation_.act(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
@@ -234,12 +237,20 @@ void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const 
 
 void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) const {
   worker.hold(rows_, row);
+  Writer& writer = worker.writer();
   const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbation(row)) : nullptr;
+  if (!frames_.empty() && place.out.obs) {
+    const double* history = rows_.history(row);
+    if (const double* seen = frames_.last(history))
+      last = seen;
+    else
+      last = frames_.show(history, last ? last : writer.observation(), rows_.head(row).steps, writer.scratch());
+  }
   if (last)
-    worker.writer().write_observation(last, place.out.obs, place);
+    writer.write_observation(last, place.out.obs, place);
   else
-    worker.writer().write_observation(place.out.obs, place);
-  worker.writer().write_arrays(schema_, place);
+    writer.write_observation(place.out.obs, place);
+  writer.write_arrays(schema_, place);
 }
 
 }  // namespace mjenv::core

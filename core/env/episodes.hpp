@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "env/action_transform.hpp"
+#include "env/frames.hpp"
 #include "env/perturbation.hpp"
 #include "env/place.hpp"
 #include "env/randomization.hpp"
@@ -15,12 +17,11 @@
 
 namespace mjenv::core {
 
-// Each function concerns one row, or the rows of a team. Several threads call them at the same time for different rows,
-// each with its Worker or Team.
+// The functions concern one row, or a team's rows. Threads call them at the same time for different rows.
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
-           const Perturbation& perturbation, Rows& rows);
+           const Perturbation& perturbation, const Frames& frames, const ActionTransform& transform, Rows& rows);
 
   // Begins an episode and writes the outputs of a reset.
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
@@ -38,8 +39,7 @@ class Episodes {
   bool autoresets() const { return autoreset_ != Autoreset::disabled; }
   // True if the step that ends an episode also resets the row.
   bool autoresets_in_same_step() const { return autoreset_ == Autoreset::same_step; }
-  // Throws if neither a reset nor set_state has given the row a state. If "strict" is 1, also throws if its episode has
-  // ended, unless the call resets it (`resets`).
+  // Throws if no reset or set_state gave the row a state, or, with "strict" 1, its episode ended and `resets` is false.
   void check_steppable(std::int64_t row, bool resets) const;
   // Throws if the action is not finite, unless "strict" is 0 or the step resets the row, which ignores the action.
   void check_finite(std::int64_t row, const Action& action) const;
@@ -55,6 +55,8 @@ class Episodes {
   const Schema& schema_;
   const Randomization& randomization_;
   const Perturbation& perturbation_;
+  const Frames& frames_;
+  const ActionTransform& transform_;
   Rows& rows_;
   std::int64_t max_episode_steps_;
   bool strict_, ends_on_divergence_;
@@ -72,7 +74,8 @@ class Episodes {
   // Calls body(i) for the team's turns, given as bits. Clears the bits of those that fail, and writes their status.
   template <typename Body>
   void for_turns(Team& team, std::uint32_t& turns, const Body& body) const;
-  // A step has three parts: begin_step delays the action and draws its noise and the pushes, advance simulates the
+  // A step has three parts: begin_step transforms and delays the action
+  // and draws its noise and the pushes, advance simulates the
   // turns that have begun (as bits), and end_step calls the task and saves the new state.
   void begin_step(Worker& worker, Turn& turn) const;
   void advance(Team& team, std::uint32_t& moving) const;
@@ -83,7 +86,7 @@ class Episodes {
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                     const mjenv_batch& out) const;
   void write_reset(Worker& worker, std::int64_t row, const Place& place) const;
-  // Writes what the caller sees after a reset or step.
+  // Writes the row's observation, with noise and delay if the row is perturbed.
   void write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const;
 };
 

@@ -14,8 +14,7 @@ class Failures {
   void add(mjenv_status status, const std::string& what) noexcept;
   // Moves the other's failures here and empties it.
   void take(Failures& other) noexcept;
-  // Throws one error that names the first failures and counts the others, and forgets them. Does nothing if there are
-  // none.
+  // If there are failures, throws one error that names the first and counts the others, and forgets them.
   void raise();
 
  private:

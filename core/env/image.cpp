@@ -141,21 +141,22 @@ class Plan {
 // Checks bytes from an untrusted source, at any alignment.
 class Checks {
  public:
-  Checks(const Rows& rows, const OwnArrays& arrays, const Model& model, const Calls& calls,
-         const Perturbation& perturbation)
-      : rows_(rows), arrays_(arrays), model_(model), calls_(calls), perturbation_(perturbation) {}
+  Checks(const Rows& rows, const OwnArrays& arrays, const Task& task, const Perturbation& perturbation,
+         const Frames& frames)
+      : rows_(rows), arrays_(arrays), task_(task), perturbation_(perturbation), frames_(frames) {}
 
   // Whether MuJoCo and the library can compute with this part.
   bool is_valid(const PartKind& kind, const std::byte* part) {
     const StateLayout& layout = rows_.layout();
     switch (kind.content) {
       case Content::head: return is_valid_head(part);
-      // MuJoCo can compute with any numbers in a state, though the results may not be finite. Only numbers that it uses
-      // as indices must be valid.
+      // MuJoCo can compute with any numbers in a state, though results may be infinite. But its indices must be valid.
       case Content::state: return is_valid_rest(part + (layout.size - layout.more) * sizeof(double));
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
       case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::parameters: return task_.parameters.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::history: return frames_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::random_state: {
         np::RandomState stream;
         std::memcpy(static_cast<void*>(&stream), part, sizeof stream);
@@ -163,7 +164,7 @@ class Checks {
       }
       case Content::carried: break;
     }
-    return calls_.is_valid_carried(part);
+    return task_.calls->is_valid_carried(part);
   }
 
  private:
@@ -172,9 +173,9 @@ class Checks {
 
   const Rows& rows_;
   const OwnArrays& arrays_;
-  const Model& model_;
-  const Calls& calls_;
+  const Task& task_;
   const Perturbation& perturbation_;
+  const Frames& frames_;
   std::vector<double> numbers_;
 
   const double* aligned(const std::byte* part, std::size_t size) {
@@ -192,8 +193,7 @@ class Checks {
     std::uint16_t possible = 0;
     for (const PartKind& kind : kParts)
       if (bytes_of(kind, rows_, arrays_) > 0) possible |= kind.kept;
-    // NumPy's generator needs an odd increment. With an even one, a reset that draws until a condition holds might
-    // never end.
+    // NumPy's generator needs an odd increment: with an even one, a reset that rejects draws might never end.
     const bool is_even = head.seeded && head.rng.words()[2] % 2 == 0;
     const auto lacks = [&](Part needed, Content content) {
       return rows_.bytes_of(content) > 0 && (head.kept & kept_bit(needed)) == 0;
@@ -205,7 +205,7 @@ class Checks {
 
   bool is_valid_rest(const std::byte* rest) {
     const std::size_t size = rows_.bytes_of(Content::rest);
-    return size == 0 || model_.is_valid_more(aligned(rest, size));
+    return size == 0 || task_.model->is_valid_more(aligned(rest, size));
   }
 
   bool is_valid_block(const std::byte* part) {
@@ -245,8 +245,7 @@ void check_engine(int engine) {
                              mujoco_version() + ": restore it in an environment on MuJoCo " + made_on);
 }
 
-// Throws unless the fingerprints are equal; 0: nothing was set. For the message, `what` names the setting and
-// `function` the function that sets it.
+// Throws unless the fingerprints are equal. 0: nothing was set. The message names the setting and its function.
 void check_settings(const char* what, const char* function, std::uint64_t of_image, std::uint64_t here) {
   if (of_image == here) return;
   const std::string difference = of_image == 0 ? std::string("without ") + what + ", but this environment has some"
@@ -336,7 +335,7 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
   std::memcpy(image, &header, sizeof header);
 }
 
-void read_image(Rows& rows, const Model& model, const Calls& calls, const Perturbation& perturbation,
+void read_image(Rows& rows, const Task& task, const Perturbation& perturbation, const Frames& frames,
                 const Identity& identity, const std::string& id, std::int64_t row, const void* image,
                 std::size_t size) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
@@ -385,7 +384,7 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
   for (std::uint32_t i = 0; i < header.arrays; ++i) {
     const Entry entry = take_entry();
     names.emplace_back(entry.name.data());
-    if ((i > 0 && names[i] <= names[i - 1]) || !append(model, names[i], entry.bytes, arrays)) damaged();
+    if ((i > 0 && names[i] <= names[i - 1]) || !append(*task.model, names[i], entry.bytes, arrays)) damaged();
   }
   std::vector<const PartKind*> kinds;
   for (const PartKind& kind : kParts) {
@@ -403,7 +402,7 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
     const std::byte* bytes;
   };
   std::vector<Found> found;
-  Checks checks(rows, arrays, model, calls, perturbation);
+  Checks checks(rows, arrays, task, perturbation, frames);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     std::uint16_t kept = 0;
     for (const PartKind& kind : kParts) {
@@ -430,7 +429,6 @@ void read_image(Rows& rows, const Model& model, const Calls& calls, const Pertur
     else
       std::memcpy(to, one.bytes, rows.bytes_of(one.kind->content));
   }
-  for (std::int64_t i = range.first; i < range.end; ++i) rows.note_forces(i);
 }
 
 }  // namespace mjenv::core

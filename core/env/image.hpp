@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "env/frames.hpp"
 #include "env/perturbation.hpp"
 #include "env/rows.hpp"
 #include "task/options.hpp"
@@ -12,8 +13,7 @@
 
 namespace mjenv::core {
 
-// An image can be restored only if the identities of the environments, their versions of MuJoCo and their math are
-// equal, and the image's version and number of rows fit.
+// An image fits environments of equal identity, MuJoCo, math and number of rows, if it has this library's version.
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 
@@ -30,7 +30,7 @@ Identity identity_of(const Options& options, const Task& task);
 std::size_t image_size(const Rows& rows, std::int64_t row);
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image);
 // Checks the image before it changes any row. id: the environment's id, for messages.
-void read_image(Rows& rows, const Model& model, const Calls& calls, const Perturbation& perturbation,
+void read_image(Rows& rows, const Task& task, const Perturbation& perturbation, const Frames& frames,
                 const Identity& identity, const std::string& id, std::int64_t row, const void* image, std::size_t size);
 
 }  // namespace mjenv::core

@@ -69,14 +69,4 @@ std::vector<std::string> beyond_lanes(const OwnArrays& arrays) {
   return names;
 }
 
-// -0 counts as nonzero, because MuJoCo adds it (-0 + -0 is -0), and lanes add nothing.
-bool has_forces(const OwnArrays& arrays, const std::byte* block) {
-  const auto is_set = [](std::byte byte) { return byte != std::byte{0}; };
-  return std::any_of(arrays.list().begin(), arrays.list().end(), [&](const OwnArray& array) {
-    const std::byte* values = block + array.offset;
-    return array.place == OwnArray::Place::data_input && !lanes::computes_own(array.original.name) &&
-           std::any_of(values, values + array.bytes, is_set);
-  });
-}
-
 }  // namespace mjenv::core

@@ -17,14 +17,11 @@ struct LaneChoice {
   std::string reason;  // why rows are stepped one after the other; "" if none is
 };
 
-// Decides by the option "lanes" and throws if that number of lanes is not available. If the option is -1, the
-// environment variable MJENV_LANES decides. It must be a number that this CPU supports. Because it is for all
-// environments of the process, those that cannot have this many lanes ignore it.
+// Decides by the option "lanes", and throws if so many are not available. -1: the variable MJENV_LANES decides, which
+// must be a number that this CPU supports; environments that cannot have so many lanes ignore it.
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
 
 // The names of those mjModel arrays for which lanes do not support different values in each row.
 std::vector<std::string> beyond_lanes(const OwnArrays& arrays);
-// Whether the block has a nonzero value in an input of mjData that lanes assume to be 0, such as xfrc_applied.
-bool has_forces(const OwnArrays& arrays, const std::byte* block);
 
 }  // namespace mjenv::core

@@ -11,9 +11,8 @@ namespace mjenv::core {
 
 class Order {
  public:
-  // rows: the number of rows, or 0 to keep the order fixed. share: how many rows each thread steps. Each window has at
-  // most `share` rows and is sorted on its own, so that rows of a group are near each other in memory, and a row stays
-  // with its thread.
+  // rows: how many, or 0 to keep the order fixed. share: how many rows each thread steps. Windows of at most `share`
+  // rows are sorted on their own, so that a group's rows are near each other in memory and stay with their thread.
   Order(std::int64_t rows, std::int64_t share)
       : constraints_(static_cast<std::size_t>(rows)), offsets_(constraints_.size()) {
     while (window_ < kMaxWindow && 2 * static_cast<std::int64_t>(window_) <= share) window_ *= 2;

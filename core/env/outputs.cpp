@@ -40,8 +40,7 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   to.copy(schema.fields(MJENV_ROLE_ARRAYS), batch_.arrays, out.arrays);
   if (!from.get(batch_.was_reset)) return;
   to.copy(schema.fields(MJENV_ROLE_RESET_INFO), batch_.reset_info, out.reset_info);
-  // Only a step that ended an episode has written final_obs and final_info. Where a reset replaced the step, terminated
-  // and truncated are both 0.
+  // Only a step that ended an episode wrote final_obs and final_info. A reset in its place sets both flags to 0.
   if (!batch_.final_obs || (!from.get(batch_.terminated) && !from.get(batch_.truncated))) return;
   to.put_observation(final_obs_.data() + row * obs, obs, out.final_obs);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.final_info, out.final_info);

@@ -1,5 +1,4 @@
-// The parts of a row: everything that it keeps from one call to the next. Allocating, copying and saving rows all loop
-// over this table.
+// The parts of a row, which it keeps from call to call. Allocating, copying and saving rows loop over this table.
 #pragma once
 
 #include <array>
@@ -12,8 +11,10 @@ enum class Part : std::uint8_t {
   head,
   state,
   carried,
+  parameters,
   values,
   perturbation,
+  history,
   random_state,
   computed_state,
   computed_values,
@@ -29,8 +30,10 @@ enum class Content : std::uint8_t {
   state,         // a state (StateLayout)
   rest,          // StateLayout::rest
   carried,       // the numbers that the task keeps for the row's next step (SimView::carried)
+  parameters,    // the row's live parameters (Parameters)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
+  history,       // the record of the last observations (Frames)
   random_state,  // a stream of NumPy's RandomState
 };
 
@@ -45,7 +48,7 @@ struct PartKind {
   bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
-constexpr std::size_t kPartCount = 12;
+constexpr std::size_t kPartCount = 14;
 constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part); }
 
 // In the order of Part.
@@ -53,8 +56,10 @@ constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::head, "head", Content::head},
     {Part::state, "state", Content::state},
     {Part::carried, "carried", Content::carried},
+    {Part::parameters, "parameters", Content::parameters},
     {Part::values, "values", Content::values},
     {Part::perturbation, "perturbation", Content::perturbation},
+    {Part::history, "history", Content::history},
     {Part::random_state, "random_state", Content::random_state},
     {Part::computed_state, "computed_state", Content::state},
     {Part::computed_values, "computed_values", Content::values, 1},

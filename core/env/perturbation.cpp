@@ -31,6 +31,19 @@ std::vector<double> noise_of(const double* given, std::int64_t given_count, std:
   return deviations;
 }
 
+// The action that reaches the task until the first delayed one does; empty: zeros.
+std::vector<double> first_action_of(const double* given, std::int64_t given_count, std::size_t count) {
+  if (given_count == 0) return {};
+  if (given_count != 1) check_count("first_action_count", given_count, static_cast<std::int64_t>(count));
+  if (!given) fail(MJENV_E_ARGUMENT, "first_action is NULL");
+  std::vector<double> action(given, given + given_count);
+  for (std::size_t i = 0; i < action.size(); ++i)
+    if (!std::isfinite(action[i]))
+      fail(MJENV_E_VALUE, element_is("first_action", i, action[i]) + ", but must be finite");
+  if (given_count == 1) action.assign(count, action[0]);
+  return action;
+}
+
 std::size_t delay_of(std::int64_t given, const char* what) {
   if (given < 0 || given > kMaxDelay)
     fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(given) + ", not 0 to " + std::to_string(kMaxDelay));
@@ -44,6 +57,8 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
           noise_of(given.action_noise, given.action_noise_count, static_cast<std::size_t>(model.nu()), "action")),
       observation_noise_(noise_of(given.observation_noise, given.observation_noise_count,
                                   static_cast<std::size_t>(observation_count), "observation")),
+      first_action_(
+          first_action_of(given.first_action, given.first_action_count, static_cast<std::size_t>(model.nu()))),
       actuators_(static_cast<std::size_t>(model.nu())),
       observation_count_(static_cast<std::size_t>(observation_count)),
       action_delay_(delay_of(given.action_delay, "action_delay")),
@@ -60,8 +75,8 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
   record_count_ = actions_ + actions + observations + (has_observations_ ? observation_count_ : 0);
   const std::array delays{action_delay_, observation_delay_, action_noise_.size(), pushes_.size()};
   fingerprint_ = hash(delays.data(), sizeof delays);
-  for (const auto* noise : {&action_noise_, &observation_noise_})
-    fingerprint_ = hash(noise->data(), noise->size() * sizeof(double), fingerprint_);
+  for (const auto* numbers : {&action_noise_, &observation_noise_, &first_action_})
+    fingerprint_ = hash(numbers->data(), numbers->size() * sizeof(double), fingerprint_);
   for (const Push& push : pushes_) {
     const std::array numbers{std::int64_t{push.body}, push.min_steps, push.max_steps};
     fingerprint_ = hash(numbers.data(), sizeof numbers, fingerprint_);
@@ -106,6 +121,9 @@ void Perturbation::begin(double* record, np::Generator& rng) const {
   std::fill_n(record, record_count_, 0.0);
   record[0] = kBegun;
   for (std::size_t i = 0; i < pushes_.size(); ++i) record[kPushes + 2 * i] = interval(pushes_[i], rng);
+  if (first_action_.empty()) return;
+  for (std::size_t i = 0; i < action_delay_; ++i)
+    std::copy(first_action_.begin(), first_action_.end(), record + actions_ + i * actuators_);
 }
 
 Perturbation::Step Perturbation::make_step() const {

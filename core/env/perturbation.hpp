@@ -54,8 +54,7 @@ class Perturbation {
   };
   // Allocates the memory that act uses.
   Step make_step() const;
-  // Returns the action that the task sees: delayed, and with the noise that this draws. Also draws the pushes.
-  // steps: how many the episode has had.
+  // Returns the action that the task sees: delayed, with noise. Also draws the pushes. steps: of the episode so far.
   Action act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng, Step& step) const;
   // Call this when the step has succeeded: stores the state of the pushes, and the caller's action if it is delayed.
   void commit(double* record, std::int64_t steps, const Action& action, const Step& step) const;
@@ -78,7 +77,7 @@ class Perturbation {
     std::array<double, 6> low, high;
   };
 
-  std::vector<double> action_noise_, observation_noise_;
+  std::vector<double> action_noise_, observation_noise_, first_action_;
   std::size_t actuators_ = 0, observation_count_ = 0;
   std::size_t action_delay_ = 0, observation_delay_ = 0;
   std::vector<Push> pushes_;

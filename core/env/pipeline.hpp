@@ -31,9 +31,8 @@ class Pipeline {
   std::int64_t count() const { return count_; }
   // Copies the actions and returns without waiting. rows: null means all rows; row_count must then be their number.
   void send(const std::int64_t* rows, std::int64_t row_count, const Action& actions);
-  // Steps rows, together with the other threads, until `least` rows are done or `timeout` seconds have passed
-  // (negative: no timeout). Reports up to `capacity` rows that are done. Then throws if any row has failed since the
-  // last call, also one that is not reported yet.
+  // Steps rows, together with the other threads, until `least` are done or `timeout` seconds have passed (negative: no
+  // timeout). Reports up to `capacity` of them. Then throws if a row has failed since the last call, reported or not.
   void receive(std::int64_t least, double timeout, std::int64_t* rows, std::int64_t capacity, std::int64_t* count,
                const mjenv_batch& out);
 
@@ -54,14 +53,13 @@ class Pipeline {
   std::vector<mjenv_dtype> dtypes_;
   std::optional<Outputs> outputs_;
   std::int64_t count_ = 0;  // of rows under way; only the calling thread uses it
-  // from the first send until all rows are reported; meanwhile the pool's threads run serve
+  // True from the first send until all rows are reported. Meanwhile the pool's threads run serve.
   bool open_ = false;
   Failures failures_;
 
   void allocate();
   void check(const std::int64_t* rows, std::int64_t row_count, const Action& actions);
-  // Steps waiting rows until enough() returns true, the deadline has passed or the pipeline is closed. Holds the lock
-  // while it calls enough.
+  // Steps waiting rows until enough() is true (called under the lock), the deadline passes, or the pipeline is closed.
   void serve(Team& team, Deadline deadline, const std::function<bool()>& enough);
   void step_next(Team& team, std::unique_lock<std::mutex>& lock);
 };

@@ -10,9 +10,8 @@
 
 namespace mjenv::core {
 
-// Element `index` of the batch's arrays, which have `rows` elements: one for each row, or in a rollout one for each
-// step of each row. Functions that write skip null arrays, so a call without outputs uses a batch whose arrays are all
-// null.
+// Element `index` of the batch's arrays of `rows` elements: one for each row, in a rollout one for each step of each
+// row. Functions that write skip null arrays. A call without outputs has a batch of null arrays.
 struct Place {
   const mjenv_batch& out;
   std::int64_t rows, index;
@@ -32,8 +31,7 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
-  // Call this before a step, so that a failed step does not return an earlier step's reward and flags. A failed row's
-  // other outputs are undefined.
+  // Call this before a step: if it fails, the reward and flags must not be an earlier step's. The rest is undefined.
   void forget() const {
     put_result(0, false, false);
     put<std::uint8_t>(out.was_reset, 0);
@@ -47,8 +45,7 @@ struct Place {
     else
       std::copy_n(from, count, static_cast<double*>(array) + index * count);
   }
-  // Writes this element's numbers to an array that has one block for each field (mjenv_batch). values: one field's
-  // numbers after the other's.
+  // Writes this element of an array that has a block for each field (mjenv_batch). values: field after field.
   void put(const std::vector<Field>& fields, const double* values, double* array) const {
     if (!array) return;
     for (const auto& f : fields)

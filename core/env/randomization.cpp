@@ -1,8 +1,6 @@
 #include "env/randomization.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 

@@ -17,8 +17,8 @@ class Randomization {
   // Draws nothing.
   Randomization() = default;
   // Copies the list, but skips items whose array is empty in this model. Throws if MuJoCo cannot compute with the
-  // smallest or the largest value of an item, a value of CHOICE, or the mean of NORMAL. This does not check quaternions
-  // and directions. Where it does not prove that all values are valid, `draw` checks each (Item::is_checked).
+  // smallest or the largest value of an item, a value of CHOICE, or the mean of NORMAL, except for quaternions and
+  // directions. If other values might be invalid, `draw` checks each (Item::is_checked).
   Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }

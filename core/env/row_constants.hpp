@@ -20,14 +20,12 @@ class RowConstants {
   // Allocate what `set` and `repeat` need, and what `draw` needs.
   void prepare();
   void prepare_draw();
-  // Calls mj_setConst in the work space, which holds the row. If it changes arrays that rows still share, saves neither
-  // constants nor state and returns the arrays' names: give each row its own copy of them, then call this again.
-  // Otherwise saves the constants to the row's own values, and the state in which mj_setConst leaves mjData (the
-  // position qpos_spring).
+  // Calls mj_setConst in the work space, which holds the row. Saves the constants to the row's own values, and to its
+  // state what mj_setConst leaves in mjData (the position qpos_spring). But if mj_setConst changes arrays that rows
+  // still share, saves nothing and returns their names: give each row its own, then call this again.
   std::vector<std::string> set(Work& work, Rows& rows, std::int64_t row);
-  // Calls mj_setConst as `set` did: with the own values and the poses of mocap bodies that the row had then, because
-  // both may have been written since.
-  // The work space then uses `scratch`.
+  // Calls mj_setConst as `set` did: with the own values and the poses of mocap bodies that the row had then. Afterwards
+  // the work space uses `scratch` instead of the row's own values.
   void repeat(Work& work, Rows& rows, std::int64_t row, std::vector<std::byte>& scratch);
   // Computes the constants that belong to the values in a block, and writes them there.
   void draw(const OwnArrays& arrays, std::byte* block);

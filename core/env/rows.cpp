@@ -10,9 +10,11 @@
 
 namespace mjenv::core {
 
-Rows::Rows(const Task& task, std::int64_t count)
+Rows::Rows(const Task& task, std::size_t history_count, std::int64_t count)
     : layout_(*task.model),
       carry_count_(static_cast<std::size_t>(task.carry_count)),
+      parameter_count_(task.parameters.defaults().size()),
+      history_count_(history_count),
       has_random_state_(task.needs.random_state),
       arrays_(*task.model) {
   std::size_t each = sizeof(Head) + sizeof workers_[0];
@@ -26,6 +28,8 @@ Rows::Rows(const Task& task, std::int64_t count)
   heads_.resize(rows);
   workers_.resize(rows);
   for (std::size_t part = 0; part < kPartCount; ++part) numbers_[part].resize(rows * sizes_[part]);
+  const std::vector<double>& defaults = task.parameters.defaults();
+  for (std::int64_t row = 0; row < count; ++row) std::copy(defaults.begin(), defaults.end(), parameters(row));
 }
 
 void Rows::check(std::int64_t row) const {
@@ -43,7 +47,9 @@ std::size_t Rows::bytes_of(Content content) const {
     case Content::state: return layout_.size * sizeof(double);
     case Content::rest: return layout_.more * sizeof(double);
     case Content::carried: return carry_count_ * sizeof(double);
+    case Content::parameters: return parameter_count_ * sizeof(double);
     case Content::values: return arrays_.block_bytes();
+    case Content::history: return history_count_ * sizeof(double);
     case Content::random_state: return has_random_state_ ? sizeof(np::RandomState) : 0;
     case Content::perturbation: break;
   }
@@ -103,8 +109,6 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
     }
     wider.emplace_back(index_of(kind.part), std::move(numbers));
   }
-  std::vector<std::uint8_t> forced = forced_;
-  if (arrays.has_inputs()) forced.resize(heads_.size());  // the new arrays have no forces yet
   const bool fits = beyond_lanes(arrays).empty();
   for (auto& [part, numbers] : wider) {
     numbers_[part] = std::move(numbers);
@@ -112,21 +116,9 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
   }
   fit_lanes_ = fits;
   arrays_ = std::move(arrays);
-  forced_ = std::move(forced);
 }
 
-void Rows::clear_inputs(std::int64_t row) {
-  arrays_.clear_inputs(values(row));
-  note_forces(row);
-}
-
-std::int64_t Rows::forced_rows() const {
-  return std::count_if(forced_.begin(), forced_.end(), [](std::uint8_t forced) { return forced != 0; });
-}
-
-void Rows::note_forces(std::int64_t row) {
-  if (!forced_.empty()) forced_[static_cast<std::size_t>(row)] = core::has_forces(arrays_, values(row)) ? 1 : 0;
-}
+void Rows::clear_inputs(std::int64_t row) { arrays_.clear_inputs(values(row)); }
 
 void Rows::make_room(std::initializer_list<Part> parts) {
   for (const Part part : parts) {
@@ -165,7 +157,6 @@ void Rows::copy(std::int64_t from, std::int64_t to) {
   for (const PartKind& kind : kParts)
     if (const std::size_t size = bytes_of(kind.content); size > 0 && has(from, kind))
       std::memcpy(bytes(kind.part, to), bytes(kind.part, from), size);
-  note_forces(to);
 }
 
 std::vector<double> Rows::make_perturbation(std::uint64_t size) const {

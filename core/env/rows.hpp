@@ -31,13 +31,13 @@ class Rows {
     bool ended = false;   // the row's episode has ended
     // State or own values were written after the derived arrays were computed.
     bool written = false;
-    // mj_setConst was called after the derived arrays were computed. It also changes mjData, so Worker::hold must call
-    // it again.
+    // mj_setConst was called since derived arrays were computed. Worker::hold repeats it, because it changes mjData.
     bool has_constants = false;
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
 
-  Rows(const Task& task, std::int64_t count);
+  // history_count: how many numbers a row's history has.
+  Rows(const Task& task, std::size_t history_count, std::int64_t count);
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
@@ -56,8 +56,10 @@ class Rows {
   double* stepped_state(std::int64_t row) { return numbers(Part::stepped_state, row); }
   double* constants_rest(std::int64_t row) { return numbers(Part::constants_rest, row); }
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
+  double* parameters(std::int64_t row) { return numbers(Part::parameters, row); }
   double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
   const double* perturbation(std::int64_t row) const { return numbers(Part::perturbation, row); }
+  double* history(std::int64_t row) { return numbers(Part::history, row); }
   // The row's stream of RandomState, if the task draws from one. A reset that succeeds replaces it.
   bool has_random_state() const { return has_random_state_; }
   np::RandomState random_state(std::int64_t row) const;
@@ -76,24 +78,18 @@ class Rows {
   // sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
-  // Whether lanes support all arrays of which rows have own values. Rows with has_forces are stepped one by one anyway.
+  // Whether lanes support all arrays of which rows have own values.
   bool fit_lanes() const { return fit_lanes_; }
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
-  // Whether the row has forces that lanes do not compute (core::has_forces), and the number of such rows. Call
-  // note_forces after writing inputs of mjData to the present values.
-  bool has_forces(std::int64_t row) const { return !forced_.empty() && forced_[static_cast<std::size_t>(row)] != 0; }
-  std::int64_t forced_rows() const;
-  void note_forces(std::int64_t row);
 
   // Allocates the memory that keep_step needs, and that keep_constants needs. keep needs none.
   void prepare_keep_step() { make_room({Part::stepped_state, Part::stepped_values}); }
   void prepare_keep_constants() { make_room({Part::constants_rest, Part::constants_values}); }
   // Gives all rows memory for these parts.
   void make_room(std::initializer_list<Part> parts);
-  // Call before the row's state or own values are written. Keeps the old values, with which the derived arrays were
-  // computed.
+  // Call before the row's state or own values are written. Keeps the values with which derived arrays were computed.
   void keep(std::int64_t row);
   // Call before set_state computes after a step, which replaces the computed version. Keeps that of the step.
   void keep_step(std::int64_t row);
@@ -119,17 +115,15 @@ class Rows {
 
  private:
   StateLayout layout_;
-  std::size_t carry_count_;
+  std::size_t carry_count_, parameter_count_, history_count_;
   bool has_random_state_;
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
-  // For each part but the head: the numbers of all rows, and how many each row has, which for kept parts is 0 until one
-  // is needed.
+  // For each part but the head: all rows' numbers, and how many a row has (kept parts: 0 until one is needed).
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
   bool fit_lanes_ = true;
-  std::vector<std::uint8_t> forced_;  // for has_forces; empty until rows have inputs of their own
 
   double* numbers(Part part, std::int64_t row) {
     return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];

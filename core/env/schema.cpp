@@ -17,16 +17,17 @@ std::vector<Field> fields_of(mjenv_role role, const std::vector<Array>& arrays) 
 
 }  // namespace
 
-Schema::Schema(const Task& task, const std::string& exported, const Work& work)
-    : fields_(task.fields), observation_count_(total(fields_[MJENV_ROLE_OBSERVATION])) {
+Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const std::string& exported,
+               const Work& work)
+    : fields_(task.fields), observation_space_{frames.low(), frames.high(), frames.shape()} {
+  fields_[MJENV_ROLE_OBSERVATION] = frames.fields();
+  observation_count_ = total(frames.fields());
   const Model& model = *task.model;
   fields_[MJENV_ROLE_MODEL] = fields_of(MJENV_ROLE_MODEL, model.arrays());
   for (int i = 0; i < model.nu(); ++i)
     fields_[MJENV_ROLE_ACTION].push_back(
         {MJENV_ROLE_ACTION, model.actuator_label(i), "", MJENV_DTYPE_ACTION, {}, i, 1});
-  action_space_ = {model.action_low(), model.action_high()};
-  const auto count = static_cast<std::size_t>(observation_count_);
-  observation_space_ = {std::vector<double>(count, -kInfinity), std::vector<double>(count, kInfinity)};
+  action_space_ = {transform.low(), transform.high(), {model.nu()}};
   const std::vector<Array> arrays = work.arrays();
   fields_[MJENV_ROLE_DATA] = fields_of(MJENV_ROLE_DATA, arrays);
   choose_exported(exported, arrays);
@@ -50,7 +51,7 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
 }
 
 const std::vector<Field>& Schema::fields(mjenv_role role) const {
-  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_ARRAYS) return fields_[role];
+  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_PARAMETERS) return fields_[role];
   fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
 }
 

@@ -6,22 +6,25 @@
 #include <vector>
 
 #include "engine/work.hpp"
+#include "env/action_transform.hpp"
+#include "env/frames.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
 
 struct Space {
   std::vector<double> low, high;
+  std::vector<std::int64_t> shape;
 };
 
 class Schema {
  public:
   // exported: the names of the mjData arrays to export, separated by blanks.
-  Schema(const Task& task, const std::string& exported, const Work& work);
+  Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const std::string& exported,
+         const Work& work);
 
   const std::vector<Field>& fields(mjenv_role role) const;
-  // How many numbers the role's fields have in one row. Not for MJENV_ROLE_DATA and MJENV_ROLE_MODEL, whose fields have
-  // no offsets.
+  // How many numbers the role's fields have in one row. Not for MJENV_ROLE_DATA and _MODEL, which have no offsets.
   std::int64_t count(mjenv_role role) const;
   const Space& space(mjenv_role role) const { return role == MJENV_ROLE_ACTION ? action_space_ : observation_space_; }
   std::int64_t observation_count() const { return observation_count_; }

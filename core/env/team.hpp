@@ -1,5 +1,4 @@
-// The workers of one thread. If rows are stepped in lanes, there are as many as lanes, and they step their rows
-// together. Else there is one.
+// The workers of one thread: as many as lanes, which step their rows together, or one if there are no lanes.
 #pragma once
 
 #include <atomic>
@@ -18,7 +17,7 @@ namespace mjenv::core {
 // A step that a row is to play.
 struct Turn {
   std::int64_t row;
-  Action action;
+  Action action;  // the caller's, and when the step has begun, what ActionTransform makes of it
   Place place;
 
   // Known when the step has begun:
@@ -52,12 +51,11 @@ class Team {
   bool steps_together(const Rows& rows) const { return stepper_ && rows.fit_lanes(); }
   // Advances the simulations of some turns by `frames` calls of mj_step.
   //   moving    these turns, as bits. advance clears the bits of those that fail
-  //   together  those of them that can be stepped together. The others are stepped one by one
+  //   together  whether they can be stepped together. Else they are stepped one by one
   //   load      load(i) makes worker i ready for the step of its turn (Worker::load)
   //   attempt   attempt(i, body) calls body, and returns false if it has failed
   template <typename Load, typename Attempt>
-  void advance(std::uint32_t& moving, std::uint32_t together, std::int64_t frames, const Load& load,
-               const Attempt& attempt);
+  void advance(std::uint32_t& moving, bool together, std::int64_t frames, const Load& load, const Attempt& attempt);
   // Moves the workers' failures to the first.
   void gather_failures();
 
@@ -66,22 +64,21 @@ class Team {
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
 
-  // Advances the workers that are ready (bits) and whose rows lanes can step. Returns their bits. The other workers
-  // must be loaded again.
+  // Advances those of the ready workers (bits) whose rows lanes can step, and returns them. Load the others again.
   std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);
 };
 
 template <typename Load, typename Attempt>
-void Team::advance(std::uint32_t& moving, std::uint32_t together, std::int64_t frames, const Load& load,
+void Team::advance(std::uint32_t& moving, bool together, std::int64_t frames, const Load& load,
                    const Attempt& attempt) {
   const auto for_moving = [&](std::uint32_t turns, const auto& body) {
     for (std::size_t i = 0; turns >> i != 0; ++i)
       if ((turns >> i & 1) != 0 && !attempt(i, [&] { body(i); })) moving &= ~(1u << i);
   };
   std::uint32_t advanced = 0;
-  if ((together & (together - 1)) != 0) {  // one row is faster without lanes
-    for_moving(together, load);
-    advanced = step_together(together & moving, frames);
+  if (together && (moving & (moving - 1)) != 0) {  // one row is faster without lanes
+    for_moving(moving, load);
+    advanced = step_together(moving, frames);
   }
   for_moving(moving & ~advanced, [&](std::size_t i) {
     load(i);

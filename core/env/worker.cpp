@@ -32,11 +32,9 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
-  if (origin == Origin::step && forces_ && !forces_->empty()) {
+  if (origin == Origin::step && forces_)
     for (const Work::Force& force : *forces_)
       std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
-    rows.note_forces(row);
-  }
   // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did this, its inputs
   // are kept, to repeat it. If an earlier mj_step did, the last one started with cleared inputs.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
@@ -61,6 +59,7 @@ void Worker::use(const OwnArrays& arrays, std::byte* block) {
 }
 
 void Worker::hold(Rows& rows, std::int64_t row) {
+  view_.show_parameters(rows.parameters(row));
   if (holds(rows, row)) return;
   release();  // in case MuJoCo fails
   compute(rows, row);
@@ -112,6 +111,13 @@ void Worker::clear(Rows& rows) {
   for (std::int64_t row = 0; row < rows.count(); ++row) work_.save(rows.state(row));
 }
 
+void Worker::show_kept(Rows& rows, std::int64_t row) {
+  std::fill_n(view_.carried(), task_.carry_count, 0.0);
+  for (const KeptNumbers& kept : task_.kept)
+    std::copy_n(rows.carried(row) + kept.first, kept.count, view_.carried() + kept.first);
+  view_.show_parameters(rows.parameters(row));
+}
+
 void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
   release();
   draws_.clear();
@@ -125,7 +131,7 @@ void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Rand
   work_.clear();
   work_.forward();
   view_.complete();
-  std::fill_n(view_.carried(), task_.carry_count, 0.0);
+  show_kept(rows, row);
 
   const Work::State state = work_.state();
   Live live{work_, view_, state.time, written_.data()};
@@ -158,7 +164,6 @@ void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Rand
   if (rows.has_random_state()) rows.set_random_state(row, stream);
   if (arrays.empty()) return;
   std::copy(inputs_.begin(), inputs_.end(), rows.values(row));
-  rows.note_forces(row);
   use(rows, row);
 }
 
@@ -178,7 +183,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   }
   work_.begin();
   work_.save(start);
-  std::fill_n(view_.carried(), task_.carry_count, 0.0);
+  show_kept(rows, row);
   Random random(&rng);
   task_.calls->reset(view_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), view_.carried()}, random);
   // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
@@ -216,6 +221,7 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forc
     load_carried(rows, row);
   }
   release();
+  view_.show_parameters(rows.parameters(row));
   use(rows, row);
   if (forces)
     for (const Work::Force& force : *forces) work_.apply(force);
@@ -258,6 +264,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   }
   use(rows, row);
   load_carried(rows, row);
+  view_.show_parameters(rows.parameters(row));
   work_.load(start);
   work_.forward();
   save(rows, row, has_stepped ? Origin::set : Origin::forward);

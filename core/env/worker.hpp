@@ -33,7 +33,10 @@ class Worker {
   Work& work() { return work_; }
   SimView& view() { return view_; }
   Writer& writer() { return writer_; }
-  void prepare(const Schema& schema) { writer_.prepare(schema, arrays_); }
+  void prepare(const Schema& schema, const Frames& frames) {
+    writer_.prepare(schema, frames, arrays_);
+    transformed.resize(work_.layout().nu);
+  }
 
   // True if the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
@@ -52,9 +55,9 @@ class Worker {
   // mj_forward computes the derived arrays, still with the row's old values. adopt replaces these by those drawn.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
-  // Makes the work space ready for a step: loads the row's state and the action. If the row's state or own values were
-  // written since its derived arrays were computed, the numbers that the task carries are first computed again.
-  // forces: they replace those in the row's xfrc_applied and must outlive commit.
+  // Makes the work space ready for a step: loads the row's state and the action. If state or own values were written
+  // since the last computation, first computes what the task carries. forces: they replace those in xfrc_applied and
+  // must outlive commit.
   void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
   // Calls mj_step `frames` times. The new state reaches the row in commit.
   void advance(std::int64_t frames) { work_.step(frames, before()); }
@@ -71,6 +74,8 @@ class Worker {
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
+  // Scratch memory for an action (ActionTransform::apply).
+  std::vector<double> transformed;
 
   // RowConstants::set, for any row.
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
@@ -83,8 +88,7 @@ class Worker {
 
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls draw with an mjModel and an mjData that equal Gymnasium's in the row's present state. draw must not change
-  // them.
+  // Calls draw with the mjModel and mjData that Gymnasium has in the row's present state. It must not change them.
   void show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
 
  private:
@@ -99,13 +103,14 @@ class Worker {
   Writer writer_;
   Draws draws_;
   RowConstants constants_;
-  // Own values that the work space uses instead of the row's: in `begin` a copy with cleared inputs, in `hold` those
-  // with which mj_setConst was called.
+  // Own values in place of the row's: in `begin` with cleared inputs, in `hold` those of the call of mj_setConst.
   std::vector<std::byte> inputs_;
   std::vector<double*> written_;    // where a reset writes own arrays, in inputs_
   const Forces* forces_ = nullptr;  // of the last step, for commit
   const std::vector<Array> arrays_;
 
+  // Shows a reset what the row keeps from older episodes: numbers of the task, and its live parameters.
+  void show_kept(Rows& rows, std::int64_t row);
   // begin for a task with Needs::current, whose reset runs in the live simulation.
   void begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
   void load_carried(Rows& rows, std::int64_t row) {

@@ -20,8 +20,8 @@ Workers::Workers(const Task& task, int threads, int lanes, bool pinned) {
   if (!prepared) throw std::bad_alloc();
 }
 
-void Workers::prepare(const Schema& schema) {
-  for_each([&](Worker& worker) { worker.prepare(schema); });
+void Workers::prepare(const Schema& schema, const Frames& frames) {
+  for_each([&](Worker& worker) { worker.prepare(schema, frames); });
 }
 
 void Workers::forget(std::int64_t row) {

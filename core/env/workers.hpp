@@ -31,7 +31,7 @@ class Workers {
   const Pool& pool() const { return *pool_; }
   // Leaks the pool. A forked child calls this, because it has none of the threads that the destructor would join.
   void abandon() noexcept { static_cast<void>(pool_.release()); }
-  void prepare(const Schema& schema);
+  void prepare(const Schema& schema, const Frames& frames);
   // Call this when the row was changed without a worker: no work space agrees with the row any more.
   void forget(std::int64_t row);
   // Call this before rows' own values move in memory, because work spaces point to them.

@@ -2,8 +2,9 @@
 
 namespace mjenv::core {
 
-void Writer::prepare(const Schema& schema, const std::vector<Array>& arrays) {
-  observation_.resize(static_cast<std::size_t>(schema.observation_count()));
+void Writer::prepare(const Schema& schema, const Frames& frames, const std::vector<Array>& arrays) {
+  observation_.resize(frames.task_count());
+  seen_.resize(static_cast<std::size_t>(schema.observation_count()));
   for (const std::size_t i : schema.exported()) {
     exported_.push_back(&arrays[i]);
     work_.expect(arrays[i].name);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "env/frames.hpp"
 #include "env/place.hpp"
 #include "env/schema.hpp"
 #include "task/task.hpp"
@@ -14,22 +15,25 @@ class Writer {
  public:
   Writer(const Task& task, Work& work, SimView& view) : calls_(*task.calls), work_(work), view_(view) {}
 
-  // Allocates room for an observation, and finds the arrays to export.
-  void prepare(const Schema& schema, const std::vector<Array>& arrays);
+  // Allocates room for observations, and finds the arrays to export.
+  void prepare(const Schema& schema, const Frames& frames, const std::vector<Array>& arrays);
   // Returns the task's observation, which is valid until the next one is computed.
   const double* observation();
+  // Writes the task's observation, which must be what the caller sees.
   void write_observation(void* to, const Place& place);
-  // Writes this observation instead of the task's.
+  // Writes this instead of the task's observation: as many numbers as the caller sees.
   void write_observation(const double* observation, void* to, const Place& place) const {
-    place.put_observation(observation, static_cast<std::int64_t>(observation_.size()), to);
+    place.put_observation(observation, static_cast<std::int64_t>(seen_.size()), to);
   }
+  // Room for what the caller sees.
+  std::vector<double>& scratch() { return seen_; }
   void write_arrays(const Schema& schema, const Place& place);
 
  private:
   const Calls& calls_;
   Work& work_;
   SimView& view_;
-  std::vector<double> observation_;
+  std::vector<double> observation_, seen_;
   std::vector<const Array*> exported_;
 };
 

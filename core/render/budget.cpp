@@ -20,8 +20,7 @@ constexpr double kBytesPerVertex = 64;
 // A texture has four bytes for each pixel, smaller copies (mipmaps), and one more copy while those are made.
 constexpr double kBytesPerPixel = 8;
 
-// MuJoCo divides a plane into cells whose width is the plane's third size. An infinite plane has the largest number of
-// cells.
+// MuJoCo divides a plane into cells as wide as the plane's third size. An infinite plane has the most.
 double cells(const mjtNum* size, int axis) {
   const double half = size[axis];
   const double cell = std::max({size[2], half / (mjMAXPLANEGRID - 2), mjMINVAL});
@@ -104,8 +103,7 @@ void Budget::check(const mjvScene& scene) const {
   for (int i = 0; i < scene.ngeom; ++i) vertices += of(scene.geoms[i]);
   for (int i = 0; i < scene.nlight; ++i) shadows += scene.lights[i].castshadow != 0;
   if (shadow_ == 0 || !scene.flags[mjRND_SHADOW]) shadows = 0;
-  // MuJoCo draws the scene twice for each light that casts shadows. It also draws transparent and reflected geoms
-  // twice.
+  // MuJoCo draws the scene twice for each light that casts shadows, and transparent and reflected geoms twice.
   check_limit(trusted_, "a picture with " + number(shadows) + " lights that cast shadows",
               2 * (vertices + shadows * (vertices + shadow_)), "vertices and pixels of shadow maps", kMaxDrawn);
 }

@@ -10,8 +10,7 @@ namespace mjenv::core {
 
 class Budget {
  public:
-  // Fails with MJENV_E_RENDER if an untrusted model has too many vertices, and with MJENV_E_MEMORY if the model needs
-  // more memory than is free.
+  // Fails with MJENV_E_RENDER if an untrusted model has too many vertices, and with MJENV_E_MEMORY if memory is short.
   Budget(const mjModel& model, bool trusted);
 
   // The memory that OpenGL needs for the model, without the picture itself.

@@ -1,8 +1,6 @@
 // MuJoCo's structures for drawing one model, which renderers and windows share.
 #pragma once
 
-#include <string>
-
 #include "engine/model.hpp"
 #include "engine/mujoco.hpp"
 #include "error.hpp"
@@ -31,8 +29,7 @@ struct Drawing {
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // Creates MuJoCo's context in the current OpenGL context and replaces the one that exists. free_in, with the same
-  // OpenGL context, frees it.
+  // Creates MuJoCo's context in the current OpenGL context, in place of an earlier one. free_in frees it there.
   void make_context(int framebuffer);
   // Whether the first row that is drawn needs a new context, because its height fields, planes or extent, which the
   // context contains, differ. Gymnasium makes the context at the first picture, and never again.

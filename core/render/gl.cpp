@@ -62,8 +62,7 @@ void check_system(mjenv_gl back_end) {
   fail(MJENV_E_RENDER, std::string("this system does not draw with ") + name_of(back_end) + ", but with " + others);
 }
 
-// Fails if MuJoCo would take the functions of another back end. MuJoCo uses eglGetProcAddress if the process exports
-// it, and OSMesaGetProcAddress otherwise.
+// Fails if MuJoCo would take another back end's functions: those of EGL if the process shows EGL, else of OSMesa.
 void check_binding(const Binding& bound, mjenv_gl back_end) {
   const bool osmesa = back_end == MJENV_GL_OSMESA;
   if (bound.back_end != MJENV_GL_AUTO) {
@@ -120,8 +119,8 @@ auto first_or_next(const Open& open_context) {
   if (*platform::no_pictures) fail(MJENV_E_RENDER, platform::no_pictures);
   Binding& bound = binding();
   const std::int32_t before = bound.process;
-  if (before != 0 &&
-      before != platform::process_id())  // checked before locking: after a fork the lock may stay locked for ever
+  // Checked before locking, because after a fork the lock may stay locked for ever.
+  if (before != 0 && before != platform::process_id())
     fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
   const std::lock_guard lock(bound.mutex);
   bound.process = platform::process_id();
@@ -178,7 +177,6 @@ Library::Library(const char* file, const char* packages) : file_(file) {
 }
 
 void Library::show() const { platform::show_library(file_); }
-
 void* Library::look_up(const char* name) const { return platform::symbol_of(handle_, name); }
 
 Symbol Library::find(const char* name) const {

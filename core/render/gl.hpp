@@ -67,8 +67,7 @@ struct Symbol {
   }
 };
 
-// A shared library that stays loaded, because drivers crash when they are unloaded. If loading fails, the error names
-// the Debian packages to install, if there are any.
+// A shared library, which stays loaded, because drivers crash otherwise. Errors name the Debian packages to install.
 class Library {
  public:
   Library(const char* file, const char* packages);

@@ -29,8 +29,7 @@ GlfwContext::~GlfwContext() {
 }
 
 void GlfwContext::show() const {
-  // Shows the library that GLFW has loaded for this window. Otherwise MuJoCo could find the functions of an OSMesa that
-  // was tried without success.
+  // Shows the library that GLFW has loaded. Else MuJoCo could take functions of an OSMesa that was tried before.
   for (const char* file : {"libGLX.so.0", "libGL.so.1", "libEGL.so.1"})
     if (platform::show_library(file)) return;
 }

@@ -48,16 +48,10 @@ void copy_top_first(const std::vector<T>& from, T* to, std::size_t rows) {
 }  // namespace
 
 mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camera& camera) {
-  mjenv_render_settings settings{};
-  settings.gl = MJENV_GL_AUTO;
-  settings.width = settings.height = 480;
-  settings.camera = MJENV_CAMERA_DEFAULT;
-  settings.max_geom = 1000;
+  mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
   settings.samples = std::clamp(model.get()->vis.quality.offsamples, 0, kMaxSamples);
-  settings.shadows = settings.reflections = 1;
   std::copy(std::begin(camera.lookat), std::end(camera.lookat), settings.lookat);
   settings.distance = camera.distance;
-  settings.azimuth = std::numeric_limits<double>::quiet_NaN();
   settings.elevation = camera.elevation;
   write_default_options(settings);
   return settings;

@@ -130,8 +130,7 @@ class HiddenWindow {
       made.set_exception(std::current_exception());
       return;
     }
-    // Takes the window's messages, because Windows waits for windows that do not. Only the context's owner may close
-    // the window.
+    // Takes the window's messages, because Windows waits for windows that do not. Only the context's owner closes it.
     Message message{};
     while (wgl_.get_message(&message, nullptr, 0, 0) > 0)
       if (message.number != kClose) wgl_.dispatch_message(&message);

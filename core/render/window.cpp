@@ -1,6 +1,5 @@
 #include "render/window.hpp"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -16,7 +15,6 @@ constexpr int kRelease = 0, kPress = 1, kLeft = 0, kRight = 1;
 constexpr int kSpace = 32, kEscape = 256, kTab = 258, kRightArrow = 262, kLeftShift = 340, kRightShift = 344;
 
 Window& owner_of(GLFWwindow* window) { return *static_cast<Window*>(gl::Glfw::get().get_window_user_pointer(window)); }
-
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // Refuses larger windows, for which the X library would end the process.

@@ -42,15 +42,13 @@ void ant(Robot& r) {
 
   r.carry([=](const Sim& s) { return s.body_xy(torso); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy =
-        s.body_xy(torso);  // as mj_step leaves it: computed before it integrated, not from the new qpos
+    const Eigen::Vector2d xy = s.body_xy(torso);  // computed before mj_step integrated, not from the new qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = s.finite() && z_range[0] <= z && z <= z_range[1];
 
     const double forward = velocity[0] * w_forward;
-    const double survive =
-        (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it in the step in which the robot falls
+    const double survive = (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it when the robot falls
     const np::Scalar ctrl = w_ctrl * np::sum_square(s.action);
     const double contact = v5 || forces ? w_contact * np::sum_square(contacts(s, 0)) : 0.0;
     const Outcome outcome{(forward + survive) - (v5 || forces ? ctrl + contact : ctrl), ends && !healthy};

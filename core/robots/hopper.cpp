@@ -45,8 +45,7 @@ void hopper(Robot& r) {
         all_within(s.qpos(2)) && all_within(s.qvel()) && within(z, z_range) && within(angle, angle_range);
 
     const double forward = w_forward * velocity;
-    const double survive =
-        (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it in the step in which the robot falls
+    const double survive = (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it when the robot falls
     const np::Scalar ctrl = w_ctrl * np::sum_square(s.action);
 
     info("x_position", x);

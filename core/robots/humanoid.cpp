@@ -51,15 +51,13 @@ void humanoid(Robot& r) {
 
   r.carry([](const Sim& s) { return s.mass_center_xy(); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy =
-        s.mass_center_xy();  // as mj_step leaves it: computed before it integrated, not from the new qpos
+    const Eigen::Vector2d xy = s.mass_center_xy();  // computed before mj_step integrated, not from the new qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = z_range[0] < z && z < z_range[1];
 
     const double forward = w_forward * velocity[0];
-    const double survive =
-        (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it in the step in which the robot falls
+    const double survive = (v5 ? healthy : healthy || ends) * bonus;  // v4 also pays it when the robot falls
     const double ctrl = w_ctrl * np::sum_square(s.ctrl());
     // v4 computes no contact cost
     const double contact = v5 ? np::clip(w_contact * np::sum_square(s.cfrc_ext()), cost_range[0], cost_range[1]) : 0;

@@ -24,8 +24,7 @@ class Deadline {
   std::chrono::steady_clock::time_point time_;
 };
 
-// Replaces std::condition_variable, which makes gcc 12 link to symbols that older systems do not have. The platform's
-// file (platform.hpp) implements it.
+// Replaces std::condition_variable, for which gcc 12 needs symbols that older systems lack. See platform.hpp.
 class Condition {
  public:
   Condition();
@@ -45,5 +44,8 @@ class Condition {
  private:
   pthread_cond_t condition_;
 };
+
+// For the functions of pthreads.
+timespec timespec_of(std::chrono::nanoseconds duration);
 
 }  // namespace mjenv::core

@@ -1,7 +1,6 @@
-// What the library asks of the operating system. posix.cpp implements what is the same on all POSIX systems, linux.cpp
-// what only Linux has, macos.cpp what only macOS has, windows.cpp all of it for Windows, and emscripten.cpp all of it for
-// WebAssembly. Only files in core/system test for which system or CPU they are compiled. Texts are UTF-8, even where
-// the system uses another encoding.
+// What the library asks of the operating system. posix.cpp implements what all POSIX systems share, linux.cpp and
+// macos.cpp what only these have, windows.cpp and emscripten.cpp (WebAssembly) all of it. Only files in core/system
+// test for the system or the CPU. Texts are UTF-8 on every system.
 #pragma once
 
 #include <atomic>
@@ -35,8 +34,7 @@ extern const char path_separator;
 // Why the library starts no threads on this system; "" if it starts them.
 extern const char* const no_threads;
 
-// Blocks all signals on the calling thread while it lives. Threads that start meanwhile block them for ever, so that
-// the host's signal handlers run on the host's threads.
+// Blocks all signals on this thread while it lives, and for ever on threads that start meanwhile.
 class BlockedSignals {
  public:
   BlockedSignals();
@@ -62,8 +60,7 @@ void name_thread(std::thread& thread, const std::string& name);
 
 // How many bytes are left of the calling thread's stack; 0 if that is unknown, for example on the stack of a coroutine.
 std::size_t stack_left();
-// Runs body, which must not throw, on a new thread with so many bytes of stack, and waits for it. The thread blocks all
-// signals. False if the system gives no such thread.
+// Runs body, which must not throw, on a new thread with such a stack, which blocks all signals. False: it has not run.
 bool run_on_thread(std::size_t stack_bytes, const std::function<void()>& body);
 
 // These let a thread sleep until another thread of this process changes a word. Unlike a condition variable, a word
@@ -131,12 +128,10 @@ bool begins_path(const std::string& text);
 // path of a folder. Such a path must not even be opened. This does not resolve links.
 bool names_no_file(const std::string& path);
 
-// The absolute path without links, with "/" between the names, or "" if there is no such file or folder; errno then
-// says why.
+// The absolute path without links, with "/" between names; "" if there is no such file or folder (errno says why).
 std::string real_path(const std::string& path);
 
-// Creates and opens a file whose name is not in use yet: replaces the "XXXXXX" before the last `ending` characters of
-// the path. Null if that fails.
+// Creates and opens a new file: replaces the "XXXXXX" before the last `ending` characters of the path. Null: it failed.
 std::FILE* create_file(std::string& path, std::size_t ending);
 
 // The user's home folder, or "~" if it is unknown.
@@ -156,8 +151,7 @@ bool draws_with(std::string_view back_end);
 void* open_library(const char* file, std::string& reason);
 // The same for a library that the process has loaded already. Null if it has not.
 void* loaded_library(const char* file);
-// Makes the symbols of a loaded library visible to the whole process, as if the process were linked to it. False if it
-// is not loaded.
+// Makes a loaded library's symbols visible to the process, as if linked to it. False if the library is not loaded.
 bool show_library(const char* file);
 void close_library(void* library);
 // Null if the library has no such symbol.

@@ -31,7 +31,6 @@ std::string required_text(const char* value, const char* what) {
 }
 
 Builder& cast(mjenv_builder* builder) { return *static_cast<Builder*>(builder); }
-
 std::string name_of(const char* option) { return required_text(option, "an option's name"); }
 
 std::int64_t integer(mjenv_builder* builder, const char* option) {
@@ -90,6 +89,14 @@ void carry_bounds(mjenv_builder* builder, std::int64_t first, std::int64_t count
   cast(builder).attempt([&] { cast(builder).carry_bounds({first, count, low, high}); });
 }
 
+std::int64_t parameter(mjenv_builder* builder, const char* option) {
+  return cast(builder).attempt(std::int64_t{0}, [&] { return cast(builder).parameter(name_of(option)); });
+}
+
+void keep(mjenv_builder* builder, std::int64_t first, std::int64_t count) {
+  cast(builder).attempt([&] { cast(builder).keep({first, count}); });
+}
+
 void current(mjenv_builder* builder) {
   cast(builder).attempt([&] { cast(builder).need_current(); });
 }
@@ -116,8 +123,7 @@ T refuse_draw(mjenv_random* random, const char* why, T fallback, mjenv_status st
   return fallback;
 }
 
-// Returns what draw(rng) returns. A draw throws if it lacks memory, or if the stream must first be seeded and the
-// system has no entropy.
+// Returns what draw(rng) returns. A draw throws if it lacks memory, or entropy for a seed.
 template <typename Draw>
 auto attempt(mjenv_random* random, const Draw& draw) -> decltype(draw(cast(random).rng())) {
   using T = decltype(draw(cast(random).rng()));
@@ -267,46 +273,17 @@ std::int64_t contact_count(mjenv_start* start) {
   return count;
 }
 
-constexpr mjenv_task_api api{sizeof(mjenv_task_api),
-                             MJENV_ABI_VERSION,
-                             fail_with,
-                             integer,
-                             reals,
-                             is_integer,
-                             text,
-                             index,
-                             option_index,
-                             norm_is_fused,
-                             need,
-                             array,
-                             field,
-                             carry,
-                             carry_bounds,
-                             random_real,
-                             uniform,
-                             normal,
-                             integers,
-                             choice,
-                             sample,
-                             permutation,
-                             current,
-                             own,
-                             random_state,
-                             forward,
-                             advance,
-                             restart,
-                             contact_count,
-                             state_rand,
-                             state_uniform,
-                             state_randn,
-                             state_randint,
-                             state_choice,
-                             state_is_new};
+// clang-format off
+constexpr mjenv_task_api api{
+    sizeof(mjenv_task_api), MJENV_ABI_VERSION, fail_with, integer, reals, is_integer, text, index, option_index,
+    norm_is_fused, need, array, field, carry, carry_bounds, random_real, uniform, normal, integers, choice, sample,
+    permutation, parameter, keep, current, own, random_state, forward, advance, restart, contact_count, state_rand,
+    state_uniform, state_randn, state_randint, state_choice, state_is_new};
+// clang-format on
 
 }  // namespace
 
 const mjenv_task_api& task_api() { return api; }
-
 Random::Random(const Rng* stream) : mjenv_random{sizeof(mjenv_random), 0, &task_api()}, stream_(stream) {}
 
 void Random::copy() {
@@ -315,7 +292,6 @@ void Random::copy() {
 }
 
 const char* task_message() { return message.data(); }
-
 void clear_task_message() { message[0] = '\0'; }
 
 void set_task_message(const char* text) {

@@ -8,12 +8,13 @@
 namespace mjenv::core {
 
 Builder::Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
-                 std::int64_t carry_count)
+                 std::int64_t carry_count, const Parameters& parameters)
     : mjenv_builder{sizeof(mjenv_builder), 0, &task_api(), &view.sim(), nullptr},
       options_(options),
       model_(model),
       view_(view),
-      fields_(std::move(fields)) {
+      fields_(std::move(fields)),
+      parameters_(parameters) {
   random = &trial_;
   view_.carry(static_cast<std::size_t>(carry_count));
 }
@@ -32,6 +33,19 @@ void Builder::carry_bounds(const CarryBounds& bounds) {
     fail(MJENV_E_VALUE, "carry_bounds: [" + number(bounds.low) + ", " + number(bounds.high) +
                             "] does not contain 0, which a row carries until its first reset");
   bounds_.push_back(bounds);
+}
+
+void Builder::keep(const KeptNumbers& numbers) {
+  if (numbers.first < 0 || numbers.first > kMaxCarried || numbers.count < 0 || numbers.count > kMaxCarried)
+    fail(MJENV_E_VALUE, "keep: first is " + std::to_string(numbers.first) + " and count " +
+                            std::to_string(numbers.count) + ", not 0 to " + std::to_string(kMaxCarried));
+  kept_.push_back(numbers);
+}
+
+std::int64_t Builder::parameter(const std::string& option) const {
+  if (!option_of(option, MJENV_KIND_REALS).live)
+    fail(MJENV_E_TYPE, "option " + quoted(option) + " is no live parameter: set mjenv_task_option.live");
+  return parameters_.find(Parameters::name_of(option), options_.id()).offset;
 }
 
 void Builder::check() const {

@@ -19,10 +19,9 @@ class Builder : public mjenv_builder {
  public:
   // options: the caller's options. view: of the model's initial state.
   Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
-          std::int64_t carry_count);
+          std::int64_t carry_count, const Parameters& parameters);
 
-  // Calls body and returns its result. If body throws, keeps the error for `check` and returns `fallback`, and from
-  // then on does not call body.
+  // Returns body's result. If it throws, keeps the error for `check`, returns `fallback`, and calls no body any more.
   template <typename T, typename Body>
   T attempt(T fallback, const Body& body) noexcept;
   template <typename Body>
@@ -48,12 +47,15 @@ class Builder : public mjenv_builder {
 
   void carry(std::int64_t count);
   void carry_bounds(const CarryBounds& bounds);
+  void keep(const KeptNumbers& numbers);
+  std::int64_t parameter(const std::string& option) const;
 
   // The name of the model, for messages.
   const std::string& label() const { return model_.label(); }
 
   std::int64_t carry_count() const { return static_cast<std::int64_t>(view_.carry_count()); }
   const std::vector<CarryBounds>& bounds() const { return bounds_; }
+  const std::vector<KeptNumbers>& kept() const { return kept_; }
   const std::vector<Field>& fields() const { return fields_; }
   // The rounding of norms, if the task has asked for it.
   const std::optional<np::Norm>& rounding() const { return norm_; }
@@ -63,7 +65,9 @@ class Builder : public mjenv_builder {
   const Model& model_;
   SimView& view_;
   std::vector<Field> fields_;
+  const Parameters& parameters_;
   std::vector<CarryBounds> bounds_;
+  std::vector<KeptNumbers> kept_;
   std::optional<np::Norm> norm_;
   Rng trial_stream_ = Rng::from_seed(0);
   Random trial_{&trial_stream_};

@@ -1,4 +1,4 @@
-#include "task/meanings.hpp"
+#include "task/task_field.hpp"
 
 #include <algorithm>
 #include <iterator>

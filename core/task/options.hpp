@@ -13,8 +13,7 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Whether the option must be equal in the environment that made an image of a row (mjenv_snapshot) and in the one that
-// restores it.
+// Whether an image (mjenv_snapshot) can only be restored in an environment in which the option has the same value.
 enum class Scope {
   episodes,  // yes: it changes the results of steps and resets
   // No, for one of two reasons. The option changes only how results are computed and returned. Or an image's identity
@@ -36,6 +35,7 @@ struct Option {
   std::int64_t integer = 0;       // the value of a FLAG, an INTEGER, and a STRING_OR_INT that is an index
   std::vector<double> reals;      // the value of REALS
   std::string text;               // the value of a STRING, and a STRING_OR_INT that is a name
+  bool live = false;              // each row has its own numbers (Parameters)
   bool given_as_integer = false;  // set_integer has set the value, or the default is an index
 
   std::vector<std::string> list_of_choices() const;

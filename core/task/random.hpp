@@ -9,8 +9,7 @@ namespace mjenv::core {
 
 using Rng = np::Generator;
 
-// A copy of the stream, so that a row whose reset or step callback fails keeps its stream. The first draw makes the
-// copy, because most steps draw nothing.
+// A copy of the row's stream, which the first draw makes. If the callback fails, the row keeps its own stream.
 class Random : public mjenv_random {
  public:
   // stream: null if the row was never seeded. Then the first draw seeds it.

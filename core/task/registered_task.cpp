@@ -10,8 +10,8 @@
 #include "structs.hpp"
 #include "system/platform.hpp"
 #include "task/builder.hpp"
-#include "task/meanings.hpp"
 #include "task/registry.hpp"
+#include "task/task_field.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -21,7 +21,6 @@ constexpr std::int64_t kMaxCount = 1 << 20;                        // of options
 constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
 
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
-
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
 
 // The folder of the shared object or program that contains the code. If that is unknown, the current folder.
@@ -157,6 +156,9 @@ void RegisteredTask::take_options(const mjenv_task& given) {
         break;
       default: fail(MJENV_E_TYPE, what + " has kind " + std::to_string(from.kind) + ", which does not exist");
     }
+    if (from.live != 0 && from.kind != MJENV_KIND_REALS)
+      fail(MJENV_E_TYPE, what + " is " + kind_name(from.kind) + ", but a live parameter is real numbers");
+    option.live = from.live != 0;
     if (from.kind == MJENV_KIND_FLAG && (option.low != 0 || option.high != 1))
       fail(MJENV_E_VALUE, what + ": the bounds of a flag are 0 and 1, or both 0");
     options_.push_back(std::move(option));
@@ -220,8 +222,7 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
   if (!given_.fixed_frame_skip)
     options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many mj_steps make a step");
   for (const auto& option : of_task) options.add(option);
-  // xml_file, xml_string, trust_xml and norm have Scope::service, because an image's identity contains the model and
-  // the rounding.
+  // Scope::service for these, xml_file and norm: an image's identity contains the model and the rounding.
   if (given_.fixed_model == 0) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
@@ -258,8 +259,7 @@ std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const 
 Task RegisteredTask::build(const Options& options) const {
   Task task;
   task.model = open(options);
-  // The caller's ErrorTrap was set before open(). If open() was the first to load libmujoco, that trap does not catch
-  // libmujoco's errors, but this one does.
+  // If open() was the first to load libmujoco, the caller's ErrorTrap does not catch its errors. This one does.
   const ErrorTrap trap;
   task.frame_skip = given_.fixed_frame_skip ? given_.frame_skip : static_cast<int>(options.get("frame_skip").integer);
   task.camera = camera_;
@@ -273,12 +273,17 @@ Task RegisteredTask::build(const Options& options) const {
   const std::vector<double> zeros(work.layout().nu);
   const Action no_action{zeros.data(), {}, task.model->nu()};
   view.show(no_action);
-  Builder builder(options, *task.model, view, fields_, given_.carry_count);
+  for (const Option& option : options.all())
+    if (option.live) task.parameters.add(option);
+  view.show_parameters(task.parameters.defaults().data());
+  Builder builder(options, *task.model, view, fields_, given_.carry_count, task.parameters);
   // A built-in robot returns what Gymnasium's returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
   const auto calls = std::make_shared<Calls>(id_, given_, checks, builder);  // calls build, which fills the builder
   task.norm = builder.rounding();
   task.fields = described(builder);
+  task.fields[MJENV_ROLE_PARAMETERS] = task.parameters.fields();
+  task.kept = builder.kept();
   task.needs = view.needs();
   if (!task.needs.current && (!task.needs.own.empty() || task.needs.random_state))
     fail(MJENV_E_TASK, id_ + ": build: own arrays and RandomState need mjenv_build_current");
@@ -310,6 +315,10 @@ Fields RegisteredTask::described(const Builder& builder) const {
         fail(MJENV_E_TASK, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
                                std::to_string(bounds.count) + ", but carry_count is " +
                                std::to_string(builder.carry_count()));
+    for (const KeptNumbers& kept : builder.kept())
+      if (kept.first + kept.count > builder.carry_count())
+        fail(MJENV_E_TASK, "keep: first is " + std::to_string(kept.first) + " and count " + std::to_string(kept.count) +
+                               ", but carry_count is " + std::to_string(builder.carry_count()));
     if (!fields[MJENV_ROLE_RESET_INFO].empty() && !given_.reset_info && given_.physics_only == 0)
       fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
     std::vector<Field>& reward = fields[MJENV_ROLE_REWARD];

@@ -38,8 +38,7 @@ class RegisteredTask {
   int version() const { return version_; }
   const void* plugin() const { return plugin_; }
 
-  // Declares the task's options, and those that concern its model, frame_skip, max_episode_steps and the rounding of
-  // norms. declare_env_options adds the rest.
+  // Declares the task's options and the shared ones that depend on the task. declare_env_options adds the rest.
   void declare(Options& options) const { declare(options, options_); }
   Outline outline() const;
   Task build(const Options& options) const;
@@ -48,8 +47,7 @@ class RegisteredTask {
   std::string id_, robot_, model_, model_text_;
   int version_ = 0;
   bool built_in_;
-  // The description. Of its pointers only the callbacks and `user` are valid; the other members copy what the rest
-  // pointed to.
+  // The description. Only its callbacks and `user` are valid pointers; the other members copy what the rest pointed to.
   mjenv_task given_;
   mjenv_task_camera camera_;
   std::vector<Option> options_;

@@ -25,8 +25,7 @@ std::int64_t id_count();
 const Id& id_at(std::int64_t index);
 const Id& id_of(const std::string& name);
 
-// Adds the ids of the tasks, or throws and adds none. Does nothing if they come from a plug-in that is already
-// registered.
+// Adds the ids of the tasks, or throws and adds none. Does nothing for a plug-in that is already registered.
 void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks);
 
 // The task of an id. Each call makes a new one for a built-in robot.

@@ -34,9 +34,11 @@ class SimView {
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
   // Where callbacks write an info.
   double* info() { return info_.data(); }
-  // Where they see the action: NaN unless it is shown.
+  // The action that callbacks see: NaN unless it is shown.
   void show(const Action& action);
   void hide_action();
+  // Shows a row's live parameters. The numbers must stay where they are.
+  void show_parameters(const double* numbers) { sim_.parameters = numbers; }
 
   // Adds to what `complete` computes: "contacts", or an array that is computed on demand.
   void need(const std::string& what);

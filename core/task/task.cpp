@@ -98,7 +98,7 @@ void Calls::check_carried(const char* callback, const double* numbers) const {
 void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random, Live* live) const {
   if (!callbacks_.reset) return;
   LiveStart to{{sizeof(mjenv_start), 0, &task_api(), &random, sim.qpos0, start.qpos, start.qvel, start.act,
-                start.carried, sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, live ? &sim : nullptr,
+                start.carried, sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, sim.parameters, live ? &sim : nullptr,
                 live ? live->time : nullptr, live ? live->own : nullptr},
                live};
   call(

@@ -11,22 +11,15 @@
 #include "engine/model.hpp"
 #include "mjenv/task.h"
 #include "numpy/math.hpp"
+#include "task/field.hpp"
+#include "task/parameters.hpp"
 #include "task/random.hpp"
 #include "task/sim_view.hpp"
 
 namespace mjenv::core {
 
-// One field of a role: what mjenv_field describes, from a mjenv_task_field or of the environment itself.
-struct Field {
-  mjenv_role role;
-  std::string name, doc;
-  mjenv_dtype type = MJENV_DTYPE_FLOAT64;
-  std::vector<std::int64_t> shape;  // -1, until build has set this length
-  std::int64_t offset = 0, count = 1;
-};
-
 // The fields of each role.
-using Fields = std::array<std::vector<Field>, MJENV_ROLE_ARRAYS + 1>;
+using Fields = std::array<std::vector<Field>, MJENV_ROLE_PARAMETERS + 1>;
 
 // The sum of the counts of a role's fields.
 std::int64_t total(const std::vector<Field>& fields);
@@ -54,15 +47,19 @@ struct CarryBounds {
   double low, high;
 };
 
+// Numbers that a row carries, and that stay after resets.
+struct KeptNumbers {
+  std::int64_t first, count;
+};
+
 class Builder;
 
-// Calls the callbacks with the `self` that build made, or with `user` if the task has no build. Destroys that `self` in
-// the end. In a task with physics_only, reset, reset_info, carry, observe and step are null: then a reset gives the
-// model's initial state, observations and rewards are 0, and infos NaN.
+// Calls the callbacks with the `self` that build made and that this destroys in the end, or with `user` if there is no
+// build. Without callbacks (physics_only), a reset gives the initial state, observations and rewards are 0, and infos
+// NaN.
 class Calls {
  public:
-  // Calls build. callbacks: the task's callbacks and `user`. checks: refuse NaN in observations and rewards, and NaN
-  // and infinity in initial states.
+  // Calls build. checks: refuse NaN in observations and rewards, and NaN and infinity in initial states.
   Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;
@@ -120,6 +117,8 @@ struct Task {
   Fields fields;
   Needs needs;
   std::int64_t carry_count = 0;
+  std::vector<KeptNumbers> kept;
+  Parameters parameters;
   std::shared_ptr<const Calls> calls;
 };
 

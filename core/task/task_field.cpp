@@ -5,7 +5,6 @@
 
 #include "error.hpp"
 #include "structs.hpp"
-#include "task/meanings.hpp"
 
 namespace mjenv::core {
 namespace {

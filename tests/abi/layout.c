@@ -80,6 +80,7 @@ int main(void) {
   VALUE(MJENV_ROLE_DATA);
   VALUE(MJENV_ROLE_MODEL);
   VALUE(MJENV_ROLE_ARRAYS);
+  VALUE(MJENV_ROLE_PARAMETERS);
 
   ENUM(mjenv_kind);
   VALUE(MJENV_KIND_FLAG);
@@ -127,6 +128,9 @@ int main(void) {
   FIELD(mjenv_space, count);
   FIELD(mjenv_space, low);
   FIELD(mjenv_space, high);
+  FIELD(mjenv_space, ndim);
+  FIELD(mjenv_space, reserved);
+  FIELD(mjenv_space, shape);
 
   STRUCT(mjenv_info);
   FIELD(mjenv_info, struct_size);
@@ -202,6 +206,8 @@ int main(void) {
   FIELD(mjenv_perturbation, observation_delay);
   FIELD(mjenv_perturbation, pushes);
   FIELD(mjenv_perturbation, push_count);
+  FIELD(mjenv_perturbation, first_action);
+  FIELD(mjenv_perturbation, first_action_count);
 
   ENUM(mjenv_gl);
   VALUE(MJENV_GL_AUTO);
@@ -273,6 +279,8 @@ int main(void) {
   FIELD(mjenv_task_option, count);
   FIELD(mjenv_task_option, text);
   FIELD(mjenv_task_option, choices);
+  FIELD(mjenv_task_option, live);
+  FIELD(mjenv_task_option, reserved);
 
   STRUCT(mjenv_task_field);
   FIELD(mjenv_task_field, struct_size);
@@ -353,6 +361,7 @@ int main(void) {
   FIELD(mjenv_sim, qpos0);
   FIELD(mjenv_sim, body_mass);
   FIELD(mjenv_sim, arrays);
+  FIELD(mjenv_sim, parameters);
 
   STRUCT(mjenv_start);
   FIELD(mjenv_start, struct_size);
@@ -369,6 +378,7 @@ int main(void) {
   FIELD(mjenv_start, nv);
   FIELD(mjenv_start, na);
   FIELD(mjenv_start, carry_count);
+  FIELD(mjenv_start, parameters);
   FIELD(mjenv_start, sim);
   FIELD(mjenv_start, time);
   FIELD(mjenv_start, own);
@@ -439,6 +449,8 @@ int main(void) {
   FIELD(mjenv_task_api, choice);
   FIELD(mjenv_task_api, sample);
   FIELD(mjenv_task_api, permutation);
+  FIELD(mjenv_task_api, parameter);
+  FIELD(mjenv_task_api, keep);
   FIELD(mjenv_task_api, current);
   FIELD(mjenv_task_api, own);
   FIELD(mjenv_task_api, random_state);

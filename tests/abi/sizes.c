@@ -56,8 +56,8 @@ static mjenv_status randomize_with(mjenv_env* env, void* given) {
 
 static mjenv_status perturb_with(mjenv_env* env, void* given) {
   const mjenv_perturbation perturbation = {.struct_size = ((mjenv_perturbation*)given)->struct_size};
-  memcpy(given, &perturbation,
-         perturbation.struct_size < sizeof perturbation ? perturbation.struct_size : sizeof perturbation);
+  const size_t size = perturbation.struct_size / sizeof(void*) * sizeof(void*);  // the library reads whole words
+  memcpy(given, &perturbation, size < sizeof perturbation ? size : sizeof perturbation);
   return mjenv_perturb(env, given);
 }
 

@@ -81,10 +81,9 @@ static bool has_contacts(const char* id) {
   return true;
 }
 
-static void test_step_and_reset(void** state) {
-  const char* id = *state;
+static void assert_allocates_nothing(const char* id, mjenv_options* options) {
   enum { ROWS = 2, STEPS = 300 };
-  mjenv_env* env = env_of_id(id, ROWS);
+  mjenv_env* env = env_of_options(options, ROWS);
   struct outputs* out = outputs_of(env);
   const size_t nu = (size_t)action_count(env);
   float* action = allocate(ROWS * nu * sizeof *action);
@@ -106,6 +105,19 @@ static void test_step_and_reset(void** state) {
   free(action);
   outputs_free(out);
   mjenv_destroy(env);
+}
+
+static void test_step_and_reset(void** state) { assert_allocates_nothing(*state, options_of_id(*state)); }
+
+// Nor do they with a history and with rescaled actions.
+static void test_wrapped(void** state) {
+  (void)state;
+  static const double range[] = {-1, 1};
+  mjenv_options* options = options_of_id("Hopper-v5");
+  assert_ok(mjenv_options_set_integer(options, "history", 3));
+  assert_ok(mjenv_options_set_integer(options, "time_aware", 1));
+  assert_ok(mjenv_options_set_reals(options, "rescale_actions", range, 2));
+  assert_allocates_nothing("Hopper-v5", options);
 }
 
 // Nor do they where rows have values of their own, once these have been stepped and reset.
@@ -355,7 +367,7 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  enum { FIRST = 8 };
+  enum { FIRST = 9 };
   struct CMUnitTest tests[FIRST + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
@@ -366,6 +378,7 @@ int main(void) {
   tests[5] = (struct CMUnitTest){"randomised, next_step", test_randomised, NULL, NULL, "next_step"};
   tests[6] = (struct CMUnitTest){"randomised, same_step", test_randomised, NULL, NULL, "same_step"};
   tests[7] = (struct CMUnitTest)cmocka_unit_test(test_divergence);
+  tests[8] = (struct CMUnitTest)cmocka_unit_test(test_wrapped);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);

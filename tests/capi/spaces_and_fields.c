@@ -131,6 +131,59 @@ static void test_id(void** state) {
   mjenv_destroy(env);
 }
 
+// ---- Spaces and fields of observations with time and history ----
+
+static mjenv_env* env_with_frames(const char* terms, int64_t frames) {
+  mjenv_options* options = options_of_id("HalfCheetah-v5");
+  assert_ok(mjenv_options_set_integer(options, "time_aware", 1));
+  if (terms)
+    assert_ok(mjenv_options_set_string(options, "history", terms));
+  else
+    assert_ok(mjenv_options_set_integer(options, "history", frames));
+  return env_of_options(options, 1);
+}
+
+static void assert_field(const mjenv_env* env, int64_t index, const char* name, int32_t ndim, int64_t first,
+                         int64_t offset, int64_t count) {
+  const mjenv_field field = field_at(env, MJENV_ROLE_OBSERVATION, index);
+  assert_string_equal(field.name, name);
+  assert_int_equal(field.ndim, ndim);
+  assert_int_equal(field.shape[0], first);
+  assert_int_equal(field.offset, offset);
+  assert_int_equal(field.count, count);
+}
+
+static void test_frames(void** state) {
+  (void)state;
+  mjenv_env* env = env_with_frames(NULL, 2);
+  mjenv_space space = MJENV_SPACE_INIT;
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
+  assert_int_equal(space.count, 2 * 18);
+  assert_int_equal(space.ndim, 2);
+  assert_true(space.shape[0] == 2 && space.shape[1] == 18);
+  for (int64_t i = 0; i < space.count; ++i) {
+    assert_true(space.low[i] == (i % 18 == 17 ? 0 : -INFINITY));
+    assert_true(space.high[i] == (i % 18 == 17 ? 1 : INFINITY));
+  }
+  assert_int_equal(mjenv_field_count(env, MJENV_ROLE_OBSERVATION), 6);
+  assert_field(env, 0, "qpos[-1]", 1, 8, 0, 8);
+  assert_field(env, 2, "time[-1]", 1, 1, 17, 1);
+  assert_field(env, 4, "qvel", 1, 9, 26, 9);
+  mjenv_destroy(env);
+
+  env = env_with_frames(" time=3  qpos=2 ", 0);
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &space));
+  assert_int_equal(space.count, 2 * 8 + 9 + 3);
+  assert_int_equal(space.ndim, 1);
+  assert_true(space.shape[0] == space.count);
+  for (int64_t i = 0; i < space.count; ++i) assert_true(space.high[i] == (i < 25 ? INFINITY : 1));
+  assert_int_equal(mjenv_field_count(env, MJENV_ROLE_OBSERVATION), 3);
+  assert_field(env, 0, "qpos", 2, 2, 0, 16);
+  assert_field(env, 1, "qvel", 1, 9, 16, 9);
+  assert_field(env, 2, "time", 2, 3, 25, 3);
+  mjenv_destroy(env);
+}
+
 static void test_list_of_ids(void** state) {
   const struct schema* schema = *state;
   assert_int_equal(mjenv_id_count(), schema->count);
@@ -167,11 +220,12 @@ static void test_objects(void** state) {
 
 int main(void) {
   struct schema* schema = schema_read();
-  struct CMUnitTest tests[schema->count + 2];
+  struct CMUnitTest tests[schema->count + 3];
   tests[0] = (struct CMUnitTest){"list_of_ids", test_list_of_ids, NULL, NULL, schema};
   tests[1] = (struct CMUnitTest)cmocka_unit_test(test_objects);
+  tests[2] = (struct CMUnitTest)cmocka_unit_test(test_frames);
   for (size_t i = 0; i < schema->count; ++i)
-    tests[i + 2] = (struct CMUnitTest){schema->ids[i].id, test_id, NULL, NULL, &schema->ids[i]};
+    tests[i + 3] = (struct CMUnitTest){schema->ids[i].id, test_id, NULL, NULL, &schema->ids[i]};
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   free(schema);
   return failed;

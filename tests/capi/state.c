@@ -1,4 +1,6 @@
 // One row's state: arrays by name, set_state, simulate, snapshots, streams.
+#include <math.h>
+
 #include "golden.h"
 
 enum { RESET, STEP, SET_STATE, SIMULATE, FRAMES = 3 };
@@ -265,6 +267,34 @@ static void test_forged(void** state) {
   mjenv_destroy(env);
 }
 
+// A history's record begins with 0 or 1.
+static void test_forged_history(void** state) {
+  (void)state;
+  mjenv_options* options = options_of_id("Reacher-v5");
+  assert_ok(mjenv_options_set_integer(options, "history", 2));
+  mjenv_env* env = env_of_options(options, 1);
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  struct image image = image_of(env, 0);
+  size_t size;
+  unsigned char* history = image_part(image.bytes, "history", &size);
+  double* record = allocate(size);
+  memcpy(record, history, size);
+  assert_true(size == (1 + 2 * 10) * sizeof(double) && record[0] == 1);
+  const double forged[] = {0, 1, 0.5, NAN};
+  for (size_t i = 0; i < COUNT(forged); ++i) {
+    memcpy(history, &forged[i], sizeof forged[i]);
+    image_seal(image.bytes, image.size);
+    if (i < 2)
+      assert_ok(mjenv_restore(env, 0, image.bytes, image.size));
+    else
+      assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image.bytes, image.size), "damaged");
+  }
+  free(record);
+  free(image.bytes);
+  mjenv_destroy(env);
+}
+
 static void test_of_another(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Hopper-v5", 1);
@@ -405,17 +435,12 @@ static void test_streams(void** state) {
 
 int main(void) {
   const struct CMUnitTest others[] = {
-      cmocka_unit_test(test_continue),
-      cmocka_unit_test(test_derived_arrays),
-      cmocka_unit_test(test_condition_is_kept),
-      cmocka_unit_test(test_step_count_is_kept),
-      cmocka_unit_test(test_damaged),
-      cmocka_unit_test(test_forged),
-      cmocka_unit_test(test_of_another),
-      cmocka_unit_test(test_rounding),
-      cmocka_unit_test(test_math),
-      cmocka_unit_test(test_size_of_image),
-      cmocka_unit_test(test_streams),
+      cmocka_unit_test(test_continue),          cmocka_unit_test(test_derived_arrays),
+      cmocka_unit_test(test_condition_is_kept), cmocka_unit_test(test_step_count_is_kept),
+      cmocka_unit_test(test_damaged),           cmocka_unit_test(test_forged),
+      cmocka_unit_test(test_forged_history),    cmocka_unit_test(test_of_another),
+      cmocka_unit_test(test_rounding),          cmocka_unit_test(test_math),
+      cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
   };
   char** paths = golden_list("state");
   int64_t count = 0;

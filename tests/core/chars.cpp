@@ -21,8 +21,8 @@ namespace {
 using namespace mjenv::core;
 
 void check(double value) {
-  const std::string text = shortest_text(value);
-  assert_string_equal(by_c_library::shortest_text(value).c_str(), text.c_str());
+  const std::string text = number(value);
+  assert_string_equal(by_c_library::number(value).c_str(), text.c_str());
   const auto read = by_c_library::read_double(text);
   assert_true(read.has_value());
   assert_true(std::isnan(value) ? std::isnan(*read) : *read == value);
@@ -32,7 +32,7 @@ void test_texts(void** state) {
   (void)state;
   const std::pair<double, const char*> known[] = {
       {0, "0"}, {-0.0, "-0"}, {0.1, "0.1"}, {100000, "1e+05"}, {123456, "123456"}, {1e22, "1e+22"}, {5e-324, "5e-324"}};
-  for (const auto& [value, text] : known) assert_string_equal(by_c_library::shortest_text(value).c_str(), text);
+  for (const auto& [value, text] : known) assert_string_equal(by_c_library::number(value).c_str(), text);
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double value : {infinity, -infinity, std::nan(""), std::numeric_limits<double>::max()}) check(value);
 }

@@ -234,8 +234,8 @@ void test_sums(void**) {
   for (const auto& line : lines) {
     if (line[0] != "sum") continue;
     const long n = std::atol(line[1].c_str());
-    assert_same(line, mjenv::core::np::sum(n, term), real(line[2]));
-    const float narrow = mjenv::core::np::sum(n, [&](Eigen::Index i) { return static_cast<float>(term(i)); });
+    assert_same(line, mjenv::np::sum(n, term), real(line[2]));
+    const float narrow = mjenv::np::sum(n, [&](Eigen::Index i) { return static_cast<float>(term(i)); });
     assert_same(line, narrow, static_cast<float>(real(line[3])));
     ++seen;
   }
@@ -247,7 +247,7 @@ void test_power2(void**) {
   for (const auto& line : lines) {
     if (line[0] != "power2") continue;
     const double x = real(line[1]);
-    assert_same(line, mjenv::core::np::power2(x), real(line[2]));
+    assert_same(line, mjenv::np::power2(x), real(line[2]));
     unlike_product += !same(x * x, real(line[2]));
     ++seen;
   }
@@ -321,7 +321,7 @@ void test_norm_follows_openblas(void**) {
 
 // numpy.clip: NaN passes, the upper bound wins, -0.0 stays.
 void test_clip(void**) {
-  using mjenv::core::np::clip;
+  using mjenv::np::clip;
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   assert_true(std::isnan(clip(nan, -1, 1)));
   assert_true(clip(5, -1, 1) == 1 && clip(-5, -1, 1) == -1 && clip(0.5, -1, 1) == 0.5);
@@ -332,7 +332,7 @@ void test_clip(void**) {
 
 // A weight is rounded to float32 before it multiplies a float32.
 void test_scalar(void**) {
-  using mjenv::core::np::Scalar;
+  using mjenv::np::Scalar;
   const double weight = 0.1;
   const float narrow = 3.3f;
   assert_true(same(static_cast<double>(weight * Scalar(narrow)), static_cast<double>(0.1f * 3.3f)));

@@ -92,7 +92,7 @@ void test_rows_in_turn(void** state) {
   const char* id = static_cast<const char*>(*state);
   const Task task = task_of(id_of(id))->build(default_options(id_of(id)));
   Worker worker(0, task), other(1, task);
-  Rows rows(task, kRows);
+  Rows rows(task, 0, kRows);
   worker.clear(rows);
   std::vector<std::unique_ptr<Plain>> plain;
   for (std::int64_t row = 0; row < kRows; ++row) plain.push_back(std::make_unique<Plain>(task));
@@ -141,7 +141,7 @@ void test_forget(void** state) {
   (void)state;
   const Task task = task_of(id_of("Hopper-v5"))->build(default_options(id_of("Hopper-v5")));
   Worker worker(0, task);
-  Rows rows(task, 2);
+  Rows rows(task, 0, 2);
   worker.clear(rows);
   Rng rng = Rng::from_seed(1);
   worker.begin(rows, 0, rng);

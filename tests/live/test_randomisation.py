@@ -102,7 +102,8 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
         rng = self.base.np_random
         self.left = [rng.integers(push.every[0], push.every[1] + 1) for push in self.pushes]
         self.pushed = [False for _ in self.pushes]
-        self.actions = deque([np.zeros(self.base.model.nu)] * self.delay.action)
+        first = np.zeros(self.base.model.nu) + self.delay.first_action
+        self.actions = deque([first] * self.delay.action)
         self.observations = deque([np.zeros_like(obs)] * self.delay.observation)
         return self.observed(obs), info
 
@@ -157,7 +158,9 @@ def settings_of(id: str, rng: np.random.Generator) -> dict[str, Any]:
             float(rng.choice([0, 0.1])), list(rng.uniform(0, 0.2, size)) if rng.integers(2) else 0.05
         )
     if rng.integers(2):
-        found["delay"] = Delay(*(int(x) for x in rng.integers(0, 4, 2)))
+        count = env.action_space.shape[0]
+        first = [0.0, 0.3, tuple(rng.uniform(-0.4, 0.4, count))][rng.integers(3)]
+        found["delay"] = Delay(*(int(x) for x in rng.integers(0, 4, 2)), first_action=first)
     if rng.integers(2):
         force = ((-30.0, 30.0), (-30.0, 30.0), (0.0, 0.0))
         found["push"] = [Push(bodies[0], force, every=(3, 9)), Push(bodies[-1], torque=((0, 1),) * 3, every=(1, 1))]

@@ -63,6 +63,7 @@ export const Role = /** @type {const} */ ({
   DATA: 7,
   MODEL: 8,
   ARRAYS: 9,
+  PARAMETERS: 10,
 });
 
 export const Kind = /** @type {const} */ ({
@@ -110,12 +111,15 @@ export const mjenv_field = struct(72, {
   reserved: { offset: 68, type: "int32", length: 0 },
 });
 
-export const mjenv_space = struct(24, {
+export const mjenv_space = struct(64, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   dtype: { offset: 4, type: "int32", length: 0 },
   count: { offset: 8, type: "int64", length: 0 },
   low: { offset: 16, type: "uint32", length: 0 },
   high: { offset: 20, type: "uint32", length: 0 },
+  ndim: { offset: 24, type: "int32", length: 0 },
+  reserved: { offset: 28, type: "int32", length: 0 },
+  shape: { offset: 32, type: "int64", length: 4 },
 });
 
 export const mjenv_info = struct(40, {
@@ -186,7 +190,7 @@ export const mjenv_push = struct(120, {
   high: { offset: 72, type: "float64", length: 6 },
 });
 
-export const mjenv_perturbation = struct(72, {
+export const mjenv_perturbation = struct(88, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   reserved: { offset: 4, type: "int32", length: 0 },
   action_noise: { offset: 8, type: "uint32", length: 0 },
@@ -197,6 +201,8 @@ export const mjenv_perturbation = struct(72, {
   observation_delay: { offset: 48, type: "int64", length: 0 },
   pushes: { offset: 56, type: "uint32", length: 0 },
   push_count: { offset: 64, type: "int64", length: 0 },
+  first_action: { offset: 72, type: "uint32", length: 0 },
+  first_action_count: { offset: 80, type: "int64", length: 0 },
 });
 
 /**

@@ -72,6 +72,7 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  * @property {number | readonly number[]} [observationNoise] standard deviations
  * @property {number} [actionDelay] steps
  * @property {number} [observationDelay] steps
+ * @property {number | readonly number[]} [firstAction] what reaches the task until the first delayed action does
  * @property {readonly Push[]} [pushes]
  */
 
@@ -165,6 +166,8 @@ export class Env {
       const action = this.#space(Role.ACTION);
       /** How many numbers the observation of a row has. */
       this.observationSize = observation.low.length;
+      /** The length of each of its dimensions: two if the option `history` stacks whole observations, else one. */
+      this.observationShape = observation.shape;
       /** The observation's bounds; infinite where it has none. */
       this.observationLow = observation.low;
       this.observationHigh = observation.high;
@@ -255,7 +258,11 @@ export class Env {
   #space(role) {
     const library = this.#library;
     const space = library.filled(mjenv_space, (pointer) => library.functions.mjenv_space_of(this.#open, role, pointer));
-    return { low: library.doubles(space.low, space.count), high: library.doubles(space.high, space.count) };
+    return {
+      low: library.doubles(space.low, space.count),
+      high: library.doubles(space.high, space.count),
+      shape: space.shape.slice(0, space.ndim),
+    };
   }
 
   // ---- What the last call has written ----
@@ -789,9 +796,11 @@ export class Env {
     const library = this.#library;
     if (perturbation === null) return library.check(library.functions.mjenv_perturb(this.#open, 0));
     const { actionNoise = [], observationNoise = [], actionDelay = 0, observationDelay = 0 } = perturbation;
+    const { firstAction = [] } = perturbation;
     const noise = (/** @type {number | ArrayLike<number>} */ given) =>
       doubles(typeof given === "number" ? [given] : given, "standard deviations");
     const [onActions, onObservations] = [noise(actionNoise), noise(observationNoise)];
+    const first = doubles(typeof firstAction === "number" ? [firstAction] : firstAction, "numbers of the first action");
     const pushes = Array.from(perturbation.pushes ?? [], ({ body, minSteps, maxSteps, low, high }) => {
       checkLength(low, 6, "low of a push", "numbers are wanted");
       checkLength(high, 6, "high of a push", "numbers are wanted");
@@ -809,6 +818,7 @@ export class Env {
       action_delay: int64(actionDelay, "actionDelay"),
       observation_delay: int64(observationDelay, "observationDelay"),
       push_count: pushes.length,
+      first_action_count: first.length,
     };
     const handle = this.#open;
     library.scope((scratch) => {
@@ -820,6 +830,7 @@ export class Env {
         action_noise: scratch.copy(onActions),
         observation_noise: scratch.copy(onObservations),
         pushes: forces,
+        first_action: scratch.copy(first),
       });
       library.check(library.functions.mjenv_perturb(handle, pointer));
     });

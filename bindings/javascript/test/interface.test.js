@@ -42,9 +42,15 @@ test("a spec has what Gymnasium registers, and the model", () => {
   assert.equal(mjenv.spec("Ant-v5").modelXml, readFileSync(new URL("assets/ant.xml", root), "utf8"));
 });
 
+test("a history stacks observations", () =>
+  withEnv("HalfCheetah-v5", { history: 3 }, (env) => {
+    assert.deepEqual([env.observationSize, env.observationShape], [51, [3, 17]]);
+  }));
+
 test("an environment describes itself", () =>
   withEnv("HalfCheetah-v5", { forward_reward_weight: 2 }, (env) => {
     assert.deepEqual([env.numEnvs, env.observationSize, env.actionSize, env.frameSkip], [1, 17, 6, 5]);
+    assert.deepEqual(env.observationShape, [17]);
     assert.equal(env.timestep, 0.01);
     assert.equal(env.dt, 0.05);
     assert.deepEqual([...env.actionLow, ...env.actionHigh], [-1, -1, -1, -1, -1, -1, 1, 1, 1, 1, 1, 1]);

@@ -56,6 +56,7 @@ end
     MJENV_ROLE_DATA = 7
     MJENV_ROLE_MODEL = 8
     MJENV_ROLE_ARRAYS = 9
+    MJENV_ROLE_PARAMETERS = 10
 end
 
 @enum mjenv_kind::Int32 begin
@@ -143,6 +144,9 @@ Base.@kwdef struct mjenv_space
     count::Int64 = 0
     low::Ptr{Float64} = Ptr{Float64}(C_NULL)
     high::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    ndim::Int32 = 0
+    reserved::Int32 = 0
+    shape::NTuple{4, Int64} = (0, 0, 0, 0)
 end
 
 Base.@kwdef struct mjenv_info
@@ -224,6 +228,8 @@ Base.@kwdef struct mjenv_perturbation
     observation_delay::Int64 = 0
     pushes::Ptr{mjenv_push} = Ptr{mjenv_push}(C_NULL)
     push_count::Int64 = 0
+    first_action::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    first_action_count::Int64 = 0
 end
 
 Base.@kwdef struct mjenv_render_settings
@@ -264,6 +270,8 @@ Base.@kwdef struct mjenv_task_option
     count::Int64 = 0
     text::Cstring = Cstring(C_NULL)
     choices::Cstring = Cstring(C_NULL)
+    live::Int32 = 0
+    reserved::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_task_field
@@ -353,6 +361,8 @@ Base.@kwdef struct mjenv_task_api
     choice::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     sample::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     permutation::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    parameter::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    keep::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     current::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     own::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     random_state::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
@@ -423,6 +433,7 @@ Base.@kwdef struct mjenv_sim
     qpos0::Ptr{Float64} = Ptr{Float64}(C_NULL)
     body_mass::Ptr{Float64} = Ptr{Float64}(C_NULL)
     arrays::Ptr{Ptr{Cvoid}} = Ptr{Ptr{Cvoid}}(C_NULL)
+    parameters::Ptr{Float64} = Ptr{Float64}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_random
@@ -446,6 +457,7 @@ Base.@kwdef struct mjenv_start
     nv::Int32 = 0
     na::Int32 = 0
     carry_count::Int32 = 0
+    parameters::Ptr{Float64} = Ptr{Float64}(C_NULL)
     sim::Ptr{mjenv_sim} = Ptr{mjenv_sim}(C_NULL)
     time::Ptr{Float64} = Ptr{Float64}(C_NULL)
     own::Ptr{Ptr{Float64}} = Ptr{Ptr{Float64}}(C_NULL)
@@ -1251,6 +1263,23 @@ task_permutation(api, random, count, order) = ccall(
     random,
     count,
     order,
+)
+
+task_parameter(api, builder, option) = ccall(
+    unsafe_load(api).parameter,
+    Int64,
+    (Ptr{mjenv_builder}, Cstring),
+    builder,
+    option,
+)
+
+task_keep(api, builder, first, count) = ccall(
+    unsafe_load(api).keep,
+    Cvoid,
+    (Ptr{mjenv_builder}, Int64, Int64),
+    builder,
+    first,
+    count,
 )
 
 task_current(api, builder) = ccall(

@@ -101,7 +101,7 @@ end
 
 How many rows each thread steps together, in the lanes of the CPU's vector unit, and why rows are stepped alone: `(count,
 reason)`. `count` is 0 if each row is stepped alone; `reason` is `""` if none is. The answer may change when rows get
-values or forces of their own.
+values of their own.
 """
 function lanes(env::Env)
     return inside(env) do handle
@@ -177,6 +177,7 @@ Returns the [`MJEnv.Field`](@ref)s of a role as a vector, in Gymnasium's order. 
 - `:info`, `:reset_info`: the infos of a step and of a reset
 - `:structure`: Gymnasium's `observation_structure`; empty where Gymnasium has none
 - `:data`, `:model`: the arrays of mjData and mjModel that `read` takes
+- `:parameters`: the live parameters of a task, which `read` and `write!` take
 - `:arrays`: the arrays of mjData that the option `arrays` names, see [`MJEnv.arrays`](@ref)
 """
 fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role)), env)

@@ -107,15 +107,17 @@ function Push(body::Integer, low::Numbers, high::Numbers; every::Tuple{Integer,I
     return Push(body, NTuple{6,Float64}(low), NTuple{6,Float64}(high), every)
 end
 
-# Standard deviations: none for 0, which draws nothing.
+# Standard deviations: none for 0, which draws nothing. Or a first action: none for 0, which it is anyway.
 deviations(noise::Real) = iszero(noise) ? Float64[] : Float64[noise]
 deviations(noise::Numbers) = collect(Float64, noise)
 
 """
-    perturb!(env; action_noise = 0, observation_noise = 0, action_delay = 0, observation_delay = 0, pushes = [])
+    perturb!(env; action_noise = 0, observation_noise = 0, action_delay = 0, observation_delay = 0, pushes = [],
+             first_action = 0)
 
 Replaces noise, delays and pushes, from each row's next reset on. The noise is one standard deviation, or one for each
-actuator or element of the observation. The delays are numbers of steps. `pushes` are [`MJEnv.Push`](@ref), each of
+actuator or element of the observation. The delays are numbers of steps. Until the first delayed action reaches the task,
+`first_action` does: one number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), each of
 another body. mjenv.h describes what happens in a step. Returns `env`.
 """
 function perturb!(
@@ -125,8 +127,10 @@ function perturb!(
     action_delay::Integer = 0,
     observation_delay::Integer = 0,
     pushes::AbstractVector = Push[],
+    first_action::Union{Real,Numbers} = 0,
 )
     of_actions, of_observations = deviations(action_noise), deviations(observation_noise)
+    first_one = deviations(first_action)
     structs = mjenv_push[
         mjenv_push(
             body = clamp(push.body - 1, typemin(Int32), typemax(Int32)),
@@ -136,7 +140,7 @@ function perturb!(
             high = push.high,
         ) for push in pushes
     ]
-    GC.@preserve of_actions of_observations structs begin
+    GC.@preserve of_actions of_observations first_one structs begin
         perturbation = Ref(
             mjenv_perturbation(
                 action_noise = pointer(of_actions),
@@ -147,6 +151,8 @@ function perturb!(
                 observation_delay = observation_delay,
                 pushes = pointer(structs),
                 push_count = length(structs),
+                first_action = pointer(first_one),
+                first_action_count = length(first_one),
             ),
         )
         check(env.handle, inside(handle -> mjenv_perturb(handle, perturbation), env))

@@ -3,7 +3,7 @@
 function arrays_of(env::Env)
     if isempty(env.arrays)
         # If mjData and mjModel both have an array of a name, the library reads the model's.
-        env.arrays = Dict(field.name => field for role in (:data, :model) for field in fields(env, role))
+        env.arrays = Dict(field.name => field for role in (:data, :model, :parameters) for field in fields(env, role))
     end
     return env.arrays
 end

@@ -301,6 +301,54 @@ MJEnv.register("Bounded-v0", Bounded; model = PROBE_MODEL)
     GREATEST[] = 4
 end
 
+# Shows its live parameters, and the number of steps, which resets keep.
+struct Commanded <: MJEnv.Task
+    speed::MJEnv.Live{0}
+    gains::MJEnv.Live{1}
+    steps::Int
+    level::Int
+end
+
+MJEnv.build(::Type{Commanded}, b; speed, gains) =
+    Commanded(speed, gains, MJEnv.keep!(b), MJEnv.keep!(b; low = 0, high = 9, resets = true))
+MJEnv.reset!(task::Commanded, start, rng) = start.qvel[1] = start[task.speed]
+MJEnv.observe(task::Commanded, sim) =
+    (speed = sim[task.speed], gains = sim[task.gains], counts = (sim.carried[task.steps], sim.carried[task.level]))
+
+function MJEnv.step!(task::Commanded, sim, row)
+    row.carried[task.steps] += 1
+    row.carried[task.level] += 1
+    return (reward = sim[task.gains][2], terminated = false)
+end
+
+MJEnv.register(
+    "Commanded-v0",
+    Commanded;
+    model = PROBE_MODEL,
+    options = (
+        speed = MJEnv.Setting(0.5, "the commanded speed, m/s"; low = -2, high = 2, live = true),
+        gains = MJEnv.Setting((1, 2); live = true),
+    ),
+)
+
+@testset "live parameters and kept numbers" begin
+    env = Env("Commanded-v0")
+    action = zeros(length(MJEnv.action_space(env).low))
+    @test read(env, "parameters.gains") == [1, 2]
+    write!(env, "parameters.speed", -1.5)
+    @test reset!(env).obs == [-1.5, 1, 2, 0, 0]
+    @test read(env, "qvel")[1] == -1.5
+    write!(env, "parameters.gains", [3, 4])
+    for steps in 1:3
+        result = step!(env, action)
+        @test result.obs == [-1.5, 3, 4, steps, steps]
+        @test result.reward == 4
+    end
+    @test reset!(env).obs == [-1.5, 3, 4, 0, 3]
+    @test refuses(() -> write!(env, "parameters.speed", 2.5), MJENV_E_VALUE, "parameters.speed", "[-2, 2]")
+    @test refuses(() -> write!(env, "parameters.sped", 1), MJENV_E_NAME, "parameters.sped")
+end
+
 # What NumPy 2.2.6 gives: draws of default_rng(7), as in reset!, and sums of 1/1 to 1/count and of their squares.
 const DRAWN = [
     0x1.400c8353e3ca9p-1, 0x1.3e378257b5e00p+1, -0x1.18b7980d81558p-2, 7, 2, 2, 5, 6, 2, 1, 2, 3, 4,

@@ -6,10 +6,57 @@ import numpy as np
 import pytest
 
 import mjenv
+import mjenv.task
 from check_python_tasks import check_steps, flat, pair
+from mjenv import jit
 from tasks_of_numba import NumbaHopper
 
 mjenv.register("NumbaHopper-v5", NumbaHopper)
+
+
+class NumbaLive(mjenv.Task):
+    """Shows a live parameter, and the number of steps, which resets keep."""
+
+    model = "hopper.xml"
+    options = {"gains": mjenv.task.Setting((1.0, 2.0), live=True)}  # noqa: RUF012
+    state = {"steps": (), "level": ()}  # noqa: RUF012
+    kept = ("level",)
+    observation_fields = {"gains": 2, "steps": 1, "level": 1}  # noqa: RUF012
+
+    def build(self, model: Any) -> Any:
+        return [model.parameter_index("gains")]
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> None:  # type: ignore[override]
+        jit.array(start.qvel, start.nv)[0] = jit.array(start.parameters, 2)[int(self[0])]
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> None:  # type: ignore[override]
+        gains, state = jit.array(sim.parameters, 2), jit.array(sim.carried, 2)
+        for i in range(2):
+            observation[i], observation[2 + i] = gains[int(self[0]) + i], state[i]
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> None:  # type: ignore[override]
+        state = jit.array(outcome.carried, 2)
+        state[0] += 1
+        state[1] += 1
+        outcome.reward = jit.array(sim.parameters, 2)[1]
+
+
+mjenv.register("NumbaLive-v0", NumbaLive)
+
+
+def test_live_parameters_and_kept_numbers() -> None:
+    envs = mjenv.make_vec("NumbaLive-v0", 3)
+    envs.reset(seed=0)
+    envs.parameters["gains"][1] = 5, 7
+    for steps in (1, 2, 3):
+        obs, rewards = envs.step(np.zeros((3, 3)))[:2]
+        assert obs.tolist() == [[1, 2, steps, steps], [5, 7, steps, steps], [1, 2, steps, steps]]
+        assert rewards.tolist() == [2, 7, 2]
+    assert envs.reset()[0].tolist() == [[1, 2, 0, 3], [5, 7, 0, 3], [1, 2, 0, 3]]
+    assert envs.data.qvel[:, 0].tolist() == [1, 5, 1]
 
 
 @pytest.mark.parametrize(

@@ -147,6 +147,105 @@ def test_steps_of_some_rows_and_rollouts_are_refused() -> None:
         env.rollout(np.zeros((2, 4, 3)))
 
 
+@pytest.mark.parametrize(
+    "option",
+    [{"history": 3}, {"history": "qpos=2"}, {"time_aware": True}, {"clip_actions": True}, {"rescale_actions": (-1, 1)}],
+    ids=str,
+)
+def test_options_that_the_library_computes_are_refused(option: dict[str, Any]) -> None:
+    with pytest.raises(mjenv.OptionError, match=f"{next(iter(option))} works with tasks in machine code"):
+        mjenv.make("NumpyHopper-v5", **option)
+
+
+class NumpyLive(mjenv.Task):
+    """Shows its live parameters, and the number of steps, which resets keep."""
+
+    model = "hopper.xml"
+    frame_skip = 4
+    time_limit = 5
+    options = {  # noqa: RUF012
+        "speed": Setting(0.5, "the commanded speed, m/s", -2, 2, live=True),
+        "gains": Setting((1.0, 2.0), live=True),
+    }
+    state = {"level": (1,), "steps": ()}  # noqa: RUF012
+    kept = ("level",)
+
+    def reset(self, rng: Random, rows: int) -> Any:
+        return np.tile(self.qpos0, (rows, 1)), np.zeros((rows, self.nv)), {"steps": np.zeros(rows)}
+
+    def observe(self, sim: Sim) -> Any:
+        live = sim.parameters
+        return np.column_stack([live["speed"], live["gains"], sim.level, sim.steps])
+
+    def step(self, sim: Sim, action: Any) -> Any:
+        sim.level[...] += 1
+        sim.steps[...] += 1
+        return sim.parameters["speed"] * sim.parameters["gains"][:, 1], np.zeros(len(action), bool), {}
+
+
+mjenv.register("NumpyLive-v0", NumpyLive)
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_live_parameters_and_kept_numbers(mode: str) -> None:
+    envs = mjenv.make_vec("NumpyLive-v0", 3, autoreset_mode=mode)
+    action = np.zeros((3, 3))
+    assert list(envs.parameters) == ["speed", "gains"]
+    assert envs.parameters["gains"].tolist() == [[1, 2]] * 3
+    assert flat(envs.reset(seed=0)[0]) == flat(np.tile([0.5, 1, 2, 0, 0], (3, 1)))
+    envs.parameters["speed"][1:] = -1, 1.5
+    envs.parameters["gains"] = np.arange(6).reshape(3, 2)
+    speeds, gains = np.array([0.5, -1, 1.5]), np.arange(6.0).reshape(3, 2)
+    assert flat(envs.observe()[:, :3]) == flat(np.column_stack([speeds, gains]))
+    steps = level = 0
+    for _ in range(14):
+        obs, rewards, _, truncated, _ = envs.step(action)
+        if mode == "SameStep" or steps < 5:
+            steps, level = steps + 1, level + 1
+            assert flat(rewards) == flat(speeds * gains[:, 1])
+            assert truncated.tolist() == [steps == 5] * 3
+            steps = 0 if mode == "SameStep" and steps == 5 else steps
+        else:
+            steps = 0
+        want = np.column_stack([speeds, gains, np.full(3, level), np.full(3, steps)])
+        assert flat(obs) == flat(want)
+    copied = pickle.loads(pickle.dumps(envs))
+    image = envs.snapshot()
+    want = envs.step(action)
+    assert flat(copied.step(action)) == flat(want)
+    envs.parameters["speed"] = 2
+    envs.restore(image)
+    assert envs.parameters["speed"].tolist() == speeds.tolist()
+    assert flat(envs.step(action)) == flat(want)
+    envs.copy_row(2, np.array([True, False, False]))
+    assert envs.parameters["speed"].tolist() == [1.5, -1, 1.5]
+    assert flat(envs.observe()[0]) == flat(envs.observe()[2])
+    with pytest.raises(mjenv.InvalidValueError, match=r"row 2: parameters.speed\[0\] is 3, but must lie in \[-2, 2\]"):
+        envs.parameters["speed"][2] = 3
+    with pytest.raises(mjenv.UnknownNameError, match="no live parameter 'sped', but speed, gains"):
+        envs.parameters["sped"] = 1
+    assert envs.parameters["speed"].tolist() == [1.5, -1, 1.5]
+
+
+def test_live_parameters_of_one_environment() -> None:
+    env: Any = mjenv.make("NumpyLive-v0", speed=1.0)
+    env.reset(seed=0)
+    assert env.parameters["speed"] == 1.0
+    assert list(env.parameters) == ["speed", "gains"]
+    env.parameters["speed"] = -0.25
+    env.parameters["gains"][1] = 8
+    assert env.step(np.zeros(3))[1] == -2
+    assert env.reset()[0].tolist() == [-0.25, 1, 8, 1, 0]
+    assert len(mjenv.make("Hopper-v5").unwrapped.parameters) == 0
+
+
+def test_kept_numbers_are_those_of_a_state() -> None:
+    with pytest.raises(mjenv.OptionError, match="kept has 'height', which is not in state"):
+        mjenv.register("Kept-v0", type("Kept", (NumpyLive,), {"kept": ("height",)}))
+    with pytest.raises(mjenv.OptionError, match="a live parameter is real numbers"):
+        mjenv.register("Kept-v1", type("Kept", (NumpyLive,), {"options": {"speed": Setting(1, live=True)}}))
+
+
 class Pendulum(mjenv.Task):
     """Fails as its attribute `fault` says."""
 
@@ -390,9 +489,9 @@ SIZES = r"""
 #include <stdio.h>
 #define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
 int main(void) {
-  SHOW(mjenv_task_option, choices); SHOW(mjenv_task_field, shape); SHOW(mjenv_task_camera, elevation);
-  SHOW(mjenv_sim, arrays); SHOW(mjenv_start, carry_count); SHOW(mjenv_outcome, random);
-  SHOW(mjenv_task_api, permutation); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
+  SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, shape); SHOW(mjenv_task_camera, elevation);
+  SHOW(mjenv_sim, parameters); SHOW(mjenv_start, parameters); SHOW(mjenv_outcome, random);
+  SHOW(mjenv_task_api, keep); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
 }
 """
 

@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 
 from mjenv import jit
+from mjenv._abi import Dtype
 from mjenv.task import Model
 from tasks_of_python import CodeHopper
+
+_FLOAT32 = int(Dtype.FLOAT32)
 
 
 class NumbaHopper(CodeHopper):
@@ -53,7 +56,7 @@ class NumbaHopper(CodeHopper):
             healthy = healthy and self[6] < qvel[i] < self[7]
         forward = self[0] * velocity
         survive = self[2] if healthy else 0.0
-        if sim.action_dtype == 1:  # NumPy computes in the action's type
+        if sim.action_dtype == _FLOAT32:  # NumPy computes in the action's type
             narrow = np.float32(0)
             for i in range(sim.nu):
                 narrow += np.float32(action[i]) * np.float32(action[i])

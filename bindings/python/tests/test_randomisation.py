@@ -153,6 +153,8 @@ def test_the_stream_is_one() -> None:
         ({"noise": Noise([])}, mjenv.InvalidValueError, "action has 0 numbers, not 1 or 3"),
         ({"noise": Noise(0.0, (0.0,) * 12)}, mjenv.InvalidValueError, "observation has 12 numbers, not 1 or 11"),
         ({"delay": Delay(-1)}, mjenv.InvalidValueError, "action_delay"),
+        ({"delay": Delay(1, first_action=(0.1, 0.2))}, mjenv.InvalidValueError, "first_action_count"),
+        ({"delay": Delay(1, first_action=float("inf"))}, mjenv.InvalidValueError, r"first_action\[0\] is inf"),
         ({"delay": Delay(1.5)}, mjenv.OptionError, "integers"),  # type: ignore[arg-type]
         ({"push": Push("arm")}, mjenv.Error, "arm"),
         ({"push": Push("torso", every=(0, 1))}, mjenv.InvalidValueError, "min_steps is 0"),

@@ -148,7 +148,8 @@ enum mjenv_role_value {
   MJENV_ROLE_STRUCTURE = 6,   /* Gymnasium's observation_structure: names and counts; empty where Gymnasium has none */
   MJENV_ROLE_DATA = 7,        /* the arrays of a row's mjData that mjenv_read can read */
   MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
-  MJENV_ROLE_ARRAYS = 9       /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
+  MJENV_ROLE_ARRAYS = 9,      /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
+  MJENV_ROLE_PARAMETERS = 10  /* the live parameters of a task, which mjenv_read and mjenv_write know by these names */
 };
 
 /* What an option holds. */
@@ -192,6 +193,9 @@ typedef struct mjenv_space {
   int64_t count;      /* the number of elements */
   const double *low;  /* [count], owned by the environment */
   const double *high; /* [count], owned by the environment */
+  int32_t ndim;       /* how many dimensions: 2 if the option "history" stacks whole observations, else 1 */
+  int32_t reserved;   /* 0 */
+  int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
 
 /* What mjenv_info_of tells of an environment. */
@@ -290,8 +294,7 @@ typedef struct mjenv_randomization {
 typedef struct mjenv_push {
   uint32_t struct_size;
   int32_t body; /* the index of a body; not 0, the world */
-  /* From the reset, or from the last push, to the next push: integers(min_steps, max_steps + 1) steps, drawn each time.
-   * 1 <= min_steps <= max_steps. */
+  /* From a reset or push to the next push: integers(min_steps, max_steps + 1) steps. 1 <= min_steps <= max_steps. */
   int64_t min_steps;
   int64_t max_steps;
   double low[6]; /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
@@ -305,11 +308,13 @@ typedef struct mjenv_perturbation {
   const double *action_noise;      /* [action_noise_count] standard deviations of what is added to the action */
   int64_t action_noise_count;      /* 0: no noise; 1: the same for all actuators; or one for each */
   const double *observation_noise; /* [observation_noise_count] the same for the observation */
-  int64_t observation_noise_count; /* 0, 1, or the observation space's count */
+  int64_t observation_noise_count; /* 0, 1, or the count of the task's observation, without time and history */
   int64_t action_delay;            /* how many steps an action takes until it reaches the task */
   int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
   const mjenv_push *pushes;        /* [push_count], each of another body */
   int64_t push_count;
+  const double *first_action; /* [first_action_count] what reaches the task until the first delayed action does */
+  int64_t first_action_count; /* 0: zeros; 1: the same for all actuators; or one for each */
 } mjenv_perturbation;
 
 /* The library that provides OpenGL. */
@@ -322,8 +327,7 @@ enum mjenv_gl_value {
   MJENV_GL_WGL = 4     /* the display's driver, in an invisible window; on Windows only */
 };
 
-/* What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into
- * mjenv_render_settings.visual. */
+/* What is drawn: MuJoCo 2.2.2's mjtVisFlag, also in the build for 4.0; indices into mjenv_render_settings.visual. */
 typedef int32_t mjenv_visual;
 enum mjenv_visual_value {
   MJENV_VISUAL_CONVEXHULL = 0,
@@ -384,7 +388,7 @@ typedef struct mjenv_render_settings {
 /* clang-format off */
 #define MJENV_OPTION_INIT {sizeof(mjenv_option), 0, NULL, NULL, 0, 0, 0, NULL}
 #define MJENV_FIELD_INIT {sizeof(mjenv_field), 0, NULL, NULL, {0, 0, 0, 0}, 0, 0, 0, 0}
-#define MJENV_SPACE_INIT {sizeof(mjenv_space), 0, 0, NULL, NULL}
+#define MJENV_SPACE_INIT {sizeof(mjenv_space), 0, 0, NULL, NULL, 0, 0, {0, 0, 0, 0}}
 #define MJENV_INFO_INIT {sizeof(mjenv_info), 0, 0, 0, 0, NULL}
 #define MJENV_SPEC_INIT {sizeof(mjenv_spec), 0, NULL, NULL, 0, 0, 0, 0, {0, 0, 0}, 0, 0, NULL}
 #define MJENV_BATCH_INIT \
@@ -393,7 +397,7 @@ typedef struct mjenv_render_settings {
 #define MJENV_RANDOMIZATION_INIT \
   {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0}
 #define MJENV_PUSH_INIT {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}}
-#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0}
+#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
@@ -481,7 +485,7 @@ MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, 
 /* Destroys an environment and ends its threads. The results of rows under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* Describes an environment as it is now. The lanes can change when rows get values or forces of their own. */
+/* Describes an environment as it is now. The lanes can change when rows get values of their own. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
 /* Returns the options that the environment was built with; NULL if it fails. They cannot be changed. */
@@ -516,8 +520,7 @@ MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint6
 /* Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does. */
 MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 
-/* Draws action[rows][actuators] as action_space.sample() does, row by row. count is rows * actuators. Errors: SIZE,
- * MODEL (an actuator has infinite bounds). */
+/* Draws action[rows][actuators] as action_space.sample() does. Errors: SIZE (count), MODEL (infinite bounds). */
 MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, int64_t count);
 
 /* ---- Episodes ---- */
@@ -577,8 +580,7 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, int64_t capacity,
                                   int64_t *count);
 
-/* Counts the model's objects of a type: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor" or
- * "light". Errors: NAME. */
+/* Counts objects: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor", "light". Errors: NAME. */
 MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
 
 /* Finds the index of the object with this type and name. Errors: NAME. */
@@ -596,7 +598,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,
  * which a reset clears. */
 
-/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data.
+/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live
+ * parameter of the task ("parameters.speed"), which stays after resets.
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
  *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */
@@ -611,8 +614,7 @@ MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, const uint8_t *mask);
  * a count of steps. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, int64_t count, int64_t frames);
 
-/* Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors:
- * VALUE (from). */
+/* Copies the row `from` to those of the mask: state, stream, step count, own arrays, inputs. Errors: VALUE (from). */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, const uint8_t *mask, int64_t from);
 
 /* Saves a row, or MJENV_ALL_ROWS, as an image: bytes with what mjenv_copy_row copies.
@@ -622,7 +624,7 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
                                       int64_t *size_bytes);
 
 /* Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an
- * environment with the same task, model, options and draws (docs/c.md). Errors: VALUE (row), SNAPSHOT. */
+ * environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
 
 /* ---- Randomisation ----
@@ -634,8 +636,7 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
-/* Replaces the noise, delays and pushes; NULL: none. New ones begin with each row's next reset. Errors: VALUE, SIZE
- * (a count). */
+/* Replaces noise, delays and pushes from each row's next reset on; NULL: none. Errors: VALUE, SIZE (a count). */
 MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----
@@ -653,8 +654,7 @@ MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_
 
 MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
 
-/* Returns the OpenGL of the renderer: its library, vendor, renderer and version, separated by ", "; NULL if it
- * fails. */
+/* Returns "library, vendor, renderer, version" of the renderer's OpenGL; NULL if it fails. */
 MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 
 /* Draws a row, its top line first, with the outputs that are not NULL.

@@ -1,16 +1,10 @@
 /* mjenv.hpp - mjenv.h for C++17: handles that destroy themselves, exceptions, arrays of the right sizes.
  *
- * The header only calls the functions of mjenv.h, so it adds nothing to the binary interface. The comments of mjenv.h
- * say what each function does, with shapes, units, errors and threads. handle() returns the handle that these functions
- * take.
- *
- * Errors
- *   A call that fails throws mjenv::Error, which has the status and the reason. This header itself refuses:
- *     - a mask or a list of seeds whose length is not the number of rows (MJENV_E_SIZE),
- *     - a row that a Batch does not have, and an integer beyond int64_t (MJENV_E_VALUE),
- *     - a std::string with a NUL inside (MJENV_E_ARGUMENT),
- *     - a library with another MJENV_ABI_VERSION, when Options are created (MJENV_E_INTERNAL).
- * Moved-from objects may only be destroyed or assigned to. */
+ * The header only calls the functions of mjenv.h, whose comments say what each does. handle() returns the handle that
+ * they take. A call that fails throws mjenv::Error. This header itself refuses a mask or a list of seeds whose length
+ * is not the number of rows (MJENV_E_SIZE), a row that a Batch does not have and an integer beyond int64_t
+ * (MJENV_E_VALUE), a std::string with a NUL inside (MJENV_E_ARGUMENT), and a library with another MJENV_ABI_VERSION
+ * (MJENV_E_INTERNAL). Moved-from objects may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
 
@@ -39,12 +33,12 @@ class Error : public std::runtime_error {
   const std::size_t received; /* how many rows Env::recv has received although some of them failed */
 };
 
-/* Throws unless the status is MJENV_OK. received: of the Error. */
+/* Throws unless the status is MJENV_OK. */
 inline void check(mjenv_status status, std::size_t received = 0) {
   if (status != MJENV_OK) throw Error(status, mjenv_last_error(), received);
 }
 
-/* Calls the C function with the text. Refuses a NUL inside, because C would take it for the end of the text. */
+/* Calls the C function with the text. Refuses a NUL, which C would take for the end of the text. */
 template <typename Call>
 mjenv_status with_text(const std::string &text, const Call &call) {
   if (text.find('\0') != std::string::npos) throw Error(MJENV_E_ARGUMENT, "a text has a NUL character inside");
@@ -53,7 +47,6 @@ mjenv_status with_text(const std::string &text, const Call &call) {
   return status;
 }
 
-/* How many elements, as mjenv.h counts them. */
 inline std::int64_t int64(std::size_t count) { return static_cast<std::int64_t>(count); }
 
 /* A view of an array that somebody else owns, such as a vector: `size` elements at `data`. */
@@ -87,6 +80,14 @@ std::vector<T> fetch(const Get &get) {
   return values;
 }
 
+template <auto destroy>
+struct Destroy {
+  template <typename Handle>
+  void operator()(Handle *handle) const {
+    destroy(handle);
+  }
+};
+
 /* The options of one environment id. */
 class Options {
  public:
@@ -109,8 +110,7 @@ class Options {
   Options(Options &&) = default;
   Options &operator=(Options &&) = default;
 
-  /* Sets a flag, an integer, a single real, or a STRING_OR_INT to an index. The other overloads set real numbers and
-   * texts. */
+  /* Sets a flag, an integer, a single real, or a STRING_OR_INT to an index. */
   template <typename Integer, typename = std::enable_if_t<std::is_integral_v<Integer>>>
   Options &set(const std::string &name, Integer value) {
     if (value > 0 && static_cast<std::uint64_t>(value) > std::numeric_limits<std::int64_t>::max())
@@ -138,7 +138,7 @@ class Options {
   }
   Options &set(const std::string &name, const char *value) { return set(name, std::string(value)); }
 
-  /* get_integer reads a flag, an integer, or an index; get_reals all numbers of an option; get_string a text. */
+  /* A flag, an integer, or an index. */
   std::int64_t get_integer(const std::string &name) const {
     std::int64_t value = 0;
     with_text(name, [&](const char *text) { return mjenv_options_get_integer(handle(), text, &value); });
@@ -165,17 +165,12 @@ class Options {
   mjenv_options *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_options *options) const { mjenv_options_destroy(options); }
-  };
-  std::unique_ptr<mjenv_options, Destroy> handle_;
+  std::unique_ptr<mjenv_options, Destroy<mjenv_options_destroy>> handle_;
 };
 
-/* The arrays for the outputs of an environment, with the elements of mjenv_batch. Env::batch makes one for reset, step,
- * recv and observe; Env::rollout_batch makes one for rollout. */
+/* The arrays of a mjenv_batch: Env::batch makes them, Env::rollout_batch those of a rollout. */
 struct Batch {
   std::size_t rows = 0;
-  /* How many elements one row has. */
   std::size_t obs_count = 0, info_count = 0, reset_info_count = 0, arrays_count = 0;
 
   std::vector<double> obs, reward, info, reset_info, arrays;
@@ -190,8 +185,7 @@ struct Batch {
   Span<const double> obs_of(std::size_t row) const { return part(obs, row); }
   Span<const double> final_obs_of(std::size_t row) const { return part(final_obs, row); }
 
-  /* The same arrays as a mjenv_batch, for the functions of mjenv.h. Its pointers are valid until a vector is resized.
-   */
+  /* Its pointers are valid until a vector is resized. */
   mjenv_batch raw() {
     mjenv_batch batch = MJENV_BATCH_INIT;
     batch.rows = int64(rows);
@@ -254,7 +248,7 @@ class Env {
     for (std::size_t i = 0; i < found.size(); ++i) check(mjenv_field_at(handle(), role, int64(i), &found[i]));
     return found;
   }
-  /* The sum of the counts of a role's fields: how many elements one row has. */
+  /* How many elements all fields of a role have in one row. */
   std::size_t count(mjenv_role role) const {
     std::int64_t total = 0;
     for (const mjenv_field &field : fields(role)) total += field.count;
@@ -280,9 +274,7 @@ class Env {
 
   /* ---- Episodes ---- */
 
-  /* The arrays for the outputs of all rows. */
   Batch batch() const { return batch_of(rows()); }
-  /* The arrays for the outputs of a rollout of `steps` steps. */
   Batch rollout_batch(std::size_t steps) const { return batch_of(rows() * steps); }
 
   /* Seeds row i with first + i, as Gymnasium does. */
@@ -315,9 +307,8 @@ class Env {
   void send(Span<const std::int64_t> rows, Span<const float> action) { send_rows(rows.data(), rows.size(), action); }
   void send(Span<const std::int64_t> rows, Span<const double> action) { send_rows(rows.data(), rows.size(), action); }
   /* Waits until `least` rows are done, at most `timeout` seconds (a negative number: no limit). Writes the numbers of
-   * the rows that are done to the first elements of `rows`, writes their outputs to `out`, and returns how many rows
-   * these are. If some of them failed, it has written all that, too, and throws an Error whose `received` is their
-   * number; status[row] of the Batch tells which rows failed. */
+   * the rows that are done to the first elements of `rows`, their outputs to `out`, and returns how many they are. If
+   * some of them failed (status[row] of the Batch), it throws an Error whose `received` is that number. */
   std::size_t recv(std::size_t least, Span<std::int64_t> rows, Batch &out, double timeout = -1) {
     std::int64_t count = 0;
     const mjenv_batch written = out.raw();
@@ -334,7 +325,6 @@ class Env {
 
   /* ---- State of rows ---- */
 
-  /* Reads an array of a row's mjData or of the mjModel by its MuJoCo name. */
   std::vector<double> read(std::int64_t row, const std::string &array) {
     return fetch<double>([&](double *values, std::int64_t capacity, std::int64_t *count) {
       with_text(array, [&](const char *text) { return mjenv_read(handle(), row, text, values, capacity, count); });
@@ -343,12 +333,11 @@ class Env {
   void set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
     check(mjenv_set_state(handle(), row, qpos.data(), int64(qpos.size()), qvel.data(), int64(qvel.size())));
   }
-  /* Writes an array of the rows' mjModel or mjData: all its elements, or rows() times as many. */
+  /* values: one array for all rows, or one for each. */
   void write(const std::string &array, Span<const double> values) { write_rows(nullptr, array, values); }
   void write(Span<const std::uint8_t> mask, const std::string &array, Span<const double> values) {
     write_rows(of(mask), array, values);
   }
-  /* Calls mj_setConst. */
   void set_constants() { check(mjenv_set_constants(handle(), nullptr)); }
   void set_constants(Span<const std::uint8_t> mask) { check(mjenv_set_constants(handle(), of(mask))); }
   /* Replaces what resets draw; an empty list draws nothing. */
@@ -384,13 +373,9 @@ class Env {
   mjenv_env *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_env *env) const { mjenv_destroy(env); }
-  };
-  std::unique_ptr<mjenv_env, Destroy> handle_;
+  std::unique_ptr<mjenv_env, Destroy<mjenv_destroy>> handle_;
   std::size_t rows_;
 
-  /* The C functions take the bare pointer of an array with one element for each row. */
   static void check_size(std::size_t size, std::size_t needed) {
     if (size != needed) throw Error(MJENV_E_SIZE, "a mask and a list of seeds have one element for each row");
   }
@@ -453,7 +438,6 @@ class Env {
 /* Draws pictures of an environment's rows. */
 class Renderer {
  public:
-  /* Without settings, those of mjenv_render_defaults are used. */
   explicit Renderer(const Env &env) { make(env, nullptr); }
   Renderer(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
   static mjenv_render_settings defaults(const Env &env) {
@@ -473,10 +457,7 @@ class Renderer {
   mjenv_renderer *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_renderer *renderer) const { mjenv_renderer_destroy(renderer); }
-  };
-  std::unique_ptr<mjenv_renderer, Destroy> handle_;
+  std::unique_ptr<mjenv_renderer, Destroy<mjenv_renderer_destroy>> handle_;
 
   void make(const Env &env, const mjenv_render_settings *settings) {
     mjenv_renderer *made = nullptr;
@@ -497,10 +478,7 @@ class Window {
   mjenv_window *handle() const { return handle_.get(); }
 
  private:
-  struct Destroy {
-    void operator()(mjenv_window *window) const { mjenv_window_destroy(window); }
-  };
-  std::unique_ptr<mjenv_window, Destroy> handle_;
+  std::unique_ptr<mjenv_window, Destroy<mjenv_window_destroy>> handle_;
 
   void make(const Env &env, const mjenv_render_settings *settings) {
     mjenv_window *made = nullptr;

@@ -12,8 +12,8 @@
 namespace mjenv {
 namespace np {
 
-// numpy.sum of term(0) ... term(n - 1). NumPy adds fewer than 8 terms one after the other and up to 128 terms in eight
-// accumulators; it splits longer arrays into halves.
+// numpy.sum of term(0) ... term(n - 1). NumPy adds fewer than 8 terms one after the other, and up to 128 in eight
+// accumulators. It splits longer arrays into halves.
 template <typename Term>
 auto sum(Eigen::Index n, const Term &term, Eigen::Index first = 0) -> decltype(term(0)) {
   using T = decltype(term(0));
@@ -70,10 +70,9 @@ inline double power2(double x) {
   return std::pow(x, two);
 }
 
-// numpy.linalg.norm of a vector. NumPy calls OpenBLAS's dot product. OpenBLAS's kernel for AVX-512 (fused) fuses each
-// multiplication with an addition, which rounds once instead of twice. Its kernel for AVX2 (plain) does so in whole blocks
-// of 16 numbers, and not in the rest. The kernels for other CPUs give the bits of one of the two for up to 15 numbers, or
-// differ, see docs/fidelity.md. Of more than 10000 numbers, NumPy's threads add parts, and this class does not.
+// numpy.linalg.norm of a vector of at most 10000 numbers (NumPy divides longer ones among threads), as OpenBLAS
+// computes it. Its kernel for AVX-512 (fused) fuses each multiplication with an addition, and so rounds once instead of
+// twice. Its kernel for AVX2 (plain) does so in whole blocks of 16 numbers only. docs/fidelity.md tells of other CPUs.
 class Norm {
  public:
   explicit Norm(bool fused) : fused_(fused) {}

@@ -1,37 +1,17 @@
-/* task.hpp - Defines a robot and its task as one C++17 function, as the built-in robots are defined. Wraps task.h.
- *
- *   #include <mjenv/task.hpp>
- *
- *   MJENV_TASK("Cartpole-v0", r) {
- *     r.model("./cartpole.xml").frame_skip(2).time_limit(500);
- *     const auto w_ctrl = r.real("ctrl_cost_weight", 0.01, "weight of the squared action");
- *     const int tip = r.site("tip");
- *     r.observe("qpos", [](const mjenv::Sim &s) { return s.qpos(); });
- *     r.observe("qvel", [](const mjenv::Sim &s) { return s.qvel(); });
- *     r.reset([](mjenv::Start &start, mjenv::Rng &rng) { start.qpos[0] += rng.uniform(-0.1, 0.1); });
- *     r.step([=](const mjenv::Sim &s, mjenv::Info &info) -> mjenv::Outcome {
- *       const double height = s.site_xpos(tip)[2];
- *       info("height", height, "of the tip, m");
- *       return {height - w_ctrl * s.ctrl().squaredNorm(), false};
- *     });
- *   }
+/* task.hpp - Defines a robot and its task as one C++17 function, as the built-in robots are defined. Wraps task.h, and
+ * needs Eigen. docs/own-task.md begins with an example and explains how to build it.
  *
  * Definition
- *   The body of MJENV_TASK is the task's definition. It runs without a model when the task is registered, to list the
- *   options; then r's methods return defaults and indices of 0. It runs again whenever an environment is created, on the
- *   thread that creates it. Then the methods return the caller's values of the options and indices in the model.
- *   Several threads may run it at the same time.
- *   Afterwards the library calls each lambda except reset once, on the model's initial state, to learn the fields and
- *   their lengths (a trial call).
+ *   MJENV_TASK("Cartpole-v0", r) { ... } defines a task; r is a mjenv::Robot &. The body runs once when the task is
+ *   registered, without a model, to list the options: r's methods then return defaults and indices of 0. It runs again
+ *   for each environment, on the thread that creates it. Then each lambda except reset is called once on the model's
+ *   initial state, to learn the fields and their lengths (a trial call).
  * Lambdas
- *   Each call of a lambda is for one row, and calls run on several threads at the same time. So lambdas must capture by
- *   value and must change nothing but their non-const parameters. An exception that a lambda throws is the error of its
- *   row (MJENV_E_TASK).
+ *   Each call is for one row, and calls run on several threads at the same time, as may definitions. So lambdas capture
+ *   by value and change nothing but their non-const parameters. An exception is the error of its row (MJENV_E_TASK).
  * Use
- *   A file with definitions that is compiled to a shared object is a plug-in (CMake: mjenv_add_tasks). A program
- *   registers the definitions that it contains with mjenv::register_tasks().
- *
- * This header needs Eigen, whose vectors and maps it uses. */
+ *   A shared object of files with definitions is a plug-in (CMake: mjenv_add_tasks). A program registers the
+ *   definitions that it contains with mjenv::register_tasks(). */
 #ifndef MJENV_TASK_HPP
 #define MJENV_TASK_HPP
 
@@ -44,9 +24,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <exception>
 #include <functional>
-#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <new>
@@ -62,8 +42,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action. Its values are 0 in trial calls, and NaN in all lambdas but step. dtype is the dtype that the caller
- * passed; values holds doubles, which are equal to the caller's numbers for float32, too. */
+/* A row's action, in the dtype that the caller passed: 0 in trial calls, and NaN in all lambdas but step. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -100,6 +79,14 @@ struct Joint {
 struct Carry {
   Eigen::Index first = 0, count = 0;
 };
+/* A live parameter (Robot::live): its index in mjenv_sim.parameters. Lambdas read the row's number with s[parameter]. */
+struct Live {
+  Eigen::Index index = 0;
+};
+/* A live parameter of several numbers. */
+struct LiveVector {
+  Eigen::Index first = 0, count = 0;
+};
 /* An array of mjData or mjModel (Robot::array): its index in mjenv_sim.arrays, and how many elements it has. */
 template <typename T>
 struct Shared {
@@ -108,7 +95,7 @@ struct Shared {
 };
 
 /* One row's simulation: mjenv_sim as Eigen vectors. The methods have MuJoCo's names and return views, which are valid
- * during the call of the lambda. `from` and `first` skip the elements or bodies before that index. */
+ * until the lambda returns. `from` and `first` skip the elements or bodies before that index. */
 class Sim {
  public:
   using Vec = Eigen::Map<const Eigen::VectorXd>;
@@ -164,7 +151,7 @@ class Sim {
   Vec ten_length() const { return {c_->ten_length, c_->ntendon}; }
   Vec ten_velocity() const { return {c_->ten_velocity, c_->ntendon}; }
 
-  /* The row's contacts: for (const mjenv_contact &contact : s.contacts()) ... */
+  /* The row's contacts. */
   struct Contacts {
     const mjenv_contact *first, *last;
     const mjenv_contact *begin() const { return first; }
@@ -182,6 +169,9 @@ class Sim {
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
     return {static_cast<const T *>(c_->arrays[array.index]), array.count};
   }
+  /* The row's value of a Robot::live. */
+  double operator[](const Live &live) const { return c_->parameters[live.index]; }
+  Vec operator[](const LiveVector &live) const { return {c_->parameters + live.first, live.count}; }
 
   /* The x and y of the model's centre of mass, m. */
   Eigen::Vector2d mass_center_xy() const {
@@ -204,7 +194,7 @@ class Sim {
   Vec bodies(const double *array, int width, int first) const {
     return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (c_->nbody - first)};
   }
-  /* A trial call asks for the arrays that the task uses; other arrays that cost time are not computed. */
+  /* A trial call asks for the arrays that the task uses. */
   template <typename T>
   const T *on_demand(const char *name, const T *mjenv_sim::*array) const {
     if (builder_) mjenv_build_need(builder_, name);
@@ -217,8 +207,8 @@ class Sim {
   }
 };
 
-/* The row's random stream. Its methods return what numpy.random.Generator's return. normal() is standard_normal(),
- * choice(p) is choice(len(p), p=p), and sample(count, size) is choice(count, size, replace=False). */
+/* The row's random stream, with methods of numpy.random.Generator. normal() is standard_normal(), choice(p) is
+ * choice(len(p), p=p), and sample(count, size) is choice(count, size, replace=False). */
 class Rng {
  public:
   explicit Rng(mjenv_random *stream) : c_(stream) {}
@@ -273,8 +263,7 @@ struct Own {
   Eigen::Index count = 0;
 };
 
-/* The initial state of an episode, which reset changes. Before, qpos holds the model's initial positions, and
- * everything else is 0. */
+/* The initial state of an episode. Before reset changes it, qpos is the model's qpos0, and everything else is 0. */
 struct Start {
   explicit Start(mjenv_start *c)
       : qpos(c->qpos, c->nq),
@@ -282,6 +271,7 @@ struct Start {
         act(c->act, c->na),
         carried_(c->carried),
         arrays_(c->arrays),
+        parameters_(c->parameters),
         c_(c) {}
 
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
@@ -291,6 +281,11 @@ struct Start {
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
     return {static_cast<const T *>(arrays_[array.index]), array.count};
+  }
+
+  double operator[](const Live &live) const { return parameters_[live.index]; }
+  Eigen::Map<const Eigen::VectorXd> operator[](const LiveVector &live) const {
+    return {parameters_ + live.first, live.count};
   }
 
   /* For tasks with Robot::current. sim() is up to date after forward, advance and restart, and at the beginning; qpos,
@@ -310,6 +305,7 @@ struct Start {
  private:
   double *carried_;
   const void *const *arrays_;
+  const double *parameters_;
   mjenv_start *c_;
 
   static void check(std::int32_t failed) {
@@ -365,8 +361,7 @@ inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, 
 
 }  // namespace detail
 
-/* Receives the info: info(name, value, doc). Each call of a lambda must write the same names in the same order. A
- * vector must always have the same length. */
+/* Receives the info: info(name, value, doc). Each call of a lambda writes the same names and lengths in this order. */
 class Info {
  public:
   struct Entry {
@@ -375,19 +370,14 @@ class Info {
     Eigen::Index count;
   };
 
-  /* The first constructor is for a trial call, which describes the fields of a role; the second is for calls that write
-   * their values, one after the other. */
+  /* For a trial call, which describes the fields of a role; and for calls that write their values. */
   Info(std::vector<Entry> &learned, mjenv_builder *builder, mjenv_role role)
       : learned_(&learned), builder_(builder), role_(role) {}
   Info(const std::vector<Entry> &entries, double *to)
       : entry_(entries.data()), end_(entry_ + entries.size()), to_(to) {}
 
-  void operator()(const char *name, double value, const char *doc = "") {
-    scalar(name, value, MJENV_DTYPE_FLOAT64, doc);
-  }
-  void operator()(const char *name, np::Scalar value, const char *doc = "") {
-    scalar(name, value, MJENV_DTYPE_ACTION, doc);
-  }
+  void operator()(const char *name, double x, const char *doc = "") { scalar(name, x, MJENV_DTYPE_FLOAT64, doc); }
+  void operator()(const char *name, np::Scalar x, const char *doc = "") { scalar(name, x, MJENV_DTYPE_ACTION, doc); }
   void operator()(const char *name, PythonFloat value, const char *doc = "") {
     scalar(name, value.value, MJENV_DTYPE_NATIVE_FLOAT, doc);
   }
@@ -441,8 +431,8 @@ class Info {
   }
 };
 
-/* The value of a real option, and whether the caller set it to an integer. In Python, the product of such an option and
- * a bool is an integer: an np.int64 if the bool is NumPy's (numpy_typed), an int if it is Python's (python_typed). */
+/* The value of a real option, and whether the caller set it to an integer. Its product with a bool is then an integer,
+ * too: an np.int64 if the bool is NumPy's (numpy_typed), an int if it is Python's (python_typed). */
 struct Real {
   double value;
   bool integer;
@@ -467,8 +457,7 @@ struct Camera {
 
 /* ---- The definition of a task ---- */
 
-/* A definition throws it if the task cannot use the model; what() says what the model lacks: "it has no leg".
- * mjenv_create then returns MJENV_E_MODEL. */
+/* A definition throws it if the task cannot use the model: "it has no leg". mjenv_create then returns MJENV_E_MODEL. */
 struct UnfitModel : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -500,6 +489,7 @@ struct Outline {
     std::string name, doc, text, choices;
     std::vector<double> values;
     double low, high;
+    bool live = false;
   };
 
   std::string model, model_text;
@@ -527,8 +517,8 @@ class Robot {
   const bool v5;     /* version == 5 */
 
   /* ---- Model and limits ---- */
-  /* The default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins with "./", "/" or "~".
-   * "./" means the folder of the shared object or program that contains the definition. */
+  /* The default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins with "/", "~" or "./",
+   * which is the folder of the shared object or program that contains the definition. */
   Robot &model(const char *name) { return outline_.model = name, *this; }
   /* The text of an MJCF model, instead of model(). */
   Robot &model_text(const char *mjcf) { return outline_.model_text = mjcf, *this; }
@@ -545,17 +535,16 @@ class Robot {
   Robot &camera(Camera value) { return outline_.camera = value, *this; }
   /* Increase it when the task changes, so that snapshots of the old task are refused. */
   Robot &revision(std::int32_t number) { return outline_.revision = number, *this; }
-  /* The reward's type in Python; by default np.float64. */
+  /* The reward's type in Python; default: np.float64. */
   Robot &reward_type(mjenv_dtype type) {
     if (builder_) detail::describe(builder_, MJENV_ROLE_REWARD, "reward", "", type);
     return *this;
   }
-  /* Refuses models whose qpos or qvel is shorter than this, because the task's formulas index them. */
+  /* Refuses models whose qpos or qvel is shorter. */
   Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
   /* Refuses models whose qpos or qvel has another length. */
   Robot &needs_exactly(int nq, int nv) { return require(this->nq() == nq && this->nv() == nv, "", nq, nv); }
-  /* Makes an array available that is computed on demand ("contacts", "cfrc_ext", "geom_xpos"). Only needed if no trial
-   * call uses the array, because the lambda uses it in some calls only. */
+  /* Makes an array available that is computed on demand (mjenv_build_need), if no trial call uses it. */
   Robot &needs(const char *array) {
     if (builder_) mjenv_build_need(builder_, array);
     return *this;
@@ -582,40 +571,41 @@ class Robot {
   /* ---- Options: each call declares an option with its default and documentation, and returns its value ---- */
   /* low and high are closed bounds. */
   Real real(const char *name, double value, const char *doc, double low = -kInfinity, double high = kInfinity) {
-    if (!builder_) return option({MJENV_KIND_REALS, name, doc, "", "", {value}, low, high}), Real{value, false};
+    if (!builder_) return declare({MJENV_KIND_REALS, name, doc, "", "", {value}, low, high}), Real{value, false};
     return {mjenv_build_real(builder_, name), mjenv_build_is_integer(builder_, name) != 0};
   }
   std::array<double, 2> range(const char *name, std::array<double, 2> value, const char *doc) {
-    if (!builder_)
-      return option({MJENV_KIND_REALS, name, doc, "", "", {value[0], value[1]}, -kInfinity, kInfinity}), value;
-    mjenv_build_reals(builder_, name, value.data(), 2);
-    return value;
+    const std::vector<double> found = reals(name, {value[0], value[1]}, doc);
+    return {found[0], found[1]};
   }
   std::vector<double> reals(const char *name, std::vector<double> value, const char *doc) {
-    if (!builder_) return option({MJENV_KIND_REALS, name, doc, "", "", value, -kInfinity, kInfinity}), value;
+    if (!builder_) return declare({MJENV_KIND_REALS, name, doc, "", "", value, -kInfinity, kInfinity}), value;
     mjenv_build_reals(builder_, name, value.data(), static_cast<std::int64_t>(value.size()));
     return value;
   }
+  /* A live parameter: each row has its own number, at first the option's, which the program changes while the task runs
+   * (mjenv_write: "parameters.NAME"). Lambdas read it with s[live], reset with start[live]. */
+  Live live(const char *name, double value, const char *doc, double low = -kInfinity, double high = kInfinity) {
+    return {live(name, std::vector<double>{value}, doc, low, high).first};
+  }
+  LiveVector live(const char *name, const std::vector<double> &value, const char *doc, double low = -kInfinity,
+                  double high = kInfinity) {
+    if (!builder_) declare({MJENV_KIND_REALS, name, doc, "", "", value, low, high, true});
+    return {builder_ ? static_cast<Eigen::Index>(mjenv_build_parameter(builder_, name)) : 0,
+            static_cast<Eigen::Index>(value.size())};
+  }
   bool flag(const char *name, bool value, const char *doc) {
-    if (!builder_) return option({MJENV_KIND_FLAG, name, doc, "", "", {value ? 1.0 : 0.0}, 0, 1}), value;
+    if (!builder_) return declare({MJENV_KIND_FLAG, name, doc, "", "", {value ? 1.0 : 0.0}, 0, 1}), value;
     return mjenv_build_integer(builder_, name) != 0;
   }
   std::int64_t integer(const char *name, std::int64_t value, std::int64_t low, std::int64_t high, const char *doc) {
-    if (!builder_)
-      return option({MJENV_KIND_INTEGER,
-                     name,
-                     doc,
-                     "",
-                     "",
-                     {static_cast<double>(value)},
-                     static_cast<double>(low),
-                     static_cast<double>(high)}),
-             value;
+    const auto real = [](std::int64_t number) { return static_cast<double>(number); };
+    if (!builder_) return declare({MJENV_KIND_INTEGER, name, doc, "", "", {real(value)}, real(low), real(high)}), value;
     return mjenv_build_integer(builder_, name);
   }
   /* choices: the valid texts, separated by blanks; "": any text is valid. */
   std::string text(const char *name, const char *value, const char *doc, const char *choices = "") {
-    if (!builder_) return option({MJENV_KIND_STRING, name, doc, value, choices, {0}, 0, 0}), value;
+    if (!builder_) return declare({MJENV_KIND_STRING, name, doc, value, choices, {0}, 0, 0}), value;
     return mjenv_build_text(builder_, name);
   }
   /* The option reset_noise_scale. */
@@ -625,16 +615,9 @@ class Robot {
   }
   /* An option that names a body or gives its index. Returns the index. */
   int body_option(const char *name, int value, const char *doc) {
+    constexpr double most = std::numeric_limits<int>::max();
     if (!builder_)
-      return option({MJENV_KIND_STRING_OR_INT,
-                     name,
-                     doc,
-                     "",
-                     "",
-                     {static_cast<double>(value)},
-                     0,
-                     std::numeric_limits<int>::max()}),
-             0;
+      return declare({MJENV_KIND_STRING_OR_INT, name, doc, "", "", {static_cast<double>(value)}, 0, most}), 0;
     return mjenv_build_option_index(builder_, name, "body");
   }
   /* The Euclidean norm, rounded as the option "norm" says. */
@@ -660,8 +643,8 @@ class Robot {
     const int at = index("sensor", name);
     return {element("sensor_adr", at), element("sensor_dim", at)};
   }
-  /* An array of mjData or mjModel, by its MuJoCo name. T must be its element type: double, float, std::int32_t or
-   * std::uint8_t. Lambdas read it with s[array]. */
+  /* An array of mjData or mjModel, by its MuJoCo name, which lambdas read with s[array]. T is the type of its elements:
+   * double, float, std::int32_t or std::uint8_t. */
   template <typename T = double>
   Shared<T> array(const char *name) {
     if (!builder_) return {};
@@ -712,15 +695,21 @@ class Robot {
     skipped_qpos_ = skipped_qpos;
   }
 
-  /* Makes the row carry count numbers from step to step. They are 0 at the start of an episode. reset changes them with
-   * start[carry] and step with row[carry]; all lambdas that take a Sim s read them with s[carry].
-   * low and high are closed bounds, which contain 0: a lambda that writes another number fails, and images with another
-   * number are refused. Bound what the task uses as an index or a size, because an image may come from a stranger. */
+  /* Makes the row carry count numbers from step to step, which are 0 at the start of an episode. reset changes them
+   * with start[carry], step with row[carry], and lambdas read them with s[carry]. low and high are closed bounds, which
+   * contain 0: lambdas that write, and images that have other numbers are refused. Indices and sizes need bounds. */
   Carry carry(int count, double low = -kInfinity, double high = kInfinity) {
     const Carry added{carry_count_, count};
     carry_count_ += count;
     if (low != -kInfinity || high != kInfinity) carry_bounds_.push_back({added, low, high});
     return added;
+  }
+
+  /* As carry, but the numbers stay after resets, in which start[carry] has them: a terrain's level, for instance. They
+   * are 0 until the row's first reset. */
+  Carry keep(int count, double low = -kInfinity, double high = kInfinity) {
+    kept_.push_back(carry(count, low, high));
+    return kept_.back();
   }
 
   /* Sets the lambda that draws the initial state of an episode, from the row's Rng or from its RandomState. */
@@ -741,8 +730,8 @@ class Robot {
   }
   /* Sets the lambda that writes the info of a reset. */
   void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
-  /* Sets a lambda before(sim). It returns what the next step needs to know of the present state: a vector of fixed
-   * length. It is called at the end of each reset and step, and when mjenv_task's carry is called (task.h). */
+  /* Sets the lambda before(sim), which returns what the next step needs to know of the present state: a vector of fixed
+   * length. It is called when mjenv_task's carry is called. */
   template <typename F, typename = std::enable_if_t<!std::is_arithmetic_v<F>>>
   void carry(const F &before) {
     using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
@@ -750,9 +739,8 @@ class Robot {
     carried_ = carry(static_cast<int>(V::SizeAtCompileTime));
     functions_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
   }
-  /* Sets the lambda that computes the reward, the info and whether the episode has terminated. It is called once in
-   * each step, after the simulation has advanced by frame_skip mj_steps. Its parameters are (sim, info), (sim, carried,
-   * info) with the vector of carry, or (sim, row, info). */
+  /* Sets the lambda that computes the reward, the info and whether the episode has terminated, after frame_skip
+   * mj_steps. Its parameters are (sim, info), (sim, carried, info) with the vector of carry, or (sim, row, info). */
   template <typename F>
   void step(const F &outcome) {
     if constexpr (std::is_invocable_v<F, const Sim &, Info &>)
@@ -772,6 +760,7 @@ class Robot {
     mjenv_build_carry(builder_, carry_count_);
     for (const auto &[numbers, low, high] : carry_bounds_)
       mjenv_build_carry_bounds(builder_, numbers.first, numbers.count, low, high);
+    for (const Carry &kept : kept_) mjenv_build_keep(builder_, kept.first, kept.count);
     const Sim sim(builder_->sim, builder_);
     if (structured_ && skipped_qpos_ >= 0) describe(MJENV_ROLE_STRUCTURE, "skipped_qpos", "", skipped_qpos_);
     for (auto &term : functions_.terms) {
@@ -800,6 +789,7 @@ class Robot {
   int skipped_qpos_ = -1;
   Eigen::Index carry_count_ = 0;
   Carry carried_;
+  std::vector<Carry> kept_;
   struct CarryBounds {
     Carry numbers;
     double low, high;
@@ -811,7 +801,7 @@ class Robot {
     const std::size_t dash = text.rfind("-v");
     return dash == std::string::npos ? 0 : std::atoi(text.c_str() + dash + 2);
   }
-  void option(detail::Outline::Option option) {
+  void declare(detail::Outline::Option option) {
     for (const auto &other : outline_.options)
       if (other.name == option.name) return;
     outline_.options.push_back(std::move(option));
@@ -938,15 +928,12 @@ class Description {
       to.low = from.low;
       to.high = from.high;
       to.text = from.kind == MJENV_KIND_STRING ? from.text.c_str() : nullptr;
+      to.live = from.live;
       to.choices = from.choices.empty() ? nullptr : from.choices.c_str();
       options_.push_back(to);
     }
-    const Camera &camera = outline_.camera;
-    camera_ = {sizeof camera_,
-               camera.trackbodyid,
-               camera.distance,
-               {camera.lookat[0], camera.lookat[1], camera.lookat[2]},
-               camera.elevation};
+    const auto &[body, distance, lookat, elevation] = outline_.camera;
+    camera_ = {sizeof camera_, body, distance, {lookat[0], lookat[1], lookat[2]}, elevation};
     task_.revision = outline_.revision;
     task_.id = definition.id;
     task_.model = outline_.model.empty() && !outline_.model_text.empty() ? nullptr : outline_.model.c_str();
@@ -981,8 +968,7 @@ class Description {
   mjenv_task task_ = MJENV_TASK_INIT;
 };
 
-/* The list of definitions in this program or shared object. Its symbols are hidden, so that shared objects in one
- * process do not share one list. */
+/* The definitions of this program or shared object. The symbols are hidden, so that each shared object has its own. */
 MJENV_HIDDEN inline Definition *definitions = nullptr;
 
 /* Adds a definition to the list when the program or shared object is loaded. */
@@ -1019,8 +1005,8 @@ struct Made {
 };
 MJENV_HIDDEN inline Made made;
 
-/* Several threads may call it at the same time. Each then makes a Plugin, and the first that is done wins. There is no
- * lock, because a child that is forked meanwhile would find it held by a thread that it does not have. */
+/* Several threads may call it at the same time: each makes a Plugin, and the first that is done wins. There is no lock,
+ * because a child that is forked meanwhile would find it held by a thread that it does not have. */
 MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *api) {
   const Plugin *found = made.plugin.load();
   if (found) return &found->plugin;
@@ -1033,8 +1019,7 @@ MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *ap
 
 }  // namespace detail
 
-/* For code that makes the mjenv_task of a definition itself, as the library does for its robots:
- * Description(definition).task(). */
+/* For code that makes a mjenv_task of a definition, as the library does: Description(definition).task(). */
 using detail::Definition;
 using detail::Description;
 
@@ -1047,7 +1032,7 @@ MJENV_HIDDEN inline void register_tasks() {
 
 }  // namespace mjenv
 
-/* Begins the definition of a task: MJENV_TASK("Cartpole-v0", r) { r.model(...); ... }. r is a mjenv::Robot &. */
+/* Begins the definition of a task: MJENV_TASK("Cartpole-v0", r) { r.model(...); ... } */
 #define MJENV_TASK(id, robot) MJENV_TASK_NUMBERED(id, robot, __COUNTER__)
 #define MJENV_TASK_NUMBERED(id, robot, number) MJENV_TASK_NAMED(id, robot, mjenv_task_, number)
 #define MJENV_TASK_NAMED(id, robot, name, number)                                              \
@@ -1056,8 +1041,7 @@ MJENV_HIDDEN inline void register_tasks() {
   static const ::mjenv::detail::Registrar name##registrar_##number(name##definition_##number); \
   static void name##number(::mjenv::Robot &robot)
 
-/* Makes a shared object with definitions a plug-in. A program that defines tasks for itself alone can leave it out: by
- * defining MJENV_NO_PLUGIN before it includes this header. */
+/* Makes a shared object with definitions a plug-in. A program that defines MJENV_NO_PLUGIN leaves it out. */
 #ifndef MJENV_NO_PLUGIN
 extern "C" MJENV_EXPORT inline const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api) {
   return mjenv::detail::plugin_of_tasks(api);

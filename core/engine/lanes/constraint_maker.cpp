@@ -85,7 +85,9 @@ bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pa
   const int body1 = m.geom_bodyid[geoms.geom1], body2 = m.geom_bodyid[geoms.geom2];
   const double translation = m.body_invweight0[2 * body1] + m.body_invweight0[2 * body2];
   for (int i = 0; i < 5; ++i) n.friction[i] = mju_max(mjMINMU, friction[i]);
-  n.diagApprox = geoms.dim == 1 ? translation : translation + n.friction[0] * n.friction[0] * translation;
+  const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
+  n.diagApprox =
+      geoms.dim == 1 || is_elliptic ? translation : translation + n.friction[0] * n.friction[0] * translation;
   return set_solparam(n, m, solref, solimp);
 }
 
@@ -229,6 +231,7 @@ bool ConstraintMaker::find(const Lanes& lanes, std::uint32_t rows, const Solver&
     if (are_searched_ && !has_room_to_search(m_, *data[lane])) return false;
     if (!solver.can_solve(*data[lane], c.constraints[lane])) return false;
   }
+  if (!solver.has_room(c)) return false;
   for (int i = 0; i < c.limit_count; ++i)
     if (!set_numbers(c.limits[i], [&](int lane) { return used_[lane]->of_limit(*models[lane], c.limits[i].joint); }))
       return false;

@@ -1,4 +1,4 @@
-// What both solvers of constraints need: all but elliptic cones. What functions.hpp says of bits holds
+// What both solvers of constraints need. What functions.hpp says of bits holds
 // here, too: what MuJoCo's sums skip, and places without a constraint, add zeros to them.
 #pragma once
 
@@ -87,7 +87,46 @@ class Constrained {
       const V beyond = jar[i] >= vectors(c_.high)[i] ? V{} - frictionloss : frictionloss;
       force[i] = is_quadratic(i, jar[i]) ? -vectors(c_.D)[i] * jar[i] : beyond;
     }
-    for (int i = c_.bounded; i < size_; ++i) force[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
+    for (int i = c_.bounded; i < c_.cones; ++i) force[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
+    for (int i = c_.cones; i < size_; i += c_.dims[i])
+      if (c_.dims[i] == 1)
+        force[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
+      else
+        cone_force(i, jar);
+  }
+
+  // A contact with an elliptic cone, as mj_constraintUpdate divides it into zones. Where a lane lacks it, all is 0, which
+  // is in the top zone.
+  struct Cone {
+    V U[6], T, mu;  // U[0] is N
+    Mask is_top, is_bottom;
+    Mask is_middle() const { return ~(is_top | is_bottom); }
+  };
+
+  Cone cone_at(int i, const V* jar) const {
+    Cone cone;
+    for (int j = 0; j < c_.dims[i]; ++j) cone.U[j] = jar[i + j] * vectors(c_.scale)[i + j];
+    const V mu = vectors(c_.scale)[i], N = cone.U[0], T = sqrt(dot(cone.U + 1, cone.U + 1, c_.dims[i] - 1));
+    const Mask is_frictionless = T <= V{};
+    cone.mu = mu;
+    cone.T = T;
+    cone.is_top = (N >= mu * T) | (is_frictionless & (N >= V{}));
+    cone.is_bottom = ~cone.is_top & ((mu * N + T <= V{}) | (is_frictionless & (N < V{})));
+    return cone;
+  }
+
+  V cone_D(int i, V mu) const { return vectors(c_.D)[i] / (mu * mu * (1.0 + mu * mu)); }
+
+  void cone_force(int i, const V* jar) {
+    const Cone cone = cone_at(i, jar);
+    const Mask is_middle = cone.is_middle();
+    V* const force = vectors(c_.force) + i;
+    const V normal = -cone_D(i, cone.mu) * (cone.U[0] - cone.mu * cone.T) * cone.mu;
+    for (int j = 0; j < c_.dims[i]; ++j) {
+      const V quadratic = -vectors(c_.D)[i + j] * jar[i + j];
+      const V middle = j == 0 ? normal : -normal / cone.T * cone.U[j] * vectors(c_.scale)[i + j];
+      force[j] = is_middle ? middle : (cone.is_bottom ? quadratic : V{});
+    }
   }
 };
 

@@ -216,7 +216,7 @@ bool collision(const Lanes& d, Contacts& c) {
       vectors(c.dist)[n] = con.dist;
       copy(vectors(c.pos) + 3 * n, con.pos, 3);
       copy(vectors(c.frame) + 9 * n, con.frame, 9);
-      const int size = pair.dim == 1 ? 1 : 2 * (pair.dim - 1);
+      const int size = constraints_of(pair, m.opt.cone);
       for (int lane = 0; lane < kWidth; ++lane)
         if (included >> lane & 1) c.constraints[lane] += size;
     }
@@ -235,7 +235,7 @@ class Making {
   // mj_makeConstraint
   void run() {
     zero(vectors(c_.J), c_.size * nv_);
-    double* const numbers[] = {c_.D, c_.damping, c_.spring, c_.R};
+    double* const numbers[] = {c_.D, c_.damping, c_.spring, c_.R, c_.scale};
     for (double* array : numbers)
       if (array) zero(vectors(array), c_.size);
     clear_bounds();
@@ -273,7 +273,9 @@ class Making {
     rows_ = rows;
     numbers_ = numbers;
     for (int lane = 0; lane < kWidth; ++lane) {
-      if (!(rows >> lane & 1)) continue;
+      if (c_.is_aligned)
+        for (int i = 0; i < size; ++i) places_[i][lane] = next_[lane]++;
+      if (!(rows >> lane & 1) || c_.is_aligned) continue;
       for (int i = 0; i < size; ++i) {
         const int beyond = next_[lane]++ - c_.at_first[lane];
         places_[i][lane] = beyond < 0 ? beyond + c_.at_first[lane] : c_.size - Constraints::kRest + beyond;
@@ -286,10 +288,13 @@ class Making {
       if (rows_ >> lane & 1) c_.J[(places_[i][lane] * nv_ + column) * kWidth + lane] = value[lane];
   }
 
-  void set(double* array, int size, V value) {
+  void set_one(double* array, int i, V value) {
     for (int lane = 0; lane < kWidth; ++lane)
-      if (rows_ >> lane & 1)
-        for (int i = 0; i < size; ++i) array[places_[i][lane] * kWidth + lane] = value[lane];
+      if (rows_ >> lane & 1) array[places_[i][lane] * kWidth + lane] = value[lane];
+  }
+
+  void set(double* array, int size, V value) {
+    for (int i = 0; i < size; ++i) set_one(array, i, value);
   }
 
   // Until friction is made there, each place is that of an inequality.
@@ -341,6 +346,23 @@ class Making {
     return R;
   }
 
+  // The same for a contact with an elliptic cone
+  void makeConeImpedance(int dim, V pos, V margin) {
+    using N = ConstraintNumbers;
+    const V dif = pos - margin, imp = getimpedance(dif);
+    V normal = (1.0 - imp) * number(&N::diagApprox) / imp;
+    normal = splat(mjMINVAL) >= normal ? splat(mjMINVAL) : normal;
+    const V tangent = normal / number(&N::impratio), first = friction(0);
+    set(c_.damping, dim, number(&N::damping));
+    for (int j = 0; j < dim; ++j) {
+      const V other = friction(j > 0 ? j - 1 : 0);
+      const V R = j == 0 ? normal : (j == 1 ? tangent : tangent * first * first / (other * other));
+      set_one(c_.D, j, 1.0 / R);
+      set_one(c_.spring, j, j == 0 ? number(&N::stiffness) * imp * dif : V{});
+      set_one(c_.scale, j, j == 0 ? first * sqrt(tangent / normal) : other);
+    }
+  }
+
   // mj_instantiateFriction
   void instantiateFriction(int i) {
     const Contacts::Friction& friction = contacts_.frictions[i];
@@ -383,7 +405,9 @@ class Making {
   void instantiateContact(int i) {
     const Contacts::Contact& contact = contacts_.contacts[i];
     const ContactPair& pair = contacts_.pairs[contact.pair];
-    const int size = pair.dim == 1 ? 1 : 2 * (pair.dim - 1);
+    const bool is_elliptic = pair.dim > 1 && m_.opt.cone == mjCONE_ELLIPTIC;
+    const int size = constraints_of(pair, m_.opt.cone);
+    if (c_.is_aligned) c_.dims[next_[0]] = static_cast<unsigned char>(size);
     begin(contact.rows, contact.numbers, size);
     V offset1[3], offset2[3];
     for (int k = 0; k < 3; ++k) {
@@ -405,7 +429,11 @@ class Making {
         set_J(0, columns[n], edge[0]);
         continue;
       }
-      if (size == 4) {
+      if (is_elliptic && size == 3) {
+        for (int k = 0; k < 3; ++k) set_J(k, columns[n], edge[k]);
+        continue;
+      }
+      if (size == 4 && !is_elliptic) {
         set_J(0, columns[n], edge[0] + edge[1] * friction1);
         set_J(1, columns[n], edge[0] + edge[1] * -friction1);
         set_J(2, columns[n], edge[0] + edge[2] * friction2);
@@ -416,12 +444,16 @@ class Making {
       if (n < pair.count1)
         for (V& x : dif) x = V{} - x;
       rotate(edge + 3, frame, dif, pair.dim - 3);
-      for (int k = 1; k < pair.dim; ++k) {
+      for (int k = 0; k < pair.dim && is_elliptic; ++k) set_J(k, columns[n], edge[k]);
+      for (int k = 1; k < pair.dim && !is_elliptic; ++k) {
         set_J(2 * k - 2, columns[n], edge[0] + edge[k] * friction(k - 1));
         set_J(2 * k - 1, columns[n], edge[0] + edge[k] * -friction(k - 1));
       }
     }
-    makeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
+    if (is_elliptic)
+      makeConeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
+    else
+      makeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
   }
 };
 

@@ -830,12 +830,26 @@ void fwdActuation(Lanes& d) {
   }
 }
 
-// mj_fwdAcceleration. Rows in lanes have no qfrc_applied, which is added as 0, and no xfrc_applied.
+// mj_xfrcAccumulate. MuJoCo passes over bodies without forces. Adding their zeros gives the same bits, because no sum
+// in qfrc is -0.
+void xfrcAccumulate(Lanes& d, V* qfrc) {
+  const mjModel& m = *d.model;
+  for (int i = 1; i < m.nbody; ++i) {
+    const V* const xfrc = vectors(d.xfrc_applied) + 6 * i;
+    Mask is_pushed{};
+    for (int k = 0; k < 6; ++k) is_pushed |= xfrc[k] != V{};
+    if (any(is_pushed)) applyFT(d, xfrc, xfrc + 3, vectors(d.xipos) + 3 * i, i, qfrc);
+  }
+}
+
+// mj_fwdAcceleration
 void fwdAcceleration(Lanes& d) {
   const mjModel& m = *d.model;
   V *const smooth = vectors(d.qfrc_smooth), *const acc = vectors(d.qacc_smooth);
   for (int i = 0; i < m.nv; ++i)
-    smooth[i] = vectors(d.qfrc_passive)[i] - vectors(d.qfrc_bias)[i] + V{} + vectors(d.qfrc_actuator)[i];
+    smooth[i] = vectors(d.qfrc_passive)[i] - vectors(d.qfrc_bias)[i] +
+                (d.has_forces ? vectors(d.qfrc_applied)[i] : V{}) + vectors(d.qfrc_actuator)[i];
+  if (d.has_forces) xfrcAccumulate(d, smooth);
   copy(acc, smooth, m.nv);
   solveLD(m, acc, vectors(d.qLD), vectors(d.qLDiagInv));
 }

@@ -36,6 +36,11 @@ struct ContactPair {
   double reach;
 };
 
+// How many constraints a contact of the pair makes. cone: mjOption's.
+inline int constraints_of(const ContactPair& pair, int cone) {
+  return pair.dim == 1 || cone == mjCONE_ELLIPTIC ? pair.dim : 2 * (pair.dim - 1);
+}
+
 // What mj_makeConstraint takes from a row's mjModel for the limit of a joint or the contacts of a pair: efc_KBIP's K and B,
 // solimp, and 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1) of getimpedance.
 struct ConstraintNumbers {
@@ -50,7 +55,7 @@ struct ConstraintNumbers {
 struct Lanes {
   const mjModel* model;
 
-  double *qpos, *qvel, *ctrl, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
+  double *qpos, *qvel, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
   double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
   double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
   double *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
@@ -78,6 +83,7 @@ struct Lanes {
   const GeomPair* pairs;
   int pair_count;
 
+  bool has_forces;      // in a lane, a number of qfrc_applied or xfrc_applied is not 0
   unsigned char* hits;  // for each pair the lanes in which the geoms may touch, as bits
   unsigned left;        // lanes, as bits, that met a number or a case which is left to MuJoCo's own code
   unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
@@ -154,6 +160,15 @@ struct Constraints {
   // bounds the force is frictionloss or its negative, so inequalities have a frictionloss of 0.
   int bounded;
   double *low, *high, *frictionloss, *bend;
+
+  // If cones are elliptic: a place belongs to the same friction, limit or contact in all lanes, also in those that lack it.
+  // Contacts begin at the place `cones`, which else is `size`. dims: for the first place of a contact, how many it has.
+  // scale: mjContact's mu at its first place, and its friction at the others. middle: for its first place the lanes, as
+  // bits, in which it is in the middle zone. H with the cones is Hcone, and LTJ is HessianCone's.
+  bool is_aligned;
+  int cones;
+  unsigned char *dims, *middle;
+  double *scale, *Hcone, *LTJ;
 
   // Of Newton's method. quad is [size][3], H is [nv][nv], and vec is what a rank-one update of H consumes.
   double *Jv, *quad, *Ma, *Mv, *grad, *search, *vec, *H;

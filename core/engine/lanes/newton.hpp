@@ -201,6 +201,7 @@ class Newton : Constrained {
 
  private:
   V cost_{}, gauss_[3]{};
+  bool has_middle_ = false;  // cones in the middle zone
   LineSearch searches_[kWidth];
 
   V* of(double* numbers) const { return vectors(numbers); }
@@ -213,9 +214,19 @@ class Newton : Constrained {
       const V beyond = jar[i] >= of(c_.high)[i] ? of(c_.bend)[i] + linear : of(c_.bend)[i] - linear;
       sum += is_quadratic(i, jar[i]) ? 0.5 * of(c_.D)[i] * jar[i] * jar[i] : beyond;
     }
-    for (int i = c_.bounded; i < size_; ++i) {
+    for (int i = c_.bounded; i < c_.cones; ++i) {
       const Mask is_satisfied = jar[i] >= V{};
       sum += is_satisfied ? V{} : 0.5 * vectors(c_.D)[i] * jar[i] * jar[i];
+    }
+    for (int i = c_.cones; i < size_; i += c_.dims[i]) {
+      Mask is_quadratic = ~(jar[i] >= V{});
+      if (c_.dims[i] > 1) {
+        const Cone cone = cone_at(i, jar);
+        const V NmT = cone.U[0] - cone.mu * cone.T;
+        sum += cone.is_middle() ? 0.5 * cone_D(i, cone.mu) * NmT * NmT : V{};
+        is_quadratic = cone.is_bottom;
+      }
+      for (int j = i; j < i + c_.dims[i]; ++j) sum += is_quadratic ? 0.5 * of(c_.D)[j] * jar[j] * jar[j] : V{};
     }
     return sum;
   }
@@ -249,7 +260,19 @@ class Newton : Constrained {
   void updateConstraint() {
     const V* const jar = of(c_.jar);
     for (int i = 0; i < c_.bounded; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(is_quadratic(i, jar[i])));
-    for (int i = c_.bounded; i < size_; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
+    for (int i = c_.bounded; i < c_.cones; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
+    has_middle_ = false;
+    for (int i = c_.cones; i < size_; i += c_.dims[i]) {
+      Mask is_quadratic = ~(jar[i] >= V{});
+      c_.middle[i] = 0;
+      if (c_.dims[i] > 1) {
+        const Cone cone = cone_at(i, jar);
+        is_quadratic = cone.is_bottom;
+        c_.middle[i] = static_cast<unsigned char>(bits(cone.is_middle()));
+        has_middle_ |= (c_.middle[i] & active_) != 0;
+      }
+      for (int j = i; j < i + c_.dims[i]; ++j) c_.quadratic[j] = static_cast<unsigned char>(bits(is_quadratic));
+    }
     force_of(jar);
     mulJacTVec(vectors(d_.qfrc_constraint), of(c_.force));
     gauss_[0] = gauss_of(of(c_.Ma), vectors(d_.qacc), V{});
@@ -263,7 +286,10 @@ class Newton : Constrained {
     for (int j = 0; j < size_; ++j) {
       if (!(c_.quadratic[j] & active_)) continue;
       const V jar = of(c_.jar)[j];
-      const V D = j < c_.bounded ? (is_quadratic(j, jar) ? of(c_.D)[j] : V{}) : (jar >= V{} ? V{} : of(c_.D)[j]);
+      const Mask is_used = j < c_.bounded ? is_quadratic(j, jar)
+                           : j < c_.cones ? ~(jar >= V{})
+                                          : mask_of(c_.quadratic[j]);
+      const V D = is_used ? of(c_.D)[j] : V{};
       const V* const row = of(c_.J) + j * nv_;
       const int *const columns = c_.columns + j * nv_, count = c_.column_counts[j];
       for (int a = 0; a < count; ++a) {
@@ -279,6 +305,44 @@ class Newton : Constrained {
         H[i * nv_ + j] += vectors(d_.qM)[adr++];
     }
     cholFactor(H, nv_);
+  }
+
+  // What mj_constraintUpdate computes as mjContact's H, of which mju_cholFactor reads the lower triangle.
+  void cone_Hessian(V* H, int i) const {
+    const int dim = c_.dims[i];
+    const Cone cone = cone_at(i, of(c_.jar));
+    const V *const U = cone.U, *const scale = of(c_.scale) + i, mu = cone.mu, N = U[0], T = cone.T;
+    const V Dm = cone_D(i, mu), first = -mu / T, block = mu * N / (T * T * T), diagonal = mu * mu - mu * N / T;
+    for (int k = 0; k < dim; ++k)
+      for (int j = k; j < dim; ++j) {
+        V number = k > 0 ? block * U[j] * U[k] : (j > 0 ? first * U[j] : splat(1));
+        if (k > 0 && j == k) number += diagonal;
+        H[j * dim + k] = number * (Dm * scale[k] * scale[j]);
+      }
+  }
+
+  // H with the cones that are in the middle zone
+  void HessianCone() {
+    V *const Hcone = of(c_.Hcone), *const LTJ = of(c_.LTJ);
+    copy(Hcone, of(c_.H), nv_ * nv_);
+    for (int i = c_.cones; i < size_; i += c_.dims[i]) {
+      if (!(c_.middle[i] & active_)) continue;
+      const int dim = c_.dims[i];
+      const Mask is_middle = mask_of(c_.middle[i]);
+      V local[36];
+      cone_Hessian(local, i);
+      cholFactor(local, dim);
+      zero(LTJ, dim * nv_);
+      for (int r = 0; r < dim; ++r) {
+        const V* const row = of(c_.J) + (i + r) * nv_;
+        const int *const columns = c_.columns + (i + r) * nv_, count = c_.column_counts[i + r];
+        for (int c = 0; c <= r; ++c) {
+          const V scale = is_middle ? local[r * dim + c] : V{};
+          for (int n = 0; n < count; ++n) LTJ[c * nv_ + columns[n]] += row[columns[n]] * scale;
+        }
+      }
+      for (int r = 0; r < dim; ++r) cholUpdate(Hcone, LTJ + r * nv_, nv_, V{} == V{});
+    }
   }
 
   // Each lane's changes one after the other, as many lanes at once as have one. old: what c_.quadratic was.
@@ -318,6 +382,48 @@ class Newton : Constrained {
       quad[3 * i + 1] = Jv[i] * DJ0;
       quad[3 * i + 2] = Jv[i] * D * Jv[i] * 0.5;
     }
+    for (int i = c_.cones; i < size_; i += c_.dims[i])
+      if (c_.dims[i] > 1) prepare_cone(i);
+  }
+
+  void prepare_cone(int i) {
+    const V *const D = of(c_.D) + i, *const jar = of(c_.jar) + i, *const Jv = of(c_.Jv) + i,
+                   *const scale = of(c_.scale) + i;
+    V* const quad = of(c_.quad) + 3 * i;
+    V sum[3]{}, UU{}, UV{}, VV{};
+    for (int j = 0; j < c_.dims[i]; ++j) {
+      const V DJ = D[j] * jar[j], parts[3] = {jar[j] * DJ, Jv[j] * DJ, Jv[j] * D[j] * Jv[j]};
+      for (int k = 0; k < 3; ++k) sum[k] = j == 0 ? parts[k] : sum[k] + parts[k];
+    }
+    for (int j = 1; j < c_.dims[i]; ++j) {
+      const V U = jar[j] * scale[j], along = Jv[j] * scale[j];
+      UU += U * U;
+      UV += U * along;
+      VV += along * along;
+    }
+    const V results[9] = {sum[0] * 0.5, sum[1], sum[2] * 0.5, jar[0] * scale[0],  Jv[0] * scale[0],
+                          UU,           UV,     VV,           cone_D(i, scale[0])};
+    copy(quad, results, 9);
+  }
+
+  // What CGeval adds to the cost and its derivatives in the middle zone. Returns in which lanes the contact is in the bottom
+  // zone.
+  Mask evaluate_cone(int i, V alpha, V* sums) const {
+    const V *const quad = of(c_.quad) + 3 * i, mu = of(c_.scale)[i], U0 = quad[3], V0 = quad[4], UU = quad[5],
+                   UV = quad[6], VV = quad[7], Dm = quad[8];
+    const V N = U0 + alpha * V0, Tsqr = UU + alpha * (2.0 * UV + alpha * VV);
+    const Mask is_frictionless = Tsqr <= V{};
+    const V T = sqrt(Tsqr);
+    const Mask is_top = N >= mu * T, is_bottom = ~is_top & (mu * N + T <= V{});
+    const Mask is_middle = ~(is_frictionless | is_top | is_bottom);
+    if (any(is_middle)) {
+      const V T1 = (UV + alpha * VV) / T, T2 = VV / T - (UV + alpha * VV) * T1 / (T * T);
+      const V NmT = N - mu * T, NmT1 = V0 - mu * T1;
+      sums[0] = is_middle ? sums[0] + 0.5 * Dm * NmT * NmT : sums[0];
+      sums[1] = is_middle ? sums[1] + Dm * NmT * NmT1 : sums[1];
+      sums[2] = is_middle ? sums[2] + Dm * (NmT1 * NmT1 + NmT * (-mu * T2)) : sums[2];
+    }
+    return is_frictionless ? N < V{} : is_bottom;
   }
 
   // CGeval at each lane's alpha. MuJoCo warns of a second derivative that is not positive.
@@ -335,15 +441,18 @@ class Newton : Constrained {
       sum1 = is_inside ? sum1 + quad[3 * i + 1] : (has_friction ? sum1 + line1 : sum1);
       sum2 = is_inside ? sum2 + quad[3 * i + 2] : (has_friction ? sum2 + V{} : sum2);
     }
-    for (int i = c_.bounded; i < size_; ++i) {
-      const Mask is_active = jar[i] + alpha * Jv[i] < V{};
+    const auto add = [&](int i, Mask is_active) {
       sum0 = is_active ? sum0 + quad[3 * i] : sum0;
       sum1 = is_active ? sum1 + quad[3 * i + 1] : sum1;
       sum2 = is_active ? sum2 + quad[3 * i + 2] : sum2;
-    }
-    const V cost = V{} + (alpha * alpha * sum2 + alpha * sum1 + sum0);
-    const V slope = V{} + (2.0 * alpha * sum2 + sum1);
-    const V curvature = V{} + 2.0 * sum2;
+    };
+    for (int i = c_.bounded; i < c_.cones; ++i) add(i, jar[i] + alpha * Jv[i] < V{});
+    V of_cones[3]{};
+    for (int i = c_.cones; i < size_; i += c_.dims[i])
+      add(i, c_.dims[i] > 1 ? evaluate_cone(i, alpha, of_cones) : jar[i] + alpha * Jv[i] < V{});
+    const V cost = of_cones[0] + (alpha * alpha * sum2 + alpha * sum1 + sum0);
+    const V slope = of_cones[1] + (2.0 * alpha * sum2 + sum1);
+    const V curvature = of_cones[2] + 2.0 * sum2;
     const unsigned bad = bits(~(curvature > V{})) | bits(~(abs(cost) <= splat(kHuge)));
     for (int lane = 0; lane < kWidth; ++lane) {
       if (searches_[lane].has_ended()) continue;
@@ -385,7 +494,8 @@ class Newton : Constrained {
   // CGupdateGradient and the new direction, from the gradient
   void updateSearch() {
     V* const vec = of(c_.search);
-    cholSolve(vec, of(c_.H), of(c_.grad), nv_);
+    if (has_middle_) HessianCone();
+    cholSolve(vec, of(has_middle_ ? c_.Hcone : c_.H), of(c_.grad), nv_);
     for (int i = 0; i < nv_; ++i) vec[i] *= -1.0;
   }
 

@@ -73,9 +73,9 @@ bool has_adhesion(const mjModel& m) {
 using Names = std::vector<const char*>;
 
 // Of these, Lanes holds each row's numbers.
-const Names kInLanes{"body_mass",        "body_inertia",     "body_ipos",  "jnt_stiffness",
-                     "dof_armature",     "dof_damping",      "dof_M0",     "tendon_lengthspring",
-                     "actuator_gainprm", "actuator_biasprm", "opt.gravity"};
+const Names kInLanes{"body_mass",   "body_inertia", "body_ipos",           "jnt_stiffness",    "dof_armature",
+                     "dof_damping", "dof_M0",       "tendon_lengthspring", "actuator_gainprm", "actuator_biasprm",
+                     "opt.gravity", "qfrc_applied", "xfrc_applied"};
 // These are used by what is computed row by row: the making of constraints, and the numbers of a solver for each row; or
 // by no step.
 const Names kRowByRow{

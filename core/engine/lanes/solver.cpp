@@ -9,7 +9,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual) {
+Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual, bool is_elliptic) {
   using C = Constraints;
   Counts<Constraints> result{
       {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},          {&C::aref, places},
@@ -23,13 +23,15 @@ Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual) {
                                  {&C::greatest, places}};
   const Counts<Constraints>& own = is_dual ? dual : primal;
   result.insert(result.end(), own.begin(), own.end());
+  if (is_elliptic)
+    for (const auto& more : Counts<Constraints>{{&C::scale, places}, {&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}})
+      result.push_back(more);
   return result;
 }
 
 bool is_solved(const mjModel& m) {
-  const bool is_known = m.opt.solver == mjSOL_PGS || m.opt.solver == mjSOL_NEWTON;
-  return is_known && m.opt.cone == mjCONE_PYRAMIDAL && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m) &&
-         !(m.opt.disableflags & mjDSBL_WARMSTART);
+  const bool is_known = m.opt.solver == mjSOL_NEWTON || (m.opt.solver == mjSOL_PGS && m.opt.cone == mjCONE_PYRAMIDAL);
+  return is_known && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m) && !(m.opt.disableflags & mjDSBL_WARMSTART);
 }
 
 // As dualState says it, of the forces of PGS.
@@ -47,21 +49,29 @@ std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
   if (!is_solved(m)) return 0;
-  return Memory<Constraints>::bytes(width, counts(kPlaces, static_cast<std::size_t>(m.nv), m.opt.solver == mjSOL_PGS));
+  const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
+  return Memory<Constraints>::bytes(width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv),
+                                                  m.opt.solver == mjSOL_PGS, is_elliptic));
 }
 
 Solver::Solver(const Code& code, const mjModel& m)
     : code_(code),
       nv_(m.nv),
       is_dual_(m.opt.solver == mjSOL_PGS),
-      memory_(constraints_, code.width, counts(kPlaces, static_cast<std::size_t>(m.nv), is_dual_)),
-      bits_(2 * kPlaces),
-      columns_(static_cast<std::size_t>(kPlaces * (m.nv + 1))),
+      is_elliptic_(m.opt.cone == mjCONE_ELLIPTIC),
+      places_(is_elliptic_ ? kSharedPlaces : kPlaces),
+      memory_(constraints_, code.width,
+              counts(static_cast<std::size_t>(places_), static_cast<std::size_t>(m.nv), is_dual_, is_elliptic_)),
+      bits_(static_cast<std::size_t>(4 * places_)),
+      columns_(static_cast<std::size_t>(places_ * (m.nv + 1))),
       zeros_(static_cast<std::size_t>(m.nv)) {
   constraints_.quadratic = bits_.data();
-  constraints_.old = bits_.data() + kPlaces;
+  constraints_.old = bits_.data() + places_;
+  constraints_.dims = bits_.data() + 2 * places_;
+  constraints_.middle = bits_.data() + 3 * places_;
+  constraints_.is_aligned = is_elliptic_;
   constraints_.column_counts = columns_.data();
-  constraints_.columns = columns_.data() + kPlaces;
+  constraints_.columns = columns_.data() + places_;
 }
 
 // Rows in which MuJoCo's stack may be too small for the making of constraints or the solver, which then fail, are left to
@@ -70,6 +80,15 @@ bool Solver::can_solve(const mjData& d, int constraints) const {
   const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
   return constraints <= kMost && d.nstack - d.pstack >= needed;
 }
+
+int Solver::shared_places(const Contacts& contacts) const {
+  int places = contacts.friction_count + contacts.limit_count;
+  for (int i = 0; i < contacts.contact_count; ++i)
+    places += constraints_of(contacts.pairs[contacts.contacts[i].pair], mjCONE_ELLIPTIC);
+  return places;
+}
+
+bool Solver::has_room(const Contacts& contacts) const { return !is_elliptic_ || shared_places(contacts) <= places_; }
 
 // Where the constraint of a row with so many is in the lanes.
 int Solver::place(int constraint, int count) const {
@@ -90,6 +109,7 @@ void Solver::set_size(std::uint32_t rows, int most, int bounded) {
   constraints_.rows = rows;
   constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
   constraints_.bounded = is_dual_ && bounded > 0 ? constraints_.size : bounded;
+  constraints_.cones = constraints_.size;
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
@@ -130,7 +150,12 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     rows |= 1U << lane;
   }
   if (rows != 0) {
-    set_size(rows, most, bounded);
+    if (is_elliptic_) {
+      set_size(rows, shared_places(contacts), contacts.friction_count);
+      constraints_.cones = contacts.friction_count + contacts.limit_count;
+    } else {
+      set_size(rows, most, bounded);
+    }
     const int some = static_cast<int>(__builtin_ctz(rows));
     std::array<const double*, kMaxWidth> warmstart{};
     for (int lane = 0; lane < width; ++lane) {

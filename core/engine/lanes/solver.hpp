@@ -23,9 +23,12 @@ class Solver {
   static std::size_t bytes(int width, const mjModel& m);
 
   // Whether lanes can solve the constraints of this row.
-  bool solves(const mjData& d) const { return d.nefc > 0 && can_solve(d, d.nefc); }
+  bool solves(const mjData& d) const { return d.nefc > 0 && !is_elliptic_ && can_solve(d, d.nefc); }
   // Whether they can solve so many constraints of it.
   bool can_solve(const mjData& d, int constraints) const;
+
+  // Whether there are places enough for the constraints of all rows.
+  bool has_room(const Contacts& contacts) const;
 
   // The rows, as bits, in which mj_makeConstraint has run. Does the rest of what mj_forward does with constraints.
   // is_last: also writes what only readers of mjData need.
@@ -36,9 +39,13 @@ class Solver {
 
  private:
   static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // constraints of a row
+  // Rows with elliptic cones share places. Each has few constraints, but they differ.
+  static constexpr int kSharedPlaces = 2 * kMost;
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // PGS; else Newton's method
+  const bool is_elliptic_;
+  const int places_;
   Constraints constraints_{};
   Memory<Constraints> memory_;
   std::vector<unsigned char> bits_;
@@ -46,6 +53,7 @@ class Solver {
   std::vector<double> zeros_;  // a row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
+  int shared_places(const Contacts& contacts) const;
   int in_blocks(int count) const { return is_dual_ ? count / 4 * 4 : count; }
   void set_size(std::uint32_t rows, int most, int bounded);
   int place(int constraint, int count) const;

@@ -92,9 +92,9 @@ class LaneArrays {
 
  protected:
   const mjModel& m_;
-  std::vector<LaneArray> state_, input_, shown_, others_, for_limits_, for_equality_, for_geoms_, for_contacts_,
-      for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_, speeds_, actuation_,
-      passive_;
+  std::vector<LaneArray> state_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
+      for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
+      speeds_, actuation_, passive_;
   std::vector<OwnNumbers> own_;
   Counts<Lanes> counts_;
   int longest_ = 1;  // of the arrays of mjData
@@ -106,6 +106,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using D = mjData;
   const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
   state_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
+  forces_ = {{&L::qfrc_applied, &D::qfrc_applied, nv}, {&L::xfrc_applied, &D::xfrc_applied, 6 * nbody}};
   input_ = {{&L::qpos, &D::qpos, nq},
             {&L::qvel, &D::qvel, nv},
             {&L::ctrl, &D::ctrl, nu},
@@ -212,7 +213,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   };
   for (const auto& [array, count] : more) add(array, count);
   for (const OwnNumbers& own : own_) add(own.numbers, own.count);
-  for (const auto* list : {&input_, &shown_, &others_, &from_solver_, &of_euler_})
+  for (const auto* list : {&input_, &forces_, &shown_, &others_, &from_solver_, &of_euler_})
     for (const LaneArray& array : *list) {
       add(array.numbers, array.count);
       longest_ = std::max(longest_, array.count);
@@ -252,6 +253,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
 
   void set_world();
   void gather_own();
+  void gather_forces(Work* const* works);
   void gather(const std::vector<LaneArray>& arrays);
   void scatter(const std::vector<LaneArray>& arrays);
   std::uint32_t live() const { return all_ & ~lanes_.left; }
@@ -352,6 +354,15 @@ void LaneStepper::scatter(const std::vector<LaneArray>& arrays) {
   }
 }
 
+// Most environments have none, and their rows no such arrays of their own.
+void LaneStepper::gather_forces(Work* const* works) {
+  lanes_.has_forces = false;
+  for (int row = 0; row < count_; ++row) lanes_.has_forces |= works[row]->has_forces();
+  if (!lanes_.has_forces) return;
+  gather(forces_);
+  for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
+}
+
 // Calls body(row, its model, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
@@ -378,6 +389,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   makes_ = maker_ && maker_->follow(row_models_, count);
   lanes_.left = lanes_.unlike;
   gather(input_);
+  gather_forces(works);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     if (std::any_of(d.act, d.act + m_.na, [](double x) { return !(std::fabs(x) <= mjMAXVAL); }))
       lanes_.left |= 1U << row;

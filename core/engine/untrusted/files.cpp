@@ -38,7 +38,6 @@ std::string kind_of(const std::string& path) {
 class Words {
  public:
   explicit Words(const std::string& content, std::size_t from = 0) : content_(content), at_(from) {}
-
   std::size_t left() const { return at_ > content_.size() ? 0 : (content_.size() - at_) / 4; }
   template <typename T>
   T next() {
@@ -237,8 +236,7 @@ class Obj {
     line_ends_ += ends;
   }
 
-  // tinyobjloader reads the material files, although MuJoCo does not use them. It takes the path of the mesh's folder for
-  // a list of paths.
+  // tinyobjloader reads the files of materials, which MuJoCo ignores. It takes the mesh's folder for a list of paths.
   void materials(std::string_view names) {
     const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
     for (std::string_view name = word(names); !name.empty(); name = word(names)) {

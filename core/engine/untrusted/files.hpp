@@ -13,13 +13,11 @@ namespace mjenv::core {
 // Refuses a model or one of its files.
 [[noreturn]] inline void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
-// Reads a regular file. Fails with MJENV_E_MODEL if it is no regular file or has too many bytes, and with the
-// status `unreadable` if it cannot be opened or read.
+// Reads a regular file. Fails with MJENV_E_MODEL, or with `unreadable` if the file cannot be opened or read.
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
                       mjenv_status unreadable = MJENV_E_MODEL);
 
-// Each of these functions fails with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message
-// does not name the file.
+// These fail with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message names no file.
 
 struct MeshSize {
   std::int64_t vertices, triangles;

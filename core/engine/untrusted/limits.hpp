@@ -1,6 +1,5 @@
-// Limits the size of models. Within the limits of untrusted models ("stranger") a model loads in seconds, and a work
-// space takes about a gigabyte at most. Within the limits of trusted models MuJoCo's size computations do not overflow.
-// docs/reliability.md lists the limits for users.
+// The limits of models (docs/reliability.md). With those of untrusted models ("stranger") a model loads in seconds, and
+// a work space takes about a gigabyte. With those of trusted models, MuJoCo's size computations do not overflow.
 #pragma once
 
 #include <cstdint>

@@ -95,7 +95,26 @@ struct Source {
 class Check {
  public:
   Check(const std::string& path, bool trusted) : limits_(trusted), folder_(path, limits_), source_(path) {}
-  Mjcf run(const std::string& text);
+
+  Mjcf run(const std::string& text) {
+    XMLDocument document;
+    parse(document, text);
+    XMLElement* root = document.RootElement();
+    if (!root) refuse("the XML has no root element");
+    if (strcasecmp(root->Value(), "mujoco") != 0)
+      refuse("an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program", root);
+    read(*root, 1);
+    check_sums();
+    if (!has_muscles_ && !has_meshes_) return {text, folder_.used()};
+    XMLElement* compiler = root->InsertNewChildElement("compiler");
+    // An error in one of MuJoCo's own threads would end the process.
+    compiler->SetAttribute("usethread", "false");
+    const bool states_ranges = has_muscles_ && must_state_ranges();
+    if (states_ranges) compiler->InsertNewChildElement("lengthrange")->SetAttribute("mode", "none");
+    tinyxml2::XMLPrinter printer;
+    document.Print(&printer);
+    return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.used(), states_ranges};
+  }
 
  private:
   const Limits limits_;
@@ -104,14 +123,12 @@ class Check {
   Counts counts_;
   Sizes sizes_;
   bool has_muscles_ = false, has_meshes_ = false;
-  // How many copies the enclosing replicas make of the element, the largest such number, the number of all replicas,
-  // and how often a part of the model is attached again. Each replica and attachment may also copy every element that
-  // refers to something in it.
+  // How many copies the enclosing replicas make of an element, the most so far, the replicas in all, and how often a
+  // part is attached again. Each replica and attachment may also copy elements that refer to something in it.
   std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
   // How many samples there are of sensors that have a number of values for each pixel or vertex.
   std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0, triangles_ = 0;
-  // A joint without a type has the type of its default class. Here it counts as the default class with the most degrees
-  // of freedom.
+  // A joint without a type has that of its default class. Here it counts as the default class with the most dofs.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
   std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_cubes_ = 0;
 
@@ -131,65 +148,542 @@ class Check {
   };
   static const IntegerRule kIntegers[];
 
-  // Reading.
-  void parse(XMLDocument& document, const std::string& text);
-  const XMLElement& parse_file(const std::string& path, const std::string& name);
-  void read(const XMLElement& root, std::int64_t level);
-  void enter(const XMLElement& xml, std::int64_t level, const std::string& parent);
-  void enter_children(const Node& node);
-  void include(const Element& element, std::int64_t level);
-  void replicate(const Element& element, std::int64_t level);
-  void attach(const Element& element, std::int64_t level);
-  void add_child(const Element& element, std::int64_t level);
-  void read_child(const Source::Child& child);
-  void check(const Element& element);
-  void check_integer(const IntegerRule& rule, const Element& element);
+  // ---- Reading ----
 
-  // Checks of one element, named as in MJCF.
-  void any(const Element& element);
-  void compiler(const Element& element);
-  void lengthrange(const Element& element);
-  void option(const Element& element);
-  void size(const Element& element);
-  void mesh(const Element& element);
-  void skin(const Element& element);
-  void hfield(const Element& element);
-  void texture(const Element& element);
-  void composite(const Element& element);
-  void flexcomp(const Element& element);
-  void camera(const Element& element);
-  void actuator(const Element& element);
-  void sensor(const Element& element);
+  void parse(XMLDocument& document, const std::string& text) {
+    check_limit("bytes of XML", text_bytes_ += static_cast<std::int64_t>(text.size()), kTextBytes);
+    // tinyxml2 needs a hundred bytes of memory for each "<".
+    check_limit("elements", std::count(text.begin(), text.end(), '<'), kTags);
+    if (text.find('\0') != std::string::npos) refuse("the XML holds a NUL character");
+    document.Parse(text.data(), text.size());
+    if (document.Error()) refuse("XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
+  }
+
+  // The root of a file's document, which lives as long as source_.
+  const XMLElement& parse_file(const std::string& path, const std::string& name) {
+    const std::string content = folder_.read(path, name, kTextBytes);
+    auto document = std::make_unique<XMLDocument>();
+    try {
+      parse(*document, content);
+    } catch (const Error& error) {
+      fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
+    }
+    const XMLElement* root = document->RootElement();
+    if (!root) refuse("root element missing in file " + quoted(path));
+    source_.documents.push_back(std::move(document));
+    return *root;
+  }
+
+  // Reads a model to its end, its files, and the models that it attaches.
+  void read(const XMLElement& root, std::int64_t level) {
+    enter(root, level, "");
+    check_files();
+    for (const auto& child : source_.children) {
+      const auto found = source_.attached.find(child.name);
+      // MuJoCo copies the whole child with each attachment.
+      for (std::int64_t i = found == source_.attached.end() ? 1 : found->second; i > 0; --i) read_child(child);
+    }
+  }
+
+  void read_child(const Source::Child& child) {
+    Source parent = std::exchange(source_, Source(child.path));
+    read(*child.root.xml, child.root.level);
+    source_ = std::move(parent);
+  }
+
+  void enter(const XMLElement& xml, std::int64_t level, const std::string& parent) {
+    check_limit("levels of elements", level, kLevels, &xml);
+    const Element element{xml, xml.Value(), parent};
+    if (strcasecmp(xml.Value(), "include") == 0) return include(element, level);
+    check(element);
+    if (element.name == "replicate") return replicate(element, level);
+    if (element.name == "attach") return attach(element, level);
+    if (element.name == "model" && parent == "asset") return add_child(element, level);
+    if (element.name == "body" || element.name == "frame")
+      source_.named[element.name + " " + element.text("name")] = {&xml, level, parent};
+    enter_children({&xml, level + 1, element.name});
+  }
+
+  void enter_children(const Node& node) {
+    for (const XMLElement* e = node.xml->FirstChildElement(); e; e = e->NextSiblingElement())
+      enter(*e, node.level, node.parent);
+  }
+
+  // The elements of an included file replace <include>.
+  void include(const Element& element, std::int64_t level) {
+    const std::string name = element.text("file");
+    std::string path = source_.folder + name;
+    if (name.empty()) refuse("required attribute missing: 'file'", &element.xml);
+    if (kIncludesHaveFolders && is_absolute(name))
+      path = name;
+    else if (kIncludesHaveFolders && !source_.including.empty() && !platform::status_of(path).exists)
+      path = source_.including + name;
+    for (const auto& other : source_.included)
+      if (strcasecmp(other.c_str(), path.c_str()) == 0)
+        refuse("file " + quoted(path) + " already included", &element.xml);
+    source_.included.push_back(path);
+    const XMLElement& root = parse_file(path, name);
+    const std::string outer = std::exchange(source_.including, path.substr(0, path.find_last_of("/\\") + 1));
+    enter_children({&root, level, element.parent});
+    source_.including = outer;
+  }
+
+  void replicate(const Element& element, std::int64_t level) {
+    const std::int64_t count = element.integer("count"), outside = copies_;
+    if (count < 1) refuse("count is " + std::to_string(count), &element.xml);
+    check_limit("replicas", count, kReplicas, &element.xml);
+    check_limit("replicas", replicas_ += count, kReplicas, &element.xml);
+    copies_ *= count;
+    max_copies_ = std::max(max_copies_, copies_);
+    for (std::int64_t i = 0; i < count; ++i) enter_children({&element.xml, level + 1, element.parent});
+    copies_ = outside;
+  }
+
+  // Attaches a copy of another model, or of a body or a frame that this model has up to here.
+  void attach(const Element& element, std::int64_t level) {
+    if (const std::string model = element.text("model"); !model.empty()) {
+      ++source_.attached[model];
+      return check_limit("attachments", ++replicas_, kReplicas, &element.xml);
+    }
+    ++attachments_;
+    check_limit("attachments", ++replicas_, kReplicas, &element.xml);
+    for (const char* kind : {"body", "frame"}) {
+      const std::string name = element.text(kind);
+      if (name.empty()) continue;
+      const auto found = source_.named.find(std::string(kind) + " " + name);
+      if (found != source_.named.end()) {
+        const Node node = found->second;
+        enter(*node.xml, level + 1, node.parent);
+      } else if (!limits_.trusted()) {
+        refuse("there is no " + std::string(kind) + " " + quoted(name) +
+                   " above it; one of a replica or of another attachment cannot be attached",
+               &element.xml);
+      }
+    }
+  }
+
+  // Reads an <asset> that is a model.
+  void add_child(const Element& element, std::int64_t level) {
+    const std::string file = element.text("file"), path = is_absolute(file) ? file : source_.folder + file;
+    if (file.empty()) refuse("required attribute missing: 'file'", &element.xml);
+    check_content_type(element, file);
+    check_limit("levels of elements", level + 1, kLevels, &element.xml);
+    const XMLElement& root = parse_file(path, file);
+    if (strcasecmp(root.Value(), "mujoco") != 0)
+      refuse("file " + quoted(path) + " is not a model in MJCF", &element.xml);
+    std::string name = element.text("name");
+    if (name.empty()) name = Element{root, "mujoco", ""}.text("model");
+    source_.children.push_back({name, path, {&root, level + 1, ""}});
+  }
+
+  void check(const Element& element);
+
+  void check_integer(const IntegerRule& rule, const Element& element) {
+    const std::int64_t value = element.integer(rule.attribute);
+    if (value < -1) refuse(std::string(rule.attribute) + " is " + std::to_string(value), &element.xml);
+    check_limit(rule.attribute, value, rule.limit, &element.xml);
+    if (rule.raises) sizes_.*rule.raises = std::max(sizes_.*rule.raises, value);
+  }
+
+  // ---- Elements, by their names in MJCF ----
+
   [[noreturn]] void plugin(const Element& element) { refuse("plugins are not supported", &element.xml); }
   void reference(const Element&) { ++references_; }
   void freejoint(const Element&) { dofs_ += 6; }
-  void joint(const Element& element);
   void muscle(const Element&) { has_muscles_ = true; }
   bool must_state_ranges() const { return !kLengthRangesEnd && !limits_.trusted(); }
   void user(const Element& element) { add_numbers(element, "dim"); }
   void numeric(const Element& element) { add_numbers(element, "size"); }
 
-  void surface(const Element& element, File::Kind kind);
-  void add_file(const Element& element, File::Kind kind, const char* attribute, int copies = 1);
-  void check_content_type(const Element& element, const std::string& file) const;
-  void refuse_late_files(const Element& element) const;
-  void add_numbers(const Element& element, const char* attribute);
-  void add_pixels(std::int64_t count, const XMLElement* element = nullptr);
-  void add_points(std::int64_t points, std::int64_t dofs_each);
-  void add_built_in(const Element& element);
-  void add_mesh(const MeshSize& size, const std::string& file, const XMLElement* element = nullptr);
-  double real(const Element& element, const char* attribute, double fallback) const;
+  // Refuses NaN, because MuJoCo would only warn, and the results would be undefined.
+  void any(const Element& element) {
+    for (const auto* a = element.xml.FirstAttribute(); a; a = a->Next()) {
+      std::string_view text = a->Value();
+      while (!text.empty()) {
+        const std::size_t end = std::min(text.find_first_of(" \t\n\v\f\r"), text.size());
+        std::string_view word = text.substr(0, end);
+        if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
+        if (word.size() == 3 && strncasecmp(word.data(), "nan", 3) == 0)
+          refuse(std::string("attribute '") + a->Name() + "' is not a number", &element.xml);
+        text.remove_prefix(std::min(end + 1, text.size()));
+      }
+    }
+    for (const char* attribute : {"gaintype", "biastype"})
+      if (const auto type = element.text(attribute); type == "muscle" || type == "user") has_muscles_ = true;
+  }
 
-  // Checks of the whole model.
-  std::string path_of(const File& file) const;
-  std::string path_of(const File& file, const std::string& given) const;
-  void check_files();
-  void check_file(const File& file, const std::string& path, const std::string& content);
-  void check_sums();
+  void compiler(const Element& element) {
+    Settings& settings = source_.settings;
+    if (const char* folder = element.xml.Attribute("assetdir")) settings.mesh_folder = settings.texture_folder = folder;
+    if (const char* folder = element.xml.Attribute("meshdir")) settings.mesh_folder = folder;
+    if (const char* folder = element.xml.Attribute("texturedir")) settings.texture_folder = folder;
+    if (const char* strips = element.xml.Attribute("strippath"))
+      settings.strips_path = std::strcmp(strips, "true") == 0;
+    if (const auto kept = element.text("passthrough"); !kept.empty() && kept != "none") refuse_late_files(element);
+  }
 
-  [[noreturn]] void refuse(const std::string& why, const XMLElement* element = nullptr) const;
+  // If a texture is read only when it is drawn, its file may have changed since it was checked.
+  void refuse_late_files(const Element& element) const {
+    if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
+  }
+
+  // How much memory the arrays of a step may take: a number of bytes, or of the unit that follows it.
+  void size(const Element& element) {
+    const std::string text = element.text("memory");
+    if (text.empty()) return;
+    constexpr std::string_view kUnits = "KMGTPE";
+    const std::int64_t number = element.integer("memory");
+    const std::size_t last = text.find_last_not_of(" \t\n\v\f\r");
+    const std::size_t unit =
+        last == std::string::npos ? std::string::npos : kUnits.find(static_cast<char>(std::toupper(text[last])));
+    const double bytes =
+        std::ldexp(static_cast<double>(number), unit == std::string::npos ? 0 : 10 * (static_cast<int>(unit) + 1));
+    if (bytes > static_cast<double>(limits_.of(kArenaBytes)))
+      refuse("memory is " + text + "; the limit is " + std::to_string(limits_.of(kArenaBytes)) + " bytes",
+             &element.xml);
+  }
+
+  void lengthrange(const Element& element) {
+    has_muscles_ = true;
+    Settings& settings = source_.settings;
+    settings.range_timestep = real(element, "timestep", settings.range_timestep);
+    settings.range_total = real(element, "inttotal", settings.range_total);
+    // Stated ranges would not give the same model.
+    const auto mode = element.text("mode");
+    const bool computes_stated = mode == "all" || mode == "muscleuser" || element.text("useexisting") == "false" ||
+                                 element.text("uselimit") == "true";
+    if (must_state_ranges() && computes_stated) refuse(kStateRanges, &element.xml);
+  }
+
+  void option(const Element& element) {
+    source_.settings.timestep = real(element, "timestep", source_.settings.timestep);
+    if (const char* solver = element.xml.Attribute("solver")) source_.settings.solver = solver;
+  }
+
+  void mesh(const Element& element) {
+    has_meshes_ = true;
+    add_built_in(element);
+    surface(element, File::Kind::mesh);
+  }
+
+  // A mesh that MuJoCo makes of parameters, which begin with whole numbers.
+  void add_built_in(const Element& element) {
+    const std::string type = element.text("builtin");
+    std::vector<std::int64_t> counts;
+    for (const auto value : values_of<double>(element.text("params"))) {
+      if (!(std::abs(value) <= kMaxCoordinate)) refuse("a parameter is too large", &element.xml);
+      counts.push_back(std::max(std::int64_t{1}, static_cast<std::int64_t>(value) + 1));
+    }
+    if (type.empty() || type == "sphere" || type == "hemisphere" || counts.empty()) return;  // these are small
+    const bool is_square = type == "supersphere" || type == "supertorus";
+    const bool is_flat = type == "wedge" || type == "plate" || type == "square" || type == "disc";
+    counts.resize(is_square || type == "cone" ? 1 : is_flat ? 2 : 3, 1);
+    std::int64_t vertices = is_square ? counts[0] : 2;
+    for (const auto count : counts) check_limit("vertices", vertices *= count, kVertices, &element.xml);
+    add_mesh({vertices, 2 * vertices}, "", &element.xml);
+  }
+
+  void skin(const Element& element) {
+    if (element.parent != "composite") surface(element, File::Kind::skin);
+  }
+
+  void hfield(const Element& element) {
+    add_pixels(element.integer("nrow") * element.integer("ncol"), &element.xml);
+    add_file(element, File::Kind::heights, "file");
+  }
+
+  void texture(const Element& element) {
+    const std::int64_t width = element.integer("width"), height = element.integer("height");
+    const std::int64_t channels = std::max(element.integer("nchannel"), std::int64_t{3});
+    add_pixels((element.text("type") == "2d" ? width * height : 6 * width * width) * channels / 3, &element.xml);
+    if (element.text("embed") == "false") refuse_late_files(element);
+    for (const auto side : values_of<std::int64_t>(element.text("gridsize")))
+      if (side < 1 || side > 12) refuse("gridsize is " + std::to_string(side), &element.xml);
+    for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
+      add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
+  }
+
+  // MuJoCo makes fewer than three objects of each kind for a part of the composite.
+  void composite(const Element& element) {
+    std::int64_t parts = 1, subgrid = 0;
+    for (const auto side : values_of<std::int64_t>(element.text("count"))) {
+      if (side < 1) refuse("count is " + std::to_string(side), &element.xml);
+      check_limit("elements in a row", side, kElements, &element.xml);
+      check_limit("elements of a composite", parts *= side, kCompositeParts, &element.xml);
+    }
+    for (const auto* skin = element.xml.FirstChildElement("skin"); skin; skin = skin->NextSiblingElement("skin")) {
+      const std::int64_t value = Element{*skin, "skin", "composite"}.integer("subgrid");
+      check_limit("subgrid", value, kSubgrid, skin);
+      subgrid = std::max(subgrid, value);
+    }
+    check_limit("vertices of the skin", 2 * parts * (subgrid + 1) * (subgrid + 1), kVertices, &element.xml);
+    for (auto* made : {&counts_.elements, &counts_.bodies, &counts_.joints, &counts_.geoms, &counts_.sites,
+                       &counts_.tendons, &counts_.equalities, &dofs_})
+      *made += 3 * parts;
+  }
+
+  // MuJoCo makes a body with three joints of each point, or of each node of the cells around the points.
+  void flexcomp(const Element& element) {
+    const auto numbers = [&](const char* attribute, std::vector<std::int64_t> values) {
+      const auto given = values_of<std::int64_t>(element.text(attribute));
+      std::copy_n(given.begin(), std::min(given.size(), values.size()), values.begin());
+      for (const auto value : values) {
+        if (value < 1) refuse(std::string(attribute) + " is " + std::to_string(value), &element.xml);
+        check_limit(attribute, value, kElements, &element.xml);
+      }
+      return values;
+    };
+    const std::string type = element.text("type"), dof = element.text("dof");
+    const std::int64_t dim = element.xml.Attribute("dim") ? element.integer("dim") : 2;
+    const int dofs_each = dim == 1 ? 4 : 3;  // the edges of a rod can twist
+    const bool has_nodes = dof == "trilinear" || dof == "quadratic";
+    if (has_nodes) {
+      const std::int64_t order = dof == "quadratic" ? 2 : 1;
+      std::int64_t nodes = 1;
+      for (const auto side : numbers("cellcount", {1, 1, 1}))
+        check_limit("nodes of a flexcomp", nodes *= order * side + 1, kCompositeParts, &element.xml);
+      add_points(nodes, dofs_each);
+    }
+    std::int64_t points = 0;
+    if (type == "mesh") {
+      has_meshes_ = true;
+      add_file(element, File::Kind::flex, "file", has_nodes ? 0 : dofs_each);
+    } else if (type == "gmsh") {
+      if (!limits_.trusted()) refuse(std::string("files of Gmsh are not read") + kUnlessTrusted, &element.xml);
+    } else if (type == "direct") {
+      points = static_cast<std::int64_t>(values_of<double>(element.text("point")).size()) / 3;
+    } else {
+      auto count = numbers("count", {10, 10, 10});
+      if (type.empty() || type == "grid") count.resize(static_cast<std::size_t>(std::clamp<std::int64_t>(dim, 1, 3)));
+      points = 1;
+      for (const auto side : count) check_limit("points of a flexcomp", points *= side, kCompositeParts, &element.xml);
+    }
+    check_limit("points of a flexcomp", points, kCompositeParts, &element.xml);
+    add_points(points, has_nodes ? 0 : dofs_each);
+  }
+
+  void camera(const Element& element) {
+    const auto sides = values_of<std::int64_t>(element.text("resolution"));
+    if (sides.size() < 2) return;
+    for (const auto side : sides) check_limit("resolution", side, kPictureSide, &element.xml);
+    max_camera_pixels_ = std::max(max_camera_pixels_, sides[0] * sides[1]);
+  }
+
+  void actuator(const Element& element) {
+    reference(element);
+    add_numbers(element, "nsample");
+    add_numbers(element, "actdim");
+  }
+
+  void sensor(const Element& element) {
+    reference(element);
+    constexpr std::int64_t kOfContact = 23;  // numbers that a sensor can have of one contact: more than of others
+    const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
+    check_limit("nsample", samples, kNumericSize, &element.xml);
+    if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
+      wide_samples_ += samples;
+    else
+      numbers_ += samples * kOfContact * std::max(element.integer("num"), std::int64_t{1});
+  }
+
+  void joint(const Element& element) {
+    if (element.parent == "equality" || element.parent == "fixed") return;  // these refer to a joint
+    const std::string type = element.text("type");
+    const std::int64_t dofs = type == "free" ? 6 : type == "ball" ? 3 : 1;
+    ++counts_.joints;
+    if (element.parent == "default")
+      max_default_dofs_ = std::max(max_default_dofs_, dofs);
+    else if (type.empty())
+      ++untyped_joints_;
+    else
+      dofs_ += dofs;
+  }
+
+  // Checks a mesh or a skin, whose vertices and faces are in the element or in a file.
+  void surface(const Element& element, File::Kind kind) {
+    const std::vector<float> coordinates = values_of<float>(element.text("vertex"));
+    for (const float x : coordinates)
+      if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex is too far out", &element.xml);
+    const auto vertices = static_cast<std::int64_t>(coordinates.size()) / 3;
+    check_limit("vertices", vertices, kVertices, &element.xml);
+    for (const auto vertex : values_of<std::int64_t>(element.text("face")))
+      if (vertex < 0 || vertex >= vertices)
+        refuse("a face has vertex " + std::to_string(vertex) + " of " + std::to_string(vertices), &element.xml);
+    if (kind == File::Kind::mesh) add_mesh({vertices, 0}, "", &element.xml);
+    if (element.text("file").empty()) return;
+    for (const char* attribute : {"vertex", "normal", "texcoord", "face"})
+      if (element.xml.Attribute(attribute)) refuse(std::string("it has a file and a ") + attribute, &element.xml);
+    add_file(element, kind, "file");
+  }
+
+  void add_file(const Element& element, File::Kind kind, const char* attribute, int copies = 1) {
+    const std::string name = element.text(attribute);
+    if (name.empty()) return;
+    check_content_type(element, name);
+    source_.files.push_back({kind, name, copies, source_.including});
+  }
+
+  void add_numbers(const Element& element, const char* attribute) {
+    numbers_ += std::max(element.integer(attribute), std::int64_t{0});
+  }
+
+  void add_pixels(std::int64_t count, const XMLElement* element = nullptr) {
+    check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
+  }
+
+  // Counts the elements of a flex, and the body with joints that each of its points has, unless dofs_each is 0.
+  void add_points(std::int64_t points, std::int64_t dofs_each) {
+    check_limit("points of a flexcomp", points, kCompositeParts);
+    counts_.elements += points;
+    counts_.bodies += 2 * points;  // rods have another body for each edge
+    counts_.joints += dofs_each * points;
+    dofs_ += dofs_each * points;
+  }
+
+  // A large mesh in a file is tried, until its hull has more vertices than the limit leaves to it. Of other meshes all
+  // vertices are taken to be on the hull. The engine that is compiled in counts the work itself.
+  void add_mesh(const MeshSize& size, const std::string& file, const XMLElement* element = nullptr) {
+    check_limit("vertices in all meshes", vertices_ += size.vertices, kAllVertices, element);
+    check_limit("triangles in all meshes", triangles_ += size.triangles, kAllTriangles, element);
+    if (kLoadLimitsHulls || limits_.trusted()) return;
+    constexpr std::int64_t kSmall = 1'000;  // vertices of a hull that takes a hundredth of a second
+    const auto most = static_cast<std::int64_t>(std::cbrt(static_cast<double>(kHullCubes - hull_cubes_)));
+    std::int64_t vertices = size.vertices;
+    if (!file.empty() && vertices > std::min(kSmall, most))
+      vertices = std::min(vertices, hull_vertices(file, std::max(kSmall, most) + 1).value_or(vertices));
+    if (vertices > most)
+      refuse(std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted, element);
+    hull_cubes_ += vertices * vertices * vertices;
+  }
+
+  double real(const Element& element, const char* attribute, double fallback) const {
+    if (!element.xml.Attribute(attribute)) return fallback;
+    const auto value = element.real(attribute);
+    if (!value) refuse(std::string("attribute '") + attribute + "' is not a number", &element.xml);
+    return *value;
+  }
+
+  // ---- Files ----
+
+  // Runs after all XML has been read, because the last setting of the folders applies.
+  void check_files() {
+    for (const auto& file : source_.files) {
+      const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
+      check_limit("bytes in all files", file_bytes_ += static_cast<std::int64_t>(content.size()), kAllFileBytes);
+      try {
+        check_file(file, path, content);
+      } catch (const Error& error) {
+        fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
+      }
+    }
+  }
+
+  void check_file(const File& file, const std::string& path, const std::string& content) {
+    switch (file.kind) {
+      case File::Kind::mesh: return add_mesh(check_mesh(path, content, limits_), path);
+      case File::Kind::flex: return add_points(check_mesh(path, content, limits_).vertices, file.copies);
+      case File::Kind::skin: return check_skin(content, limits_);
+      case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
+      case File::Kind::texture: return add_pixels(file.copies * check_image(path, content, limits_));
+    }
+  }
+
+  // Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder, then from the included file's folder on.
+  std::string path_of(const File& file) const {
+    std::string path = path_of(file, file.name);
+    if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
+      return path;
+    return path_of(file, file.including + file.name);
+  }
+
+  std::string path_of(const File& file, const std::string& given) const {
+    const Settings& settings = source_.settings;
+    std::string name = settings.strips_path ? given.substr(given.find_last_of("/\\") + 1) : given;
+    if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");
+    std::string below = file.kind == File::Kind::texture ? settings.texture_folder : settings.mesh_folder;
+    if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
+    if (is_absolute(name)) return name;
+    return is_absolute(below) ? below + name : source_.folder + below + name;
+  }
+
+  // MuJoCo chooses a file's format by its content type, or if it has none by its extension.
+  void check_content_type(const Element& element, const std::string& file) const {
+    const std::string given = element.text("content_type");
+    if (given.empty()) return;
+    std::string extension = file.substr(std::min(file.find_last_of('.'), file.size()));
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    for (const auto& [type, fitting] : {std::pair{"model/obj", ".obj"},
+                                        {"model/stl", ".stl"},
+                                        {"model/vnd.mujoco.msh", ".msh"},
+                                        {"image/png", ".png"},
+                                        {"text/xml", ".xml"}})
+      if (given == type && extension == fitting) return;
+    refuse("the content type " + quoted(given) + " does not fit the extension of file " + quoted(file), &element.xml);
+  }
+
+  // Sums over the whole model.
+  void check_sums() {
+    dofs_ += untyped_joints_ * max_default_dofs_;
+    check_limit("degrees of freedom", dofs_, kDofs);
+
+    const std::int64_t copies = max_copies_ + attachments_;
+    check_limit("elements", counts_.elements + references_ * (copies - 1), kElements);
+    for (auto* referring : {&counts_.tendons, &counts_.actuators, &counts_.sensors, &counts_.equalities})
+      *referring *= copies;
+
+    constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // numbers that a sensor can have of each
+    const std::int64_t wide = std::max(kOfPixel * max_camera_pixels_, kOfVertex * vertices_);
+    check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
+    std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
+    for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
+                                              {counts_.joints, sizes_.nuser_jnt},
+                                              {counts_.geoms, sizes_.nuser_geom},
+                                              {counts_.sites, sizes_.nuser_site},
+                                              {counts_.cameras, sizes_.nuser_cam},
+                                              {counts_.tendons, sizes_.nuser_tendon},
+                                              {counts_.actuators, sizes_.nuser_actuator},
+                                              {counts_.sensors, sizes_.nuser_sensor}})
+      numbers += count * numbers_each;
+    const std::int64_t keyframe = 2 * dofs_ + 2 * counts_.joints + counts_.actuators + 7 * counts_.bodies;
+    numbers += std::max(counts_.keys, sizes_.nkey) * keyframe;
+    check_limit("numbers in user data and keyframes", numbers, kNumbers);
+
+    const Settings& settings = source_.settings;
+    const std::int64_t rows = sizes_.njmax;
+    check_limit("numbers in a work space",
+                rows * (rows + 4 * dofs_) + 70 * sizes_.nconmax + sizes_.nstack + 4 * dofs_ * 700, kWorkNumbers);
+    // Newton's method needs a dozen iterations. PGS and the noslip solver use all the iterations that are allowed.
+    const std::int64_t sweeps = sizes_.noslip_iterations + (settings.solver == "PGS" ? sizes_.iterations : 0);
+    check_limit(
+        "multiplications by the solver in a step",
+        (settings.solver == "Newton" ? (rows + dofs_) * dofs_ * dofs_ : rows * dofs_) + sweeps * rows * rows / 10,
+        kMultiplications);
+    check_limit("constraints, equalities and degrees of freedom", rows + counts_.equalities + dofs_, kStackRows);
+
+    // MuJoCo finds the range of muscles' lengths by simulation.
+    const double step = settings.range_timestep > 0 ? settings.range_timestep : settings.timestep;
+    const double steps = static_cast<double>(counts_.actuators) * settings.range_total / step;
+    if (has_muscles_ && !(step > 0 && steps <= static_cast<double>(limits_.of(kRangeSteps))))
+      refuse("finding the range of the muscles' lengths would take too many steps of " + number(step) + " s");
+  }
+
+  // ---- Refusing ----
+
   void check_limit(const std::string& what, std::int64_t count, const Limit& limit,
-                   const XMLElement* element = nullptr) const;
+                   const XMLElement* element = nullptr) const {
+    if (const auto why = limits_.excess(what, count, limit); !why.empty()) refuse(why, element);
+  }
+
+  [[noreturn]] void refuse(const std::string& why, const XMLElement* element = nullptr) const {
+    std::string place;
+    if (element) {
+      place = " (element <" + std::string(element->Value()) + ">, line " + std::to_string(element->GetLineNum());
+      if (source_.included.size() > 1) place += " of this file or an included one";
+      place += ")";
+    }
+    fail(MJENV_E_MODEL, why + place);
+  }
 };
 
 // ---- What is checked ----
@@ -266,198 +760,6 @@ const Check::IntegerRule Check::kIntegers[] = {
     {"global", "offheight", kPictureSide, nullptr},
 };
 
-// Sums over the whole model.
-void Check::check_sums() {
-  dofs_ += untyped_joints_ * max_default_dofs_;
-  check_limit("degrees of freedom", dofs_, kDofs);
-
-  const std::int64_t copies = max_copies_ + attachments_;
-  check_limit("elements", counts_.elements + references_ * (copies - 1), kElements);
-  for (auto* referring : {&counts_.tendons, &counts_.actuators, &counts_.sensors, &counts_.equalities})
-    *referring *= copies;
-
-  constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // numbers that a sensor can have of each
-  const std::int64_t wide = std::max(kOfPixel * max_camera_pixels_, kOfVertex * vertices_);
-  check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
-  std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
-  for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
-                                            {counts_.joints, sizes_.nuser_jnt},
-                                            {counts_.geoms, sizes_.nuser_geom},
-                                            {counts_.sites, sizes_.nuser_site},
-                                            {counts_.cameras, sizes_.nuser_cam},
-                                            {counts_.tendons, sizes_.nuser_tendon},
-                                            {counts_.actuators, sizes_.nuser_actuator},
-                                            {counts_.sensors, sizes_.nuser_sensor}})
-    numbers += count * numbers_each;
-  const std::int64_t keyframe = 2 * dofs_ + 2 * counts_.joints + counts_.actuators + 7 * counts_.bodies;
-  numbers += std::max(counts_.keys, sizes_.nkey) * keyframe;
-  check_limit("numbers in user data and keyframes", numbers, kNumbers);
-
-  const Settings& settings = source_.settings;
-  const std::int64_t rows = sizes_.njmax;
-  check_limit("numbers in a work space",
-              rows * (rows + 4 * dofs_) + 70 * sizes_.nconmax + sizes_.nstack + 4 * dofs_ * 700, kWorkNumbers);
-  // Newton's method needs a dozen iterations. PGS and the noslip solver use all the iterations that are allowed.
-  const std::int64_t sweeps = sizes_.noslip_iterations + (settings.solver == "PGS" ? sizes_.iterations : 0);
-  check_limit("multiplications by the solver in a step",
-              (settings.solver == "Newton" ? (rows + dofs_) * dofs_ * dofs_ : rows * dofs_) + sweeps * rows * rows / 10,
-              kMultiplications);
-  check_limit("constraints, equalities and degrees of freedom", rows + counts_.equalities + dofs_, kStackRows);
-
-  // MuJoCo finds the range of muscles' lengths by simulation.
-  const double step = settings.range_timestep > 0 ? settings.range_timestep : settings.timestep;
-  const double steps = static_cast<double>(counts_.actuators) * settings.range_total / step;
-  if (has_muscles_ && !(step > 0 && steps <= static_cast<double>(limits_.of(kRangeSteps))))
-    refuse("finding the range of the muscles' lengths would take too many steps of " + number(step) + " s");
-}
-
-// ---- Reading ----
-
-Mjcf Check::run(const std::string& text) {
-  XMLDocument document;
-  parse(document, text);
-  XMLElement* root = document.RootElement();
-  if (!root) refuse("the XML has no root element");
-  if (strcasecmp(root->Value(), "mujoco") != 0)
-    refuse("an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program", root);
-  read(*root, 1);
-  check_sums();
-  if (!has_muscles_ && !has_meshes_) return {text, folder_.used()};
-  XMLElement* compiler = root->InsertNewChildElement("compiler");
-  // An error in one of MuJoCo's own threads would end the process.
-  compiler->SetAttribute("usethread", "false");
-  const bool states_ranges = has_muscles_ && must_state_ranges();
-  if (states_ranges) compiler->InsertNewChildElement("lengthrange")->SetAttribute("mode", "none");
-  tinyxml2::XMLPrinter printer;
-  document.Print(&printer);
-  return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.used(), states_ranges};
-}
-
-void Check::parse(XMLDocument& document, const std::string& text) {
-  check_limit("bytes of XML", text_bytes_ += static_cast<std::int64_t>(text.size()), kTextBytes);
-  // tinyxml2 needs a hundred bytes of memory for each "<".
-  check_limit("elements", std::count(text.begin(), text.end(), '<'), kTags);
-  if (text.find('\0') != std::string::npos) refuse("the XML holds a NUL character");
-  document.Parse(text.data(), text.size());
-  if (document.Error()) refuse("XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
-}
-
-// The root of a file's document, which lives as long as source_.
-const XMLElement& Check::parse_file(const std::string& path, const std::string& name) {
-  const std::string content = folder_.read(path, name, kTextBytes);
-  auto document = std::make_unique<XMLDocument>();
-  try {
-    parse(*document, content);
-  } catch (const Error& error) {
-    fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
-  }
-  const XMLElement* root = document->RootElement();
-  if (!root) refuse("root element missing in file " + quoted(path));
-  source_.documents.push_back(std::move(document));
-  return *root;
-}
-
-// Reads a model to its end, its files, and the models that it attaches.
-void Check::read(const XMLElement& root, std::int64_t level) {
-  enter(root, level, "");
-  check_files();
-  for (const auto& child : source_.children) {
-    const auto found = source_.attached.find(child.name);
-    // MuJoCo copies the whole child with each attachment.
-    for (std::int64_t i = found == source_.attached.end() ? 1 : found->second; i > 0; --i) read_child(child);
-  }
-}
-
-void Check::read_child(const Source::Child& child) {
-  Source parent = std::exchange(source_, Source(child.path));
-  read(*child.root.xml, child.root.level);
-  source_ = std::move(parent);
-}
-
-void Check::enter(const XMLElement& xml, std::int64_t level, const std::string& parent) {
-  check_limit("levels of elements", level, kLevels, &xml);
-  const Element element{xml, xml.Value(), parent};
-  if (strcasecmp(xml.Value(), "include") == 0) return include(element, level);
-  check(element);
-  if (element.name == "replicate") return replicate(element, level);
-  if (element.name == "attach") return attach(element, level);
-  if (element.name == "model" && parent == "asset") return add_child(element, level);
-  if (element.name == "body" || element.name == "frame")
-    source_.named[element.name + " " + element.text("name")] = {&xml, level, parent};
-  enter_children({&xml, level + 1, element.name});
-}
-
-void Check::enter_children(const Node& node) {
-  for (const XMLElement* e = node.xml->FirstChildElement(); e; e = e->NextSiblingElement())
-    enter(*e, node.level, node.parent);
-}
-
-// The elements of an included file replace <include>.
-void Check::include(const Element& element, std::int64_t level) {
-  const std::string name = element.text("file");
-  std::string path = source_.folder + name;
-  if (name.empty()) refuse("required attribute missing: 'file'", &element.xml);
-  if (kIncludesHaveFolders && is_absolute(name))
-    path = name;
-  else if (kIncludesHaveFolders && !source_.including.empty() && !platform::status_of(path).exists)
-    path = source_.including + name;
-  for (const auto& other : source_.included)
-    if (strcasecmp(other.c_str(), path.c_str()) == 0)
-      refuse("file " + quoted(path) + " already included", &element.xml);
-  source_.included.push_back(path);
-  const XMLElement& root = parse_file(path, name);
-  const std::string outer = std::exchange(source_.including, path.substr(0, path.find_last_of("/\\") + 1));
-  enter_children({&root, level, element.parent});
-  source_.including = outer;
-}
-
-void Check::replicate(const Element& element, std::int64_t level) {
-  const std::int64_t count = element.integer("count"), outside = copies_;
-  if (count < 1) refuse("count is " + std::to_string(count), &element.xml);
-  check_limit("replicas", count, kReplicas, &element.xml);
-  check_limit("replicas", replicas_ += count, kReplicas, &element.xml);
-  copies_ *= count;
-  max_copies_ = std::max(max_copies_, copies_);
-  for (std::int64_t i = 0; i < count; ++i) enter_children({&element.xml, level + 1, element.parent});
-  copies_ = outside;
-}
-
-// Attaches a copy of another model, or of a body or a frame that this model has up to here.
-void Check::attach(const Element& element, std::int64_t level) {
-  if (const std::string model = element.text("model"); !model.empty()) {
-    ++source_.attached[model];
-    return check_limit("attachments", ++replicas_, kReplicas, &element.xml);
-  }
-  ++attachments_;
-  check_limit("attachments", ++replicas_, kReplicas, &element.xml);
-  for (const char* kind : {"body", "frame"}) {
-    const std::string name = element.text(kind);
-    if (name.empty()) continue;
-    const auto found = source_.named.find(std::string(kind) + " " + name);
-    if (found != source_.named.end()) {
-      const Node node = found->second;
-      enter(*node.xml, level + 1, node.parent);
-    } else if (!limits_.trusted()) {
-      refuse("there is no " + std::string(kind) + " " + quoted(name) +
-                 " above it; one of a replica or of another attachment cannot be attached",
-             &element.xml);
-    }
-  }
-}
-
-// Reads an <asset> that is a model.
-void Check::add_child(const Element& element, std::int64_t level) {
-  const std::string file = element.text("file"), path = is_absolute(file) ? file : source_.folder + file;
-  if (file.empty()) refuse("required attribute missing: 'file'", &element.xml);
-  check_content_type(element, file);
-  check_limit("levels of elements", level + 1, kLevels, &element.xml);
-  const XMLElement& root = parse_file(path, file);
-  if (strcasecmp(root.Value(), "mujoco") != 0) refuse("file " + quoted(path) + " is not a model in MJCF", &element.xml);
-  std::string name = element.text("name");
-  if (name.empty()) name = Element{root, "mujoco", ""}.text("model");
-  source_.children.push_back({name, path, {&root, level + 1, ""}});
-}
-
 void Check::check(const Element& element) {
   for (const IntegerRule& rule : kIntegers)
     if (element.name == rule.element) check_integer(rule, element);
@@ -467,358 +769,6 @@ void Check::check(const Element& element) {
     if (rule.check) (this->*rule.check)(element);
   }
   check_limit("elements", counts_.elements, kElements, &element.xml);
-}
-
-void Check::check_integer(const IntegerRule& rule, const Element& element) {
-  const std::int64_t value = element.integer(rule.attribute);
-  if (value < -1) refuse(std::string(rule.attribute) + " is " + std::to_string(value), &element.xml);
-  check_limit(rule.attribute, value, rule.limit, &element.xml);
-  if (rule.raises) sizes_.*rule.raises = std::max(sizes_.*rule.raises, value);
-}
-
-// ---- Elements ----
-
-// Refuses NaN, because MuJoCo would only warn, and the results would be undefined.
-void Check::any(const Element& element) {
-  for (const auto* a = element.xml.FirstAttribute(); a; a = a->Next()) {
-    std::string_view text = a->Value();
-    while (!text.empty()) {
-      const std::size_t end = std::min(text.find_first_of(" \t\n\v\f\r"), text.size());
-      std::string_view word = text.substr(0, end);
-      if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
-      if (word.size() == 3 && strncasecmp(word.data(), "nan", 3) == 0)
-        refuse(std::string("attribute '") + a->Name() + "' is not a number", &element.xml);
-      text.remove_prefix(std::min(end + 1, text.size()));
-    }
-  }
-  for (const char* attribute : {"gaintype", "biastype"})
-    if (const auto type = element.text(attribute); type == "muscle" || type == "user") has_muscles_ = true;
-}
-
-void Check::compiler(const Element& element) {
-  Settings& settings = source_.settings;
-  if (const char* folder = element.xml.Attribute("assetdir")) settings.mesh_folder = settings.texture_folder = folder;
-  if (const char* folder = element.xml.Attribute("meshdir")) settings.mesh_folder = folder;
-  if (const char* folder = element.xml.Attribute("texturedir")) settings.texture_folder = folder;
-  if (const char* strips = element.xml.Attribute("strippath")) settings.strips_path = std::strcmp(strips, "true") == 0;
-  if (const auto kept = element.text("passthrough"); !kept.empty() && kept != "none") refuse_late_files(element);
-}
-
-// If a texture is read only when it is drawn, its file may have changed since it was checked.
-void Check::refuse_late_files(const Element& element) const {
-  if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
-}
-
-// How much memory the arrays of a step may take: a number of bytes, or of the unit that follows it.
-void Check::size(const Element& element) {
-  const std::string text = element.text("memory");
-  if (text.empty()) return;
-  constexpr std::string_view kUnits = "KMGTPE";
-  const std::int64_t number = element.integer("memory");
-  const std::size_t last = text.find_last_not_of(" \t\n\v\f\r");
-  const std::size_t unit =
-      last == std::string::npos ? std::string::npos : kUnits.find(static_cast<char>(std::toupper(text[last])));
-  const double bytes =
-      std::ldexp(static_cast<double>(number), unit == std::string::npos ? 0 : 10 * (static_cast<int>(unit) + 1));
-  if (bytes > static_cast<double>(limits_.of(kArenaBytes)))
-    refuse("memory is " + text + "; the limit is " + std::to_string(limits_.of(kArenaBytes)) + " bytes", &element.xml);
-}
-
-void Check::lengthrange(const Element& element) {
-  has_muscles_ = true;
-  Settings& settings = source_.settings;
-  settings.range_timestep = real(element, "timestep", settings.range_timestep);
-  settings.range_total = real(element, "inttotal", settings.range_total);
-  // Stated ranges would not give the same model.
-  const auto mode = element.text("mode");
-  const bool computes_stated = mode == "all" || mode == "muscleuser" || element.text("useexisting") == "false" ||
-                               element.text("uselimit") == "true";
-  if (must_state_ranges() && computes_stated) refuse(kStateRanges, &element.xml);
-}
-
-void Check::option(const Element& element) {
-  source_.settings.timestep = real(element, "timestep", source_.settings.timestep);
-  if (const char* solver = element.xml.Attribute("solver")) source_.settings.solver = solver;
-}
-
-void Check::mesh(const Element& element) {
-  has_meshes_ = true;
-  add_built_in(element);
-  surface(element, File::Kind::mesh);
-}
-
-// A mesh that MuJoCo makes of parameters, which begin with whole numbers.
-void Check::add_built_in(const Element& element) {
-  const std::string type = element.text("builtin");
-  std::vector<std::int64_t> counts;
-  for (const auto value : values_of<double>(element.text("params"))) {
-    if (!(std::abs(value) <= kMaxCoordinate)) refuse("a parameter is too large", &element.xml);
-    counts.push_back(std::max(std::int64_t{1}, static_cast<std::int64_t>(value) + 1));
-  }
-  if (type.empty() || type == "sphere" || type == "hemisphere" || counts.empty()) return;  // these are small
-  const bool is_square = type == "supersphere" || type == "supertorus";
-  const bool is_flat = type == "wedge" || type == "plate" || type == "square" || type == "disc";
-  counts.resize(is_square || type == "cone" ? 1 : is_flat ? 2 : 3, 1);
-  std::int64_t vertices = is_square ? counts[0] : 2;
-  for (const auto count : counts) check_limit("vertices", vertices *= count, kVertices, &element.xml);
-  add_mesh({vertices, 2 * vertices}, "", &element.xml);
-}
-
-void Check::skin(const Element& element) {
-  if (element.parent != "composite") surface(element, File::Kind::skin);
-}
-
-void Check::hfield(const Element& element) {
-  add_pixels(element.integer("nrow") * element.integer("ncol"), &element.xml);
-  add_file(element, File::Kind::heights, "file");
-}
-
-void Check::texture(const Element& element) {
-  const std::int64_t width = element.integer("width"), height = element.integer("height");
-  const std::int64_t channels = std::max(element.integer("nchannel"), std::int64_t{3});
-  add_pixels((element.text("type") == "2d" ? width * height : 6 * width * width) * channels / 3, &element.xml);
-  if (element.text("embed") == "false") refuse_late_files(element);
-  for (const auto side : values_of<std::int64_t>(element.text("gridsize")))
-    if (side < 1 || side > 12) refuse("gridsize is " + std::to_string(side), &element.xml);
-  for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
-    add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
-}
-
-// MuJoCo makes fewer than three objects of each kind for a part of the composite.
-void Check::composite(const Element& element) {
-  std::int64_t parts = 1, subgrid = 0;
-  for (const auto side : values_of<std::int64_t>(element.text("count"))) {
-    if (side < 1) refuse("count is " + std::to_string(side), &element.xml);
-    check_limit("elements in a row", side, kElements, &element.xml);
-    check_limit("elements of a composite", parts *= side, kCompositeParts, &element.xml);
-  }
-  for (const auto* skin = element.xml.FirstChildElement("skin"); skin; skin = skin->NextSiblingElement("skin")) {
-    const std::int64_t value = Element{*skin, "skin", "composite"}.integer("subgrid");
-    check_limit("subgrid", value, kSubgrid, skin);
-    subgrid = std::max(subgrid, value);
-  }
-  check_limit("vertices of the skin", 2 * parts * (subgrid + 1) * (subgrid + 1), kVertices, &element.xml);
-  for (auto* made : {&counts_.elements, &counts_.bodies, &counts_.joints, &counts_.geoms, &counts_.sites,
-                     &counts_.tendons, &counts_.equalities, &dofs_})
-    *made += 3 * parts;
-}
-
-// MuJoCo makes a body with three joints of each point, or of each node of the cells around the points.
-void Check::flexcomp(const Element& element) {
-  const auto numbers = [&](const char* attribute, std::vector<std::int64_t> values) {
-    const auto given = values_of<std::int64_t>(element.text(attribute));
-    std::copy_n(given.begin(), std::min(given.size(), values.size()), values.begin());
-    for (const auto value : values) {
-      if (value < 1) refuse(std::string(attribute) + " is " + std::to_string(value), &element.xml);
-      check_limit(attribute, value, kElements, &element.xml);
-    }
-    return values;
-  };
-  const std::string type = element.text("type"), dof = element.text("dof");
-  const std::int64_t dim = element.xml.Attribute("dim") ? element.integer("dim") : 2;
-  const int dofs_each = dim == 1 ? 4 : 3;  // the edges of a rod can twist
-  const bool has_nodes = dof == "trilinear" || dof == "quadratic";
-  if (has_nodes) {
-    const std::int64_t order = dof == "quadratic" ? 2 : 1;
-    std::int64_t nodes = 1;
-    for (const auto side : numbers("cellcount", {1, 1, 1}))
-      check_limit("nodes of a flexcomp", nodes *= order * side + 1, kCompositeParts, &element.xml);
-    add_points(nodes, dofs_each);
-  }
-  std::int64_t points = 0;
-  if (type == "mesh") {
-    has_meshes_ = true;
-    add_file(element, File::Kind::flex, "file", has_nodes ? 0 : dofs_each);
-  } else if (type == "gmsh") {
-    if (!limits_.trusted()) refuse(std::string("files of Gmsh are not read") + kUnlessTrusted, &element.xml);
-  } else if (type == "direct") {
-    points = static_cast<std::int64_t>(values_of<double>(element.text("point")).size()) / 3;
-  } else {
-    auto count = numbers("count", {10, 10, 10});
-    if (type.empty() || type == "grid") count.resize(static_cast<std::size_t>(std::clamp<std::int64_t>(dim, 1, 3)));
-    points = 1;
-    for (const auto side : count) check_limit("points of a flexcomp", points *= side, kCompositeParts, &element.xml);
-  }
-  check_limit("points of a flexcomp", points, kCompositeParts, &element.xml);
-  add_points(points, has_nodes ? 0 : dofs_each);
-}
-
-void Check::camera(const Element& element) {
-  const auto sides = values_of<std::int64_t>(element.text("resolution"));
-  if (sides.size() < 2) return;
-  for (const auto side : sides) check_limit("resolution", side, kPictureSide, &element.xml);
-  max_camera_pixels_ = std::max(max_camera_pixels_, sides[0] * sides[1]);
-}
-
-void Check::actuator(const Element& element) {
-  reference(element);
-  add_numbers(element, "nsample");
-  add_numbers(element, "actdim");
-}
-
-void Check::sensor(const Element& element) {
-  reference(element);
-  constexpr std::int64_t kOfContact = 23;  // numbers that a sensor can have of one contact, more than of other objects
-  const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
-  check_limit("nsample", samples, kNumericSize, &element.xml);
-  if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
-    wide_samples_ += samples;
-  else
-    numbers_ += samples * kOfContact * std::max(element.integer("num"), std::int64_t{1});
-}
-
-void Check::joint(const Element& element) {
-  if (element.parent == "equality" || element.parent == "fixed") return;  // these refer to a joint
-  const std::string type = element.text("type");
-  const std::int64_t dofs = type == "free" ? 6 : type == "ball" ? 3 : 1;
-  ++counts_.joints;
-  if (element.parent == "default")
-    max_default_dofs_ = std::max(max_default_dofs_, dofs);
-  else if (type.empty())
-    ++untyped_joints_;
-  else
-    dofs_ += dofs;
-}
-
-// Checks a mesh or a skin, whose vertices and faces are in the element or in a file.
-void Check::surface(const Element& element, File::Kind kind) {
-  const std::vector<float> coordinates = values_of<float>(element.text("vertex"));
-  for (const float x : coordinates)
-    if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex is too far out", &element.xml);
-  const auto vertices = static_cast<std::int64_t>(coordinates.size()) / 3;
-  check_limit("vertices", vertices, kVertices, &element.xml);
-  for (const auto vertex : values_of<std::int64_t>(element.text("face")))
-    if (vertex < 0 || vertex >= vertices)
-      refuse("a face has vertex " + std::to_string(vertex) + " of " + std::to_string(vertices), &element.xml);
-  if (kind == File::Kind::mesh) add_mesh({vertices, 0}, "", &element.xml);
-  if (element.text("file").empty()) return;
-  for (const char* attribute : {"vertex", "normal", "texcoord", "face"})
-    if (element.xml.Attribute(attribute)) refuse(std::string("it has a file and a ") + attribute, &element.xml);
-  add_file(element, kind, "file");
-}
-
-void Check::add_file(const Element& element, File::Kind kind, const char* attribute, int copies) {
-  const std::string name = element.text(attribute);
-  if (name.empty()) return;
-  check_content_type(element, name);
-  source_.files.push_back({kind, name, copies, source_.including});
-}
-
-void Check::add_numbers(const Element& element, const char* attribute) {
-  numbers_ += std::max(element.integer(attribute), std::int64_t{0});
-}
-
-void Check::add_pixels(std::int64_t count, const XMLElement* element) {
-  check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
-}
-
-// Counts the elements of a flex, and the body with joints that each of its points has, unless dofs_each is 0.
-void Check::add_points(std::int64_t points, std::int64_t dofs_each) {
-  check_limit("points of a flexcomp", points, kCompositeParts);
-  counts_.elements += points;
-  counts_.bodies += 2 * points;  // rods have another body for each edge
-  counts_.joints += dofs_each * points;
-  dofs_ += dofs_each * points;
-}
-
-// A large mesh in a file is tried, until its hull has more vertices than the limit leaves to it. Of other meshes all
-// vertices are taken to be on the hull. The engine that is compiled in counts the work itself.
-void Check::add_mesh(const MeshSize& size, const std::string& file, const XMLElement* element) {
-  check_limit("vertices in all meshes", vertices_ += size.vertices, kAllVertices, element);
-  check_limit("triangles in all meshes", triangles_ += size.triangles, kAllTriangles, element);
-  if (kLoadLimitsHulls || limits_.trusted()) return;
-  constexpr std::int64_t kSmall = 1'000;  // vertices of a hull that takes a hundredth of a second
-  const auto most = static_cast<std::int64_t>(std::cbrt(static_cast<double>(kHullCubes - hull_cubes_)));
-  std::int64_t vertices = size.vertices;
-  if (!file.empty() && vertices > std::min(kSmall, most))
-    vertices = std::min(vertices, hull_vertices(file, std::max(kSmall, most) + 1).value_or(vertices));
-  if (vertices > most)
-    refuse(std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted, element);
-  hull_cubes_ += vertices * vertices * vertices;
-}
-
-double Check::real(const Element& element, const char* attribute, double fallback) const {
-  if (!element.xml.Attribute(attribute)) return fallback;
-  const auto value = element.real(attribute);
-  if (!value) refuse(std::string("attribute '") + attribute + "' is not a number", &element.xml);
-  return *value;
-}
-
-// ---- Files ----
-
-// Runs after all XML has been read, because the last setting of the folders applies.
-void Check::check_files() {
-  for (const auto& file : source_.files) {
-    const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
-    check_limit("bytes in all files", file_bytes_ += static_cast<std::int64_t>(content.size()), kAllFileBytes);
-    try {
-      check_file(file, path, content);
-    } catch (const Error& error) {
-      fail(MJENV_E_MODEL, "file " + quoted(path) + ": " + error.what());
-    }
-  }
-}
-
-void Check::check_file(const File& file, const std::string& path, const std::string& content) {
-  switch (file.kind) {
-    case File::Kind::mesh: return add_mesh(check_mesh(path, content, limits_), path);
-    case File::Kind::flex: return add_points(check_mesh(path, content, limits_).vertices, file.copies);
-    case File::Kind::skin: return check_skin(content, limits_);
-    case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
-    case File::Kind::texture: return add_pixels(file.copies * check_image(path, content, limits_));
-  }
-}
-
-// Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder first, and then from the folder of the included
-// file on.
-std::string Check::path_of(const File& file) const {
-  std::string path = path_of(file, file.name);
-  if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
-    return path;
-  return path_of(file, file.including + file.name);
-}
-
-std::string Check::path_of(const File& file, const std::string& given) const {
-  const Settings& settings = source_.settings;
-  std::string name = settings.strips_path ? given.substr(given.find_last_of("/\\") + 1) : given;
-  if (name.size() < 4) refuse("file " + quoted(file.name) + " has no extension");
-  std::string below = file.kind == File::Kind::texture ? settings.texture_folder : settings.mesh_folder;
-  if (!below.empty() && below.back() != '/' && below.back() != '\\') below += '/';
-  if (is_absolute(name)) return name;
-  return is_absolute(below) ? below + name : source_.folder + below + name;
-}
-
-// MuJoCo chooses a file's format by its content type, or if it has none by its extension.
-void Check::check_content_type(const Element& element, const std::string& file) const {
-  const std::string given = element.text("content_type");
-  if (given.empty()) return;
-  std::string extension = file.substr(std::min(file.find_last_of('.'), file.size()));
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  for (const auto& [type, fitting] : {std::pair{"model/obj", ".obj"},
-                                      {"model/stl", ".stl"},
-                                      {"model/vnd.mujoco.msh", ".msh"},
-                                      {"image/png", ".png"},
-                                      {"text/xml", ".xml"}})
-    if (given == type && extension == fitting) return;
-  refuse("the content type " + quoted(given) + " does not fit the extension of file " + quoted(file), &element.xml);
-}
-
-// ---- Refusing ----
-
-void Check::check_limit(const std::string& what, std::int64_t count, const Limit& limit,
-                        const XMLElement* element) const {
-  if (const auto why = limits_.excess(what, count, limit); !why.empty()) refuse(why, element);
-}
-
-void Check::refuse(const std::string& why, const XMLElement* element) const {
-  std::string place;
-  if (element) {
-    place = " (element <" + std::string(element->Value()) + ">, line " + std::to_string(element->GetLineNum());
-    if (source_.included.size() > 1) place += " of this file or an included one";
-    place += ")";
-  }
-  fail(MJENV_E_MODEL, why + place);
 }
 
 }  // namespace
@@ -832,7 +782,6 @@ void check_length_ranges(const mjModel_& m) {
 }
 
 std::int64_t max_text(bool trusted) { return Limits(trusted).of(kTextBytes); }
-
 Mjcf checked(const std::string& path, const std::string& text, bool trusted) { return Check(path, trusted).run(text); }
 
 }  // namespace mjenv::core

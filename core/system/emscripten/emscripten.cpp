@@ -19,12 +19,10 @@ namespace platform {
 // ---- Processes ----
 
 std::int32_t process_id() { return 1; }
-
 std::uint32_t thread_id() { return 1; }
 
 // A web page must not see the host's environment variables.
 std::optional<std::string> environment(const char*) { return std::nullopt; }
-
 std::optional<std::string> trusted_environment(const char*) { return std::nullopt; }
 
 const char path_separator = ':';
@@ -40,22 +38,15 @@ BlockedSignals::BlockedSignals() = default;
 BlockedSignals::~BlockedSignals() = default;
 
 std::vector<int> allowed_cpus() { return {}; }
-
 double cpu_quota(const std::string&) { return 1; }
-
 int scalable_vector_bytes() { return 0; }
-
 void pin_thread(std::thread&, int) {}
-
 void name_thread(std::thread&, const std::string&) {}
 
 // The stack begins at address 0, see cmake/emscripten.cmake.
 std::size_t stack_left() { return reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)); }
-
 bool run_on_thread(std::size_t, const std::function<void()>&) { return false; }
-
 void sleep_while(std::atomic<std::uint32_t>&, std::uint32_t) {}
-
 void wake_all(std::atomic<std::uint32_t>&) {}
 
 // ---- Memory, entropy, locale ----
@@ -84,17 +75,13 @@ ClassicLocale::~ClassicLocale() = default;
 // ---- Files ----
 
 FileStatus status_of(const std::string&) { return {}; }
-
 InputFile::InputFile(const std::string&) : handle_(-1) { errno = ENOENT; }
 
 InputFile::~InputFile() = default;
 
 FileStatus InputFile::status() const { return {}; }
-
 std::int64_t InputFile::read(void*, std::size_t) const { return -1; }
-
 bool begins_path(const std::string& text) { return text[0] == '.' || text[0] == '/' || text[0] == '~'; }
-
 bool names_no_file(const std::string&) { return false; }
 
 std::string real_path(const std::string&) {
@@ -103,7 +90,6 @@ std::string real_path(const std::string&) {
 }
 
 std::FILE* create_file(std::string&, std::size_t) { return nullptr; }
-
 std::string home_folder() { return "~"; }
 
 // ---- Pictures ----
@@ -120,17 +106,11 @@ void* open_library(const char* file, std::string& reason) {
 }
 
 void* loaded_library(const char*) { return nullptr; }
-
 bool show_library(const char*) { return false; }
-
 void close_library(void*) {}
-
 void* symbol_of(void*, const char*) { return nullptr; }
-
 void* visible_symbol(const char*) { return nullptr; }
-
 std::string file_of(const void*) { return ""; }
-
 void keep_loaded(const void*) {}
 
 }  // namespace platform

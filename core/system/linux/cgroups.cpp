@@ -27,14 +27,12 @@ double ratio(double quota, double period) { return quota > 0 && period > 0 ? quo
 // How many CPUs a control group may use; infinite if it sets no quota.
 double quota_of(const std::string& folder) {
   double quota = 0, period = 0;
-  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period)
-    return ratio(quota, period);  // "max" is not a number
+  if (std::ifstream v2(folder + "/cpu.max"); v2 >> quota >> period) return ratio(quota, period);  // not for "max"
   std::ifstream v1_quota(folder + "/cpu.cfs_quota_us"), v1_period(folder + "/cpu.cfs_period_us");
   return v1_quota >> quota && v1_period >> period ? ratio(quota, period) : kUnlimited;
 }
 
-// How many bytes a control group may still use. The kernel drops inactive pages of files when it needs memory, so they
-// count as free.
+// How many bytes a control group may still use. Inactive pages of files count as free: the kernel can drop them.
 double bytes_left(const std::string& folder) {
   double max = 0, used = 0;
   std::ifstream v2_max(folder + "/memory.max"), v2_used(folder + "/memory.current");
@@ -54,7 +52,6 @@ double counter(const std::string& file, const std::string& word, double fallback
 }
 
 double cpu_quota_of_groups(const std::string& root) { return smallest_limit(root, "cpu", quota_of); }
-
 double memory_of_groups(const std::string& root) { return smallest_limit(root, "memory", bytes_left); }
 
 }  // namespace mjenv::core

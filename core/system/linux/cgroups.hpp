@@ -11,11 +11,10 @@ constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Returns the number that follows `word` in the file.
 double counter(const std::string& file, const std::string& word, double fallback);
 
-// The smallest quota, in CPUs, of the control group of this process and of all groups above it; infinite if there is
-// none. root: the folder that contains proc/ and sys/.
+// The smallest quota in CPUs of this process's control group and those above it; infinite if none.
 double cpu_quota_of_groups(const std::string& root);
 
-// How many bytes these groups may still use: the smallest number.
+// How many bytes these groups may still use: the smallest number. root: the folder that contains proc/ and sys/.
 double memory_of_groups(const std::string& root);
 
 }  // namespace mjenv::core

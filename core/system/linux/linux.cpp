@@ -35,14 +35,8 @@ Condition::Condition() {
 
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
-  if (!deadline.is_set()) {
-    pthread_cond_wait(&condition_, mutex);
-    return;
-  }
-  const auto time = deadline.time().time_since_epoch();
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-  const std::chrono::nanoseconds rest = time - seconds;
-  const timespec until{static_cast<time_t>(seconds.count()), static_cast<long>(rest.count())};
+  if (!deadline.is_set()) return static_cast<void>(pthread_cond_wait(&condition_, mutex));
+  const timespec until = timespec_of(deadline.time().time_since_epoch());
   pthread_cond_timedwait(&condition_, mutex, &until);
 }
 

@@ -23,15 +23,10 @@ Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 // macOS waits until a time of the system clock, which users can set, or for a duration.
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
-  if (!deadline.is_set()) {
-    pthread_cond_wait(&condition_, mutex);
-    return;
-  }
+  if (!deadline.is_set()) return static_cast<void>(pthread_cond_wait(&condition_, mutex));
   const std::chrono::nanoseconds left = deadline.time() - std::chrono::steady_clock::now();
   if (left.count() <= 0) return;
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
-  const std::chrono::nanoseconds rest = left - seconds;
-  const timespec time{static_cast<time_t>(seconds.count()), static_cast<long>(rest.count())};
+  const timespec time = timespec_of(left);
   pthread_cond_timedwait_relative_np(&condition_, mutex, &time);
 }
 
@@ -56,9 +51,7 @@ std::vector<int> allowed_cpus() {
 }
 
 double cpu_quota(const std::string&) { return std::numeric_limits<double>::infinity(); }
-
 int scalable_vector_bytes() { return 0; }
-
 void pin_thread(std::thread&, int) {}
 
 // A thread can name only itself.

@@ -122,7 +122,6 @@ std::int64_t InputFile::read(void* to, std::size_t bytes) const {
 }
 
 bool begins_path(const std::string& text) { return text[0] == '.' || text[0] == '/' || text[0] == '~'; }
-
 bool names_no_file(const std::string&) { return false; }
 
 std::string real_path(const std::string& path) {
@@ -171,7 +170,6 @@ void* open_library(const char* file, std::string& reason) {
 }
 
 void* loaded_library(const char* file) { return dlopen(file, RTLD_NOW | RTLD_LOCAL | RTLD_NOLOAD); }
-
 bool show_library(const char* file) { return dlopen(file, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD) != nullptr; }
 
 void close_library(void* library) {
@@ -180,7 +178,6 @@ void close_library(void* library) {
 }
 
 void* symbol_of(void* library, const char* name) { return dlsym(library, name); }
-
 void* visible_symbol(const char* name) { return dlsym(RTLD_DEFAULT, name); }
 
 void keep_loaded(const void* address) {

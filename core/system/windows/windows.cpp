@@ -30,14 +30,9 @@ Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 // winpthreads waits until a time of the system clock, which users can set, or for a duration.
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
-  if (!deadline.is_set()) {
-    pthread_cond_wait(&condition_, mutex);
-    return;
-  }
+  if (!deadline.is_set()) return static_cast<void>(pthread_cond_wait(&condition_, mutex));
   const auto left = std::max(deadline.time() - std::chrono::steady_clock::now(), std::chrono::nanoseconds(0));
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
-  const std::chrono::nanoseconds rest = left - seconds;
-  const timespec duration{static_cast<time_t>(seconds.count()), static_cast<long>(rest.count())};
+  const timespec duration = timespec_of(left);
   pthread_cond_timedwait_relative_np(&condition_, mutex, &duration);
 }
 
@@ -106,7 +101,6 @@ std::string with_backslashes(std::string path) {
 // ---- Processes ----
 
 std::int32_t process_id() { return static_cast<std::int32_t>(GetCurrentProcessId()); }
-
 std::uint32_t thread_id() { return GetCurrentThreadId(); }
 
 // The system's own variables: each C library in the process keeps a copy, which may be older.

@@ -84,23 +84,26 @@ or `:light_xdir`.
 need!(b::Builder, name::Union{AbstractString,Symbol}) = task_need(b.api, b.raw, text(name))
 
 """
-    MJEnv.keep!(b; low = -Inf, high = Inf)
-    MJEnv.keep!(b, count; low = -Inf, high = Inf)
+    MJEnv.keep!(b; low = -Inf, high = Inf, resets = false)
+    MJEnv.keep!(b, count; low = -Inf, high = Inf, resets = false)
 
 Declares one or `count` numbers that a row remembers from step to step, which are 0 at the start of an episode. Returns
 the index or the range of indices of `sim.carried`, `start.carried` and `row.carried`.
 
 `low` and `high` are closed bounds, which contain 0: a method that writes another number fails, and images with another
 number are refused. Bound what the task uses as an index or a size, because an image may come from a stranger.
-"""
-keep!(b::Builder; low::Real = -Inf, high::Real = Inf) = first(keep!(b, 1; low, high))
 
-function keep!(b::Builder, count::Integer; low::Real = -Inf, high::Real = Inf)
+With `resets = true` the numbers stay after resets: a terrain's level, for instance. They are 0 until the row's first one.
+"""
+keep!(b::Builder; low::Real = -Inf, high::Real = Inf, resets::Bool = false) = first(keep!(b, 1; low, high, resets))
+
+function keep!(b::Builder, count::Integer; low::Real = -Inf, high::Real = Inf, resets::Bool = false)
     count >= 0 || throw(ArgumentError("the count $count is negative"))
     before = b.carry_count
     b.carry_count += count
     task_carry(b.api, b.raw, b.carry_count)
     (low, high) == (-Inf, Inf) || task_carry_bounds(b.api, b.raw, before, count, low, high)
+    resets && task_keep(b.api, b.raw, before, count)
     b.sim = Sim(member(b.raw, Val(:sim)), b.carry_count)
     return (before + 1):(b.carry_count)
 end
@@ -149,10 +152,13 @@ function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, dtype
     return
 end
 
+size_of_live(default) = default isa Tuple ? (length(default),) : ()
+
 # The value of an option that the task has declared.
 function option_value(b::Builder, name::Symbol, setting::Setting)
     called, default = text(name), setting.default
     setting.object === nothing || return Int(task_option_index(b.api, b.raw, called, setting.object)) + 1
+    setting.live && return Live(Int(task_parameter(b.api, b.raw, called)), size_of_live(default))
     default isa Bool && return task_integer(b.api, b.raw, called) != 0
     default isa Integer && return Int(task_integer(b.api, b.raw, called))
     default isa Union{AbstractString,Symbol} && return unsafe_string(task_text(b.api, b.raw, called))

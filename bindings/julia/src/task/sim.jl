@@ -57,6 +57,21 @@ struct NamedArray{T,N}
 end
 
 """
+    MJEnv.Live
+
+A live parameter, which `build` gets for an option with `live = true` ([`MJEnv.Setting`](@ref)). Each row has its own number
+or numbers, at first the option's, which `write!(env, "parameters.NAME", values)` changes while the task runs. Methods read
+them with `sim[live]`, and `reset!` with `start[live]`.
+"""
+struct Live{N}
+    first::Int
+    size::NTuple{N,Int}
+end
+
+@inline numbers(from::Ptr{Float64}, live::Live{0}) = unsafe_load(from, live.first + 1)
+@inline numbers(from::Ptr{Float64}, live::Live{1}) = ReadOnly{Float64,1}(from + 8 * live.first, live.size)
+
+"""
     MJEnv.Sim
 
 One row's simulation, which a task reads. Its properties have MuJoCo's names:
@@ -138,6 +153,8 @@ property(sim::Sim, ::Val{name}) where {name} =
     ReadOnly{T,N}(Ptr{T}(unsafe_load(arrays, array.index)), array.size)
 @inline Base.getindex(sim::Sim, array::NamedArray) = element(member(raw(sim), Val(:arrays)), array)
 
+@inline Base.getindex(sim::Sim, live::Live) = numbers(member(raw(sim), Val(:parameters)), live)
+
 Base.show(io::IO, sim::Sim) = print(io, "MJEnv.Sim(nq = ", sim.nq, ", nv = ", sim.nv, ", nu = ", sim.nu, ")")
 
 """
@@ -165,6 +182,7 @@ property(start::Start, ::Val{name}) where {name} =
 
 @inline raw(start::Start) = getfield(start, :raw)
 @inline Base.getindex(start::Start, array::NamedArray) = element(member(raw(start), Val(:arrays)), array)
+@inline Base.getindex(start::Start, live::Live) = numbers(member(raw(start), Val(:parameters)), live)
 
 """
     MJEnv.Rng

@@ -39,12 +39,13 @@ function build end
 function carry! end
 
 """
-    MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing)
+    MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false)
 
 An option of a task. `default` decides what it holds: a `Bool`, an integer, a real number, a tuple of numbers, or a
 text. `low` and `high` are the closed bounds of each number, and `choices` the valid texts. With `object = :body` (or
 another type, see [`object_index`](@ref)) it names an object of the model, or gives its index as in Gymnasium, from 0;
-`build` gets the index from 1.
+`build` gets the index from 1. With `live = true` a real number, or a tuple of them, is a live parameter: `build` gets a
+[`MJEnv.Live`](@ref).
 """
 struct Setting
     default::Any
@@ -53,11 +54,12 @@ struct Setting
     high::Float64
     choices::Vector{String}
     object::Union{Nothing,String}
+    live::Bool
 end
 
-function Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing)
+function Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false)
     of = object === nothing ? nothing : String(object)
-    return Setting(default, doc, low, high, [String(choice) for choice in choices], of)
+    return Setting(default, doc, low, high, [String(choice) for choice in choices], of, live)
 end
 
 """
@@ -206,6 +208,7 @@ function raw_option(name, setting::Setting, keep, c_text)
         doc = c_text(setting.doc),
         low = bounded ? setting.low : 0.0,
         high = bounded ? setting.high : 0.0,
+        live = Int32(setting.live),
     )
     if setting.object !== nothing && default isa Integer
         return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_STRING_OR_INT), value = default)

@@ -69,6 +69,7 @@ class Role(IntEnum):
     DATA = 7
     MODEL = 8
     ARRAYS = 9
+    PARAMETERS = 10
 
 
 class Kind(IntEnum):
@@ -161,6 +162,9 @@ class mjenv_space(Structure):
         ("count", c_int64),
         ("low", POINTER(c_double)),
         ("high", POINTER(c_double)),
+        ("ndim", c_int32),
+        ("reserved", c_int32),
+        ("shape", c_int64 * 4),
     )
 
 
@@ -254,6 +258,8 @@ class mjenv_perturbation(Structure):
         ("observation_delay", c_int64),
         ("pushes", POINTER(mjenv_push)),
         ("push_count", c_int64),
+        ("first_action", POINTER(c_double)),
+        ("first_action_count", c_int64),
     )
 
 

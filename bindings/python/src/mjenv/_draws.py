@@ -40,6 +40,8 @@ Made = TypeVar("Made")
 class Rows(Protocol):
     """The rows whose objects and elements are named: those of _handle.py."""
 
+    @property
+    def options(self) -> Mapping[str, Any]: ...
     def fields(self, role: Role) -> Sequence[Field]: ...
     def array(self, role: Role, name: str) -> Field | None: ...
     def value(self, role: Role, name: str) -> NDArray[Any]: ...
@@ -130,12 +132,17 @@ class Lists:
         for name, role in (("action", Role.ACTION), ("observation", Role.OBSERVATION)):
             deviations = _numbers(getattr(noise, name), f"noise: {name}")
             count = sum(field.count for field in rows.fields(role))
-            if deviations.size not in (1, count):
+            # With the time or a history in the observation, only the library knows the count of the task's own.
+            is_known = name == "action" or not (rows.options.get("time_aware") or rows.options.get("history"))
+            if is_known and deviations.size not in (1, count):
                 raise InvalidValueError(f"noise: {name} has {deviations.size} numbers, not 1 or {count}", Status.E_SIZE)
             if deviations.any():
                 setattr(found, f"{name}_noise", self.pointer(deviations, c_double))
                 setattr(found, f"{name}_noise_count", deviations.size)
             setattr(found, f"{name}_delay", _int64(getattr(delay, name), f"delay: {name}"))
+        first = _numbers(delay.first_action, "delay: first_action")
+        if first.any():
+            found.first_action, found.first_action_count = self.pointer(first, c_double), first.size
         structs = (_abi.mjenv_push * len(pushes))()
         for struct, one in zip(structs, pushes, strict=True):
             struct.struct_size = ctypes.sizeof(struct)

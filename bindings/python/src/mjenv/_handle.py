@@ -207,14 +207,14 @@ def _is_integer(value: Any) -> bool:
 class Batch:
     """The arrays that reset and step write, and the mjenv_batch that points to them."""
 
-    def __init__(self, rows: int, obs_count: int, info_count: int, dtype: Dtype = Dtype.FLOAT64) -> None:
-        self.obs: NDArray[Any] = np.zeros((rows, obs_count), np.float32 if dtype == Dtype.FLOAT32 else np.float64)
+    def __init__(self, rows: int, obs_shape: tuple[int, ...], info_count: int, dtype: Dtype = Dtype.FLOAT64) -> None:
+        self.obs: NDArray[Any] = np.zeros((rows, *obs_shape), np.float32 if dtype == Dtype.FLOAT32 else np.float64)
         self.info, self.reward = np.zeros(rows * info_count), np.zeros(rows)
         self.ended = np.zeros((2, rows), np.bool_)  # terminated, truncated
         self.status = np.zeros(rows, np.int32)
         self.struct = _struct(_abi.mjenv_batch)
         self.struct.obs_dtype = dtype
-        self.struct.rows, self.struct.obs_count, self.struct.info_count = rows, obs_count, info_count
+        self.struct.rows, self.struct.obs_count, self.struct.info_count = rows, math.prod(obs_shape), info_count
         self.struct.obs = self.obs.ctypes.data
         self.struct.reward = pointer_to(self.reward, c_double)
         self.struct.info = pointer_to(self.info, c_double)
@@ -371,12 +371,14 @@ class Rows:
         return self.read(row, field)
 
     def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
-        """The lower and the upper bounds of the space of observations or actions."""
+        """The lower and the upper bounds of the space of observations or actions, in its shape."""
         space = _struct(_abi.mjenv_space)
         turn = self.enter()
         try:
             self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
-            return np.array(space.low[: space.count]), np.array(space.high[: space.count])
+            low, high = (np.array(bounds[: space.count], np.float64) for bounds in (space.low, space.high))
+            shape = tuple(space.shape[: space.ndim])
+            return low.reshape(shape), high.reshape(shape)
         finally:
             self.leave(turn)
 

@@ -6,7 +6,7 @@ Each access reads a fresh copy. Assigning to what can be written writes it throu
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, MutableMapping
 from typing import Any
 
 import numpy as np
@@ -116,7 +116,7 @@ class Arrays(_Attributes):
 
     def _is_written(self, array: str) -> bool:
         """Whether the library may accept values: of mjModel it says itself what it refuses, and why."""
-        return self._role == Role.MODEL or array in _INPUTS
+        return self._role in (Role.MODEL, Role.PARAMETERS) or array in _INPUTS
 
     def _read(self, field: Field) -> NDArray[Any]:
         array: NDArray[Any] = self._rows.read(self._row, field)
@@ -351,3 +351,39 @@ class RowArrays(Arrays):
         differs = (values != self._read(field)).reshape(self._rows.count, -1).any(axis=1)
         self._rows.write_rows(differs, field.name, values)
         self._changed()
+
+
+class Parameters(MutableMapping[str, Any]):
+    """The live parameters of a task by name. An assignment, also to elements of an array, writes the rows' numbers."""
+
+    __slots__ = ("_arrays",)
+
+    def __init__(self, arrays: Callable[[Role, str], Arrays]) -> None:
+        """arrays: makes the arrays of a role whose names have a prefix."""
+        self._arrays = arrays(Role.PARAMETERS, "parameters.")
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self:
+            raise UnknownNameError(
+                f"there is no live parameter {name!r}, but {', '.join(self) or 'this task has none'}", Status.E_NAME
+            )
+        return getattr(self._arrays, name)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self[name]
+        setattr(self._arrays, name, value)
+
+    def __delitem__(self, name: str) -> None:
+        raise TypeError("the live parameters of a task stay")
+
+    def __contains__(self, name: object) -> bool:
+        return name in list(self)
+
+    def __iter__(self) -> Iterator[str]:
+        return (name.removeprefix("parameters.") for name in self._arrays._all())
+
+    def __len__(self) -> int:
+        return len(self._arrays._all())
+
+    def __repr__(self) -> str:
+        return f"Parameters({dict(self)})"

@@ -32,6 +32,13 @@ from mjenv.task import Random, Sim
 BoolArray = NDArray[np.bool_]
 
 
+# The options with which the library changes observations and actions, and their values if it does not.
+_OF_THE_LIBRARY = {"history": 0, "time_aware": False, "clip_actions": False, "rescale_actions": (0.0, 0.0)}
+
+
+_PREFIX = "parameters."  # of the names of live parameters
+
+
 class _Out:
     """The arrays that an mjenv_batch names; None where it names none."""
 
@@ -79,6 +86,9 @@ class NumpyRows(Rows):
         asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}
+        for name, unused in _OF_THE_LIBRARY.items():
+            if settings[name] != unused:
+                raise OptionError(f"{id} computes all rows at once: {name} works with tasks in machine code")
         names = dict.fromkeys((*registered.needs, *settings["arrays"].split()))
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
@@ -98,7 +108,7 @@ class NumpyRows(Rows):
         fields = self.fields(Role.ARRAYS)
         self._block = np.zeros(count * sum(field.count for field in fields))
         self._views = {f.name: view for f, view in zip(fields, views(self._block, fields, count), strict=True)}
-        self._inner = Batch(count, 0, 0)
+        self._inner = Batch(count, (0,), 0)
         struct = self._inner.struct
         struct.obs = struct.reward = struct.info = None
         struct.arrays_count = sum(field.count for field in fields)
@@ -107,7 +117,10 @@ class NumpyRows(Rows):
         # The state, behind it whether each row's episode has ended.
         self._ended: BoolArray = np.zeros(count, np.bool_)
         self._state = {name: np.zeros((count, *shape)) for name, shape in registered.kind.state.items()}
-        self._sim = Sim(self._views, self._state)
+        live = {field.name.removeprefix(_PREFIX): field for field in self.fields(Role.PARAMETERS)}
+        self._parameters = {name: np.zeros((count, *field.shape)) for name, field in live.items()}
+        self._read_parameters()
+        self._sim = Sim(self._views, self._state, self._parameters)
         self._streams: list[np.random.Generator] = []
         self._pristine = super().snapshot(0)  # of a row that was never reset
 
@@ -162,10 +175,14 @@ class NumpyRows(Rows):
             if status:
                 self._task.carry(self._sim)  # other rows were stepped
                 raise self.engine.last_error(status)
+        # The step does not count for rows that are about to be reset, so they keep what it would write.
+        kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
         reward, terminated, infos = self._checked.step(self._sim, action)
         # Copies, because the task may have returned views of what carry and resets change.
         reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
         self._carry(stepped)
+        for name, values in kept.items():
+            self._state[name][resets] = values
         if self._strict and np.isnan(reward[stepped]).any():
             row = int(np.argmax(np.isnan(reward) & stepped))
             raise TaskError(f"row {row}: {self.id}: step: the reward is NaN", Status.E_TASK)
@@ -238,6 +255,10 @@ class NumpyRows(Rows):
             )
             self.check(status)
             self._read_row(row)
+        mask = pointer_to(resets, c_uint8)
+        for name, live in self._parameters.items():  # which the image has replaced
+            array, numbers = f"{_PREFIX}{name}".encode(), pointer_to(live, c_double)
+            self.check(self.engine.mjenv_write(self.pointer, mask, array, numbers, live.size))
         for name, values in state.items():
             self._state[name][chosen] = values
         self._ended[chosen] = False
@@ -320,6 +341,21 @@ class NumpyRows(Rows):
             }
         return self._streams[: len(rows)]
 
+    def _read_parameters(self) -> None:
+        for name, values in self._parameters.items():
+            for row in range(self.count):
+                values[row] = self._read(row, _PREFIX + name, values[row].size).reshape(values.shape[1:])
+
+    def write(self, row: int, name: str, values: Any) -> None:
+        super().write(row, name, values)
+        if name.startswith(_PREFIX):
+            self._read_parameters()
+
+    def write_rows(self, mask: BoolArray | None, name: str, values: Any) -> None:
+        super().write_rows(mask, name, values)
+        if name.startswith(_PREFIX):
+            self._read_parameters()
+
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
         self._changed(row)
@@ -339,7 +375,7 @@ class NumpyRows(Rows):
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
-        for values in (self._ended, *self._state.values(), *self._views.values()):
+        for values in (self._ended, *self._state.values(), *self._parameters.values(), *self._views.values()):
             values[mask] = values[source]
 
     # ---- images ----
@@ -368,6 +404,7 @@ class NumpyRows(Rows):
         super().restore(row, image[:split])
         for values, numbers in zip(arrays, restored, strict=True):
             values[...] = numbers
+        self._read_parameters()
         turn = self.enter()
         try:
             if row == _abi.ALL_ROWS:

@@ -15,7 +15,7 @@ from mjenv._step import Info, dtype_of, views
 
 BoolArray = NDArray[np.bool_]
 
-ROLES = (Role.OBSERVATION, Role.ACTION, Role.INFO, Role.RESET_INFO, Role.ARRAYS)
+ROLES = (Role.ACTION, Role.INFO, Role.RESET_INFO, Role.ARRAYS)
 
 _FLOAT64 = np.dtype(np.float64)
 
@@ -82,7 +82,7 @@ class Outputs(Batch):
         fields = {role: rows.fields(role) for role in ROLES}
         counts = {role: sum(field.count for field in of_role) for role, of_role in fields.items()}
         count = rows.count
-        super().__init__(count, counts[Role.OBSERVATION], counts[Role.INFO], FLOATS[dtype])
+        super().__init__(count, rows.bounds(Role.OBSERVATION)[0].shape, counts[Role.INFO], FLOATS[dtype])
         self.nu = counts[Role.ACTION]
         self.terminated, self.truncated = self.ended
 

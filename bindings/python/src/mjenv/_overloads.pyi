@@ -20,6 +20,12 @@ class Common(Rendering, Randomizing, total=False):
     lanes: int
     cpu_affinity: bool
     arrays: str
+    time_aware: bool
+    normalize_time: bool
+    history: str | int
+    history_padding: Literal["reset", "zero"]
+    clip_actions: bool
+    rescale_actions: Sequence[float]
     engine: str | None
     disable_env_checker: bool | None
 

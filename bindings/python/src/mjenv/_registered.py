@@ -75,6 +75,9 @@ class Registered:
         for name in (*self.settings, *kind.state):
             if hasattr(Task, name) or name in Task.__annotations__:
                 raise InvalidValueError(f"{kind.__name__}: {name!r} is a name that mjenv.Task uses itself")
+        for name in kind.kept:
+            if isinstance(kind.kept, str) or name not in kind.state:
+                raise OptionError(f"{kind.__name__}: kept has {name!r}, which is not in state", Status.E_NAME)
         self.needs = _needs_of(kind)
         taken = set(kind.state) & {name.partition(".")[0] for name in self.needs}
         if taken:
@@ -186,6 +189,7 @@ class Registered:
                 f"option {name!r}: the default is a bool, an int, a float, floats or a str, not {default!r}",
                 Status.E_TYPE,
             )
+        option.live = setting.live
         if option.kind != Kind.FLAG and (setting.low, setting.high) != (-math.inf, math.inf):
             option.low, option.high = setting.low, setting.high
         return option
@@ -221,7 +225,8 @@ class Registered:
         for name in ("nq", "nv", "na", "nu", "qpos0", "timestep", "dt"):
             setattr(task, name, getattr(model, name))
         for name, setting in self.settings.items():
-            setattr(task, name, model.option(name, setting.default))
+            if not setting.live:
+                setattr(task, name, model.option(name, setting.default))
 
     def _describe_code(self, task: Task, model: Model) -> None:
         first = 0
@@ -229,6 +234,8 @@ class Registered:
             count = math.prod(shape)
             if name in task.state_bounds:
                 model.bound_carried(first, count, *task.state_bounds[name])
+            if name in self.kind.kept:
+                model.keep_carried(first, count)
             first += count
         for name, length in task.observation_fields.items():
             model.describe(Role.OBSERVATION, name, (length,), Dtype.FLOAT64)
@@ -245,7 +252,9 @@ class Registered:
         """Calls each method once, for one row in the model's initial state, to learn what it returns."""
         arrays = {name: _initial(model, name)[None] for name in self.needs}
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
-        sim, checked = Sim(arrays, state), Checked(self.id, task, 1)
+        live = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
+        sim = Sim(arrays, state, {name: np.array([values], np.float64) for name, values in live.items()})
+        checked = Checked(self.id, task, 1)
         _, _, drawn = checked.reset(Random([np.random.default_rng(0)]))
         for name, values in drawn.items():
             state[name][...] = values
@@ -304,7 +313,7 @@ class Checked:
     def reset(self, rng: Random) -> tuple[Float64Array, Float64Array, dict[str, Float64Array]]:
         task, rows = self.task, len(rng.streams)
         found = task.reset(rng, rows)
-        names = tuple(self.kind.state)
+        names = tuple(name for name in self.kind.state if name not in self.kind.kept)
         size = 3 if names else 2
         if not isinstance(found, tuple) or not (len(found) == size or (not names and len(found) == 3)):
             what = "qpos, qvel and a dict of the state" if names else "qpos and qvel"

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mjenv._abi import Role, Status
 from mjenv._handle import Float64Array, Rows
-from mjenv._mujoco import Data, Model
+from mjenv._mujoco import Arrays, Data, Model, Parameters
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, UnknownNameError
 
@@ -44,6 +44,11 @@ class Simulation:
         on: ``env.unwrapped.model.geom_friction[:, 0] *= 0.5``, ``env.unwrapped.model.opt.timestep = 0.002``.
         """
         return Model(self._rows, self._row, self._changed)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The live parameters of the task: ``env.unwrapped.parameters["speed"] = 0.5``. Resets leave them."""
+        return Parameters(lambda role, prefix: Arrays(self._rows, self._row, role, self._changed, prefix))
 
     def set_constants(self) -> None:
         """Calls mj_setConst(model, data): computes anew what MuJoCo derives from masses, sizes and qpos0.
@@ -93,10 +98,10 @@ class Simulation:
         return structure
 
     def fields(self, kind: str) -> tuple[Field, ...]:
-        """The named parts of the "observation", "action", "info" or "reset_info", or the arrays of "data" or "model":
-        each with its name, shape, offset, count, type and doc."""
+        """The named parts of the "observation", "action", "info" or "reset_info", or the arrays of "data" or "model",
+        or the live "parameters": each with its name, shape, offset, count, type and doc."""
         roles = {"observation": Role.OBSERVATION, "action": Role.ACTION, "info": Role.INFO}
-        roles |= {"reset_info": Role.RESET_INFO, "data": Role.DATA, "model": Role.MODEL}
+        roles |= {"reset_info": Role.RESET_INFO, "data": Role.DATA, "model": Role.MODEL, "parameters": Role.PARAMETERS}
         if kind not in roles:
             raise UnknownNameError(f"there are no fields of {kind!r}, but of {', '.join(roles)}", Status.E_NAME)
         return self._rows.fields(roles[kind])

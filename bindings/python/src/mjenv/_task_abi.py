@@ -29,6 +29,8 @@ class mjenv_task_option(Structure):
         ("count", c_int64),
         ("text", c_char_p),
         ("choices", c_char_p),
+        ("live", c_int32),
+        ("reserved", c_int32),
     )
 
 
@@ -74,6 +76,7 @@ class mjenv_sim(Structure):
         ("dt", c_double),
         *((name, c_void_p) for name in SIM_ARRAYS),
         ("arrays", POINTER(c_void_p)),
+        ("parameters", c_void_p),
     )
 
 
@@ -83,6 +86,7 @@ class mjenv_start(Structure):
         ("reserved", c_int32),
         *((name, c_void_p) for name in ("api", "random", "qpos0", "qpos", "qvel", "act", "carried", "arrays")),
         *((name, c_int32) for name in ("nq", "nv", "na", "carry_count")),
+        *((name, c_void_p) for name in ("parameters", "sim", "time", "own")),
     )
 
 
@@ -121,6 +125,21 @@ class mjenv_task_api(Structure):
         ("choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
         ("sample", CFUNCTYPE(None, c_void_p, c_int64, c_int64, c_void_p)),
         ("permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
+        ("parameter", CFUNCTYPE(c_int64, c_void_p, c_char_p)),
+        ("keep", CFUNCTYPE(None, c_void_p, c_int64, c_int64)),
+        ("current", CFUNCTYPE(None, c_void_p)),
+        ("own", CFUNCTYPE(c_int32, c_void_p, c_char_p)),
+        ("random_state", CFUNCTYPE(None, c_void_p)),
+        ("forward", CFUNCTYPE(c_int32, c_void_p)),
+        ("advance", CFUNCTYPE(c_int32, c_void_p, c_int64)),
+        ("restart", CFUNCTYPE(c_int32, c_void_p)),
+        ("contact_count", CFUNCTYPE(c_int64, c_void_p)),
+        ("state_rand", CFUNCTYPE(c_double, c_void_p)),
+        ("state_uniform", CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ("state_randn", CFUNCTYPE(c_double, c_void_p)),
+        ("state_randint", CFUNCTYPE(c_int64, c_void_p, c_int64, c_int64)),
+        ("state_choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
+        ("state_is_new", CFUNCTYPE(c_int32, c_void_p)),
     )
 
 

@@ -35,11 +35,12 @@ class _Exchange:
     """The arrays and the prepared calls with which one row is stepped and reset."""
 
     def __init__(self, rows: Rows) -> None:
-        counts = {role: sum(field.count for field in rows.fields(role)) for role in (Role.OBSERVATION, Role.INFO)}
-        counts |= {role: sum(field.count for field in rows.fields(role)) for role in (Role.RESET_INFO, Role.ARRAYS)}
+        roles = (Role.INFO, Role.RESET_INFO, Role.ARRAYS)
+        counts = {role: sum(field.count for field in rows.fields(role)) for role in roles}
+        obs_shape = rows.bounds(Role.OBSERVATION)[0].shape
         self._rows = rows
-        self._batch = Batch(1, counts[Role.OBSERVATION], counts[Role.INFO])
-        self._reset_batch = Batch(1, counts[Role.OBSERVATION], counts[Role.RESET_INFO])
+        self._batch = Batch(1, obs_shape, counts[Role.INFO])
+        self._reset_batch = Batch(1, obs_shape, counts[Role.RESET_INFO])
         exported = np.zeros(counts[Role.ARRAYS])
         fields = rows.fields(Role.ARRAYS)
         self.arrays = {field.name: view[0] for field, view in zip(fields, views(exported, fields, 1), strict=True)}

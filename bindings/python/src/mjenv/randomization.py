@@ -74,10 +74,12 @@ class Noise:
 
 @dataclass(frozen=True)
 class Delay:
-    """How many steps actions and observations are late. Until the first one arrives, there are zeros."""
+    """How many steps actions and observations are late. Until the first one arrives, there are zeros, or for actions
+    first_action: one number for all actuators, or one for each."""
 
     action: int = 0
     observation: int = 0
+    first_action: float | Sequence[float] = 0.0
 
 
 @dataclass(frozen=True)

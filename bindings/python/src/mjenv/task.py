@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double
 from dataclasses import dataclass
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -31,6 +31,7 @@ class Setting:
     low: float = -math.inf  # the bounds of each number, both included
     high: float = math.inf
     choices: tuple[str, ...] = ()  # the valid texts; empty if any text is valid
+    live: bool = False  # of a float, or floats: a live parameter, which can be written while the task runs
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,9 @@ class Task:
     """Names in state and their bounds (low, high), which contain 0. build may set it. A method that writes another
     number fails, and snapshots with another number are refused. Bound what the task uses as an index or a size,
     because a snapshot may come from a stranger."""
+    kept: ClassVar[Sequence[str]] = ()
+    """Names in state that stay after resets: a terrain's level, for instance. They are 0 until a row's first reset. A
+    NumPy task's reset does not return them: its step and carry write them."""
     observation_fields: Mapping[str, int] = {}
     """Names and lengths of the observation's parts. build may set it. A NumPy task may leave it empty."""
     info_fields: Mapping[str, Field | tuple[int, ...]] = {}
@@ -135,13 +139,25 @@ class Task:
 
 class Sim:
     """All rows' simulations: an array (rows, *shape) for each name in needs, which are views and read-only, and for
-    each name in state, which step and carry may write into.
+    each name in state, which step and carry may write into. parameters: the live parameters by name, (rows,) or
+    (rows, n), read-only.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
     in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead.
     """
 
-    def __init__(self, arrays: Mapping[str, Float64Array], state: Mapping[str, Float64Array]) -> None:
+    parameters: Mapping[str, Float64Array]
+
+    def __init__(
+        self,
+        arrays: Mapping[str, Float64Array],
+        state: Mapping[str, Float64Array],
+        parameters: Mapping[str, Float64Array] = MappingProxyType({}),
+    ) -> None:
+        views = {name: array.view() for name, array in parameters.items()}
+        for view in views.values():
+            view.flags.writeable = False
+        self.parameters = MappingProxyType(views)
         for name, array in arrays.items():
             view = array.view()
             view.flags.writeable = False
@@ -248,6 +264,13 @@ class Model:
 
     def bound_carried(self, first: int, count: int, low: float, high: float) -> None:
         self._api.carry_bounds(self._builder, first, count, low, high)
+
+    def keep_carried(self, first: int, count: int) -> None:
+        self._api.keep(self._builder, first, count)
+
+    def parameter_index(self, name: str) -> int:
+        """The index of a live parameter's first number in mjenv_sim.parameters, for machine code."""
+        return int(self._api.parameter(self._builder, encoded(name, "the name")))
 
     def option(self, name: str, default: Any) -> Any:
         """The value of an option that a task has declared with that default."""

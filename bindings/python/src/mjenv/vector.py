@@ -29,7 +29,7 @@ from mjenv._arguments import (
 )
 from mjenv._engine import ENGINES
 from mjenv._handle import FLOATS, Batch, Float64Array
-from mjenv._mujoco import RowArrays
+from mjenv._mujoco import Parameters, RowArrays
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv._pool import Pool
@@ -289,7 +289,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         steps = array.shape[1] if array.ndim == 3 else 1
         action = pool.actions(array, (self.num_envs, steps, pool.shape[1]))
         obs = pool.outputs.obs
-        out = Batch(self.num_envs * steps, obs.shape[1] if observations else 0, 0, FLOATS[obs.dtype])
+        obs_shape = obs.shape[1:] if observations else (0,)
+        out = Batch(self.num_envs * steps, obs_shape, 0, FLOATS[obs.dtype])
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
@@ -301,7 +302,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             pool.rows.leave(turn)
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
-        return (*results, out.obs.reshape(self.num_envs, steps, -1)) if observations else results
+        return (*results, out.obs.reshape(self.num_envs, steps, *obs_shape)) if observations else results
 
     def observe(self) -> Array:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
@@ -387,6 +388,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         """
         return RowArrays(self._pool.rows, Role.DATA, self._changed)
 
+    @property
+    def parameters(self) -> Parameters:
+        """The live parameters of the task: ``envs.parameters["speed"][rows] = speeds`` gives rows new numbers.
+
+        Each access reads (num_envs, ...) of all rows. Resets leave them as they are.
+        """
+        rows = self._pool.rows
+        return Parameters(lambda role, prefix: RowArrays(rows, role, self._changed, prefix))
+
     def set_constants(self) -> None:
         """Calls mj_setConst for every row: computes anew what MuJoCo derives from masses, sizes and qpos0.
 
@@ -436,7 +446,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
     def lanes(self) -> int:
         """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone.
 
-        May change when rows get values or forces of their own. ``lanes_reason`` says why rows are stepped alone.
+        May change when rows get values of their own. ``lanes_reason`` says why rows are stepped alone.
         """
         return self._pool.rows.lanes()[0]
 

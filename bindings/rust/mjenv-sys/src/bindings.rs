@@ -105,6 +105,8 @@ pub const MJENV_ROLE_DATA: mjenv_role = 7;
 pub const MJENV_ROLE_MODEL: mjenv_role = 8;
 #[doc = " the mjData arrays that the option \"arrays\" names, for mjenv_batch.arrays"]
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
+#[doc = " the live parameters of a task, which mjenv_read and mjenv_write know by these names"]
+pub const MJENV_ROLE_PARAMETERS: mjenv_role = 10;
 #[doc = " What an option holds."]
 pub type mjenv_kind = i32;
 #[doc = " an integer, 0 or 1"]
@@ -184,6 +186,12 @@ pub struct mjenv_space {
     pub low: *const f64,
     #[doc = " [count], owned by the environment"]
     pub high: *const f64,
+    #[doc = " how many dimensions: 2 if the option \"history\" stacks whole observations, else 1"]
+    pub ndim: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " the first ndim elements are used; their product is count"]
+    pub shape: [i64; 4usize],
 }
 impl Default for mjenv_space {
     fn default() -> Self {
@@ -362,8 +370,7 @@ pub struct mjenv_push {
     pub struct_size: u32,
     #[doc = " the index of a body; not 0, the world"]
     pub body: i32,
-    #[doc = " From the reset, or from the last push, to the next push: integers(min_steps, max_steps + 1) steps, drawn each time."]
-    #[doc = " 1 <= min_steps <= max_steps."]
+    #[doc = " From a reset or push to the next push: integers(min_steps, max_steps + 1) steps. 1 <= min_steps <= max_steps."]
     pub min_steps: i64,
     pub max_steps: i64,
     #[doc = " N and N m: the force and torque, uniform(low, high), as in xfrc_applied"]
@@ -391,7 +398,7 @@ pub struct mjenv_perturbation {
     pub action_noise_count: i64,
     #[doc = " [observation_noise_count] the same for the observation"]
     pub observation_noise: *const f64,
-    #[doc = " 0, 1, or the observation space's count"]
+    #[doc = " 0, 1, or the count of the task's observation, without time and history"]
     pub observation_noise_count: i64,
     #[doc = " how many steps an action takes until it reaches the task"]
     pub action_delay: i64,
@@ -400,6 +407,10 @@ pub struct mjenv_perturbation {
     #[doc = " [push_count], each of another body"]
     pub pushes: *const mjenv_push,
     pub push_count: i64,
+    #[doc = " [first_action_count] what reaches the task until the first delayed action does"]
+    pub first_action: *const f64,
+    #[doc = " 0: zeros; 1: the same for all actuators; or one for each"]
+    pub first_action_count: i64,
 }
 impl Default for mjenv_perturbation {
     fn default() -> Self {
@@ -422,8 +433,7 @@ pub const MJENV_GL_OSMESA: mjenv_gl = 2;
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
 #[doc = " the display's driver, in an invisible window; on Windows only"]
 pub const MJENV_GL_WGL: mjenv_gl = 4;
-#[doc = " What is drawn: the mjtVisFlag of MuJoCo 2.2.2, also in the build for 4.0. Each is an index into"]
-#[doc = " mjenv_render_settings.visual."]
+#[doc = " What is drawn: MuJoCo 2.2.2's mjtVisFlag, also in the build for 4.0; indices into mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;
 pub const MJENV_VISUAL_CONVEXHULL: mjenv_visual = 0;
 pub const MJENV_VISUAL_TEXTURE: mjenv_visual = 1;
@@ -638,7 +648,7 @@ extern "C" {
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Describes an environment as it is now. The lanes can change when rows get values or forces of their own."]
+    #[doc = " Describes an environment as it is now. The lanes can change when rows get values of their own."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
@@ -704,8 +714,7 @@ extern "C" {
     pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Draws action[rows][actuators] as action_space.sample() does, row by row. count is rows * actuators. Errors: SIZE,"]
-    #[doc = " MODEL (an actuator has infinite bounds)."]
+    #[doc = " Draws action[rows][actuators] as action_space.sample() does. Errors: SIZE (count), MODEL (infinite bounds)."]
     pub fn mjenv_sample_actions(env: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status;
 }
 extern "C" {
@@ -804,8 +813,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Counts the model's objects of a type: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\" or"]
-    #[doc = " \"light\". Errors: NAME."]
+    #[doc = " Counts objects: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\", \"light\". Errors: NAME."]
     pub fn mjenv_object_count(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,
@@ -843,7 +851,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data."]
+    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live"]
+    #[doc = " parameter of the task (\"parameters.speed\"), which stays after resets."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
     #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
     #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
@@ -872,8 +881,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors:"]
-    #[doc = " VALUE (from)."]
+    #[doc = " Copies the row `from` to those of the mask: state, stream, step count, own arrays, inputs. Errors: VALUE (from)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
 }
 extern "C" {
@@ -890,7 +898,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an"]
-    #[doc = " environment with the same task, model, options and draws (docs/c.md). Errors: VALUE (row), SNAPSHOT."]
+    #[doc = " environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,
@@ -909,8 +917,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces the noise, delays and pushes; NULL: none. New ones begin with each row's next reset. Errors: VALUE, SIZE"]
-    #[doc = " (a count)."]
+    #[doc = " Replaces noise, delays and pushes from each row's next reset on; NULL: none. Errors: VALUE, SIZE (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
@@ -937,8 +944,7 @@ extern "C" {
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
 }
 extern "C" {
-    #[doc = " Returns the OpenGL of the renderer: its library, vendor, renderer and version, separated by \", \"; NULL if it"]
-    #[doc = " fails."]
+    #[doc = " Returns \"library, vendor, renderer, version\" of the renderer's OpenGL; NULL if it fails."]
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -977,9 +983,7 @@ extern "C" {
     #[doc = " user pauses, and does nothing when the window is closed. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
-#[doc = " A constructor option of the task. Every task also has the options that all tasks share, whose names it cannot use:"]
-#[doc = " xml_file, xml_string and trust_xml (unless fixed_model), frame_skip (unless fixed_frame_skip), max_episode_steps,"]
-#[doc = " norm, strict, autoreset_mode, on_divergence, num_threads, lanes, cpu_affinity and arrays."]
+#[doc = " A constructor option of the task. docs/c.md lists the options that every task has, whose names it cannot use."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,
@@ -990,11 +994,11 @@ pub struct mjenv_task_option {
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL"]
     pub value: f64,
-    #[doc = " closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and"]
-    #[doc = "1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
+    #[doc = " closed bounds of each number; both 0: the kind's own (FLAG: 0 and 1; INTEGER: -(2^53 - 1) and"]
+    #[doc = "2^53 - 1; STRING_OR_INT: 0 and 2^31 - 1; REALS: infinite)"]
     pub low: f64,
-    #[doc = " closed bounds of each number, also of the default; both 0: the kind's own (FLAG: 0 and"]
-    #[doc = "1; INTEGER: 2^53 - 1 either way; STRING_OR_INT: 0 to 2^31 - 1; REALS: infinite)"]
+    #[doc = " closed bounds of each number; both 0: the kind's own (FLAG: 0 and 1; INTEGER: -(2^53 - 1) and"]
+    #[doc = "2^53 - 1; STRING_OR_INT: 0 and 2^31 - 1; REALS: infinite)"]
     pub high: f64,
     #[doc = " [count] the defaults of REALS that hold several numbers"]
     pub values: *const f64,
@@ -1002,9 +1006,13 @@ pub struct mjenv_task_option {
     pub count: i64,
     #[doc = " the default of a STRING (NULL: \"\") or of a STRING_OR_INT (NULL: value)"]
     pub text: *const ::std::os::raw::c_char,
-    #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text is valid. Unused for other"]
-    #[doc = "kinds"]
+    #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text"]
     pub choices: *const ::std::os::raw::c_char,
+    #[doc = " 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's."]
+    #[doc = "Callbacks read them in mjenv_sim.parameters (mjenv_build_parameter), mjenv_write changes them"]
+    pub live: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
 }
 impl Default for mjenv_task_option {
     fn default() -> Self {
@@ -1015,11 +1023,9 @@ impl Default for mjenv_task_option {
         }
     }
 }
-#[doc = " One named part of the observation, the info, the reset info or the observation_structure. With the role REWARD, it"]
-#[doc = " sets the type and the doc of the reward. A task has at most one such field; its ndim is 0, and its name has no"]
-#[doc = " effect. With the role STRUCTURE, it is an entry of Gymnasium's observation_structure, which maps names to numbers:"]
-#[doc = " ndim is 1 and shape[0] the number."]
-#[doc = " The fields of a role are stored one after the other, in the order in which they are described."]
+#[doc = " One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With"]
+#[doc = " the role REWARD (at most one field, a scalar), it sets the reward's type and doc. With the role STRUCTURE, it is an"]
+#[doc = " entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the number."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
@@ -1027,16 +1033,13 @@ pub struct mjenv_task_field {
     pub role: mjenv_role,
     #[doc = " without blanks and quotes; unique in its role"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " one line of documentation with the unit; NULL: the library's own for a name that the built-in"]
-    #[doc = "robots use, such as \"qpos\" or \"x_velocity\", else none"]
+    #[doc = " one line with the unit; NULL: the library's own for a name of the built-in robots, else none"]
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the type in Python; 0: FLOAT64. An observation is always np.float64"]
     pub dtype: mjenv_dtype,
-    #[doc = " 0 to 4 dimensions; 0: a scalar. A part of the observation has 1 (a vector) or 0 (which stands"]
-    #[doc = "for a vector of length 1)"]
+    #[doc = " 0 (a scalar) to 4 dimensions; at most 1 in the observation, where 0 is a vector of length 1"]
     pub ndim: i32,
-    #[doc = " the first ndim are used; -1: build sets the length (mjenv_build_field, mjenv_build_length)."]
-    #[doc = "The fields of a role have at most 16777216 elements together"]
+    #[doc = " the first ndim are used; -1: build sets the length. A role has at most 16777216 elements"]
     pub shape: [i64; 4usize],
 }
 impl Default for mjenv_task_field {
@@ -1096,9 +1099,8 @@ impl Default for mjenv_contact {
     }
 }
 #[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Rows share a few such"]
-#[doc = " structs, so read the members anew in each call. Their values differ by row, the timestep, dt and body_mass included,"]
-#[doc = " because rows can have arrays of their own (mjenv_write, mjenv_randomize). Arrays marked \"on demand\" cost time in each"]
-#[doc = " step, so they may be NULL unless build asked for them with mjenv_build_need."]
+#[doc = " structs, and all values can differ by row (mjenv_write, mjenv_randomize), so read the members anew in each call."]
+#[doc = " Arrays marked \"on demand\" may be NULL unless build asked for them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
@@ -1197,6 +1199,8 @@ pub struct mjenv_sim {
     pub body_mass: *const f64,
     #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
     pub arrays: *const *const ::std::os::raw::c_void,
+    #[doc = " the row's live parameters; see mjenv_build_parameter"]
+    pub parameters: *const f64,
 }
 impl Default for mjenv_sim {
     fn default() -> Self {
@@ -1207,8 +1211,7 @@ impl Default for mjenv_sim {
         }
     }
 }
-#[doc = " The initial state of an episode, which the reset callback changes. The comments say what each member holds before the"]
-#[doc = " call."]
+#[doc = " The initial state of an episode. The comments say what it holds before reset changes it."]
 #[repr(C)]
 pub struct mjenv_start {
     pub struct_size: u32,
@@ -1225,7 +1228,7 @@ pub struct mjenv_start {
     pub qvel: *mut f64,
     #[doc = " [na] 0"]
     pub act: *mut f64,
-    #[doc = " [carry_count] 0; carry and the first step read these numbers in mjenv_sim.carried"]
+    #[doc = " [carry_count] 0, or what the row has kept (mjenv_build_keep)"]
     pub carried: *mut f64,
     #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
     pub arrays: *const *const ::std::os::raw::c_void,
@@ -1233,6 +1236,8 @@ pub struct mjenv_start {
     pub nv: i32,
     pub na: i32,
     pub carry_count: i32,
+    #[doc = " the row's live parameters"]
+    pub parameters: *const f64,
     #[doc = " the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward"]
     #[doc = "and the like, and before reset writes anything"]
     pub sim: *const mjenv_sim,
@@ -1250,7 +1255,7 @@ impl Default for mjenv_start {
         }
     }
 }
-#[doc = " The result of a step, which the step callback writes. The comments say what each member holds before the call."]
+#[doc = " The result of a step. The comments say what it holds before step changes it."]
 #[repr(C)]
 pub struct mjenv_outcome {
     pub struct_size: u32,
@@ -1260,8 +1265,7 @@ pub struct mjenv_outcome {
     pub reward: f64,
     #[doc = " the INFO fields, one after the other; all NaN"]
     pub info: *mut f64,
-    #[doc = " [carry_count] the numbers that the row carried into the step; the memory that"]
-    #[doc = "mjenv_sim.carried points to"]
+    #[doc = " [carry_count] as before the step; the memory that mjenv_sim.carried points to"]
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
@@ -1275,10 +1279,8 @@ impl Default for mjenv_outcome {
         }
     }
 }
-#[doc = " A task. In a step the library calls step, carry and observe, in this order; in a reset it calls reset, carry, observe"]
-#[doc = " and reset_info. It leaves out observe and reset_info when the caller does not want their output. It calls them"]
-#[doc = " always for rows of mjenv_send, because only mjenv_recv tells what the caller wants, and calls observe always for"]
-#[doc = " noisy and delayed observations (mjenv_perturb)."]
+#[doc = " A task. A step calls step, carry and observe, in this order; a reset calls reset, carry, observe and reset_info."]
+#[doc = " observe and reset_info are left out when their output is not wanted."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
@@ -1289,11 +1291,9 @@ pub struct mjenv_task {
     #[doc = "stand before it: \"dm_control/cheetah-run-v0\""]
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
-    #[doc = "with \".\", \"/\" or \"~\". A path that begins with \".\" is looked up from the folder of the"]
-    #[doc = "shared object or program that contains the callback step, or build if step is NULL; if"]
-    #[doc = "both are NULL, from the current folder"]
+    #[doc = "with \"/\", \"~\", or \".\", which is the folder of the shared object that contains step"]
     pub model: *const ::std::os::raw::c_char,
-    #[doc = " the text of an MJCF model. Exactly one of model and model_text must be given"]
+    #[doc = " the text of an MJCF model, instead of model; give exactly one of the two"]
     pub model_text: *const ::std::os::raw::c_char,
     #[doc = " how many mj_steps make a step: at least 1"]
     pub frame_skip: i32,
@@ -1303,8 +1303,8 @@ pub struct mjenv_task {
     pub reward_threshold: f64,
     #[doc = " the number of steps after which an episode is truncated; 0: never"]
     pub time_limit: i64,
-    #[doc = " how many numbers a row carries for the task; build may replace it, and must bound"]
-    #[doc = "those that are used as indices or sizes (mjenv_build_carry_bounds)"]
+    #[doc = " how many numbers a row carries for the task. Snapshots contain them, so"]
+    #[doc = "build bounds indices and sizes (mjenv_build_carry_bounds)"]
     pub carry_count: i64,
     #[doc = " NULL: MuJoCo's default camera"]
     pub camera: *const mjenv_task_camera,
@@ -1314,9 +1314,8 @@ pub struct mjenv_task {
     pub field_count: i64,
     #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
     pub user: *mut ::std::os::raw::c_void,
-    #[doc = " Prepares an environment, once, when mjenv_create makes it: looks up names in the model, reads options, and stores"]
-    #[doc = " in *self what the other callbacks need. If it returns another number than 0, it must first free what it"]
-    #[doc = " allocated, because destroy is then not called. NULL: nothing to prepare."]
+    #[doc = " Prepares an environment when mjenv_create makes it, and stores in *self what the other callbacks need. If it fails,"]
+    #[doc = " it first frees what it allocated, because destroy is then not called. NULL: nothing to prepare."]
     pub build: ::std::option::Option<
         unsafe extern "C" fn(
             builder: *mut mjenv_builder,
@@ -1324,16 +1323,13 @@ pub struct mjenv_task {
             self_: *mut *mut ::std::os::raw::c_void,
         ) -> i32,
     >,
-    #[doc = " Frees self when the environment is destroyed, or when mjenv_create fails after build has returned 0. NULL: nothing"]
-    #[doc = " to free."]
+    #[doc = " Frees self when the environment is destroyed, or mjenv_create fails after build. NULL: nothing to free."]
     pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
-    #[doc = " Draws the initial state of an episode. If qpos, qvel or act is not finite afterwards, the reset fails, unless"]
-    #[doc = " the option \"strict\" is 0. Required, unless physics_only is 1."]
+    #[doc = " Draws the initial state of an episode. It fails if the state is not finite, unless the option \"strict\" is 0."]
     pub reset: ::std::option::Option<
         unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
     >,
-    #[doc = " Writes the RESET_INFO fields, one after the other, into info. May be NULL if there are none, and must"]
-    #[doc = " be NULL if physics_only is 1."]
+    #[doc = " Writes the RESET_INFO fields into info. NULL: there are none."]
     pub reset_info: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1341,11 +1337,8 @@ pub struct mjenv_task {
             info: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Writes into carried[carry_count] what the next step needs to know of the present state. carried is the memory that"]
-    #[doc = " sim->carried points to. Called in each reset and step, and after mjenv_set_state and mjenv_simulate."]
-    #[doc = " Also called before a step or mjenv_simulate of a row that mjenv_write, mjenv_set_constants, the draws of"]
-    #[doc = " mjenv_randomize, or mjenv_perturb (when it ends a push) have changed. Numbers that it does not write keep their"]
-    #[doc = " values. NULL: nothing to write."]
+    #[doc = " Writes into carried[carry_count], to which sim->carried also points, what the next step needs to know of the"]
+    #[doc = " present state. Also called after functions that change a row's state or own values. NULL: nothing to write."]
     pub carry: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1353,9 +1346,7 @@ pub struct mjenv_task {
             carried: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Writes the OBSERVATION fields, one after the other, into observation. Must depend on nothing but sim."]
-    #[doc = " If the observation contains a NaN, the call fails, unless the option \"strict\" is 0. Required, unless physics_only"]
-    #[doc = " is 1."]
+    #[doc = " Writes the OBSERVATION fields, which depend on sim alone. It fails if one is NaN, unless \"strict\" is 0."]
     pub observe: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1363,9 +1354,8 @@ pub struct mjenv_task {
             observation: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Computes the reward, the info and whether the episode has terminated. Called once in each step, after the"]
-    #[doc = " simulation has advanced by frame_skip mj_steps. If the reward is NaN, the step fails, unless the option \"strict\" is"]
-    #[doc = " 0. Required, unless physics_only is 1."]
+    #[doc = " Computes the reward, the info and whether the episode has terminated, once in each step, after frame_skip mj_steps."]
+    #[doc = " It fails if the reward is NaN, unless \"strict\" is 0."]
     pub step: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1373,13 +1363,11 @@ pub struct mjenv_task {
             outcome: *mut mjenv_outcome,
         ) -> i32,
     >,
-    #[doc = " 1: the callbacks run only on the thread that calls the library, for languages whose runtime knows no other threads."]
-    #[doc = " The option num_threads must then be 1, or 0, which means 1. mjenv_send queues rows, and mjenv_recv steps them."]
-    #[doc = " 0: the callbacks run on all threads of an environment."]
+    #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
     pub caller_thread: i32,
-    #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays that the option"]
-    #[doc = " \"arrays\" exports. reset, reset_info, carry, observe and step must be NULL: a reset gives the model's initial state,"]
-    #[doc = " observations and rewards are 0, and infos NaN. 0: the callbacks compute them."]
+    #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays of the option"]
+    #[doc = " \"arrays\". reset, reset_info, carry, observe and step are then NULL, else reset, observe and step are required. A"]
+    #[doc = " reset gives the model's initial state, observations and rewards are 0, and infos NaN."]
     pub physics_only: i32,
     #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,
@@ -1396,14 +1384,11 @@ impl Default for mjenv_task {
     }
 }
 extern "C" {
-    #[doc = " Registers a task for the rest of the process. Any thread may call it at any time."]
-    #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to, which must stay"]
-    #[doc = "       valid until the process ends"]
-    #[doc = " Errors: ARGUMENT (a required pointer, name or callback is missing; destroy is given without build; carry is given"]
-    #[doc = " without build while carry_count is 0; model and model_text are both given, or neither is; a callback is given that"]
-    #[doc = " physics_only excludes; there are RESET_INFO fields without reset_info and without physics_only; or there is neither"]
-    #[doc = " build nor an OBSERVATION field), VALUE (the id is malformed or already registered, a name is malformed or stands twice,"]
-    #[doc = " a default is not among its choices, or a number is out of its bounds), TYPE (a task cannot have this kind, type or role)."]
+    #[doc = " Registers a task for the rest of the process, on any thread at any time."]
+    #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to"]
+    #[doc = " Errors: ARGUMENT (something required is missing, or two members exclude each other), VALUE (an id or name is"]
+    #[doc = " malformed or known already, a default is not among its choices, or a number is out of its bounds), TYPE (a task"]
+    #[doc = " cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
 #[doc = " The tasks of a plug-in."]
@@ -1426,19 +1411,16 @@ impl Default for mjenv_plugin {
     }
 }
 extern "C" {
-    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. When they are registered, the"]
-    #[doc = " plug-in is never unloaded."]
-    #[doc = " Loading it again does nothing. Any thread may call this at any time."]
-    #[doc = " path  a shared object that exports the function \"mjenv_tasks\" (see MJENV_PLUGIN). NULL: the plug-ins that the"]
-    #[doc = "       environment variable MJENV_TASKS lists, separated by \":\". The first function that looks up an id loads these by"]
-    #[doc = "       itself; a call with NULL also reports why one of them could not be loaded"]
-    #[doc = " Errors: TASK (the file does not exist, is not a plug-in, or was built for another ABI version), and those of"]
+    #[doc = " Loads a plug-in and registers its tasks: all, or none if one is refused. It is then never unloaded; loading it again"]
+    #[doc = " does nothing. Any thread may call this at any time."]
+    #[doc = " path  a shared object that exports \"mjenv_tasks\" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable"]
+    #[doc = "       MJENV_TASKS lists, separated by \":\", which the first function that looks up an id also loads by itself"]
+    #[doc = " Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of"]
     #[doc = " mjenv_register_task. With NULL, all are TASK."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
 }
 #[doc = " ---- Functions for callbacks ----"]
-#[doc = " Callbacks call the inline functions below. These call the library through the pointers in mjenv_task_api, which every"]
-#[doc = " callback but destroy is given, so that a plug-in need not link with libmjenv."]
+#[doc = " The inline functions below call the library through these pointers, which every callback but destroy is given."]
 #[repr(C)]
 pub struct mjenv_task_api {
     pub struct_size: u32,
@@ -1528,6 +1510,15 @@ pub struct mjenv_task_api {
     pub permutation: ::std::option::Option<
         unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
     >,
+    pub parameter: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            option: *const ::std::os::raw::c_char,
+        ) -> i64,
+    >,
+    pub keep: ::std::option::Option<
+        unsafe extern "C" fn(builder: *mut mjenv_builder, first: i64, count: i64),
+    >,
     pub current: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder)>,
     pub own: ::std::option::Option<
         unsafe extern "C" fn(
@@ -1575,9 +1566,7 @@ pub struct mjenv_builder {
     pub api: *const mjenv_task_api,
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
-    #[doc = " for a build that calls the task's own functions, for instance to find out how many numbers"]
-    #[doc = "they write. No row uses this stream. A draw that NumPy refuses does not make build fail,"]
-    #[doc = "because such calls may draw with arguments that never occur in a row"]
+    #[doc = " a stream of no row, for trial calls of the task's own functions"]
     pub random: *mut mjenv_random,
 }
 impl Default for mjenv_builder {
@@ -1605,7 +1594,7 @@ impl Default for mjenv_random {
         }
     }
 }
-#[doc = " The type of the function \"mjenv_tasks\", which every plug-in exports. It returns the plug-in's tasks, which the"]
-#[doc = " library copies. To fail, it calls mjenv_task_fail and returns NULL. Several threads may call it at the same time."]
+#[doc = " The function \"mjenv_tasks\" that a plug-in exports. It returns the tasks, which the library copies; or it calls"]
+#[doc = " mjenv_task_fail and returns NULL. Several threads may call it at the same time."]
 pub type mjenv_tasks_function =
     ::std::option::Option<unsafe extern "C" fn(api: *const mjenv_task_api) -> *const mjenv_plugin>;

@@ -28,6 +28,8 @@ pub enum Role {
     Model,
     /// The mjData arrays that the option `arrays` names, see [`Batch::array`](crate::Batch::array).
     Arrays,
+    /// The live parameters of a task, which [`Env::read`](crate::Env::read) and [`Env::write`](crate::Env::write) take.
+    Parameters,
 }
 
 impl Role {
@@ -42,6 +44,7 @@ impl Role {
             Self::Data => sys::MJENV_ROLE_DATA,
             Self::Model => sys::MJENV_ROLE_MODEL,
             Self::Arrays => sys::MJENV_ROLE_ARRAYS,
+            Self::Parameters => sys::MJENV_ROLE_PARAMETERS,
         }
     }
 }
@@ -153,6 +156,8 @@ pub struct Space<'a> {
     pub low: &'a [f64],
     /// The highest value of each element.
     pub high: &'a [f64],
+    pub(crate) ndim: usize,
+    pub(crate) shape: [usize; 4],
 }
 
 impl Space<'_> {
@@ -160,6 +165,12 @@ impl Space<'_> {
     #[must_use]
     pub fn count(&self) -> usize {
         self.low.len()
+    }
+
+    /// Returns the length of each dimension: two if the option `history` stacks whole observations, else one.
+    #[must_use]
+    pub fn shape(&self) -> &[usize] {
+        &self.shape[..self.ndim]
     }
 }
 

@@ -206,7 +206,7 @@ impl Env {
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
-    /// alone. The answer may change when rows get values or forces of their own.
+    /// alone. The answer may change when rows get values of their own.
     ///
     /// # Errors
     /// [`ErrorKind::Pending`].
@@ -273,7 +273,8 @@ impl Env {
             count => unsafe { slice::from_raw_parts(values, count) },
         };
         let dtype = if raw.dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
-        Space { dtype, low: bound(raw.low), high: bound(raw.high) }
+        let ndim = usize::try_from(raw.ndim).unwrap_or(0).min(raw.shape.len());
+        Space { dtype, low: bound(raw.low), high: bound(raw.high), ndim, shape: raw.shape.map(size) }
     }
 
     /// Returns the fields of a role, in Gymnasium's order.

@@ -135,6 +135,9 @@ pub struct Perturbation {
     pub observation_delay: usize,
     /// The pushes, each of another body.
     pub pushes: Vec<Push>,
+    /// What reaches the task until the first delayed action does: zeros if it is empty, one number for all actuators, or
+    /// one for each.
+    pub first_action: Vec<f64>,
 }
 
 impl Env {
@@ -217,6 +220,8 @@ impl Env {
             observation_delay: int64(perturbation.observation_delay),
             pushes: pushes.as_ptr(),
             push_count: int64(pushes.len()),
+            first_action: perturbation.first_action.as_ptr(),
+            first_action_count: int64(perturbation.first_action.len()),
         };
         // SAFETY: all pointers are valid for the call, which copies what they point to.
         check(unsafe { sys::mjenv_perturb(self.raw(), &raw) })

@@ -7,7 +7,7 @@ use std::os::raw::c_char;
 
 use mjenv_sys as sys;
 
-use super::row::{Carry, Rng};
+use super::row::{Carry, Live, Rng};
 use super::sim::{Array, Element, Shape, Sim};
 use super::Dtype;
 use crate::describe::{int64, size, size_of};
@@ -47,6 +47,7 @@ pub(super) struct Declared {
     pub(super) several: bool,
     pub(super) low: f64,
     pub(super) high: f64,
+    pub(super) live: bool,
 }
 
 /// Prepares an environment. Each method of an option declares it with its default and documentation, and returns its
@@ -107,6 +108,36 @@ impl<'a> Builder<'a> {
             call!(self.reals(name.as_ptr(), &mut value, 1));
         }
         value
+    }
+
+    /// A live parameter of `N` numbers: each row has its own, at first the option's, which the program changes while the
+    /// task runs (`env.write(.., "parameters.NAME", &values)`). Methods read them with [`Sim::live`] and [`Start::live`].
+    ///
+    /// [`Start::live`]: super::Start::live
+    pub fn live<const N: usize>(&mut self, name: &str, default: [f64; N], doc: &str) -> Live<N> {
+        self.live_within(name, default, f64::NEG_INFINITY..=f64::INFINITY, doc)
+    }
+
+    /// The same with closed bounds for each number.
+    pub fn live_within<const N: usize>(
+        &mut self,
+        name: &str,
+        default: [f64; N],
+        bounds: RangeInclusive<f64>,
+        doc: &str,
+    ) -> Live<N> {
+        let declared = Declared {
+            values: default.to_vec(),
+            several: N != 1,
+            live: true,
+            ..Declared::new(sys::MJENV_KIND_REALS, name, doc, bounds)
+        };
+        let first = match self.declare(declared) {
+            Some(name) => size(call!(self.parameter(name.as_ptr()))),
+            None => 0,
+        };
+        self.shape.live = self.shape.live.max(first + N);
+        Live { first }
     }
 
     /// An option that is `N` numbers; with `N` = 2 a range.
@@ -285,6 +316,21 @@ impl<'a> Builder<'a> {
         numbers
     }
 
+    /// Declares `N` numbers that a row carries from step to step, and that stay after resets: a terrain's level, for
+    /// instance. They are 0 until the row's first reset.
+    pub fn keep<const N: usize>(&mut self) -> Carry<N> {
+        self.keep_within(f64::NEG_INFINITY..=f64::INFINITY)
+    }
+
+    /// The same with closed bounds for each number, as in [`Builder::carry_within`].
+    pub fn keep_within<const N: usize>(&mut self, bounds: RangeInclusive<f64>) -> Carry<N> {
+        let numbers = self.carry_within(bounds);
+        if !self.lists() {
+            call!(self.keep(int64(numbers.first), int64(N)));
+        }
+        numbers
+    }
+
     // ---- Descriptions ----
 
     /// Adds Gymnasium's `observation_structure`: how many elements of qpos the observation leaves out (`None`: not
@@ -368,7 +414,7 @@ impl Declared {
     fn new(kind: sys::mjenv_kind, name: &str, doc: &str, bounds: RangeInclusive<f64>) -> Self {
         let (low, high) = bounds.into_inner();
         let (name, doc) = (c_text(name), c_text(doc));
-        Self { kind, name, doc, text: None, choices: None, values: Vec::new(), several: false, low, high }
+        Self { kind, name, doc, text: None, choices: None, values: Vec::new(), several: false, low, high, live: false }
     }
 
     /// The option as the library takes it. It points into this value.
@@ -387,6 +433,8 @@ impl Declared {
             count: if self.several { int64(self.values.len()) } else { 0 },
             text: pointer(&self.text),
             choices: pointer(&self.choices),
+            live: self.live.into(),
+            reserved: 0,
         }
     }
 }

@@ -148,7 +148,7 @@ unsafe extern "C" fn destroy<T: Task>(this: *mut c_void) {
 unsafe extern "C" fn reset<T: Task>(this: *const c_void, raw: *mut sys::mjenv_start) -> i32 {
     unsafe {
         let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || this.task.reset(&mut Start::new(raw), &mut Rng::new((*raw).random)))
+        guarded((*raw).api, || this.task.reset(&mut Start::new(raw, this.shape.live), &mut Rng::new((*raw).random)))
     }
 }
 

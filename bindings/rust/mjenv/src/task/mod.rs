@@ -140,7 +140,7 @@ mod sim;
 
 pub use builder::{Builder, Joint, Sensor};
 pub use fields::{Fields, Put, Value};
-pub use row::{Carried, Carry, Rng, Row, Start};
+pub use row::{Carried, Carry, Live, Rng, Row, Start};
 pub use sim::{Action, Array, Contact, Element, Sim};
 
 #[doc(hidden)]

@@ -84,6 +84,23 @@ pub struct Carry<const N: usize> {
     pub(super) first: usize,
 }
 
+/// The `N` numbers of a live parameter, declared by [`Builder::live`](super::Builder::live).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Live<const N: usize> {
+    pub(super) first: usize,
+}
+
+impl<const N: usize> Live<N> {
+    /// # Safety
+    /// `numbers` points to `count` numbers.
+    pub(super) unsafe fn read(self, numbers: *const f64, count: usize) -> [f64; N] {
+        let fits = self.first.checked_add(N).map_or(false, |end| end <= count);
+        assert!(fits, "the live parameter was declared in another environment");
+        // SAFETY: the sum stays within the numbers; an array of f64 has the alignment of f64.
+        unsafe { (numbers.add(self.first) as *const [f64; N]).read() }
+    }
+}
+
 /// The numbers that a row carries for the task.
 pub struct Carried<'a> {
     // No reference, because Sim reads the same memory.
@@ -144,14 +161,25 @@ pub struct Start<'a> {
     pub qvel: &'a mut [f64],
     /// The activations of actuators; 0 at first.
     pub act: &'a mut [f64],
-    /// The carried numbers; 0 at first.
+    /// The carried numbers; 0 at first, or what the row has kept ([`Builder::keep`](super::Builder::keep)).
     pub carried: Carried<'a>,
+    parameters: (*const f64, usize),
 }
 
 impl Start<'_> {
+    /// The row's numbers of a live parameter.
+    ///
+    /// # Panics
+    /// If it was not declared in this environment.
+    #[must_use]
+    pub fn live<const N: usize>(&self, parameter: Live<N>) -> [f64; N] {
+        // SAFETY: `new` was given these numbers.
+        unsafe { parameter.read(self.parameters.0, self.parameters.1) }
+    }
+
     /// # Safety
-    /// `raw` is the library's, and nothing else uses it during `'a`.
-    pub(super) unsafe fn new(raw: *const sys::mjenv_start) -> Self {
+    /// `raw` is the library's, and nothing else uses it during `'a`. It has `live` numbers of live parameters.
+    pub(super) unsafe fn new(raw: *const sys::mjenv_start, live: usize) -> Self {
         // SAFETY: as the caller promises, the arrays have these lengths and do not overlap.
         unsafe {
             Self {
@@ -160,6 +188,7 @@ impl Start<'_> {
                 qvel: write((*raw).qvel, (*raw).nv),
                 act: write((*raw).act, (*raw).na),
                 carried: Carried::new((*raw).carried, size((*raw).carry_count.into())),
+                parameters: ((*raw).parameters, live),
             }
         }
     }

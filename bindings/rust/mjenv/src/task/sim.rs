@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use mjenv_sys as sys;
 
-use super::row::{read, Carried, Carry};
+use super::row::{read, Carried, Carry, Live};
 use super::Dtype;
 use crate::numpy::{sum_of, Scalar};
 
@@ -72,6 +72,8 @@ pub(super) struct Shape {
     /// The element type and the number of elements of each array that was looked up.
     pub(super) arrays: Vec<(i32, usize)>,
     pub(super) carried: usize,
+    /// How many numbers the live parameters have that were declared.
+    pub(super) live: usize,
 }
 
 /// A row's action. Only [`Task::step`](super::Task::step) sees one; elsewhere its values are NaN.
@@ -177,6 +179,16 @@ impl<'a> Sim<'a> {
         let (values, dtype) = unsafe { (read((*self.raw).action, (*self.raw).nu), (*self.raw).action_dtype) };
         let dtype = if dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
         Action { values, dtype }
+    }
+
+    /// The row's numbers of a live parameter.
+    ///
+    /// # Panics
+    /// If it was not declared in this environment.
+    #[must_use]
+    pub fn live<const N: usize>(&self, parameter: Live<N>) -> [f64; N] {
+        // SAFETY: the library's parameters are those that the task has declared.
+        unsafe { parameter.read((*self.raw).parameters, self.shape.live) }
     }
 
     /// Numbers that the row carries.

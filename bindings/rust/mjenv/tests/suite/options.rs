@@ -23,6 +23,20 @@ fn integers_of_every_type() {
 }
 
 #[test]
+fn shapes_of_spaces() {
+    let mut options = ant();
+    let plain = Env::new(&options, 1).unwrap();
+    assert_eq!((plain.observation_space().shape(), plain.action_space().shape()), (&[105][..], &[8][..]));
+    options.set("time_aware", true).unwrap();
+    options.set("history", 3).unwrap();
+    let stacked = Env::new(&options, 1).unwrap();
+    assert_eq!((stacked.observation_space().shape(), stacked.observation_space().count()), (&[3, 106][..], 318));
+    options.set("history", "qpos=3").unwrap();
+    let stacked = Env::new(&options, 1).unwrap();
+    assert_eq!(stacked.observation_space().shape(), [106 + 2 * 13]);
+}
+
+#[test]
 fn numbers_that_do_not_fit() {
     let mut options = ant();
     for error in [

@@ -23,6 +23,7 @@ fn perturbation() -> Perturbation {
         action_delay: 1,
         observation_delay: 2,
         pushes: vec![push],
+        first_action: vec![0.2],
     }
 }
 

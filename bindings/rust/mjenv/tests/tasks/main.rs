@@ -372,6 +372,73 @@ fn an_image_with_a_number_out_of_bounds_is_refused() {
     assert_eq!(env(Reach::ID).unwrap_err().kind(), ErrorKind::Value);
 }
 
+/// Shows its live parameters, and the number of steps, which resets keep.
+struct Commanded {
+    speed: Live<1>,
+    gains: Live<2>,
+    steps: Carry<1>,
+    level: Carry<1>,
+}
+
+impl Task for Commanded {
+    const ID: &'static str = "Commanded-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        Ok(Self {
+            speed: b.live_within("speed", [0.5], -2.0..=2.0, "the commanded speed, m/s"),
+            gains: b.live("gains", [1.0, 2.0], "of the reward"),
+            steps: b.carry(),
+            level: b.keep_within(0.0..=9.0),
+        })
+    }
+
+    fn reset(&self, start: &mut Start, _: &mut Rng) -> Result {
+        start.qvel[0] = start.live(self.speed)[0];
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put("speed", sim.live(self.speed)[0]);
+        observation.put_all("gains", sim.live(self.gains));
+        observation.put("steps", sim.carried(self.steps)[0]);
+        observation.put("level", sim.carried(self.level)[0]);
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, row: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        for numbers in [self.steps, self.level] {
+            let [count] = row.carried.get(numbers);
+            row.carried.set(numbers, [count + 1.0]);
+        }
+        Ok(Outcome { reward: sim.live(self.gains)[1], terminated: false })
+    }
+}
+
+#[test]
+fn live_parameters_and_kept_numbers() {
+    register::<Commanded>().unwrap();
+    let mut env = env(Commanded::ID).unwrap();
+    let rows = env.rows();
+    let mut batch = env.batch::<f64>();
+    assert_eq!(env.read(0, "parameters.gains").unwrap(), [1.0, 2.0]);
+    env.write(&[1], "parameters.speed", &[-1.5]).unwrap();
+    env.write(.., "parameters.gains", &[3.0, 4.0]).unwrap();
+    env.reset(.., &mut batch).unwrap();
+    assert_eq!(env.read(1, "qvel").unwrap()[0], -1.5);
+    for steps in 1..=3 {
+        env.step(.., &vec![0.0; rows], &mut batch).unwrap();
+        assert_eq!(batch.obs(0), [0.5, 3.0, 4.0, f64::from(steps), f64::from(steps)]);
+        assert_eq!(batch.obs(1)[0], -1.5);
+        assert_eq!(batch.reward()[1], 4.0);
+    }
+    env.reset(.., &mut batch).unwrap();
+    assert_eq!(batch.obs(1), [-1.5, 3.0, 4.0, 0.0, 3.0]);
+    let error = env.write(&[1], "parameters.speed", &[2.5]).unwrap_err();
+    assert!(error.kind() == ErrorKind::Value && error.message().contains("row 1: parameters.speed"), "{error}");
+    assert_eq!(env.write(.., "parameters.sped", &[0.0]).unwrap_err().kind(), ErrorKind::Name);
+}
+
 static DROPPED: AtomicUsize = AtomicUsize::new(0);
 
 /// Uses everything that a task can read.

@@ -1,0 +1,200 @@
+#include "env/frames.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <sstream>
+
+#include "error.hpp"
+#include "system/memory.hpp"
+#include "task/task.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr const char* kTime = "time";
+constexpr std::int64_t kMaxFrames = std::numeric_limits<std::int32_t>::max();
+
+[[noreturn]] void refuse(mjenv_status status, const std::string& why) { fail(status, "option \"history\": " + why); }
+
+// "position=3" as the name and the number.
+std::pair<std::string, std::size_t> length_of(const std::string& word) {
+  const std::size_t sign = word.rfind('=');
+  const std::string digits = sign == std::string::npos ? "" : word.substr(sign + 1);
+  const bool is_number = !digits.empty() && digits.size() <= 10 &&
+                         std::all_of(digits.begin(), digits.end(), [](char c) { return '0' <= c && c <= '9'; });
+  const std::int64_t frames = is_number ? std::stoll(digits) : 0;
+  if (frames < 1 || frames > kMaxFrames)
+    refuse(MJENV_E_VALUE, quoted(word) +
+                              " is not the name of a term, \"=\" and how many of its last values are kept, "
+                              "1 to " +
+                              std::to_string(kMaxFrames));
+  return {word.substr(0, sign), static_cast<std::size_t>(frames)};
+}
+
+}  // namespace
+
+void declare_frame_options(Options& options) {
+  options.flag("time_aware", false,
+               "add the time since the reset to the observation, as its term \"time\": Gymnasium's "
+               "TimeAwareObservation, flattened");
+  options.flag("normalize_time", true,
+               "the time is the share of max_episode_steps that has passed, a float32 number; 0: it is the number of "
+               "steps, which is the default of Gymnasium's TimeAwareObservation");
+  options.text_or_index(
+      "history", 0,
+      "how many observations are stacked, the newest last, as Gymnasium's FrameStackObservation does; 0: none are; or "
+      "how many of the last values of some terms are stacked, as in \"position=3 velocity=2\"");
+  options.text("history_padding", "reset",
+               "what stands before the first observation of an episode in the history: this observation (reset), or "
+               "zeros (zero)",
+               "reset zero");
+}
+
+Frames::Frames(const Options& options, const std::vector<Field>& fields, std::int64_t rows)
+    : task_count_(static_cast<std::size_t>(total(fields))),
+      is_timed_(options.get("time_aware").integer != 0),
+      normalizes_time_(options.get("normalize_time").integer != 0),
+      pads_with_zeros_(options.get("history_padding").text == "zero"),
+      limit_(options.get("max_episode_steps").integer),
+      fields_(fields) {
+  if (is_timed_) {
+    if (limit_ == 0)
+      fail(MJENV_E_VALUE, "option \"time_aware\" is 1, but max_episode_steps is 0: episodes have no limit of steps");
+    if (!normalizes_time_ && limit_ > std::numeric_limits<std::int32_t>::max())
+      fail(MJENV_E_VALUE, "option \"normalize_time\" is 0, but max_episode_steps is " + std::to_string(limit_) +
+                              ", which an int32 cannot hold");
+    if (std::any_of(fields.begin(), fields.end(), [](const Field& field) { return field.name == kTime; }))
+      fail(MJENV_E_VALUE, "option \"time_aware\" is 1, but the observation has a term \"time\" already");
+    fields_.push_back({MJENV_ROLE_OBSERVATION,
+                       kTime,
+                       normalizes_time_ ? "the share of max_episode_steps that has passed" : "steps since the reset",
+                       MJENV_DTYPE_FLOAT64,
+                       {1},
+                       total(fields),
+                       1});
+  }
+  const Option& history = options.get("history");
+  has_history_ = !history.text.empty() || history.integer > 0;
+  if (history.integer > 0)
+    take_whole(static_cast<std::size_t>(history.integer));
+  else
+    take_terms(history.text);
+
+  std::size_t count = 0;
+  for (const Stack& stack : stacks_) count += stack.count * stack.frames;
+  if (std::any_of(stacks_.begin(), stacks_.end(), [](const Stack& stack) { return stack.frames > 1; }))
+    record_count_ = kHead + count;
+  check_memory(rows, " row(s) with the option \"history\"", record_count_ * sizeof(double));
+  check_memory(
+      1, " description of an observation with the option \"history\"",
+      2 * count * sizeof(double) + static_cast<std::uint64_t>(history.integer) * fields_.size() * sizeof(Field));
+  take_bounds(count);
+}
+
+// Stacks whole frames.
+void Frames::take_whole(std::size_t frames) {
+  const auto count = static_cast<std::size_t>(total(fields_));
+  stacks_ = {{0, count, frames}};
+  const std::size_t newest = stacks_[0].newest();
+  pieces_ = {{0, newest, task_count_}};
+  time_at_ = newest + task_count_;
+  shape_ = {static_cast<std::int64_t>(frames), static_cast<std::int64_t>(count)};
+}
+
+// Stacks the values of each term that `lengths` names.
+void Frames::take_terms(const std::string& lengths) {
+  std::vector<std::size_t> frames(fields_.size(), 0);
+  std::istringstream words(lengths);
+  for (std::string word; words >> word;) {
+    const auto [name, length] = length_of(word);
+    const auto found =
+        std::find_if(fields_.begin(), fields_.end(), [&name = name](const Field& field) { return field.name == name; });
+    if (found == fields_.end()) {
+      std::vector<std::string> names;
+      for (const Field& field : fields_) names.push_back(field.name);
+      refuse(MJENV_E_NAME, "the observation has no term " + quoted(name) + "; it has " + listed(names));
+    }
+    std::size_t& of_term = frames[static_cast<std::size_t>(found - fields_.begin())];
+    if (of_term != 0) refuse(MJENV_E_VALUE, "the term " + quoted(name) + " is named twice");
+    of_term = length;
+  }
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    Field& field = fields_[i];
+    const Stack stack{to, static_cast<std::size_t>(field.count), std::max<std::size_t>(frames[i], 1)};
+    const auto from = static_cast<std::size_t>(field.offset);
+    if (from == task_count_)
+      time_at_ = stack.newest();
+    else
+      pieces_.push_back({from, stack.newest(), stack.count});
+    stacks_.push_back(stack);
+    if (frames[i] != 0) field.shape.insert(field.shape.begin(), static_cast<std::int64_t>(frames[i]));
+    field.offset = static_cast<std::int64_t>(to);
+    field.count = static_cast<std::int64_t>(stack.count * stack.frames);
+    to += stack.count * stack.frames;
+  }
+  shape_ = {static_cast<std::int64_t>(to)};
+}
+
+// Describes the observation, of which memory for `count` numbers is known to exist.
+void Frames::take_bounds(std::size_t count) {
+  if (shape_.size() == 2) {
+    const std::vector<Field> newest = fields_;
+    const std::int64_t frames = shape_[0];
+    fields_.clear();
+    for (std::int64_t i = 0; i < frames; ++i)
+      for (Field field : newest) {
+        const std::int64_t age = frames - 1 - i;
+        if (age > 0) field.name += "[-" + std::to_string(age) + "]";
+        field.offset += i * shape_[1];
+        fields_.push_back(std::move(field));
+      }
+  }
+  low_.assign(count, -kInfinity);
+  high_.assign(count, kInfinity);
+  if (!is_timed_) return;
+  for (const Stack& stack : stacks_) {
+    if (time_at_ < stack.newest() || time_at_ >= stack.newest() + stack.count) continue;
+    for (std::size_t i = 0; i < stack.frames; ++i) {
+      const std::size_t at = time_at_ - i * stack.count;
+      low_[at] = 0;
+      high_[at] = normalizes_time_ ? 1 : static_cast<double>(limit_);
+    }
+  }
+}
+
+void Frames::place(const double* observation, std::int64_t steps, double* to) const {
+  for (const Piece& piece : pieces_) std::copy_n(observation + piece.from, piece.count, to + piece.to);
+  if (!is_timed_) return;
+  const auto time = static_cast<double>(steps);
+  to[time_at_] = normalizes_time_ ? static_cast<float>(time / static_cast<double>(limit_)) : time;
+}
+
+const double* Frames::add(double* record, const double* observation, std::int64_t steps,
+                          std::vector<double>& scratch) const {
+  if (record_count_ == 0) return show(record, observation, steps, scratch);
+  double* seen = record + kHead;
+  if (steps > 0)
+    for (const Stack& stack : stacks_)
+      std::copy(seen + stack.to + stack.count, seen + stack.newest() + stack.count, seen + stack.to);
+  place(observation, steps, seen);
+  if (steps == 0)
+    for (const Stack& stack : stacks_)
+      for (double* to = seen + stack.to; to != seen + stack.newest(); to += stack.count) {
+        if (pads_with_zeros_)
+          std::fill_n(to, stack.count, 0.0);
+        else
+          std::copy_n(seen + stack.newest(), stack.count, to);
+      }
+  record[0] = 1;
+  return seen;
+}
+
+const double* Frames::show(const double* record, const double* observation, std::int64_t steps,
+                           std::vector<double>& scratch) const {
+  if (record_count_ > 0) std::copy_n(record + kHead, scratch.size(), scratch.data());
+  place(observation, steps, scratch.data());
+  return scratch.data();
+}
+
+}  // namespace mjenv::core

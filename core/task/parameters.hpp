@@ -1,0 +1,46 @@
+// The live parameters of a task: options of which each row has its own numbers, which the caller can write while the
+// task runs.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "task/field.hpp"
+#include "task/options.hpp"
+
+namespace mjenv::core {
+
+class Parameters {
+ public:
+  // Adds an option of the kind REALS, with its value as that of all rows.
+  void add(const Option& option);
+
+  // Their names are those by which mjenv_read and mjenv_write know them, such as "parameters.speed".
+  const std::vector<Field>& fields() const { return fields_; }
+  // The numbers that a row has at first, one parameter's after the other's.
+  const std::vector<double>& defaults() const { return defaults_; }
+
+  static std::string name_of(const std::string& option);
+  // Whether an array's name is that of a parameter. If the task has no such parameter, find throws.
+  static bool is_name(const std::string& array);
+  const Field& find(const std::string& array, const std::string& id) const;
+  // Throws unless the option could have these values.
+  void check(const Field& field, const double* values) const;
+  // Whether a row can have these numbers. Checks those of an image.
+  bool is_valid(const double* numbers) const;
+
+ private:
+  struct Bounds {
+    double low, high;
+  };
+  std::vector<Field> fields_;
+  std::vector<Bounds> bounds_;  // of the numbers of each field
+  std::vector<double> defaults_;
+
+  bool is_within(std::size_t field, double value) const {
+    return bounds_[field].low <= value && value <= bounds_[field].high;  // not if it is NaN
+  }
+};
+
+}  // namespace mjenv::core
