@@ -532,7 +532,7 @@ class Robot {
   }
   LiveVector live(const char *name, const std::vector<double> &value, const char *doc, double low = -kInfinity,
                   double high = kInfinity) {
-    if (!builder_) option({MJENV_KIND_REALS, name, doc, "", "", value, low, high, true});
+    if (!builder_) declare({MJENV_KIND_REALS, name, doc, "", "", value, low, high, true});
     return {builder_ ? static_cast<Eigen::Index>(mjenv_build_parameter(builder_, name)) : 0,
             static_cast<Eigen::Index>(value.size())};
   }
