@@ -490,8 +490,8 @@ SIZES = r"""
 #define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
 int main(void) {
   SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, shape); SHOW(mjenv_task_camera, elevation);
-  SHOW(mjenv_sim, parameters); SHOW(mjenv_start, parameters); SHOW(mjenv_outcome, random);
-  SHOW(mjenv_task_api, keep); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
+  SHOW(mjenv_sim, parameters); SHOW(mjenv_start, own); SHOW(mjenv_outcome, random);
+  SHOW(mjenv_task_api, state_is_new); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
 }
 """
 
