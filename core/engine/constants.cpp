@@ -30,7 +30,8 @@ std::vector<std::string> constant_arrays(const Model& model) {
       "tendon_lengthspring", "dof_length"};
   std::vector<std::string> found;
   for (const Array& array : model.arrays())
-    if ((is_in(names, array.name) || is_in(kSameframes, array.name)) && is_writable(array)) found.push_back(array.name);
+    if ((is_in(names, array.name) || is_in(kSameframes, array.name)) && is_writable(model, array))
+      found.push_back(array.name);
   return found;
 }
 
@@ -38,7 +39,7 @@ Constants::Constants(const Model& model)
     : blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
   const auto kind_of = [&](const std::string& name, bool is_real) {
     const Array* array = find(model.arrays(), name);
-    if (array && is_writable(*array)) return Part::Kind::own;
+    if (array && is_writable(model, *array)) return Part::Kind::own;
     return is_real ? Part::Kind::unchecked : Part::Kind::shared;
   };
   std::vector<std::size_t> members;
@@ -61,7 +62,7 @@ Constants::Constants(const Model& model)
   }
   const OwnArrays arrays(model);
   for (const Array& array : model.arrays()) {
-    if (array.name.find('.') == std::string::npos || !is_writable(array)) continue;
+    if (array.name.find('.') == std::string::npos || !is_writable(model, array)) continue;
     const OwnArray number = OwnArray::of(model, array.name);
     parts_.push_back({array.name, Part::Kind::own, values_of(number), array.data, number.bytes});
   }

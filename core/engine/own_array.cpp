@@ -169,15 +169,15 @@ bool has_sites(const mjModel& m, const std::string& name) {
 
 }  // namespace
 
-bool is_writable(const Array& of_model) {
-  if (is_in(kIndices, of_model.name)) return false;
+bool is_writable(const Model& model, const Array& of_model) {
+  if (is_in(kIndices, of_model.name) || has_sites(*model.get(), of_model.name)) return false;
   return is_integer(of_model.type) ? rule_of(of_model.name) != nullptr : !begins_with(kShared, of_model.name);
 }
 
 std::vector<std::string> writable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Array& array : model.arrays())
-    if (is_writable(array) && !has_sites(*model.get(), array.name)) names.push_back(array.name);
+    if (is_writable(model, array)) names.push_back(array.name);
   return names;
 }
 
@@ -185,7 +185,7 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
   const mjModel& m = *model.get();
   OwnArray array{};
   if (const Array* of_model = find(model.arrays(), name)) {
-    if (!is_writable(*of_model) || has_sites(m, name))
+    if (!is_writable(model, *of_model))
       refuse_name(name,
                   std::string(is_integer(of_model->type)
                                   ? "it is part of the model's structure, which all rows share"

@@ -39,7 +39,7 @@ struct OwnArray {
 };
 
 // Whether rows can have their own values of this array of mjModel.
-bool is_writable(const Array& of_model);
+bool is_writable(const Model& model, const Array& of_model);
 std::vector<std::string> writable_names(const Model& model);
 
 }  // namespace mjenv::core

@@ -228,7 +228,7 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
 OwnArrays own_arrays(const Model& model) {
   OwnArrays own(model);
   for (const Array& array : model.arrays())
-    if (is_writable(array) && lanes::computes_own(array.name)) own.add(array.name);
+    if (is_writable(model, array) && lanes::computes_own(array.name)) own.add(array.name);
   for (const char* input : {"qfrc_applied", "xfrc_applied"}) own.add(input);
   if (model.get()->nmocap > 0) own.add("mocap_pos");
   return own;
