@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "error.hpp"
+#include "numpy/shared_draws.hpp"
 #include "numpy/ziggurat.hpp"
 #include "system/platform.hpp"
 
@@ -164,19 +165,12 @@ std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
 
 std::int64_t Generator::choice(std::int64_t count, const double* p) {
   if (!p) return integers(0, count);
-  double total = 0;
-  for (std::int64_t i = 0; i < count; ++i) total += p[i];
-  const double drawn = random();
-  double sum = 0;
-  for (std::int64_t i = 0; i < count; ++i)
-    if (drawn < (sum += p[i]) / total) return i;
-  return count;  // not reached, because the last quotient is 1
+  return chosen_by(random(), count, p);
 }
 
-// The method of NumPy's permutation: draws as many bits as `max` has, until the number is not greater than `max`.
+// The method of NumPy's permutation.
 std::uint64_t Generator::masked(std::uint64_t max) {
-  std::uint64_t mask = max;
-  for (unsigned shift = 1; shift < 64; shift *= 2) mask |= mask >> shift;
+  const std::uint64_t mask = mask_over(max);
   for (;;) {
     const std::uint64_t drawn = (max <= std::numeric_limits<std::uint32_t>::max() ? next_half() : next()) & mask;
     if (drawn <= max) return drawn;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "numpy/shared_draws.hpp"
+
 namespace mjenv::core::np {
 
 void RandomState::fill(std::uint32_t seed) {
@@ -83,22 +85,13 @@ double RandomState::randn() {
 std::int64_t RandomState::randint(std::int64_t low, std::int64_t high) {
   const auto max = static_cast<std::uint32_t>(high - low - 1);
   if (max == 0) return low;
-  std::uint32_t mask = max;
-  for (int shift = 1; shift < 32; shift *= 2) mask |= mask >> shift;
+  const auto mask = static_cast<std::uint32_t>(mask_over(max));
   std::uint32_t drawn = 0;
   do drawn = next() & mask;
   while (drawn > max);
   return low + drawn;
 }
 
-std::int64_t RandomState::choice(std::int64_t count, const double* p) {
-  double total = 0;
-  for (std::int64_t i = 0; i < count; ++i) total += p[i];
-  const double drawn = rand();
-  double sum = 0;
-  for (std::int64_t i = 0; i < count; ++i)
-    if (drawn < (sum += p[i]) / total) return i;
-  return count - 1;
-}
+std::int64_t RandomState::choice(std::int64_t count, const double* p) { return chosen_by(rand(), count, p); }
 
 }  // namespace mjenv::core::np

@@ -10,8 +10,8 @@ namespace mjenv::core::np {
 // One random stream of 2.5 kB. It is trivially copyable, so that an image of a row can hold it.
 class RandomState {
  public:
-  // RandomState(seed) of an integer of `count` 64-bit words, least significant first. NumPy refuses integers of more than
-  // 32 bits; here they give RandomState of the list of their 32-bit words.
+  // RandomState(seed) of an integer of `count` 64-bit words, least significant first. NumPy refuses integers of more
+  // than 32 bits; here they give RandomState of the list of their 32-bit words.
   static RandomState from_seed(const std::uint64_t* words, std::size_t count);
 
   bool is_seeded() const { return position_ > 0; }
