@@ -13,8 +13,7 @@ class Arm {
         touch_{r.sensor("palm_touch"), r.sensor("finger_touch"), r.sensor("thumb_touch"), r.sensor("fingertip_touch"),
                r.sensor("thumbtip_touch")},
         hand_(r.body("hand")),
-        limited_(r.array<std::uint8_t>("jnt_limited")),
-        range_(r.array("jnt_range")),
+        randomizer_(r),
         norm_(r.norm()) {}
 
   // x and z of a body, and its turn around y: the first and the third number of its quaternion.
@@ -43,12 +42,7 @@ class Arm {
   }
 
   void randomize(Start& start, RandomState& random) const {
-    for (const Joint& joint : joints_) {
-      const bool limited = start[limited_][joint.index] != 0;
-      const double low = limited ? start[range_][2 * joint.index] : -kPi;
-      const double high = limited ? start[range_][2 * joint.index + 1] : kPi;
-      start.qpos[joint.qpos] = random.uniform(low, high);
-    }
+    for (const Joint& joint : joints_) randomizer_.randomize(start, random, joint.index);
     start.qpos[joints_[4].qpos] = start.qpos[joints_[6].qpos];  // the finger as the thumb
   }
 
@@ -56,8 +50,7 @@ class Arm {
   std::array<Joint, 8> joints_;
   std::array<Sensor, 5> touch_;
   int hand_;
-  Shared<std::uint8_t> limited_;
-  Shared<double> range_;
+  Randomizer randomizer_;
   np::Norm norm_;
 };
 

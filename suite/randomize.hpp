@@ -24,15 +24,16 @@ class Randomizer {
         norm_(r.norm()) {}
 
   void randomize_limited_and_rotational_joints(Start& start, RandomState& random) const {
-    for (Eigen::Index joint = 0; joint < type_.count; ++joint) {
-      double* at = start.qpos.data() + start[address_][joint];
-      if (start[limited_][joint] != 0) {
-        *at = random.uniform(start[range_][2 * joint], start[range_][2 * joint + 1]);
-      } else if (start[type_][joint] == kHinge) {
-        *at = random.uniform(-kPi, kPi);
-      } else if (start[type_][joint] == kFree) {
-        Eigen::Map<Vector4d>(at + 3) = random_quaternion(norm_, [&] { return random.rand(); });
-      }
+    for (Eigen::Index joint = 0; joint < type_.count; ++joint) randomize(start, random, joint);
+  }
+  void randomize(Start& start, RandomState& random, Eigen::Index joint) const {
+    double* at = start.qpos.data() + start[address_][joint];
+    if (start[limited_][joint] != 0) {
+      *at = random.uniform(start[range_][2 * joint], start[range_][2 * joint + 1]);
+    } else if (start[type_][joint] == kHinge) {
+      *at = random.uniform(-kPi, kPi);
+    } else if (start[type_][joint] == kFree) {
+      Eigen::Map<Vector4d>(at + 3) = random_quaternion(norm_, [&] { return random.rand(); });
     }
   }
 
