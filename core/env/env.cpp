@@ -322,12 +322,11 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
                                          : target.original.count();
   const auto each = static_cast<std::int64_t>(elements);
   if (count != each && count != rows() * each)
-    fail(MJENV_E_SIZE,
-         "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " + std::to_string(each) +
-             (each == 0 ? ": this array is empty in this model"
-              : rows() == 1
-                  ? ""
-                  : ", the same for all rows, or " + std::to_string(rows() * each) + ", for each row its own"));
+    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " +
+                           std::to_string(each) +
+                           (each == 0     ? ": this array is empty in this model"
+                            : rows() == 1 ? ""
+                                          : " for all rows or " + std::to_string(rows() * each) + " for each its own"));
   const bool same = count == each;
   const auto for_each_row = [&](const auto& body) {
     for (std::int64_t row = 0; row < rows(); ++row)
