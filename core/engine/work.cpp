@@ -190,6 +190,7 @@ bool Work::diverged() const {
 }
 
 int Work::constraint_count() const { return data_->nefc; }
+
 bool Work::was_reset() const { return diverged() && resets_diverged(model()); }
 
 }  // namespace mjenv::core

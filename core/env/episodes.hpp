@@ -74,9 +74,8 @@ class Episodes {
   // Calls body(i) for the team's turns, given as bits. Clears the bits of those that fail, and writes their status.
   template <typename Body>
   void for_turns(Team& team, std::uint32_t& turns, const Body& body) const;
-  // A step has three parts: begin_step transforms and delays the action
-  // and draws its noise and the pushes, advance simulates the
-  // turns that have begun (as bits), and end_step calls the task and saves the new state.
+  // A step has three parts: begin_step transforms and delays the action and draws its noise and the pushes, advance
+  // simulates the turns that have begun (as bits), and end_step calls the task and saves the new state.
   void begin_step(Worker& worker, Turn& turn) const;
   void advance(Team& team, std::uint32_t& moving) const;
   Ends end_step(Worker& worker, Turn& turn) const;
@@ -86,7 +85,7 @@ class Episodes {
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                     const mjenv_batch& out) const;
   void write_reset(Worker& worker, std::int64_t row, const Place& place) const;
-  // Writes the row's observation, with noise and delay if the row is perturbed.
+  // Writes the row's observation, with noise and delay if the row is perturbed, the time and the history.
   void write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const;
 };
 

@@ -118,7 +118,7 @@ void Worker::show_kept(Rows& rows, std::int64_t row) {
   view_.show_parameters(rows.parameters(row));
 }
 
-void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
+void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
   release();
   draws_.clear();
   const OwnArrays& arrays = rows.arrays();
@@ -134,7 +134,7 @@ void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Rand
   show_kept(rows, row);
 
   const Work::State state = work_.state();
-  Live live{work_, view_, state.time, written_.data()};
+  ResetSimulation simulation{work_, view_, state.time, written_.data()};
   Random random(&rng);
   np::RandomState stream;
   if (rows.has_random_state()) {
@@ -145,7 +145,7 @@ void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Rand
     }
     random.state = &stream;
   }
-  task_.calls->reset(view_.sim(), {state.qpos, state.qvel, state.act, view_.carried()}, random, &live);
+  task_.calls->reset(view_.sim(), {state.qpos, state.qvel, state.act, view_.carried()}, random, &simulation);
   for (const std::string& name : task_.needs.own) arrays.find(name)->check(inputs_.data());
   work_.save(before_.data());
   work_.forward();
@@ -168,7 +168,7 @@ void Worker::begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Rand
 }
 
 void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
-  if (work_.keeps_current()) return begin_live(rows, row, rng, randomization);
+  if (work_.keeps_current()) return begin_simulating(rows, row, rng, randomization);
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();

@@ -111,8 +111,8 @@ class Worker {
 
   // Shows a reset what the row keeps from older episodes: numbers of the task, and its live parameters.
   void show_kept(Rows& rows, std::int64_t row);
-  // begin for a task with Needs::current, whose reset runs in the live simulation.
-  void begin_live(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
+  // begin for a task with Needs::current, whose reset can simulate.
+  void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
   void load_carried(Rows& rows, std::int64_t row) {
     std::copy_n(rows.carried(row), task_.carry_count, view_.carried());
   }

@@ -235,14 +235,15 @@ std::int32_t state_is_new(mjenv_random* random) {
 
 // ---- Functions for reset ----
 
-// Calls body with the live simulation. A failure of MuJoCo makes the callback fail.
+// Calls body with the simulation of the reset. A failure of MuJoCo makes the callback fail.
 template <typename Body>
 std::int32_t simulate(mjenv_start* start, const Body& body) {
-  Live* live = static_cast<LiveStart*>(start)->live;
-  if (!live) return refuse_draw(start->random, "only tasks that call mjenv_build_current can simulate in reset", 1);
+  ResetSimulation* simulation = static_cast<SimulatingStart*>(start)->simulation;
+  if (!simulation)
+    return refuse_draw(start->random, "only tasks that call mjenv_build_current can simulate in reset", 1);
   try {
-    body(*live);
-    live->view.complete();
+    body(*simulation);
+    simulation->view.complete();
     return 0;
   } catch (const std::bad_alloc&) {
     return refuse_draw(start->random, "out of memory", 1, MJENV_E_MEMORY);
@@ -252,24 +253,24 @@ std::int32_t simulate(mjenv_start* start, const Body& body) {
 }
 
 std::int32_t forward(mjenv_start* start) {
-  return simulate(start, [](Live& live) { live.work.forward(); });
+  return simulate(start, [](auto& simulation) { simulation.work.forward(); });
 }
 
 std::int32_t advance(mjenv_start* start, std::int64_t count) {
   if (count < 1) return refuse_draw(start->random, "advance: count is less than 1", 1);
-  return simulate(start, [&](Live& live) { live.work.simulate(count); });
+  return simulate(start, [&](auto& simulation) { simulation.work.simulate(count); });
 }
 
 std::int32_t restart(mjenv_start* start) {
-  return simulate(start, [](Live& live) {
-    live.work.clear();
-    live.work.forward();
+  return simulate(start, [](auto& simulation) {
+    simulation.work.clear();
+    simulation.work.forward();
   });
 }
 
 std::int64_t contact_count(mjenv_start* start) {
   std::int64_t count = 0;
-  simulate(start, [&](Live& live) { count = live.work.contact_count(); });
+  simulate(start, [&](auto& simulation) { count = simulation.work.contact_count(); });
   return count;
 }
 

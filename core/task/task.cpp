@@ -95,12 +95,13 @@ void Calls::check_carried(const char* callback, const double* numbers) const {
                          number(found->low) + " to " + number(found->high));
 }
 
-void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random, Live* live) const {
+void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation) const {
   if (!callbacks_.reset) return;
-  LiveStart to{{sizeof(mjenv_start), 0, &task_api(), &random, sim.qpos0, start.qpos, start.qvel, start.act,
-                start.carried, sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, sim.parameters, live ? &sim : nullptr,
-                live ? live->time : nullptr, live ? live->own : nullptr},
-               live};
+  SimulatingStart to{
+      {sizeof(mjenv_start), 0, &task_api(), &random, sim.qpos0, start.qpos, start.qvel, start.act, start.carried,
+       sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, sim.parameters, simulation ? &sim : nullptr,
+       simulation ? simulation->time : nullptr, simulation ? simulation->own : nullptr},
+      simulation};
   call(
       "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
   check_carried("reset", start.carried);

@@ -30,15 +30,15 @@ struct Start {
 };
 
 // The simulation in which the reset of a task with Needs::current runs.
-struct Live {
+struct ResetSimulation {
   Work& work;
   SimView& view;
   double *time, *const *own;
 };
 
 // The mjenv_start that a reset is given.
-struct LiveStart : mjenv_start {
-  Live* live = nullptr;
+struct SimulatingStart : mjenv_start {
+  ResetSimulation* simulation = nullptr;
 };
 
 // Numbers that a row carries, which always lie in [low, high].
@@ -74,8 +74,8 @@ class Calls {
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
 
   // Draws the initial state of an episode. sim: only its sizes and the model's arrays are valid.
-  // live: null unless the task needs it; then all of sim is valid.
-  void reset(const mjenv_sim& sim, const Start& start, Random& random, Live* live = nullptr) const;
+  // simulation: null unless the task needs it; then all of sim is valid.
+  void reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation = nullptr) const;
   // Returns the numbers of the reset info, which lie in the view.
   const double* reset_info(SimView& view) const;
   // Writes the numbers that the next step needs to know of the present state to SimView::carried.
