@@ -8,8 +8,8 @@
 //                    functions, row by row
 //     solving        the share of a solver's work in lanes that is of use. Lanes wait for the row with the most
 //                    constraints and for the row with the most iterations.
-//   lanes stages [ID...]    prints CSV: id, number of lanes, stage, the share of the time of the physics that its function takes in
-//     lanes; `row by row` is what is neither in such a function nor in copying
+//   lanes stages [ID...]    prints CSV: id, number of lanes, stage, and the share of the time of the physics that the
+//     stage's function takes in lanes; `row by row` is what is neither in such a function nor in copying
 //   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run counts from outside
 //
 // Instead of an ID, FILE.xml or FILE.xml:FRAME_SKIP steps a model without a task, whose rows are reset after 50 steps.

@@ -430,12 +430,13 @@ static inline void mjenv_build_keep(mjenv_builder *builder, int64_t first, int64
 static inline int64_t mjenv_build_parameter(mjenv_builder *builder, const char *option) {
   return builder->api->parameter(builder, option);
 }
+
 /* Makes what callbacks see belong to the new state. After the last mj_step of a step, the library computes the stages of
- * mj_step1: positions, velocities, contacts and the sensors of both then belong to the new qpos and qvel; forces,
- * accelerations and their sensors still belong to the state before. MuJoCo 2.2.2 normalises the quaternions in qpos there;
- * the next step goes on from qpos as it was before. A reset calls mj_forward with actuation disabled before and after the
- * callback, and the callback can simulate (mjenv_start_forward and the like). Rows are then stepped one by one, without
- * lanes. */
+ * mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new qpos and qvel;
+ * forces, accelerations and their sensors belong to the state before. In these stages MuJoCo 2.2.2 normalises the
+ * quaternions in qpos; the next step goes on from qpos as it was before them. A reset calls mj_forward with actuation
+ * disabled before and after the callback, and the callback can simulate (mjenv_start_forward and the like). Rows are
+ * stepped one by one, without lanes. */
 static inline void mjenv_build_current(mjenv_builder *builder) { builder->api->current(builder); }
 
 /* Gives each row an own array of mjModel, which reset writes: mjenv_start.own[i], where i is what this returns. What one
@@ -446,8 +447,9 @@ static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) 
   return builder->api->own(builder, name);
 }
 
-/* Gives each row a stream of NumPy's RandomState besides its default_rng, which takes 2.5 kB. mjenv_seed seeds it, too. NumPy
- * refuses seeds above 2^32 - 1; such a seed gives RandomState of the list of its 32-bit words. Only reset draws from it. Needs mjenv_build_current. */
+/* Gives each row a stream of NumPy's RandomState, of 2.5 kB, besides its default_rng. Only reset draws from it.
+ * mjenv_seed seeds both. NumPy refuses seeds above 2^32 - 1; such a seed gives RandomState of the list of its 32-bit
+ * words. Needs mjenv_build_current. */
 static inline void mjenv_build_random_state(mjenv_builder *builder) { builder->api->random_state(builder); }
 
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */

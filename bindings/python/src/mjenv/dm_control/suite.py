@@ -180,9 +180,9 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
 
     def observation_spec(self) -> Mapping[str, specs.Array]:
         """The shapes of the observations."""
-        counts = self._observation(np.zeros(self.mjenv.observation_space.shape))
+        terms = self._observation(np.zeros(self.mjenv.observation_space.shape))
         return OrderedDict(
-            (name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in counts.items()
+            (name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in terms.items()
         )
 
     def control_timestep(self) -> float:
