@@ -181,9 +181,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
     def observation_spec(self) -> Mapping[str, specs.Array]:
         """The shapes of the observations."""
         terms = self._observation(np.zeros(self.mjenv.observation_space.shape))
-        return OrderedDict(
-            (name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in terms.items()
-        )
+        return OrderedDict((name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in terms.items())
 
     def control_timestep(self) -> float:
         """The seconds between two actions."""
