@@ -5,6 +5,7 @@ import os
 import platform
 import subprocess
 import sys
+import types
 from pathlib import Path
 from typing import Any
 
@@ -154,12 +155,25 @@ def test_options(assignment: str, value: Any) -> None:
         (["bench", "--rows", "0"], "less than 1"),
         (["bench", "--seconds", "inf"], "no positive number"),
         (["snapshot", "show", "missing.image"], "missing.image"),
+        (["convert", "model.xml"], "--out"),
+        (["convert", "model.xml", "--out", "out.xml", "--engine", "4.0"], "invalid choice: '4.0'"),
         (["dance"], "invalid choice"),
         ([], "COMMAND"),
     ],
 )
 def test_refusals(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert message in refusal(capsys, *words)
+
+
+def test_convert_needs_mujoco(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """tests/mujoco4 converts models."""
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    assert 'pip install "mujoco==4.0.*"' in refusal(capsys, "convert", "model.xml", "--out", tmp_path / "out.xml")
+    monkeypatch.setitem(sys.modules, "mujoco", types.SimpleNamespace(__version__="3.3.0"))
+    monkeypatch.setitem(sys.modules, "mjenv.cli.older_mjcf", types.ModuleType("older_mjcf"))
+    assert "has the version 3.3.0" in refusal(capsys, "convert", "model.xml", "--out", tmp_path / "out.xml")
 
 
 def test_bench(capsys: pytest.CaptureFixture[str]) -> None:
@@ -333,6 +347,7 @@ def test_completion_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
         "mjenv info Hopper": "Hopper-v4 Hopper-v5",
         "mjenv snapshot d": "diff",
         "mjenv snapshot diff --js": "--json",
+        "mjenv convert --engine 2": "2.2.2",
         "mjenv completion ": "-h --help bash zsh fish",
     }
     for line in expected:
@@ -401,7 +416,7 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["--help"])
     text = capsys.readouterr().out
-    for command in ("list", "info", "bench", "verify", "snapshot", "completion"):
+    for command in ("list", "info", "bench", "verify", "convert", "snapshot", "completion"):
         assert f"\n    {command}" in text
         with pytest.raises(SystemExit):
             main([command, "--help"])
