@@ -112,10 +112,23 @@ void Work::keep_current() {
   raw_qpos_.resize(layout_.nq);
 }
 
-void Work::compute_current() {
-  complete_forces();  // from what the step has left
-  put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq);
-  mj_step1(&stepped(), data_.get());
+void Work::keep_raw_qpos() { put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq); }
+
+void Work::compute_current(bool is_whole) {
+  if (is_whole) complete_forces();  // from what the step has left
+  keep_raw_qpos();
+  mjData* d = data_.get();
+  const auto warnings = [&] {
+    int count = 0;
+    for (const auto kind : divergence) count += d->warning[kind].number;
+    return count;
+  };
+  const int before = warnings();
+  mj_step1(&stepped(), d);
+  if (warnings() > before) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
+  // These belong to no constraint of the new state yet: they are what older ones, maybe of other rows, have left.
+  for (mjtNum* array : {d->efc_b, d->efc_force}) std::fill_n(array, d->nefc, 0.0);
+  std::fill_n(d->efc_state, d->nefc, 0);
 }
 
 void Work::simulate(std::int64_t count) {
@@ -133,7 +146,7 @@ std::int64_t Work::contact_count() const { return data_->ncon; }
 
 void Work::forward() {
   if (is_current_) {
-    put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq);
+    keep_raw_qpos();
     mjModel passive = stepped();
     passive.opt.disableflags |= mjDSBL_ACTUATION;
     mj_forward(&passive, data_.get());

@@ -79,15 +79,17 @@ class Work {
   std::int64_t contact_count() const;
 
   // A step is `frames` calls of mj_step with an action: act, then step, which writes the state before the last call to
-  // `before`. Where lanes::Stepper advances mjData instead, it calls note_step.
+  // `before`. Where lanes::Stepper advances mjData instead, it calls note_step. If it has also computed the stages of
+  // mj_step1 (shows_current), it has called keep_raw_qpos before them.
   void act(const Action& action);
   void step(std::int64_t frames, double* before);
-  void note_step(bool is_whole = true) {
+  void note_step(bool is_whole = true, bool shows_current = false) {
     forces_lag_ = frames_lag_ = true;
-    if (is_current_) compute_current();
+    if (is_current_ && !shows_current) compute_current(is_whole);
     is_whole_ = is_whole;
     ++computation_;
   }
+  void keep_raw_qpos();
   // Repeats the last call of mj_step. Load the state before that call first.
   void repeat_step();
   // Computes what steps leave out: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and lights.
@@ -118,7 +120,7 @@ class Work {
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
-  void compute_current();
+  void compute_current(bool is_whole);
 };
 
 }  // namespace mjenv::core

@@ -19,7 +19,6 @@ std::string counted(std::int64_t count, const std::string& what) {
 std::string obstacle_of(const Task& task) {
   std::string absence = lanes::absence();
   if (!absence.empty()) return absence;
-  if (task.needs.current) return "the task sees what belongs to the new state (mjenv_build_current)";
   const std::string obstacle = lanes::obstacle(*task.model);
   return obstacle.empty() ? "" : "lanes cannot compute this model: " + obstacle;
 }

@@ -218,6 +218,8 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
     counts.constraints += plain.data()->nefc;
     if (plain.diverged()) return "a row that diverges was not left to MuJoCo";
     if (std::memcmp(last.data(), before[static_cast<std::size_t>(i)], last.size() * sizeof(double))) return "before";
+    const std::vector<double>&raw = some[static_cast<std::size_t>(i)]->raw_qpos(), &expected = plain.raw_qpos();
+    if (std::memcmp(raw.data(), expected.data(), expected.size() * sizeof(double))) return "raw_qpos";
     const std::string found = difference(*some[static_cast<std::size_t>(i)], plain);
     if (!found.empty()) return found;
   }
@@ -236,13 +238,16 @@ OwnArrays own_arrays(const Model& model) {
 
 std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
                     int rows) {
-  // In every other round all of mjData is read.
-  std::array<std::vector<std::unique_ptr<Work>>, 2> works;
-  for (int i = 0; i < width; ++i) {
-    for (auto& list : works) list.push_back(std::make_unique<Work>(model));
-    works[1].back()->expect("qM");
-  }
-  Work plain(model);
+  // In every other round all of mjData is read, and in every third it belongs to the new state.
+  std::array<std::vector<std::unique_ptr<Work>>, 4> works;
+  for (std::size_t kind = 0; kind < works.size(); ++kind)
+    for (int i = 0; i < width; ++i) {
+      works[kind].push_back(std::make_unique<Work>(model));
+      if (kind % 2 == 1) works[kind].back()->expect("qM");
+      if (kind >= 2) works[kind].back()->keep_current();
+    }
+  Work plain(model), plain_current(model);
+  plain_current.keep_current();
   Noise noise;
   const bool are_shared = own.list().empty();
   for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},
@@ -252,11 +257,12 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
                                    {Kind::bad, "bad"}}) {
     Counts counts;
     for (int round = 0; round < rows / share / width; ++round) {
-      const std::string found =
-          compare(*model, stepper, works[round % 2], plain, own, kind, 1 + round % 3, noise, counts);
+      const bool is_current = round / 2 % 3 == 0;
+      const std::string found = compare(*model, stepper, works[round % 2 + (is_current ? 2 : 0)],
+                                        is_current ? plain_current : plain, own, kind, 1 + round % 3, noise, counts);
       if (!found.empty())
-        return found + " with " + std::to_string(width) + " lanes, round " + std::to_string(round) + " of states " +
-               name + (are_shared ? "" : " of rows with values of their own");
+        return found + (is_current ? ", of the new state," : "") + " with " + std::to_string(width) + " lanes, round " +
+               std::to_string(round) + " of states " + name + (are_shared ? "" : " of rows with values of their own");
     }
     std::printf("%s, %d lanes, %s%s: %d rows, %d left to MuJoCo, %d contacts, %d constraints\n", model->label().c_str(),
                 width, name, are_shared ? "" : ", own values", counts.rows, counts.left, counts.contacts,

@@ -587,6 +587,29 @@ struct Parametric{T} <: MJEnv.Task end
     end
 end
 
+# Shows where a falling ball is, according to qpos and to mjData's positions of bodies.
+struct Falls <: MJEnv.Task end
+function MJEnv.build(::Type{Falls}, b; current)
+    current && MJEnv.current!(b)
+    return Falls()
+end
+MJEnv.reset!(::Falls, start, rng) = (start.qpos[3] = MJEnv.uniform(rng, 2, 3); nothing)
+MJEnv.observe(::Falls, sim) = (height = (sim.qpos[3], sim.xpos[3, 2]),)
+MJEnv.step!(::Falls, sim, row) = (reward = 0.0, terminated = false)
+
+@testset "the new state" begin
+    ball = "<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>"
+    MJEnv.register("Falls-v0", Falls; model = ball, options = (current = true,))
+    for current in (false, true)
+        env = Env("Falls-v0"; rows = 4, current = current)
+        reset!(env)
+        for _ in 1:5
+            obs = step!(env, zeros(0, 4)).obs
+            @test all((obs[1, :] .== obs[2, :]) .== current)
+        end
+    end
+end
+
 @testset "plug-ins" begin
     folder = joinpath(REPOSITORY, "build", "tests", "tasks")
     @test MJEnv.load_tasks(joinpath(folder, "libhopper_c.so")) === nothing

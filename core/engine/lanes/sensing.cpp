@@ -35,13 +35,24 @@ SensorNeeds sensor_needs(const mjModel& m) {
                                                                                   : SensorNeeds::motion;
 }
 
+bool reads_constraints_before_forces(const mjModel& m) {
+  return std::any_of(m.sensor_type, m.sensor_type + m.nsensor, [](int type) {
+    return type == mjSENS_JOINTLIMITPOS || type == mjSENS_JOINTLIMITVEL || type == mjSENS_TENDONLIMITPOS ||
+           type == mjSENS_TENDONLIMITVEL;
+  });
+}
+
+void sense_state(const mjModel& m, mjData& d) {
+  if (sees_from_cameras(m)) mj_camlight(&m, &d);
+  mj_sensorPos(&m, &d);
+  mj_sensorVel(&m, &d);
+}
+
 // Without constraints, mj_rnePostConstraint gives the right accelerations, which is all that the other sensors read of it.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
   const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;
-  if (sees_from_cameras(m)) mj_camlight(&m, &d);
-  mj_sensorPos(&m, &d);
-  mj_sensorVel(&m, &d);
+  sense_state(m, d);
   mj_sensorAcc(&m, &d);
   d.ncon = ncon;
   d.ne = ne;

@@ -11,6 +11,12 @@ enum class SensorNeeds { nothing, motion, constraints };
 
 SensorNeeds sensor_needs(const mjModel& m);
 
+// Whether the sensors that mj_step1 computes read constraints.
+bool reads_constraints_before_forces(const mjModel& m);
+
+// Writes what mj_step1 writes of sensordata.
+void sense_state(const mjModel& m, mjData& d);
+
 // Writes sensordata as mj_forward does. holds_constraints: whether mjData holds the row's contacts and constraints.
 void sense(const mjModel& m, mjData& d, bool holds_constraints);
 

@@ -274,6 +274,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void collide();
   void constrain(bool is_held);
   void show(Use use, bool holds_constraints);
+  bool shows_current() const;
+  void show_current(Work* const* works);
   void integrate(bool is_last);
 };
 
@@ -413,14 +415,38 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
   scatter(state_);
-  for (int row = 0; row < count; ++row) {
-    if (is_whole_) {
-      std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
-      std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
-    }
-    works[row]->note_step(is_whole_);
+  for (int row = 0; is_whole_ && row < count; ++row) {
+    std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
+    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
   }
+  const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
+  if (is_shown) show_current(works);
+  for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown);
   return live();
+}
+
+// Whether lanes can compute what callbacks see of the new state. Else MuJoCo calls mj_step1 row by row.
+bool LaneStepper::shows_current() const {
+  return !is_whole_ && !single_.actuation && !single_.passive &&
+         (sensors_ == SensorNeeds::nothing || !reads_constraints_before_forces(m_));
+}
+
+// The stages of mj_step1 for the new state, without constraints, which nobody reads.
+void LaneStepper::show_current(Work* const* works) {
+  for (int row = 0; row < count_; ++row) works[row]->keep_raw_qpos();
+  code_.kinematics(lanes_);
+  code_.comPos(lanes_);
+  code_.tendon(lanes_);
+  code_.transmission(lanes_);
+  code_.fwdVelocity(lanes_);
+  code_.comVel(lanes_);
+  code_.passive(lanes_);
+  code_.rne(lanes_);
+  scatter(state_);
+  scatter(shown_);
+  if (sensors_ == SensorNeeds::nothing) return;
+  scatter(for_sensors_);
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_state(m, d); });
 }
 
 // mj_forward, in another order where that makes no difference: what concerns constraints comes last, then sensors and

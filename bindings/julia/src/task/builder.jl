@@ -10,6 +10,7 @@ valid until build returns. If a lookup fails, the build fails and says why, what
 - [`MJEnv.joint`](@ref), [`MJEnv.sensor`](@ref): where a joint and a sensor keep their numbers
 - [`MJEnv.array`](@ref), [`MJEnv.need!`](@ref): other arrays of mjData and mjModel
 - [`MJEnv.keep!`](@ref): numbers that a row remembers
+- [`MJEnv.current!`](@ref): the methods see what belongs to the new state
 - [`MJEnv.is_integer`](@ref), [`MJEnv.norm`](@ref): how options were set
 - [`MJEnv.structure!`](@ref): Gymnasium's `observation_structure`
 """
@@ -107,6 +108,15 @@ function keep!(b::Builder, count::Integer; low::Real = -Inf, high::Real = Inf, r
     b.sim = Sim(member(b.raw, Val(:sim)), b.carry_count)
     return (before + 1):(b.carry_count)
 end
+
+"""
+    MJEnv.current!(b)
+
+Makes what the methods see belong to the new state. After the last mj_step of a step, the library computes the stages of
+mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new `qpos` and `qvel`;
+forces and accelerations belong to the state before.
+"""
+current!(b::Builder) = task_current(b.api, b.raw)
 
 """
     MJEnv.is_integer(b, option)

@@ -210,6 +210,8 @@ class Registered:
             for name in self.needs:
                 if name in ON_DEMAND:
                     model.need(name)
+            if self.kind.current:
+                model.show_current()
             (self._describe_code if self.is_code else self._describe_numpy)(task, model)
             if self.is_code:
                 result[0] = _allocated(numbers)

@@ -78,6 +78,9 @@ class Task:
     """Increase it when the task changes, so that snapshots of the old task are refused."""
     options: ClassVar[Mapping[str, Any]] = {}
     """The constructor options: name and default, or name and Setting."""
+    current: ClassVar[bool] = False
+    """Whether the methods see what belongs to the new state, as after mj_step1. Otherwise they see what mj_step leaves:
+    what it computes (xpos, contacts, ...) is one timestep older than qpos."""
     needs: ClassVar[Sequence[str]] = ("qpos", "qvel")
     """NumPy: the arrays of mjData that `sim` has. "contacts" means `sim.ncon` and all of `sim.contact`; a single one is
     "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
@@ -143,7 +146,8 @@ class Sim:
     (rows, n), read-only.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
-    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead.
+    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the task
+    is `current`, positions, velocities, contacts and their sensors belong to the new state.
     """
 
     parameters: Mapping[str, Float64Array]
@@ -264,6 +268,9 @@ class Model:
 
     def bound_carried(self, first: int, count: int, low: float, high: float) -> None:
         self._api.carry_bounds(self._builder, first, count, low, high)
+
+    def show_current(self) -> None:
+        self._api.current(self._builder)
 
     def keep_carried(self, first: int, count: int) -> None:
         self._api.keep(self._builder, first, count)

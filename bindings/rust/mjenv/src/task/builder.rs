@@ -289,6 +289,15 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Makes what the methods see belong to the new state. After the last mj_step of a step, the library computes the
+    /// stages of mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new
+    /// qpos and qvel; forces and accelerations belong to the state before.
+    pub fn current(&mut self) {
+        if !self.lists() {
+            call!(self.current());
+        }
+    }
+
     /// The model's initial state; `None` in the run that lists the options.
     pub fn sim(&self) -> Option<Sim<'_>> {
         // SAFETY: the struct is the library's, and methods that change it need a `&mut self`.

@@ -576,6 +576,54 @@ fn a_task_reads_its_row_and_carries_numbers() {
     assert_eq!(DROPPED.load(Ordering::SeqCst), dropped + 1);
 }
 
+/// Shows where the falling ball is, according to qpos and to mjData's positions of bodies.
+struct Falls {
+    ball: usize,
+}
+
+impl Task for Falls {
+    const ID: &'static str = "Falls-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        if b.flag("current", true, "see the new state") {
+            b.current();
+        }
+        Ok(Self { ball: b.body("ball") })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        start.qpos[2] = rng.uniform(2.0, 3.0);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("height", [sim.qpos()[2], sim.xpos()[self.ball][2]]);
+        Ok(())
+    }
+
+    fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn a_task_sees_the_new_state() {
+    register::<Falls>().unwrap();
+    for current in [false, true] {
+        let mut env = env_with(Falls::ID, |options| {
+            options.set("current", current).unwrap();
+        })
+        .unwrap();
+        let mut batch = env.batch::<f64>();
+        env.reset(.., &mut batch).unwrap();
+        for _ in 0..5 {
+            env.step(.., &[0.0f64; 4], &mut batch).unwrap();
+            assert!((0..4).all(|row| (batch.obs(row)[0] == batch.obs(row)[1]) == current));
+        }
+    }
+}
+
 /// Draws from the row's stream in reset, and writes what it drew.
 struct Draws {
     wrong: bool,

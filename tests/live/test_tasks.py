@@ -1,0 +1,181 @@
+"""Tasks of one's own against the same written with MuJoCo's own calls, bit for bit."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mjenv
+
+# A free body, whose quaternion MuJoCo 2.2.2 normalises; contacts, sensors of all stages, an activation.
+MODEL = """
+<mujoco>
+  <option timestep="0.004" integrator="{integrator}"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 0.1"/>
+    <body name="trunk" pos="0 0 0.5">
+      <freejoint/><geom type="capsule" fromto="-0.2 0 0 0.2 0 0" size="0.08"/><site name="trunk" pos="0.1 0 0.1"/>
+      <body name="leg" pos="0.2 0 0">
+        <joint name="hip" axis="0 1 0" range="-60 60" limited="true" damping="0.1"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.03"/>
+        <body name="shin" pos="0 0 -0.3">
+          <joint name="knee" type="ball" damping="0.2"/><geom name="foot" size="0.05" pos="0 0 -0.1"/>
+          <site name="foot" pos="0 0 -0.15" size="0.06"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="hip" joint="hip" kp="20" ctrllimited="true" ctrlrange="-1 1"/>
+    <general name="lift" joint="hip" dyntype="filter" dynprm="0.05" gainprm="4" ctrllimited="true" ctrlrange="-1 1"/>
+  </actuator>
+  <sensor>
+    <framepos objtype="site" objname="foot"/><framelinvel objtype="site" objname="trunk"/><accelerometer site="trunk"/>
+    <touch site="foot"/><jointpos joint="hip"/>
+  </sensor>
+</mujoco>
+"""
+FEW = ("qpos", "qvel", "act", "xpos", "xquat", "site_xpos", "cvel", "subtree_com", "sensordata", "actuator_force", "qacc")
+# With these, lanes leave all of mjData in memory.
+ALL = (*FEW, "geom_xpos", "cfrc_ext", "contacts")
+FRAMES, ROWS = 3, 5
+INTEGRATORS = ("Euler", "RK4")
+
+
+class Shown(mjenv.Task):
+    """Observes every array that it needs."""
+
+    frame_skip = FRAMES
+    current = True
+
+    def reset(self, rng: Any, rows: int) -> tuple[Any, Any]:
+        qpos = self.qpos0 + rng.uniform(-0.3, 0.3, (rows, self.nq))  # no unit quaternions
+        return qpos, rng.uniform(-1, 1, (rows, self.nv))
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        return seen([getattr(sim, name) for name in self.needs if name != "contacts"], self.contacts(sim))
+
+    def contacts(self, sim: Any) -> list[NDArray[Any]]:
+        if "contacts" not in self.needs:
+            return []
+        real = np.arange(20) < sim.ncon.reshape(-1, 1)
+        return [np.where(real, getattr(sim.contact, name)[:, :20], 0) for name in ("geom1", "geom2", "dist")]
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        return sim.xpos[:, 1, 2], np.zeros(len(action), bool), {}
+
+
+def seen(arrays: list[NDArray[Any]], contacts: list[NDArray[Any]]) -> NDArray[Any]:
+    return np.concatenate([np.reshape(values, (len(values), -1)) for values in (*arrays, *contacts)], axis=1)
+
+
+for integrator in INTEGRATORS:
+    for name, arrays in (("Few", FEW), ("All", ALL)):
+        text = MODEL.format(integrator=integrator)
+        mjenv.register(f"{name}{integrator}-v0", type(name, (Shown,), {"model": text, "needs": arrays}))
+
+
+class Plain:
+    """One row of such a task, with mujoco's own calls."""
+
+    def __init__(self, model: mujoco.MjModel, needs: tuple[str, ...]) -> None:
+        self.model, self.data, self.needs = model, mujoco.MjData(model), needs
+        self.qpos = self.data.qpos.copy()
+
+    def reset(self, qpos: NDArray[Any], qvel: NDArray[Any]) -> None:
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = qpos, qvel
+        self.qpos = qpos.copy()
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+        mujoco.mj_forward(model, data)
+        model.opt.disableflags ^= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+
+    def step(self, ctrl: NDArray[Any]) -> None:
+        model, data = self.model, self.data
+        data.qpos[:] = self.qpos
+        data.ctrl[:] = ctrl
+        mujoco.mj_step(model, data, FRAMES)
+        mujoco.mj_rnePostConstraint(model, data)
+        self.qpos = data.qpos.copy()
+        warnings = data.warning.number.sum()
+        mujoco.mj_step1(model, data)
+        if data.warning.number.sum() > warnings:  # it has reset the simulation
+            self.qpos = data.qpos.copy()
+
+    def observed(self) -> NDArray[Any]:
+        data = self.data
+        arrays = [np.array(getattr(data, name))[None] for name in self.needs if name != "contacts"]
+        contacts = []
+        if "contacts" in self.needs:
+            for name in ("geom1", "geom2", "dist"):
+                found = np.zeros((1, 20))
+                found[0, : data.ncon] = [getattr(contact, name) for contact in data.contact[: data.ncon]]
+                contacts.append(found)
+        return seen(arrays, contacts)[0]
+
+
+@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), (-1, 1), (-1, 2)])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("needs", ["Few", "All"])
+def test_new_state(needs: str, integrator: str, lanes: int, threads: int) -> None:
+    model = mujoco.MjModel.from_xml_string(MODEL.format(integrator=integrator))
+    plain = [Plain(model, FEW if needs == "Few" else ALL) for _ in range(ROWS)]
+    streams = [np.random.default_rng(seed) for seed in range(ROWS)]
+    envs = mjenv.make_vec(f"{needs}{integrator}-v0", ROWS, lanes=lanes, num_threads=threads)
+    other = mjenv.make_vec(f"{needs}{integrator}-v0", ROWS, lanes=0)
+    other.reset(seed=99)
+    rng = np.random.default_rng(7)
+    touched = 0
+    for episode in range(2):
+        got, _ = envs.reset(seed=list(range(ROWS)) if episode == 0 else None)
+        for row, stream in zip(plain, streams, strict=True):
+            row.reset(model.qpos0 + stream.uniform(-0.3, 0.3, model.nq), stream.uniform(-1, 1, model.nv))
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        for step in range(40):
+            action = rng.uniform(-1, 1, (ROWS, 2))
+            for row, ctrl in zip(plain, action, strict=True):
+                row.step(ctrl)
+            want = [row.observed() for row in plain]
+            touched += sum(row.data.ncon for row in plain)
+            got, reward, *_ = envs.step(action)
+            np.testing.assert_array_equal(got, want)
+            np.testing.assert_array_equal(reward, [row.data.xpos[1, 2] for row in plain])
+            if step == 15:  # goes on from an image, in an environment that steps one by one
+                other.restore(envs.snapshot())
+                np.testing.assert_array_equal(other.observe(), want)
+                envs, other = other, envs
+            if step == 30:  # and with a copy of a row
+                envs.copy_row(0, np.arange(ROWS) == ROWS - 1)
+                plain[-1], streams[-1] = copy.deepcopy(plain[0]), copy.deepcopy(streams[0])
+                np.testing.assert_array_equal(envs.observe(), [*want[:-1], want[0]])
+    assert touched > 100
+    envs.close()
+    other.close()
+
+
+@pytest.mark.parametrize("lanes", [0, -1])
+def test_divergence_of_the_new_state(lanes: int) -> None:
+    """Only mj_step1 finds that x has become greater than MuJoCo allows."""
+    model = mujoco.MjModel.from_xml_string(MODEL.format(integrator="Euler"))
+    plain = [Plain(model, FEW) for _ in range(ROWS)]
+    envs = mjenv.make_vec("FewEuler-v0", ROWS, lanes=lanes)
+    envs.reset(seed=1)
+    qpos, qvel = np.tile(model.qpos0, (ROWS, 1)), np.zeros((ROWS, model.nv))
+    qvel[2, 0] = 9e9
+    qpos[2, 0] = 1e10 - (FRAMES - 0.5) * model.opt.timestep * qvel[2, 0]
+    envs.set_state(qpos, qvel)
+    for row, q, v in zip(plain, qpos, qvel, strict=True):
+        row.reset(q, v)
+    for _ in range(10):
+        for row in plain:
+            row.step(np.full(2, 0.5))
+        got, *_ = envs.step(np.full((ROWS, 2), 0.5))
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+    assert plain[2].data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number == 1
+    envs.close()
