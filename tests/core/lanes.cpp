@@ -274,14 +274,15 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
   return "";
 }
 
-// How often constraints of contacts were made in lanes.
-int made;
+// How often constraints were made in lanes, and how often those of contacts were.
+int made, made_of_contacts;
 // How many rows Newton's solver has left to MuJoCo.
 int left_by_solver;
 const lanes::Code* counted;
 
-void count_making(const lanes::Lanes& d, const lanes::Contacts& contacts, lanes::Constraints& c) {
-  made += contacts.contact_count > 0;
+void count_making(lanes::Lanes& d, const lanes::Contacts& contacts, lanes::Constraints& c) {
+  ++made;
+  made_of_contacts += contacts.contact_count > 0;
   counted->makeConstraint(d, contacts, c);
 }
 
@@ -295,7 +296,7 @@ void count_leaving(lanes::Lanes& d, lanes::Constraints& c) {
 std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows) {
   const ErrorTrap trap;
   const OwnArrays shared(*model), own = own_arrays(*model);
-  made = left_by_solver = 0;
+  made = made_of_contacts = left_by_solver = 0;
   for (const int width : lanes::widths()) {
     counted = lanes::code_of(width);
     lanes::Code code = *counted;
@@ -393,8 +394,8 @@ std::string in_front_of_body(const std::string& what, const std::string& text) {
   return with("<worldbody>", what + "<worldbody>", text);
 }
 
-// Sensors, energies, mocap bodies and equality constraints, which MuJoCo's functions compute row by row; friction in joints;
-// and contacts of all shapes, also of moving bodies with each other.
+// Sensors and energies, which MuJoCo's functions compute row by row; mocap bodies, equality constraints, friction; and contacts
+// of all shapes, also of moving bodies with each other.
 void test_stages(void** /*state*/) {
   const std::string quadruped = odd_model("quadruped.xml");
   const std::string touching =
@@ -414,28 +415,31 @@ void test_stages(void** /*state*/) {
   const struct {
     const char* name;
     std::string text;
-    bool are_made;  // whether lanes make the constraints of contacts
+    bool are_made;  // whether lanes make the constraints
   } models[] = {{"quadruped.xml", quadruped, true},
                 {"quadruped.xml, touch", touching, true},
                 {"shapes.xml", odd_model("shapes.xml"), true},
                 {"sensors.xml", odd_model("sensors.xml"), true},
                 {"mocap.xml", odd_model("mocap.xml"), false},
-                {"tendons.xml", odd_model("tendons.xml"), false},
+                {"tendons.xml", odd_model("tendons.xml"), true},
                 {"terrain.xml", odd_model("terrain.xml"), false},
-                {"lanes.xml, actuators", actuated, false},
-                {"lanes.xml, passive", passive, false},
-                {"lanes.xml, disabled", disabled, false},
-                {"tethered_pair.xml", odd_model("tethered_pair.xml"), false}};
+                {"lanes.xml, actuators", actuated, true},
+                {"lanes.xml, passive", passive, true},
+                {"lanes.xml, disabled", disabled, true},
+                {"tethered_pair.xml", odd_model("tethered_pair.xml"), true},
+                {"equalities.xml", odd_model("equalities.xml"), true}};
   failures.clear();
   for (const auto& m : models)
     for (const char* option :
          {"", "<option solver='PGS'/>", "<option integrator='RK4'><flag energy='enable'/></option>",
-          "<option solver='Newton' cone='pyramidal'/>", "<option><flag sensor='disable'/></option>"}) {
+          "<option solver='Newton' cone='pyramidal'/>", "<option solver='Newton' cone='elliptic'/>",
+          "<option><flag equality='disable' frictionloss='disable' warmstart='disable' "
+          "sensor='disable'/></option>"}) {
       const auto model = Model::parse(m.name, in_front_of_body(option, m.text));
       assert_string_equal(lanes::obstacle(*model).c_str(), "");
       const std::string found = compare(model, kFewRows), which = std::string(m.name) + ", " + option + ": ";
       if (!found.empty()) failures += which + found + "\n";
-      if (m.are_made && made == 0) failures += which + "no contacts made in lanes\n";
+      if (m.are_made && made == 0) failures += which + "no constraints made in lanes\n";
     }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
@@ -491,13 +495,13 @@ void test_contacts(void** /*state*/) {
       {"friction=\"0.8", "friction=\"0", true},
       {"name=\"other\" type=\"sphere\" size=\"0.1\"", "type=\"box\" size=\"0.1 0.1 0.1\"", true},
       {"name=\"x\"", "name=\"x\" frictionloss=\"0.1\"", true},
-      {"type=\"ball\"", "type=\"ball\" limited=\"true\" range=\"0 10\"", false},
-      {"<option", "<option collision=\"dynamic\"><flag limit=\"disable\"/></option><option", false},
-      {"<option", "<option><flag refsafe=\"disable\"/></option><option", false},
+      {"type=\"ball\"", "type=\"ball\" limited=\"true\" range=\"0 10\"", true},
+      {"<option", "<option collision=\"dynamic\"><flag limit=\"disable\"/></option><option", true},
+      {"<option", "<option><flag refsafe=\"disable\"/></option><option", true},
       {"<option", "<option><flag contact=\"disable\"/></option><option", false},
       {"<option", "<option cone=\"elliptic\"", true},
       {"<option", "<option cone=\"elliptic\" impratio=\"100\" integrator=\"RK4\"", true},
-      {"<option", "<option cone=\"elliptic\" iterations=\"2\"><flag refsafe=\"disable\"/></option><option", false},
+      {"<option", "<option cone=\"elliptic\" iterations=\"2\"><flag refsafe=\"disable\"/></option><option", true},
       {"<geom conaffinity", "<geom condim=\"1\" conaffinity", true, "elliptic"},
       {"<geom conaffinity", "<geom condim=\"4\" conaffinity", true, "elliptic"},
       {"<geom conaffinity", "<geom condim=\"6\" conaffinity", true, "elliptic"},
@@ -518,8 +522,9 @@ void test_contacts(void** /*state*/) {
       assert_string_equal(lanes::obstacle(*model).c_str(), "");
       const std::string found = compare(model, kFewRows);
       if (!found.empty()) failures += std::string(solver) + ", " + c.to + ": " + found + "\n";
-      if ((made > 0) != c.are_made)
-        failures += std::string(solver) + ", " + c.to + ": made in lanes " + std::to_string(made) + " times\n";
+      if ((made_of_contacts > 0) != c.are_made)
+        failures +=
+            std::string(solver) + ", " + c.to + ": made in lanes " + std::to_string(made_of_contacts) + " times\n";
     }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
@@ -541,7 +546,7 @@ void test_many_dofs(void** /*state*/) {
       assert_true(model->get()->nv >= 60);
       const std::string found = compare(model, kFewRows);
       if (!found.empty()) failures += option + (": " + found) + "\n";
-      assert_int_equal(made > 0, is_dense);
+      assert_int_equal(made_of_contacts > 0, is_dense);
     }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }

@@ -3,6 +3,7 @@
 
 #include "engine/lanes/contacts.hpp"
 #include "engine/lanes/functions.hpp"
+#include "engine/lanes/make_constraint.hpp"
 #include "engine/lanes/newton.hpp"
 #include "engine/lanes/pgs.hpp"
 

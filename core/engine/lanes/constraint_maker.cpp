@@ -11,7 +11,8 @@ namespace {
 // getsolparam, and what mj_makeImpedance computes of it alone. Returns false if MuJoCo would warn.
 bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, const mjtNum* solimp) {
   if ((solref[0] > 0) != (solref[1] > 0)) return false;
-  const double ref0 = solref[0] > 0 ? mju_max(solref[0], 2 * m.opt.timestep) : solref[0], ref1 = solref[1];
+  const bool is_safe = solref[0] > 0 && !(m.opt.disableflags & mjDSBL_REFSAFE);
+  const double ref0 = is_safe ? mju_max(solref[0], 2 * m.opt.timestep) : solref[0], ref1 = solref[1];
   n.dmin = mju_min(mjMAXIMP, mju_max(mjMINIMP, solimp[0]));
   n.dmax = mju_min(mjMAXIMP, mju_max(mjMINIMP, solimp[1]));
   n.width = mju_max(0, solimp[2]);
@@ -37,39 +38,80 @@ bool has_room_to_search(const mjModel& m, const mjData& d) {
   return d.nstack - d.pstack >= bodies * bodies + 16 * bodies;
 }
 
-bool set_limit(ConstraintNumbers& n, const mjModel& m, int joint) {
-  n.diagApprox = m.dof_invweight0[m.jnt_dofadr[joint]];
-  return set_solparam(n, m, m.jnt_solref + mjNREF * joint, m.jnt_solimp + mjNIMP * joint);
+bool set_limit(ConstraintNumbers& n, const mjModel& m, Object object, int id) {
+  if (object == Object::tendon) {
+    n.diagApprox = m.tendon_invweight0[id];
+    return set_solparam(n, m, m.tendon_solref_lim + mjNREF * id, m.tendon_solimp_lim + mjNIMP * id);
+  }
+  n.diagApprox = m.dof_invweight0[m.jnt_dofadr[id]];
+  return set_solparam(n, m, m.jnt_solref + mjNREF * id, m.jnt_solimp + mjNIMP * id);
 }
 
-bool set_friction(ConstraintNumbers& n, const mjModel& m, int dof) {
-  if (!set_solparam(n, m, m.dof_solref + mjNREF * dof, m.dof_solimp + mjNIMP * dof)) return false;
-  n.diagApprox = m.dof_invweight0[dof];
-  n.frictionloss = m.dof_frictionloss[dof];
+const mjtNum& frictionloss_of(const mjModel& m, Object object, int id) {
+  return (object == Object::tendon ? m.tendon_frictionloss : m.dof_frictionloss)[id];
+}
+
+bool set_friction(ConstraintNumbers& n, const mjModel& m, Object object, int id) {
+  const bool is_tendon = object == Object::tendon;
+  if (!set_solparam(n, m, (is_tendon ? m.tendon_solref_fri : m.dof_solref) + mjNREF * id,
+                    (is_tendon ? m.tendon_solimp_fri : m.dof_solimp) + mjNIMP * id))
+    return false;
+  n.diagApprox = (is_tendon ? m.tendon_invweight0 : m.dof_invweight0)[id];
+  n.frictionloss = frictionloss_of(m, object, id);
   n.stiffness = 0;
   return true;
 }
 
-}  // namespace
-
-template <typename Compute>
-const ConstraintNumbers* ConstraintMaker::Numbers::get(std::size_t index, const Compute& compute) {
-  unsigned char& is_known = are_known_[index];
-  if (is_known == unknown) is_known = compute(numbers_[index]) ? usual : mixed;
-  return is_known == usual ? &numbers_[index] : nullptr;
+// MuJoCo takes the weight of a translation for all rows of a weld.
+bool set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
+  const int type = m.eq_type[id];
+  n.diagApprox = 0;
+  for (const int object : {m.eq_obj1id[id], m.eq_obj2id[id]}) {
+    if (type == mjEQ_CONNECT || type == mjEQ_WELD)
+      n.diagApprox += m.body_invweight0[2 * object];
+    else if (object >= 0)
+      n.diagApprox += type == mjEQ_JOINT ? m.dof_invweight0[m.jnt_dofadr[object]] : m.tendon_invweight0[object];
+  }
+  return set_solparam(n, m, m.eq_solref + mjNREF * id, m.eq_solimp + mjNIMP * id);
 }
 
-const ConstraintNumbers* ConstraintMaker::Numbers::of_limit(const mjModel& m, int joint) {
-  return get(static_cast<std::size_t>(joint), [&](ConstraintNumbers& n) { return set_limit(n, m, joint); });
+}  // namespace
+
+ConstraintMaker::Numbers::Numbers(const mjModel& m, std::size_t pairs) {
+  const auto count = [](int number) { return static_cast<std::size_t>(number); };
+  pairs_ = count(m.njnt);
+  dofs_ = pairs_ + pairs;
+  tendon_limits_ = dofs_ + count(m.nv);
+  tendon_frictions_ = tendon_limits_ + count(m.ntendon);
+  equalities_ = tendon_frictions_ + count(m.ntendon);
+  numbers_.resize(equalities_ + count(m.neq));
+  are_known_.resize(numbers_.size());
+}
+
+template <typename Compute>
+const ConstraintNumbers* ConstraintMaker::Numbers::get(std::size_t first, int index, const Compute& compute) {
+  ConstraintNumbers& numbers = numbers_[first + static_cast<std::size_t>(index)];
+  unsigned char& is_known = are_known_[first + static_cast<std::size_t>(index)];
+  if (is_known == unknown) is_known = compute(numbers) ? usual : mixed;
+  return is_known == usual ? &numbers : nullptr;
+}
+
+const ConstraintNumbers* ConstraintMaker::Numbers::of_equality(const mjModel& m, int id) {
+  return get(equalities_, id, [&](ConstraintNumbers& n) { return set_equality(n, m, id); });
+}
+
+const ConstraintNumbers* ConstraintMaker::Numbers::of_friction(const mjModel& m, Object object, int id) {
+  return get(object == Object::tendon ? tendon_frictions_ : dofs_, id,
+             [&](ConstraintNumbers& n) { return set_friction(n, m, object, id); });
+}
+
+const ConstraintNumbers* ConstraintMaker::Numbers::of_limit(const mjModel& m, Object object, int id) {
+  return get(object == Object::tendon ? tendon_limits_ : 0, id,
+             [&](ConstraintNumbers& n) { return set_limit(n, m, object, id); });
 }
 
 const ConstraintNumbers* ConstraintMaker::Numbers::of_contact(ConstraintMaker& maker, const mjModel& m, int pair) {
-  return get(pairs_ + static_cast<std::size_t>(pair),
-             [&](ConstraintNumbers& n) { return maker.set_contact(n, m, pair); });
-}
-
-const ConstraintNumbers* ConstraintMaker::Numbers::of_friction(const mjModel& m, int dof) {
-  return get(dofs_ + static_cast<std::size_t>(dof), [&](ConstraintNumbers& n) { return set_friction(n, m, dof); });
+  return get(pairs_, pair, [&](ConstraintNumbers& n) { return maker.set_contact(n, m, pair); });
 }
 
 bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pair) {
@@ -92,13 +134,7 @@ bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pa
 }
 
 std::unique_ptr<ConstraintMaker> ConstraintMaker::make(const Code& code, const mjModel& m, const ModelTables& tables) {
-  constexpr int kHarmless =
-      mjDSBL_PASSIVE | mjDSBL_ACTUATION | mjDSBL_GRAVITY | mjDSBL_CLAMPCTRL | mjDSBL_FILTERPARENT | mjDSBL_SENSOR;
-  if (!tables.lists_pairs || (m.opt.disableflags & ~kHarmless) != 0 || tables.constrains_tendons || m.neq > 0 ||
-      m.njmax == 0 || m.nconmax == 0)
-    return nullptr;
-  for (int j = 0; j < m.njnt; ++j)
-    if (m.jnt_limited[j] && m.jnt_type[j] == mjJNT_BALL) return nullptr;
+  if (!tables.lists_pairs || m.njmax == 0) return nullptr;
   for (const ContactPair& pair : tables.contact_pairs)
     if (pair.dim != 1 && pair.dim != 3 && pair.dim != 4 && pair.dim != 6) return nullptr;
   return std::unique_ptr<ConstraintMaker>(new ConstraintMaker(code, m, tables));
@@ -109,16 +145,20 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
       m_(m),
       memory_(contacts_, code.width,
               {{&Contacts::limit_dist, Contacts::kMost},
+               {&Contacts::limit_axis, 3 * Contacts::kMost},
                {&Contacts::dist, Contacts::kMost},
                {&Contacts::pos, 3 * Contacts::kMost},
                {&Contacts::frame, 9 * Contacts::kMost},
                {&Contacts::single_dist, Contacts::kMostSingle},
                {&Contacts::single_pos, 3 * Contacts::kMostSingle},
                {&Contacts::single_frame, 9 * Contacts::kMostSingle}}),
-      shared_(static_cast<std::size_t>(m.njnt), tables.contact_pairs.size(), static_cast<std::size_t>(m.nv)),
+      shared_(m, tables.contact_pairs.size()),
       own_(static_cast<std::size_t>(code.width), shared_),
-      frictions_(static_cast<std::size_t>(m.nv)),
-      are_searched_(tables.searched.has_value()) {
+      equals_(tables.equalities.size()),
+      frictions_(static_cast<std::size_t>(m.nv + m.ntendon)),
+      are_searched_(tables.searched.has_value()),
+      has_friction_(constrains(m, mjDSBL_FRICTIONLOSS)),
+      is_still_(tables.is_still_tendon) {
   static_assert(Contacts::kMostSingle == mjMAXCONPAIR);
   contacts_.maker = this;
   contacts_.collide = [](void* maker, int pair, unsigned rows) {
@@ -127,10 +167,15 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   if (are_searched_ && !tables.contact_pairs.empty())  // makes room
     mix_one(tables.contact_pairs[0].geom1, tables.contact_pairs[0].geom2, m, mixed_);
   contacts_.frictions = frictions_.data();
+  contacts_.equalities = tables.equalities.data();
+  contacts_.equals = equals_.data();
+  contacts_.equality_count = static_cast<int>(tables.equalities.size());
   contacts_.joints = tables.limited_joints.data();
   contacts_.joint_count = static_cast<int>(tables.limited_joints.size());
+  contacts_.tendons = tables.limited_tendons.data();
+  contacts_.tendon_count = static_cast<int>(tables.limited_tendons.size());
   contacts_.pairs = tables.contact_pairs.data();
-  contacts_.columns = tables.contact_columns.data();
+  contacts_.columns = tables.columns.data();
 }
 
 // The lanes that have no such limit or contact take another lane's numbers.
@@ -148,6 +193,17 @@ bool ConstraintMaker::set_numbers(Entry& entry, const Get& get) {
   return true;
 }
 
+bool ConstraintMaker::add_friction(Object object, int id, const RowModels& models, int count) {
+  Contacts::Friction& friction = frictions_[contacts_.friction_count];
+  friction = {object, id, 0, {}};
+  for (int row = 0; row < count; ++row)
+    if (frictionloss_of(*models[row], object, id) > 0) friction.rows |= 1U << row;
+  if (friction.rows == 0) return true;
+  for (int row = 0; row < count; ++row) contacts_.bounded[row] += friction.rows >> row & 1;
+  ++contacts_.friction_count;
+  return set_numbers(friction, [&](int lane) { return used_[lane]->of_friction(*models[lane], object, id); });
+}
+
 bool ConstraintMaker::follow(const RowModels& models, int count) {
   for (int row = 0; row < count; ++row) {
     const bool is_shared = models[row] == &m_;
@@ -159,17 +215,18 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   if (are_shared && shared_rows_ == count) return true;  // as in the last step
   shared_rows_ = 0;
   contacts_.friction_count = 0;
-  std::fill_n(contacts_.frictional, kMaxWidth, 0);
-  for (int dof = 0; dof < m_.nv; ++dof) {
-    Contacts::Friction& friction = frictions_[contacts_.friction_count];
-    friction = {dof, 0, {}};
-    for (int row = 0; row < count; ++row)
-      if (models[row]->dof_frictionloss[dof] > 0) friction.rows |= 1U << row;
-    if (friction.rows == 0) continue;
-    for (int row = 0; row < count; ++row) contacts_.frictional[row] += friction.rows >> row & 1;
-    ++contacts_.friction_count;
-    if (!set_numbers(friction, [&](int lane) { return used_[lane]->of_friction(*models[lane], dof); })) return false;
+  std::fill_n(contacts_.bounded, kMaxWidth, 0);
+  for (int i = 0; i < contacts_.equality_count; ++i) {
+    const Equality& equality = contacts_.equalities[i];
+    equals_[i] = {(1U << count) - 1, {}};
+    for (int row = 0; row < count; ++row) contacts_.bounded[row] += equality.size;
+    if (!set_numbers(equals_[i], [&](int lane) { return used_[lane]->of_equality(*models[lane], equality.id); }))
+      return false;
   }
+  for (int dof = 0; dof < m_.nv && has_friction_; ++dof)
+    if (!add_friction(Object::dof, dof, models, count)) return false;
+  for (int tendon = 0; tendon < m_.ntendon && has_friction_; ++tendon)
+    if (!is_still_[tendon] && !add_friction(Object::tendon, tendon, models, count)) return false;
   if (are_shared) shared_rows_ = count;
   return true;
 }
@@ -233,7 +290,9 @@ bool ConstraintMaker::find(const Lanes& lanes, std::uint32_t rows, const Solver&
   }
   if (!solver.has_room(c)) return false;
   for (int i = 0; i < c.limit_count; ++i)
-    if (!set_numbers(c.limits[i], [&](int lane) { return used_[lane]->of_limit(*models[lane], c.limits[i].joint); }))
+    if (!set_numbers(c.limits[i], [&](int lane) {
+          return used_[lane]->of_limit(*models[lane], c.limits[i].object, c.limits[i].id);
+        }))
       return false;
   for (int i = 0; i < c.contact_count; ++i)
     if (!set_numbers(c.contacts[i],

@@ -1,4 +1,4 @@
-// Makes the constraints of several rows in lanes: friction and limits of joints, and contacts of planes, spheres and capsules.
+// Makes the constraints of several rows in lanes: equalities, friction, limits and contacts.
 #pragma once
 
 #include <array>
@@ -32,21 +32,22 @@ class ConstraintMaker {
   // What MuJoCo computes of a row's mjModel, computed when it is first used.
   class Numbers {
    public:
-    Numbers(std::size_t joints, std::size_t pairs, std::size_t dofs)
-        : pairs_(joints), dofs_(joints + pairs), numbers_(joints + pairs + dofs), are_known_(numbers_.size()) {}
+    Numbers(const mjModel& m, std::size_t pairs);
     void forget() { are_known_.assign(are_known_.size(), 0); }
     // Null if MuJoCo would warn of the numbers.
-    const ConstraintNumbers* of_limit(const mjModel& m, int joint);
-    const ConstraintNumbers* of_friction(const mjModel& m, int dof);
+    const ConstraintNumbers* of_equality(const mjModel& m, int id);
+    const ConstraintNumbers* of_friction(const mjModel& m, Object object, int id);
+    const ConstraintNumbers* of_limit(const mjModel& m, Object object, int id);
     const ConstraintNumbers* of_contact(ConstraintMaker& maker, const mjModel& m, int pair);
 
    private:
     enum : unsigned char { unknown, usual, mixed };
-    std::size_t pairs_, dofs_;  // where those of pairs and dofs begin
+    std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_,
+        equalities_;  // where they begin, after those of joints
     std::vector<ConstraintNumbers> numbers_;
     std::vector<unsigned char> are_known_;
     template <typename Compute>
-    const ConstraintNumbers* get(std::size_t index, const Compute& compute);
+    const ConstraintNumbers* get(std::size_t first, int index, const Compute& compute);
   };
 
   const Code& code_;
@@ -56,10 +57,13 @@ class ConstraintMaker {
   Numbers shared_;            // of the model that rows share
   std::vector<Numbers> own_;  // for each lane, of its row's own model
   std::array<Numbers*, kMaxWidth> used_{};
+  std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;      // how many rows have the frictions, if all share the model
+  int shared_rows_ = 0;      // how many rows have the equalities and frictions, if all share the model
   const bool are_searched_;  // the parameters of the pairs are not in the rows' models
-  Pairs mixed_;              // room for the parameters of one pair
+  const bool has_friction_;
+  const std::vector<unsigned char>& is_still_;  // ModelTables'
+  Pairs mixed_;                                 // room for the parameters of one pair
   // Of the call of `find`:
   const Lanes* lanes_ = nullptr;
   const RowModels* models_ = nullptr;
@@ -72,6 +76,7 @@ class ConstraintMaker {
   ConstraintMaker(const Code& code, const mjModel& m, const ModelTables& tables);
   template <typename Entry, typename Get>
   bool set_numbers(Entry& entry, const Get& get);
+  bool add_friction(Object object, int id, const RowModels& models, int count);
 };
 
 }  // namespace mjenv::core::lanes

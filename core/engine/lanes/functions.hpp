@@ -144,6 +144,31 @@ inline void rotVecMatT(V* res, const V* vec, const V* mat) {
   res[2] = z;
 }
 
+// mju_negQuat
+inline void negQuat(V* res, const V* quat) {
+  res[0] = quat[0];
+  for (int k = 1; k < 4; ++k) res[k] = -quat[k];
+}
+
+// mju_mulQuatAxis
+inline void mulQuatAxis(V* res, const V* quat, const V* axis) {
+  res[0] = -quat[1] * axis[0] - quat[2] * axis[1] - quat[3] * axis[2];
+  res[1] = quat[0] * axis[0] + quat[2] * axis[2] - quat[3] * axis[1];
+  res[2] = quat[0] * axis[1] + quat[3] * axis[0] - quat[1] * axis[2];
+  res[3] = quat[0] * axis[2] + quat[1] * axis[1] - quat[2] * axis[0];
+}
+
+// mju_quat2Vel in one unit of time. The angles come from the C library, number by number.
+inline void quat2Vel(V* res, const V* quat) {
+  V axis[3];
+  copy(axis, quat + 1, 3);
+  const V sine = normalize3(axis);
+  V speed{};
+  for (int lane = 0; lane < kWidth; ++lane) speed[lane] = 2 * std::atan2(sine[lane], quat[0][lane]);
+  speed = speed > splat(mjPI) ? speed - 2 * mjPI : speed;
+  for (int k = 0; k < 3; ++k) res[k] = axis[k] * speed;
+}
+
 inline Mask is_null(const V* quat) {
   return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
 }
@@ -677,7 +702,7 @@ void reject(Lanes& d) {
 void fwdVelocity(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const qvel = vectors(d.qvel);
-  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(d.ten_J + i * m.nv, qvel, m.nv);
+  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(vectors(d.ten_J) + i * m.nv, qvel, m.nv);
   for (int i = 0; i < m.nu; ++i) {
     const int dof = m.jnt_dofadr[m.actuator_trnid[2 * i]];
     V velocity = m.actuator_gear[6 * i] * qvel[dof];
@@ -775,8 +800,8 @@ void passive(Lanes& d) {
   for (int i = 0; i < m.ntendon; ++i) {
     const V force = -m.tendon_stiffness[i] * (vectors(d.ten_length)[i] - vectors(d.tendon_lengthspring)[i]) -
                     m.tendon_damping[i] * vectors(d.ten_velocity)[i];
-    for (int j = 0; j < m.nv; ++j)
-      if (d.ten_J[i * m.nv + j] != 0) qfrc[j] += d.ten_J[i * m.nv + j] * force;
+    for (int k = d.tendon_dof_adr[i]; k < d.tendon_dof_adr[i + 1]; ++k)
+      qfrc[d.tendon_dofs[k]] += vectors(d.ten_J)[i * m.nv + d.tendon_dofs[k]] * force;
   }
   for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, i);
 }

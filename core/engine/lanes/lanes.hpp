@@ -36,6 +36,15 @@ struct ContactPair {
   double reach;
 };
 
+// An equality constraint between bodies, joints or tendons.
+struct Equality {
+  int id, type;
+  int size;              // how many constraints it makes
+  int object1, object2;  // object2 is -1 if a joint or tendon has no partner
+  // In Contacts::columns: the dofs that move only body 1, those that move only body 2, and those that move both.
+  int first_column, count1, count2, count_both;
+};
+
 // How many constraints a contact of the pair makes. cone: mjOption's.
 inline int constraints_of(const ContactPair& pair, int cone) {
   return pair.dim == 1 || cone == mjCONE_ELLIPTIC ? pair.dim : 2 * (pair.dim - 1);
@@ -58,7 +67,7 @@ struct Lanes {
   double *qpos, *qvel, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
   double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
   double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
-  double *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
+  double *ten_J, *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
   double *actuator_force, *qfrc_actuator, *qfrc_smooth, *qacc_smooth, *qH, *qHDiagInv;
 
   // What MuJoCo keeps on its stack: angles of hinges and their sines and cosines, cacc and cfrc_body of mj_rne, MhB and
@@ -67,14 +76,16 @@ struct Lanes {
 
   // Numbers of mjModel of which rows may have their own.
   double *body_mass, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature, *dof_damping, *dof_M0,
-      *tendon_lengthspring, *actuator_gainprm, *actuator_biasprm, *gravity, *jnt_range, *jnt_margin;
+      *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data, *actuator_gainprm,
+      *actuator_biasprm, *gravity, *jnt_range, *jnt_margin;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   // For each of fluid_bodies, mj_inertiaBoxFluidModel's factors of the velocities: those of the fluid's viscosity for the
   // torque and for the force, and those of the drag for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
 
-  // Of the model alone. Number i of these is at [i].
-  const double* ten_J;
+  // Of the model alone. Number i of these is at [i]. The dofs of tendon t, whose numbers in ten_J may differ from 0, are at
+  // tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
+  const int *tendon_dof_adr, *tendon_dofs;
   bool has_negative_zeros;  // in the vectors that quaternions rotate
   bool has_damping;
   bool has_single_passive;  // MuJoCo computes the passive forces row by row
@@ -89,28 +100,42 @@ struct Lanes {
   unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
 };
 
-// The friction of several rows' joints, the limits that they have reached, and their contacts, in the order of their
-// constraints.
+// What has limits or friction.
+enum class Object { dof, joint, ball, tendon };
+
+// The equality constraints and the friction of several rows, the limits that they have reached, and their contacts, in the
+// order of their constraints.
 struct Contacts {
   static constexpr int kMost = 96;
 
-  const int* joints;  // those with limits
+  const int* joints;  // slides, hinges and balls with limits
   int joint_count;
+  const int* tendons;  // those with limits
+  int tendon_count;
+  const Equality* equalities;
   const ContactPair* pairs;  // for each of Lanes::pairs
   const int* columns;
   unsigned rows;  // the lanes, as bits, that take part
 
-  struct Friction {
-    int dof;
+  struct Equal {
     unsigned rows;  // the lanes, as bits, that have it
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  const Equal* equals;  // for each of `equalities`
+  int equality_count;
+  struct Friction {
+    Object object;
+    int id;
+    unsigned rows;
     const ConstraintNumbers* numbers[kMaxWidth];
   };
   const Friction* frictions;
   int friction_count;
-  int frictional[kMaxWidth];  // how many each lane has
+  int bounded[kMaxWidth];  // how many constraints of equalities and friction each lane has
   struct Limit {
-    int joint, side;
-    unsigned rows;  // the lanes, as bits, that have reached it
+    Object object;
+    int id, side;
+    unsigned rows;
     const ConstraintNumbers* numbers[kMaxWidth];
   };
   struct Contact {
@@ -132,8 +157,8 @@ struct Contacts {
   int found[kMaxWidth];        // each lane's contacts, also those that make no constraints
   int constraints[kMaxWidth];  // how many each lane has
 
-  // A number for each limit; for each contact dist, [3] pos and [9] frame.
-  double *limit_dist, *dist, *pos, *frame;
+  // For each limit its distance, and [3] axis of the rotation of a ball; for each contact dist, [3] pos and [9] frame.
+  double *limit_dist, *limit_axis, *dist, *pos, *frame;
 };
 
 // The constraints of several rows, for a solver. Each is at a place. At places without a constraint all numbers are 0.
@@ -204,7 +229,7 @@ struct Constraints {
   /* These return false if a row meets a case that is left to MuJoCo's functions. */                        \
   FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                               \
   FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                      \
-  FUNCTION(void, makeConstraint, (const Lanes&, const Contacts&, Constraints&))                             \
+  FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                   \
   /* From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint. */                   \
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
   FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                            \

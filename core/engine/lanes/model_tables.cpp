@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -58,6 +59,31 @@ std::vector<double> tendon_jacobian(const mjModel& m) {
   return jacobian;
 }
 
+// The dofs that move a body, as in mj_jac.
+std::vector<int> dofs_of(const mjModel& m, int body) {
+  std::vector<int> dofs;
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  if (!body) return dofs;
+  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) dofs.push_back(i);
+  return dofs;
+}
+
+// The dofs that a tendon's length may depend on, in ascending order.
+std::vector<int> dofs_of_tendon(const mjModel& m, int tendon) {
+  std::vector<int> dofs;
+  for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon]; ++j) {
+    const int type = m.wrap_type[j], object = m.wrap_objid[j];
+    if (type == mjWRAP_PULLEY) continue;
+    const std::vector<int> some = type == mjWRAP_JOINT  ? std::vector{m.jnt_dofadr[object]}
+                                  : type == mjWRAP_SITE ? dofs_of(m, m.site_bodyid[object])
+                                                        : dofs_of(m, m.geom_bodyid[object]);
+    dofs.insert(dofs.end(), some.begin(), some.end());
+  }
+  std::sort(dofs.begin(), dofs.end());
+  dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
+  return dofs;
+}
+
 // As in mj_transmission.
 std::vector<double> moments(const mjModel& m) {
   std::vector<double> moment(static_cast<std::size_t>(m.nu) * static_cast<std::size_t>(m.nv));
@@ -101,13 +127,12 @@ Shapes shapes_of(const mjModel& m, int geom1, int geom2) {
   return Shapes::others;
 }
 
-// The dofs that move a body, as in mj_jac.
-std::vector<int> dofs_of(const mjModel& m, int body) {
-  std::vector<int> dofs;
-  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
-  if (!body) return dofs;
-  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) dofs.push_back(i);
-  return dofs;
+// Whether the tendon's Jacobian is 0 in each state.
+bool is_still(const mjModel& m, int tendon, const std::vector<int>& dofs) {
+  const int adr = m.tendon_adr[tendon];
+  return dofs.empty() ||
+         (m.wrap_type[adr] == mjWRAP_JOINT && std::all_of(m.wrap_prm + adr, m.wrap_prm + adr + m.tendon_num[tendon],
+                                                          [](mjtNum coef) { return coef == 0; }));
 }
 
 // Appends the dofs that are in the first list alone. Returns how many.
@@ -119,6 +144,36 @@ int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, c
     ++count;
   }
   return count;
+}
+
+// Appends the dofs that are in both lists. Returns how many.
+int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
+  const auto is_shared = [&](int dof) { return std::count(others.begin(), others.end(), dof) > 0; };
+  std::copy_if(dofs.begin(), dofs.end(), std::back_inserter(columns), is_shared);
+  return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
+}
+
+// Without those of which MuJoCo makes no constraint in any state, because no dof changes what they constrain.
+std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
+                                        std::vector<int>& columns) {
+  std::vector<Equality> equalities;
+  for (int i = 0; i < m.neq && constrains(m, mjDSBL_EQUALITY); ++i) {
+    if (!m.eq_active[i]) continue;
+    Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], static_cast<int>(columns.size()), 0, 0, 0};
+    if (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD) {
+      equality.size = equality.type == mjEQ_WELD ? 6 : 3;
+      const std::vector<int> dofs1 = dofs_of(m, equality.object1), dofs2 = dofs_of(m, equality.object2);
+      if (dofs1.empty() && dofs2.empty()) continue;
+      equality.count1 = append_difference(columns, dofs1, dofs2);
+      equality.count2 = append_difference(columns, dofs2, dofs1);
+      equality.count_both = append_shared(columns, dofs1, dofs2);
+    } else if (equality.type == mjEQ_TENDON) {
+      const auto is_still = [&](int tendon) { return tendon < 0 || is_still_tendon[tendon]; };
+      if (is_still(equality.object1) && is_still(equality.object2)) continue;
+    }
+    equalities.push_back(equality);
+  }
+  return equalities;
 }
 
 std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, bool are_searched,
@@ -154,6 +209,8 @@ bool any_positive(const mjtNum* numbers, int count) {
 
 }  // namespace
 
+bool constrains(const mjModel& m, int flag) { return (m.opt.disableflags & (flag | mjDSBL_CONSTRAINT)) == 0; }
+
 double largest_square(double radius) {
   if (radius < 0) return -1;
   if (std::isinf(radius)) return radius;
@@ -178,19 +235,29 @@ ModelTables::ModelTables(const Model& model) {
     actuator_moment = moments(m);
   }
   if (!single.passive) fluid_bodies = bodies_in_fluid(m);
-  if (!model.pairs()) searched = searched_pairs(m);
-  lists_pairs = model.pairs() || searched;
-  if (lists_pairs) {
+  const bool finds_contacts = constrains(m, mjDSBL_CONTACT) && m.nconmax > 0;
+  if (finds_contacts && !model.pairs()) searched = searched_pairs(m);
+  lists_pairs = !finds_contacts || model.pairs() || searched;
+  if (finds_contacts && lists_pairs) {
     const Pairs& listed = searched ? *searched : *model.pairs();
     pairs = tested_pairs(m, listed);
-    contact_pairs = pairs_in_contact(m, listed, searched.has_value(), contact_columns);
+    contact_pairs = pairs_in_contact(m, listed, searched.has_value(), columns);
   }
-  for (int j = 0; j < m.njnt; ++j)
-    if (m.jnt_limited[j]) limited_joints.push_back(j);
+  for (int i = 0; i < m.ntendon; ++i) {
+    const std::vector<int> dofs = dofs_of_tendon(m, i);
+    tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
+    tendon_dofs.insert(tendon_dofs.end(), dofs.begin(), dofs.end());
+    is_still_tendon.push_back(is_still(m, i, dofs));
+  }
+  tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
+  equalities = active_equalities(m, is_still_tendon, columns);
+  const bool has_limits = constrains(m, mjDSBL_LIMIT);
+  for (int j = 0; j < m.njnt && has_limits; ++j)
+    if (m.jnt_limited[j] && m.jnt_type[j] != mjJNT_FREE) limited_joints.push_back(j);
+  for (int i = 0; i < m.ntendon && has_limits; ++i)
+    if (m.tendon_limited[i] && !is_still_tendon[i]) limited_tendons.push_back(i);
   has_negative_zeros = has_negative_zero(m.jnt_axis, 3 * m.njnt) || has_negative_zero(m.jnt_pos, 3 * m.njnt);
   has_damping = any_positive(m.dof_damping, m.nv);
-  constrains_tendons = any_positive(m.tendon_frictionloss, m.ntendon) ||
-                       std::any_of(m.tendon_limited, m.tendon_limited + m.ntendon, [](mjtByte is) { return is != 0; });
 }
 
 }  // namespace mjenv::core::lanes

@@ -20,18 +20,23 @@ struct SingleStages {
 struct ModelTables {
   explicit ModelTables(const Model& model);
 
-  std::vector<double> ten_J;            // mjData's
+  std::vector<double> ten_J;            // mjData's, if tendons lie along joints
   std::vector<double> actuator_moment;  // mjData's
   std::vector<int> fluid_bodies;
   std::vector<GeomPair> pairs;  // of the pairs that can collide, if they are listed
   bool lists_pairs;
   std::optional<Pairs> searched;           // the pairs, if Model lists none
   std::vector<ContactPair> contact_pairs;  // the same pairs
-  std::vector<int> contact_columns;        // Contacts::columns
-  std::vector<int> limited_joints;
+  std::vector<Equality> equalities;
+  std::vector<int> columns;  // Contacts::columns
+  std::vector<int> limited_joints, limited_tendons;
+  std::vector<int> tendon_dof_adr, tendon_dofs;
+  std::vector<unsigned char> is_still_tendon;  // all of its Jacobian is 0
   bool has_negative_zeros, has_damping;
-  bool constrains_tendons;  // tendons have limits or friction
 };
+
+// Whether constraints that this flag of mjtDisableBit disables are made.
+bool constrains(const mjModel_& m, int flag);
 
 // The greatest x with sqrt(x) <= radius, as double precision rounds the root; a negative number if the radius is negative.
 double largest_square(double radius);

@@ -242,10 +242,13 @@ class Newton : Constrained {
     V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);
     const V* const smooth = vectors(d_.qacc_smooth);
     residual(b, smooth);
-    copy(qacc, of(c_.warmstart), nv_);
-    residual(jar, qacc);
-    mulM(d_, Ma, qacc);
-    const Mask is_smooth = gauss_of(Ma, qacc, cost_of(jar)) > cost_of(b);
+    Mask is_smooth = V{} == V{};
+    if (!(m_.opt.disableflags & mjDSBL_WARMSTART)) {
+      copy(qacc, of(c_.warmstart), nv_);
+      residual(jar, qacc);
+      mulM(d_, Ma, qacc);
+      is_smooth = gauss_of(Ma, qacc, cost_of(jar)) > cost_of(b);
+    }
     if (!any(is_smooth)) return;
     V* const M_smooth = of(c_.Mv);
     mulM(d_, M_smooth, smooth);

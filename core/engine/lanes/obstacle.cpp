@@ -78,14 +78,22 @@ const Names kInLanes{"body_mass",   "body_inertia", "body_ipos",           "jnt_
                      "opt.gravity", "qfrc_applied", "xfrc_applied"};
 // These are used by what is computed row by row: the making of constraints, and the numbers of a solver for each row; or
 // by no step.
-const Names kRowByRow{
-    "geom_friction",  "geom_solref",     "geom_solimp",      "geom_solmix",    "geom_rgba",         "jnt_range",
-    "jnt_margin",     "jnt_solref",      "jnt_solimp",       "dof_solref",     "dof_solimp",        "dof_frictionloss",
-    "dof_invweight0", "body_invweight0", "body_subtreemass", "tendon_length0", "tendon_invweight0", "actuator_acc0",
-    "opt.impratio",   "opt.tolerance",   "actuator_length0", "opt.iterations", "stat.meaninertia",  "stat.meanmass",
-    "stat.meansize",  "stat.extent",     "stat.center",      "cam_pos0",       "cam_poscom0",       "cam_mat0",
-    "light_pos0",     "light_poscom0",   "light_dir0",       "userdata",       "mocap_pos",         "sensor_cutoff",
-    "eq_data",        "eq_solref",       "eq_solimp"};
+const Names kRowByRow{"geom_friction",     "geom_solref",       "geom_solimp",
+                      "geom_solmix",       "geom_rgba",         "jnt_range",
+                      "jnt_margin",        "jnt_solref",        "jnt_solimp",
+                      "dof_solref",        "dof_solimp",        "dof_frictionloss",
+                      "dof_invweight0",    "body_invweight0",   "body_subtreemass",
+                      "tendon_length0",    "tendon_invweight0", "actuator_acc0",
+                      "opt.impratio",      "opt.tolerance",     "actuator_length0",
+                      "opt.iterations",    "stat.meaninertia",  "stat.meanmass",
+                      "stat.meansize",     "stat.extent",       "stat.center",
+                      "cam_pos0",          "cam_poscom0",       "cam_mat0",
+                      "light_pos0",        "light_poscom0",     "light_dir0",
+                      "userdata",          "mocap_pos",         "sensor_cutoff",
+                      "eq_data",           "eq_solref",         "eq_solimp",
+                      "tendon_range",      "tendon_margin",     "tendon_frictionloss",
+                      "tendon_solref_lim", "tendon_solimp_lim", "tendon_solref_fri",
+                      "tendon_solimp_fri"};
 
 bool is_in(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();

@@ -106,6 +106,7 @@ class Pgs : Constrained {
     V *const force = vectors(c_.force), *const jar = vectors(c_.jar), *const b = vectors(c_.b);
     residual(b, vectors(d_.qacc_smooth));
     leave_negative_zeros(b);
+    if (m_.opt.disableflags & mjDSBL_WARMSTART) return zero(force, size_);
     residual(jar, vectors(c_.warmstart));
     force_of(jar);
     V* const ARf = jar;

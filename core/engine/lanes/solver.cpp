@@ -31,7 +31,7 @@ Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual, boo
 
 bool is_solved(const mjModel& m) {
   const bool is_known = m.opt.solver == mjSOL_NEWTON || (m.opt.solver == mjSOL_PGS && m.opt.cone == mjCONE_PYRAMIDAL);
-  return is_known && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m) && !(m.opt.disableflags & mjDSBL_WARMSTART);
+  return is_known && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m);
 }
 
 // As dualState says it, of the forces of PGS.
@@ -81,8 +81,15 @@ bool Solver::can_solve(const mjData& d, int constraints) const {
   return constraints <= kMost && d.nstack - d.pstack >= needed;
 }
 
-int Solver::shared_places(const Contacts& contacts) const {
+// How many places with elliptic cones are not those of contacts.
+int Solver::places_without_contacts(const Contacts& contacts) {
   int places = contacts.friction_count + contacts.limit_count;
+  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equalities[i].size;
+  return places;
+}
+
+int Solver::shared_places(const Contacts& contacts) {
+  int places = places_without_contacts(contacts);
   for (int i = 0; i < contacts.contact_count; ++i)
     places += constraints_of(contacts.pairs[contacts.contacts[i].pair], mjCONE_ELLIPTIC);
   return places;
@@ -104,12 +111,12 @@ int Solver::constraint_at(int place, int count) const {
 }
 
 // rows: as bits, those that have constraints. most: how many they have at most. bounded: how many of them are equality
-// constraints and friction, at most.
-void Solver::set_size(std::uint32_t rows, int most, int bounded) {
+// constraints and friction, at most. cones: Constraints::cones, -1 if there are none.
+void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.rows = rows;
   constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
   constraints_.bounded = is_dual_ && bounded > 0 ? constraints_.size : bounded;
-  constraints_.cones = constraints_.size;
+  constraints_.cones = cones < 0 ? constraints_.size : cones;
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
@@ -146,13 +153,13 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
   for (int lane = 0; lane < width; ++lane) {
     if (!(contacts.rows >> lane & 1) || contacts.constraints[lane] == 0) continue;
     most = std::max(most, contacts.constraints[lane]);
-    bounded = std::max(bounded, contacts.frictional[lane]);
+    bounded = std::max(bounded, contacts.bounded[lane]);
     rows |= 1U << lane;
   }
   if (rows != 0) {
     if (is_elliptic_) {
-      set_size(rows, shared_places(contacts), contacts.friction_count);
-      constraints_.cones = contacts.friction_count + contacts.limit_count;
+      const int cones = places_without_contacts(contacts);
+      set_size(rows, shared_places(contacts), cones - contacts.limit_count, cones);
     } else {
       set_size(rows, most, bounded);
     }

@@ -53,9 +53,10 @@ class Solver {
   std::vector<double> zeros_;  // a row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
-  int shared_places(const Contacts& contacts) const;
+  static int places_without_contacts(const Contacts& contacts);
+  static int shared_places(const Contacts& contacts);
   int in_blocks(int count) const { return is_dual_ ? count / 4 * 4 : count; }
-  void set_size(std::uint32_t rows, int most, int bounded);
+  void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;
   void gather_J(const RowData& from);

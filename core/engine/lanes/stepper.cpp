@@ -94,7 +94,7 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_;
+      speeds_, actuation_, passive_, tendons_;
   std::vector<OwnNumbers> own_;
   Counts<Lanes> counts_;
   int longest_ = 1;  // of the arrays of mjData
@@ -143,7 +143,9 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
              {&L::cdof_dot, &D::cdof_dot, 6 * nv},
              {&L::qfrc_smooth, &D::qfrc_smooth, nv},
              {&L::qacc_smooth, &D::qacc_smooth, nv}};
-  for_limits_ = {{&L::qpos, &D::qpos, nq}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
+  tendons_ = {{&L::ten_J, &D::ten_J, m_.ntendon * nv}};
+  for_limits_ = {
+      {&L::qpos, &D::qpos, nq}, {&L::ten_length, &D::ten_length, m_.ntendon}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
   for_equality_ = {{&L::xpos, &D::xpos, 3 * nbody}, {&L::xquat, &D::xquat, 4 * nbody}, {&L::xmat, &D::xmat, 9 * nbody}};
   for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
   for_contacts_ = {{&L::subtree_com, &D::subtree_com, 3 * nbody}, {&L::cdof, &D::cdof, 6 * nv}};
@@ -203,6 +205,10 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
       {&L::dof_damping, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_damping; }},
       {&L::dof_M0, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_M0; }},
       {&L::tendon_lengthspring, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_lengthspring; }},
+      {&L::tendon_length0, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_length0; }},
+      {&L::tendon_range, 2 * m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_range; }},
+      {&L::tendon_margin, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_margin; }},
+      {&L::eq_data, mjNEQDATA * m_.neq, [](const mjModel& m) -> const mjtNum* { return m.eq_data; }},
       {&L::actuator_gainprm, mjNGAIN * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_gainprm; }},
       {&L::actuator_biasprm, mjNBIAS * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_biasprm; }},
       {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
@@ -213,7 +219,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   };
   for (const auto& [array, count] : more) add(array, count);
   for (const OwnNumbers& own : own_) add(own.numbers, own.count);
-  for (const auto* list : {&input_, &forces_, &shown_, &others_, &from_solver_, &of_euler_})
+  for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &others_, &from_solver_, &of_euler_})
     for (const LaneArray& array : *list) {
       add(array.numbers, array.count);
       longest_ = std::max(longest_, array.count);
@@ -299,12 +305,13 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       hits_(tables_.pairs.size()),
       spare_(static_cast<std::size_t>(longest_)),
       activations_(static_cast<std::size_t>(code.width), Activations(static_cast<std::size_t>(m_.na))) {
-  if (tables_.constrains_tendons || m_.neq > 0)
-    for_limits_.push_back({&Lanes::ten_length, &mjData::ten_length, m_.ntendon});
+  for (std::size_t i = 0; i < tables_.ten_J.size(); ++i)
+    std::fill_n(lanes_.ten_J + i * static_cast<std::size_t>(code.width), code.width, tables_.ten_J[i]);
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
-  lanes_.ten_J = tables_.ten_J.data();
+  lanes_.tendon_dof_adr = tables_.tendon_dof_adr.data();
+  lanes_.tendon_dofs = tables_.tendon_dofs.data();
   lanes_.has_negative_zeros = tables_.has_negative_zeros;
   lanes_.has_damping = tables_.has_damping;
   lanes_.has_single_passive = single_.passive;
@@ -415,10 +422,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
   scatter(state_);
-  for (int row = 0; is_whole_ && row < count; ++row) {
-    std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), data_[row]->ten_J);
+  for (int row = 0; is_whole_ && row < count; ++row)
     std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
-  }
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
   for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown);
@@ -496,6 +501,7 @@ void LaneStepper::actuate_singly() {
     mj_fwdActuation(&m, &d);
   });
   for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
+  if (makes_) gather(tendons_);
 }
 
 // Passive forces, row by row.
@@ -503,10 +509,7 @@ void LaneStepper::resist_singly() {
   if (!single_.actuation) {
     scatter(lengths_);
     scatter(speeds_);
-    if (!tables_.ten_J.empty())
-      for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) {
-        std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
-      });
+    scatter(tendons_);
   }
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_passive(&m, &d); });
   gather(passive_);
@@ -522,6 +525,7 @@ void LaneStepper::show(Use use, bool holds_constraints) {
   }
   if (!use.is_left || !is_whole_) return;
   scatter(others_);
+  if (!single_.actuation) scatter(tendons_);
   if (!(m_.opt.enableflags & mjENBL_ENERGY)) return;
   scatter(state_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
@@ -566,9 +570,8 @@ void LaneStepper::constrain(bool is_held) {
   for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
   if (contacts > 0 || m_.neq > 0) scatter(for_contacts_);
   if (m_.neq > 0) scatter(for_equality_);
+  if (!single_.actuation) scatter(tendons_);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    if (!single_.actuation && (tables_.constrains_tendons || m_.neq > 0))
-      std::copy(tables_.ten_J.begin(), tables_.ten_J.end(), d.ten_J);
     mj_makeConstraint(&m, &d);
     if (d.nefc > 0) constrained |= 1u << row;
     if (solver_ && solver_->solves(d)) solvable |= 1u << row;
