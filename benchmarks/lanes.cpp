@@ -133,12 +133,15 @@ Code count(const Code& code) {
   COUNT(passive);
   COUNT(rne);
   COUNT(fwdActuation);
+  COUNT(advanceActivations);
   COUNT(fwdAcceleration);
   COUNT(Euler);
   COUNT(RungeKutta);
   COUNT(instantiateLimit);
   COUNT(collision);
   COUNT(makeConstraint);
+  COUNT(sensors);
+  COUNT(rnePostConstraint);
   COUNT(bad);
 #undef COUNT
   count<&Code::gather, &Shares::copying>(result, "gather");

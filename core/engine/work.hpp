@@ -37,8 +37,12 @@ class Work {
   bool has_forces() const;
 
   // Says that this array of mjData is read after each step.
-  void expect(const std::string& array) { reads_all_ |= !is_after_every_step(array); }
-  // Whether `expect` named an array for which is_after_every_step is false.
+  void expect(const std::string& array) {
+    (is_force(array) ? reads_forces_ : reads_all_) |= !is_after_every_step(array);
+  }
+  // Whether `expect` named one of the arrays that complete_forces computes.
+  bool reads_forces() const { return reads_forces_; }
+  // Whether it named another array for which is_after_every_step is false.
   bool reads_all() const { return reads_all_; }
   // Whether the last step left all of mjData as MuJoCo does. Else only arrays of is_after_every_step may be read.
   bool is_whole() const { return is_whole_; }
@@ -83,8 +87,10 @@ class Work {
   // mj_step1 (shows_current), it has called keep_raw_qpos before them.
   void act(const Action& action);
   void step(std::int64_t frames, double* before);
-  void note_step(bool is_whole = true, bool shows_current = false) {
-    forces_lag_ = frames_lag_ = true;
+  // has_forces: it has also computed what complete_forces computes.
+  void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
+    frames_lag_ = true;
+    forces_lag_ = !has_forces;
     if (is_current_ && !shows_current) compute_current(is_whole);
     is_whole_ = is_whole;
     ++computation_;
@@ -113,7 +119,7 @@ class Work {
   std::unique_ptr<mjData_, DeleteData> data_;
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
-  bool is_whole_ = true, diverged_early_ = false, reads_all_ = false;
+  bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool is_current_ = false;
   std::vector<double> raw_qpos_;

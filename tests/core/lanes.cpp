@@ -128,9 +128,14 @@ std::string difference(Work& got, Work& want) {
     got.complete_frames();
     want.complete_frames();
   }
+  if (got.reads_forces()) {
+    got.complete_forces();
+    want.complete_forces();
+  }
   const std::vector<Array> found = got.arrays(), expected = want.arrays();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!got.is_whole() && !is_after_every_step(found[i].name)) continue;
+    if (!got.is_whole() && !is_after_every_step(found[i].name) && !(got.reads_forces() && is_force(found[i].name)))
+      continue;
     const std::size_t count = length(expected[i], want.model(), *want.data());
     if (found[i].stride) {
       std::vector<double> a(found[i].count()), b(a.size());
@@ -238,13 +243,16 @@ OwnArrays own_arrays(const Model& model) {
 
 std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
                     int rows) {
-  // In every other round all of mjData is read, and in every third it belongs to the new state.
-  std::array<std::vector<std::unique_ptr<Work>>, 4> works;
-  for (std::size_t kind = 0; kind < works.size(); ++kind)
+  // In turns, no more of mjData is read than after every step, all of it, or forces; and the same of the new state.
+  constexpr std::size_t kKinds = 6;
+  static std::size_t turn = 0;
+  std::array<std::vector<std::unique_ptr<Work>>, kKinds> works;
+  for (std::size_t kind = 0; kind < kKinds; ++kind)
     for (int i = 0; i < width; ++i) {
       works[kind].push_back(std::make_unique<Work>(model));
-      if (kind % 2 == 1) works[kind].back()->expect("qM");
-      if (kind >= 2) works[kind].back()->keep_current();
+      if (kind % 3 == 1) works[kind].back()->expect("qM");
+      if (kind % 3 == 2) works[kind].back()->expect("cfrc_ext");
+      if (kind >= 3) works[kind].back()->keep_current();
     }
   Work plain(model), plain_current(model);
   plain_current.keep_current();
@@ -257,9 +265,10 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
                                    {Kind::bad, "bad"}}) {
     Counts counts;
     for (int round = 0; round < rows / share / width; ++round) {
-      const bool is_current = round / 2 % 3 == 0;
-      const std::string found = compare(*model, stepper, works[round % 2 + (is_current ? 2 : 0)],
-                                        is_current ? plain_current : plain, own, kind, 1 + round % 3, noise, counts);
+      const std::size_t use = turn++ % kKinds;
+      const bool is_current = use >= 3;
+      const std::string found = compare(*model, stepper, works[use], is_current ? plain_current : plain, own, kind,
+                                        1 + static_cast<int>(noise.below(3)), noise, counts);
       if (!found.empty())
         return found + (is_current ? ", of the new state," : "") + " with " + std::to_string(width) + " lanes, round " +
                std::to_string(round) + " of states " + name + (are_shared ? "" : " of rows with values of their own");
@@ -401,13 +410,11 @@ void test_stages(void** /*state*/) {
   const std::string touching =
       with("<clock/>", "<clock/><touch site='fl'/><force site='fr'/><jointlimitfrc joint='fl3'/>", quadruped);
   const std::string lanes = odd_model("lanes.xml");
-  const std::string actuated =
-      with("</actuator>",
-           "<motor site='tip' gear='1 0 2 0 0.1 0'/>"
-           "<general tendon='rub' gaintype='affine' gainprm='1 0.2 0.1' biastype='affine' biasprm='0.1 0.2 0.3'/>"
-           "<general joint='x' dyntype='integrator' actlimited='true' actrange='0 0.8'/>"
-           "<muscle joint='knee' lengthrange='-1 1'/></actuator>",
-           lanes);
+  const std::string actuated = with("</actuator>",
+                                    "<motor site='tip' refsite='base' gear='1 0 2 0 0.1 0'/>"
+                                    "<general joint='x' dyntype='integrator' actlimited='true' actrange='0 0.8'/>"
+                                    "<muscle joint='knee' lengthrange='-1 1'/></actuator>",
+                                    with("<site name=\"tip\"", "<site name=\"base\"/><site name=\"tip\"", lanes));
   const std::string passive = with("type=\"ellipsoid\"", "type=\"ellipsoid\" fluidshape=\"ellipsoid\"",
                                    with("<joint type=\"ball\"", "<joint type=\"ball\" stiffness=\"2\"", lanes));
   const std::string disabled =
@@ -427,7 +434,9 @@ void test_stages(void** /*state*/) {
                 {"lanes.xml, passive", passive, true},
                 {"lanes.xml, disabled", disabled, true},
                 {"tethered_pair.xml", odd_model("tethered_pair.xml"), true},
-                {"equalities.xml", odd_model("equalities.xml"), true}};
+                {"equalities.xml", odd_model("equalities.xml"), true},
+                {"actuators.xml", odd_model("actuators.xml"), true},
+                {"sensing.xml", odd_model("sensing.xml"), true}};
   failures.clear();
   for (const auto& m : models)
     for (const char* option :

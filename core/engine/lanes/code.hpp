@@ -1,11 +1,13 @@
 // The functions of one instruction set as a table.
 #pragma once
 
+#include "engine/lanes/actuation.hpp"
 #include "engine/lanes/contacts.hpp"
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/make_constraint.hpp"
 #include "engine/lanes/newton.hpp"
 #include "engine/lanes/pgs.hpp"
+#include "engine/lanes/sensors.hpp"
 
 namespace mjenv::core::lanes {
 namespace {

@@ -175,7 +175,6 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   contacts_.tendons = tables.limited_tendons.data();
   contacts_.tendon_count = static_cast<int>(tables.limited_tendons.size());
   contacts_.pairs = tables.contact_pairs.data();
-  contacts_.columns = tables.columns.data();
 }
 
 // The lanes that have no such limit or contact take another lane's numbers.

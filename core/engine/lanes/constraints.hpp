@@ -13,6 +13,40 @@ inline Mask mask_of(unsigned rows) {
   return mask;
 }
 
+// Where constraints are that are made one after the other, each in the lanes that have it.
+class Places {
+ public:
+  Places(const Contacts& contacts, const Constraints& c) : contacts_(contacts), c_(c) {}
+
+  // Goes to the next constraint, or to those of the next contact or equality: `size` rows of the Jacobian in these lanes.
+  void next(unsigned rows, int size) {
+    for (int lane = 0; lane < kWidth; ++lane) {
+      if (!(rows >> lane & 1) && !c_.is_aligned) continue;
+      for (int i = 0; i < size; ++i) {
+        const int number = numbers_[lane]++, beyond = c_.is_aligned ? -1 : number - c_.at_first[lane];
+        places_[i][lane] = beyond < 0 ? number : c_.size - Constraints::kRest + beyond;
+      }
+    }
+  }
+  // Goes behind equalities and friction.
+  void skip_bounded() {
+    for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equalities[i].size);
+    for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
+  }
+  // The next place of the first lane
+  int first() const { return numbers_[0]; }
+  // For each lane the place of row i
+  const int* of(int i) const { return places_[i]; }
+  int at(int i, int lane) const { return places_[i][lane]; }
+
+ private:
+  static constexpr int kMostRows = 10;
+  const Contacts& contacts_;
+  const Constraints& c_;
+  int numbers_[kWidth] = {};  // of each lane's next constraint
+  int places_[kMostRows][kWidth]{};
+};
+
 // Functions are named after those of MuJoCo that they follow.
 class Constrained {
  protected:

@@ -204,6 +204,13 @@ inline void mulQuat(V* res, const V* qa, const T* qb) {
   res[3] = z;
 }
 
+// mju_subQuat of one of the model's quaternions
+inline void subQuat(V* res, const V* qa, const double* qb) {
+  V negative[4] = {splat(qb[0]), splat(-qb[1]), splat(-qb[2]), splat(-qb[3])}, dif[4];
+  mulQuat(dif, negative, qa);
+  quat2Vel(res, dif);
+}
+
 // mju_quat2Mat. Of a null quaternion it gives the identity. The general formula differs only in signs of zeros.
 inline void quat2Mat(V* res, const V* quat) {
   const V q00 = quat[0] * quat[0], q01 = quat[0] * quat[1], q02 = quat[0] * quat[2], q03 = quat[0] * quat[3];
@@ -364,21 +371,50 @@ void integratePos(const mjModel& m, V* qpos, const V* qvel, double dt) {
   }
 }
 
+// mj_jac of a dof that moves the body: what it moves a point, whose offset from the centre of mass of the body's tree this is
+inline void jac(const Lanes& d, V* res, int dof, const V* offset) {
+  V shift[3];
+  const V* const cdof = vectors(d.cdof) + 6 * dof;
+  cross(shift, cdof, offset);
+  for (int k = 0; k < 3; ++k) res[k] = cdof[3 + k] + shift[k];
+}
+
+// The offset of a point from the centre of mass of a body's tree
+inline void offset_of(const Lanes& d, V* res, int body, const V* point) {
+  const V* const com = vectors(d.subtree_com) + 3 * d.model->body_rootid[body];
+  for (int k = 0; k < 3; ++k) res[k] = point[k] - com[k];
+}
+
+// The translations of mj_jacDifPair. Calls use(dof, column) for each column that may differ from 0.
+template <typename Use>
+inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, const V* point2, const Use& use) {
+  const int *const columns = d.columns + pair.first_column, second = pair.count1, both = second + pair.count2;
+  V offset1[3], offset2[3];
+  offset_of(d, offset1, pair.body1, point1);
+  offset_of(d, offset2, pair.body2, point2);
+  for (int n = 0; n < both + pair.count_both; ++n) {
+    V jac1[3]{}, jac2[3]{};
+    if (n < second || n >= both) jac(d, jac1, columns[n], offset1);
+    if (n >= second) jac(d, jac2, columns[n], offset2);
+    for (int k = 0; k < 3; ++k) jac2[k] -= jac1[k];
+    use(columns[n], jac2);
+  }
+}
+
 // mj_applyFT: the force and the torque on a point of a body, as forces on the dofs
 void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body, V* qfrc) {
   const mjModel& m = *d.model;
   const V* const cdof = vectors(d.cdof);
   V offset[3];
-  for (int i = 0; i < 3; ++i) offset[i] = point[i] - vectors(d.subtree_com)[3 * m.body_rootid[body] + i];
+  offset_of(d, offset, body, point);
   while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
   if (!body) return;
   // mj_jac, and mju_mulMatTVec for each of its columns
   const int last = m.body_dofadr[body] + m.body_dofnum[body] - 1;
   for (int i = last; i >= 0; i = m.dof_parentid[i]) {
-    V shift[3], jac[3];
-    cross(shift, cdof + 6 * i, offset);
-    for (int k = 0; k < 3; ++k) jac[k] = cdof[6 * i + 3 + k] + shift[k];
-    qfrc[i] += V{} + jac[0] * force[0] + jac[1] * force[1] + jac[2] * force[2];
+    V column[3];
+    jac(d, column, i, offset);
+    qfrc[i] += V{} + column[0] * force[0] + column[1] * force[1] + column[2] * force[2];
   }
   for (int i = last; i >= 0; i = m.dof_parentid[i])
     qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
@@ -423,7 +459,7 @@ void adopt_in_fluid(Lanes& d) {
 }
 
 // What mj_comPos computes of the masses. The lanes in which MuJoCo would compute other forces than in the model's own
-// case are left: springs of free joints and balls, and damping in some rows alone.
+// case are left: damping in some rows alone.
 void adopt(Lanes& d) {
   const mjModel& m = *d.model;
   V* const scale = vectors(d.com_scale);
@@ -435,9 +471,6 @@ void adopt(Lanes& d) {
   }
 
   d.unlike = 0;
-  for (int i = 0; i < m.njnt && !d.has_single_passive; ++i)
-    if (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL)
-      d.unlike |= bits(vectors(d.jnt_stiffness)[i] != V{});
   unsigned damped = 0;
   for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
   d.unlike |= d.has_damping ? ~damped : damped;
@@ -576,24 +609,6 @@ void comPos(Lanes& d) {
   }
 }
 
-// mj_tendon, of tendons along joints. Their Jacobian is the model's.
-void tendon(Lanes& d) {
-  const mjModel& m = *d.model;
-  for (int i = 0; i < m.ntendon; ++i) {
-    V length{};
-    for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j)
-      length += m.wrap_prm[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
-    vectors(d.ten_length)[i] = length;
-  }
-}
-
-// mj_transmission, of actuators on slides and hinges. Their moments are the model's.
-void transmission(Lanes& d) {
-  const mjModel& m = *d.model;
-  for (int i = 0; i < m.nu; ++i)
-    vectors(d.actuator_length)[i] = vectors(d.qpos)[m.jnt_qposadr[m.actuator_trnid[2 * i]]] * m.actuator_gear[6 * i];
-}
-
 // mj_crb
 void crb(Lanes& d) {
   const mjModel& m = *d.model;
@@ -697,24 +712,6 @@ void reject(Lanes& d) {
 
 // ---- engine_core_smooth.c and engine_forward.c: velocities ----
 
-// The velocities of tendons and actuators, as mj_fwdVelocity computes them. An actuator's moment is 0 but at one degree of
-// freedom. So the other products of its mju_dot matter only where the sum is zero: they decide on its sign.
-void fwdVelocity(Lanes& d) {
-  const mjModel& m = *d.model;
-  const V* const qvel = vectors(d.qvel);
-  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(vectors(d.ten_J) + i * m.nv, qvel, m.nv);
-  for (int i = 0; i < m.nu; ++i) {
-    const int dof = m.jnt_dofadr[m.actuator_trnid[2 * i]];
-    V velocity = m.actuator_gear[6 * i] * qvel[dof];
-    if (m.nv < 4)
-      velocity += V{};
-    else if (any(velocity == V{}))
-      for (int k = 0; k < m.nv; ++k)
-        if (k != dof) velocity += 0.0 * qvel[k];
-    vectors(d.actuator_velocity)[i] = velocity;
-  }
-}
-
 // mj_comVel
 void comVel(Lanes& d) {
   const mjModel& m = *d.model;
@@ -790,12 +787,19 @@ void passive(Lanes& d) {
   const V *const qpos = vectors(d.qpos), *const qvel = vectors(d.qvel);
 
   zero(qfrc, m.nv);
-  // Free joints and balls have no stiffness in models for lanes, so MuJoCo subtracts zeros.
-  for (int i = 0; i < m.njnt; ++i)
-    if (m.jnt_type[i] == mjJNT_SLIDE || m.jnt_type[i] == mjJNT_HINGE) {
-      const int adr = m.jnt_qposadr[i];
-      qfrc[m.jnt_dofadr[i]] -= vectors(d.jnt_stiffness)[i] * (qpos[adr] - m.qpos_spring[adr]);
-    }
+  if (m.opt.disableflags & mjDSBL_PASSIVE) return;
+  for (int i = 0; i < m.njnt; ++i) {
+    const V stiffness = vectors(d.jnt_stiffness)[i];
+    int adr = m.jnt_qposadr[i], dof = m.jnt_dofadr[i];
+    const bool is_free = m.jnt_type[i] == mjJNT_FREE, is_rotation = is_free || m.jnt_type[i] == mjJNT_BALL;
+    if (is_rotation && !any(stiffness != V{})) continue;  // MuJoCo subtracts zeros
+    for (int end = dof + (is_free ? 3 : is_rotation ? 0 : 1); dof < end; ++adr, ++dof)
+      qfrc[dof] -= stiffness * (qpos[adr] - m.qpos_spring[adr]);
+    if (!is_rotation) continue;
+    V dif[3];
+    subQuat(dif, qpos + adr, m.qpos_spring + adr);
+    for (int k = 0; k < 3; ++k) qfrc[dof + k] -= stiffness * dif[k];
+  }
   for (int i = 0; i < m.nv; ++i) qfrc[i] -= vectors(d.dof_damping)[i] * qvel[i];
   for (int i = 0; i < m.ntendon; ++i) {
     const V force = -m.tendon_stiffness[i] * (vectors(d.ten_length)[i] - vectors(d.tendon_lengthspring)[i]) -
@@ -833,27 +837,6 @@ void rne(Lanes& d) {
 }
 
 // ---- engine_forward.c: accelerations and integrators ----
-
-// mj_fwdActuation, of actuators on slides and hinges with a fixed gain, and without a state
-void fwdActuation(Lanes& d) {
-  const mjModel& m = *d.model;
-  V *const force = vectors(d.actuator_force), *const qfrc = vectors(d.qfrc_actuator);
-
-  zero(qfrc, m.nv);
-  for (int i = 0; i < m.nu; ++i) {
-    V ctrl = vectors(d.ctrl)[i];
-    if (m.actuator_ctrllimited[i] && !(m.opt.disableflags & mjDSBL_CLAMPCTRL))
-      ctrl = clip(ctrl, m.actuator_ctrlrange + 2 * i);
-    V bias{};
-    if (m.actuator_biastype[i] == mjBIAS_AFFINE) {
-      const V* prm = vectors(d.actuator_biasprm) + mjNBIAS * i;
-      bias = prm[0] + prm[1] * vectors(d.actuator_length)[i] + prm[2] * vectors(d.actuator_velocity)[i];
-    }
-    force[i] = vectors(d.actuator_gainprm)[mjNGAIN * i] * ctrl + bias;
-    if (m.actuator_forcelimited[i]) force[i] = clip(force[i], m.actuator_forcerange + 2 * i);
-    qfrc[m.jnt_dofadr[m.actuator_trnid[2 * i]]] += m.actuator_gear[6 * i] * force[i];
-  }
-}
 
 // mj_xfrcAccumulate. MuJoCo passes over bodies without forces. Adding their zeros gives the same bits, because no sum
 // in qfrc is -0.

@@ -25,7 +25,7 @@ struct ContactPair {
   Shapes shapes;  // others: MuJoCo's function computes these contacts row by row
   int dim;        // condim: 1, 3, 4 or 6
   int root1, root2;
-  // In Contacts::columns: the dofs that move only the first body, then those that move only the second. Dofs that move
+  // In Lanes::columns: the dofs that move only the first body, then those that move only the second. Dofs that move
   // both have a Jacobian of 0.
   int first_column, count1, count2;
   double margin, includemargin;
@@ -36,13 +36,33 @@ struct ContactPair {
   double reach;
 };
 
+// Two bodies. In Lanes::columns: the dofs that move only body 1, those that move only body 2, and those that move both.
+struct BodyPair {
+  int body1, body2;
+  int first_column, count1, count2, count_both;
+};
+
 // An equality constraint between bodies, joints or tendons.
 struct Equality {
   int id, type;
   int size;              // how many constraints it makes
   int object1, object2;  // object2 is -1 if a joint or tendon has no partner
-  // In Contacts::columns: the dofs that move only body 1, those that move only body 2, and those that move both.
-  int first_column, count1, count2, count_both;
+  BodyPair bodies;       // object2 and object1, in the order in which MuJoCo subtracts their Jacobians
+};
+
+// A part of a tendon, between two sites. divisor: of the last pulley before it.
+struct Segment {
+  int site1, site2;
+  double divisor;
+  BodyPair bodies;
+};
+
+// What an actuator acts on, and which of its moments may differ from 0.
+struct Actuator {
+  enum class Transmission { dof, ball, free, tendon, site } transmission;
+  int object;  // joint, tendon or site
+  int dof;     // the first of a joint
+  int first_column, count;
 };
 
 // How many constraints a contact of the pair makes. cone: mjOption's.
@@ -64,20 +84,24 @@ struct ConstraintNumbers {
 struct Lanes {
   const mjModel* model;
 
-  double *qpos, *qvel, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc, *qfrc_constraint;
+  double *qpos, *qvel, *act, *act_dot, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc,
+      *qfrc_constraint;
   double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
   double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
-  double *ten_J, *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
+  double *ten_J, *actuator_moment, *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
   double *actuator_force, *qfrc_actuator, *qfrc_smooth, *qacc_smooth, *qH, *qHDiagInv;
 
   // What MuJoCo keeps on its stack: angles of hinges and their sines and cosines, cacc and cfrc_body of mj_rne, MhB and
   // qacc of mj_Euler, X, F and dX of mj_RungeKutta.
-  double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX;
+  double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
+
+  // What mj_rnePostConstraint writes, cacc being another array than mj_rne's; and of sensors, also mj_subtreeVel's body_vel.
+  double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *subtree_linvel, *subtree_angmom, *body_vel;
 
   // Numbers of mjModel of which rows may have their own.
-  double *body_mass, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature, *dof_damping, *dof_M0,
-      *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data, *actuator_gainprm,
-      *actuator_biasprm, *gravity, *jnt_range, *jnt_margin;
+  double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
+      *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
+      *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   // For each of fluid_bodies, mj_inertiaBoxFluidModel's factors of the velocities: those of the fluid's viscosity for the
   // torque and for the force, and those of the drag for each axis.
@@ -86,6 +110,10 @@ struct Lanes {
   // Of the model alone. Number i of these is at [i]. The dofs of tendon t, whose numbers in ten_J may differ from 0, are at
   // tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
   const int *tendon_dof_adr, *tendon_dofs;
+  const int* columns;       // dofs
+  const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
+  const int* segment_adr;   // a tendon along joints has none
+  const Actuator* actuators;
   bool has_negative_zeros;  // in the vectors that quaternions rotate
   bool has_damping;
   bool has_single_passive;  // MuJoCo computes the passive forces row by row
@@ -114,8 +142,7 @@ struct Contacts {
   int tendon_count;
   const Equality* equalities;
   const ContactPair* pairs;  // for each of Lanes::pairs
-  const int* columns;
-  unsigned rows;  // the lanes, as bits, that take part
+  unsigned rows;             // the lanes, as bits, that take part
 
   struct Equal {
     unsigned rows;  // the lanes, as bits, that have it
@@ -207,36 +234,42 @@ struct Constraints {
 
 // The functions of an instruction set, named after those of MuJoCo 2.2.2 that they follow: their result, name and
 // parameters. None needs more than what `Lanes` holds.
-#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                     \
-  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                \
-  FUNCTION(void, adopt, (Lanes&))                                                                           \
-  FUNCTION(void, kinematics, (Lanes&))                                                                      \
-  FUNCTION(void, comPos, (Lanes&))                                                                          \
-  FUNCTION(void, tendon, (Lanes&))                                                                          \
-  FUNCTION(void, crb, (Lanes&))                                                                             \
-  FUNCTION(void, factorM, (Lanes&))                                                                         \
-  FUNCTION(void, transmission, (Lanes&))                                                                    \
-  FUNCTION(void, reject, (Lanes&))                                                                          \
-  FUNCTION(void, fwdVelocity, (Lanes&))                                                                     \
-  FUNCTION(void, comVel, (Lanes&))                                                                          \
-  FUNCTION(void, passive, (Lanes&))                                                                         \
-  FUNCTION(void, rne, (Lanes&))                                                                             \
-  FUNCTION(void, fwdActuation, (Lanes&))                                                                    \
-  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \
-  FUNCTION(void, Euler, (Lanes&))                                                                           \
-  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \
-  FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                           \
-  /* These return false if a row meets a case that is left to MuJoCo's functions. */                        \
-  FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                               \
-  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                      \
-  FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                   \
-  /* From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint. */                   \
-  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
-  FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                            \
-  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */               \
-  FUNCTION(unsigned, bad, (const double* numbers, int count))                                               \
-  /* Copy `count` numbers of each lane. */                                                                  \
-  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                \
+#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                                     \
+  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                                \
+  FUNCTION(void, adopt, (Lanes&))                                                                                           \
+  FUNCTION(void, kinematics, (Lanes&))                                                                                      \
+  FUNCTION(void, comPos, (Lanes&))                                                                                          \
+  FUNCTION(void, tendon, (Lanes&))                                                                                          \
+  FUNCTION(void, crb, (Lanes&))                                                                                             \
+  FUNCTION(void, factorM, (Lanes&))                                                                                         \
+  FUNCTION(void, transmission, (Lanes&))                                                                                    \
+  FUNCTION(void, reject, (Lanes&))                                                                                          \
+  FUNCTION(void, fwdVelocity, (Lanes&))                                                                                     \
+  FUNCTION(void, comVel, (Lanes&))                                                                                          \
+  FUNCTION(void, passive, (Lanes&))                                                                                         \
+  FUNCTION(void, rne, (Lanes&))                                                                                             \
+  FUNCTION(void, fwdActuation, (Lanes&))                                                                                    \
+  /* What mj_Euler (stage 0) and the stages of mj_RungeKutta do with the states of actuators. */                            \
+  FUNCTION(void, advanceActivations, (Lanes&, int stage))                                                                   \
+  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                                 \
+  FUNCTION(void, Euler, (Lanes&))                                                                                           \
+  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */                 \
+  FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                                           \
+  /* These return false if a row meets a case that is left to MuJoCo's functions. */                                        \
+  FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                               \
+  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                                      \
+  FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                                   \
+  /* From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint. */                                   \
+  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                         \
+  FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                            \
+  /* mj_sensorPos, mj_sensorVel and mj_sensorAcc of the sensors that senses_in_lanes names. The constraints are those    */ \
+  /* that a solver has solved. Sensors of forces and limits alone read them.                                             */ \
+  FUNCTION(void, sensors, (Lanes&, const Contacts&, const Constraints&))                                                    \
+  FUNCTION(void, rnePostConstraint, (Lanes&, const Contacts&, const Constraints&))                                          \
+  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */                               \
+  FUNCTION(unsigned, bad, (const double* numbers, int count))                                                               \
+  /* Copy `count` numbers of each lane. */                                                                                  \
+  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                                \
   FUNCTION(void, scatter, (double* const* to, const double* from, int count))
 
 // An instruction set: how many lanes it has, and pointers to its functions.

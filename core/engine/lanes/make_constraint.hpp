@@ -71,7 +71,7 @@ bool instantiateLimit(const Lanes& d, Contacts& c) { return Limits(d, c).find();
 class Making {
  public:
   Making(Lanes& d, const Contacts& contacts, Constraints& c)
-      : d_(d), contacts_(contacts), c_(c), m_(*d.model), nv_(m_.nv) {}
+      : d_(d), contacts_(contacts), c_(c), m_(*d.model), nv_(m_.nv), places_(contacts, c) {}
 
   // mj_makeConstraint
   void run() {
@@ -87,15 +87,13 @@ class Making {
   }
 
  private:
-  static constexpr int kMostRows = 10;
   Lanes& d_;
   const Contacts& contacts_;
   Constraints& c_;
   const mjModel& m_;
   const int nv_;
-  int next_[kWidth] = {};            // the number of each lane's next constraint
-  unsigned rows_ = 0;                // the lanes, as bits, in which a constraint is made
-  int places_[kMostRows][kWidth]{};  // where the rows of its Jacobian go
+  Places places_;
+  unsigned rows_ = 0;  // the lanes, as bits, in which a constraint is made
   const ConstraintNumbers* const* numbers_ = nullptr;
 
   V number(double ConstraintNumbers::*member) const {
@@ -114,25 +112,17 @@ class Making {
   void begin(unsigned rows, const ConstraintNumbers* const* numbers, int size) {
     rows_ = rows;
     numbers_ = numbers;
-    for (int lane = 0; lane < kWidth; ++lane) {
-      if (c_.is_aligned)
-        for (int i = 0; i < size; ++i) places_[i][lane] = next_[lane]++;
-      if (!(rows >> lane & 1) || c_.is_aligned) continue;
-      for (int i = 0; i < size; ++i) {
-        const int beyond = next_[lane]++ - c_.at_first[lane];
-        places_[i][lane] = beyond < 0 ? beyond + c_.at_first[lane] : c_.size - Constraints::kRest + beyond;
-      }
-    }
+    places_.next(rows, size);
   }
 
   void set_J(int i, int column, V value) {
     for (int lane = 0; lane < kWidth; ++lane)
-      if (rows_ >> lane & 1) c_.J[(places_[i][lane] * nv_ + column) * kWidth + lane] = value[lane];
+      if (rows_ >> lane & 1) c_.J[(places_.at(i, lane) * nv_ + column) * kWidth + lane] = value[lane];
   }
 
   void set_one(double* array, int i, V value) {
     for (int lane = 0; lane < kWidth; ++lane)
-      if (rows_ >> lane & 1) array[places_[i][lane] * kWidth + lane] = value[lane];
+      if (rows_ >> lane & 1) array[places_.at(i, lane) * kWidth + lane] = value[lane];
   }
 
   void set(double* array, int size, V value) {
@@ -224,7 +214,7 @@ class Making {
       if (!(rows_ >> lane & 1)) continue;
       bool is_empty = true;
       for (int i = 0; i < size && is_empty; ++i)
-        for (int k = 0; k < nv_ && is_empty; ++k) is_empty = c_.J[(places_[i][lane] * nv_ + k) * kWidth + lane] == 0;
+        for (int k = 0; k < nv_ && is_empty; ++k) is_empty = c_.J[(places_.at(i, lane) * nv_ + k) * kWidth + lane] == 0;
       if (is_empty) d_.left |= 1U << lane;
     }
   }
@@ -259,23 +249,16 @@ class Making {
 
   // What mj_instantiateEquality does with points of two bodies: the difference of the points, and of their Jacobians.
   void connect(const Equality& equality, const V* anchor1, const V* anchor2, V* pos) {
-    const V* const com = vectors(d_.subtree_com);
     const int bodies[2] = {equality.object1, equality.object2};
-    V points[2][3], offsets[2][3];
+    V points[2][3];
     for (int n = 0; n < 2; ++n) {
       rotVecMat(points[n], n == 0 ? anchor1 : anchor2, vectors(d_.xmat) + 9 * bodies[n]);
       add_to(points[n], vectors(d_.xpos) + 3 * bodies[n], 3);
-      for (int k = 0; k < 3; ++k) offsets[n][k] = points[n][k] - com[3 * m_.body_rootid[bodies[n]] + k];
     }
     for (int k = 0; k < 3; ++k) pos[k] = points[0][k] - points[1][k];
-    const int* const columns = contacts_.columns + equality.first_column;
-    const int second = equality.count1, both = second + equality.count2, end = both + equality.count_both;
-    for (int n = 0; n < end; ++n) {
-      V jac1[3]{}, jac2[3]{};
-      if (n < second || n >= both) jac(jac1, columns[n], offsets[0]);
-      if (n >= second) jac(jac2, columns[n], offsets[1]);
-      for (int k = 0; k < 3; ++k) set_J(k, columns[n], jac1[k] - jac2[k]);
-    }
+    jacDifPair(d_, equality.bodies, points[1], points[0], [&](int dof, const V* dif) {
+      for (int k = 0; k < 3; ++k) set_J(k, dof, dif[k]);
+    });
   }
 
   // A weld's orientation. MuJoCo corrects all columns, of which those of other dofs become zeros of either sign.
@@ -286,15 +269,16 @@ class Making {
     negQuat(negative, vectors(d_.xquat) + 4 * equality.object2);
     mulQuat(error, negative, quat);
     copy(pos + 3, error + 1, 3);
-    const int *const columns = contacts_.columns + equality.first_column, second = equality.count1,
-                     both = second + equality.count2, end = both + equality.count_both;
+    const BodyPair& pair = equality.bodies;
+    const int *const columns = d_.columns + pair.first_column, second = pair.count1, both = second + pair.count2,
+                     end = both + pair.count_both;
     for (int dof = 0; dof < nv_; ++dof) {
       int n = 0;
       while (n < end && columns[n] != dof) ++n;
       V axis[3]{}, half[4], turned[4];
       const V* const cdof = vectors(d_.cdof) + 6 * dof;
       for (int k = 0; k < 3 && n < end; ++k)
-        axis[k] = (n < second || n >= both ? cdof[k] : V{}) - (n >= second ? cdof[k] : V{});
+        axis[k] = (n >= second ? cdof[k] : V{}) - (n < second || n >= both ? cdof[k] : V{});
       mulQuatAxis(half, negative, axis);
       mulQuat(turned, half, quat);
       for (int k = 0; k < 3; ++k) set_J(3 + k, dof, 0.5 * turned[k + 1] * data[10]);
@@ -362,14 +346,6 @@ class Making {
     makeImpedance(1, dist, vectors(d_.jnt_margin)[limit.id]);
   }
 
-  // A column of mj_jac: what a point moves with a dof
-  void jac(V* res, int dof, const V* offset) const {
-    V shift[3];
-    const V* const cdof = vectors(d_.cdof) + 6 * dof;
-    cross(shift, cdof, offset);
-    for (int k = 0; k < 3; ++k) res[k] = cdof[3 + k] + shift[k];
-  }
-
   // A column of mju_mulMatMat: the first rows of a contact's frame times a vector
   static inline __attribute__((always_inline)) void rotate(V* res, const V* frame, const V* vec, int rows) {
     for (int k = 0; k < rows; ++k)
@@ -382,7 +358,7 @@ class Making {
     const ContactPair& pair = contacts_.pairs[contact.pair];
     const bool is_elliptic = pair.dim > 1 && m_.opt.cone == mjCONE_ELLIPTIC;
     const int size = constraints_of(pair, m_.opt.cone);
-    if (c_.is_aligned) c_.dims[next_[0]] = static_cast<unsigned char>(size);
+    if (c_.is_aligned) c_.dims[places_.first()] = static_cast<unsigned char>(size);
     begin(contact.rows, contact.numbers, size);
     V offset1[3], offset2[3];
     for (int k = 0; k < 3; ++k) {
@@ -392,11 +368,11 @@ class Making {
     }
     const V* const frame = vectors(contacts_.frame) + 9 * i;
     const V friction1 = friction(0), friction2 = friction(1);
-    const int* const columns = contacts_.columns + pair.first_column;
+    const int* const columns = d_.columns + pair.first_column;
     for (int n = 0; n < pair.count1 + pair.count2; ++n) {
       // mj_jacDifPair
       V dif[3], edge[6];
-      jac(dif, columns[n], n < pair.count1 ? offset1 : offset2);
+      jac(d_, dif, columns[n], n < pair.count1 ? offset1 : offset2);
       if (n < pair.count1)
         for (V& x : dif) x = V{} - x;
       rotate(edge, frame, dif, 3);

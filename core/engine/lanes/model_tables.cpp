@@ -23,30 +23,19 @@ bool has_ellipsoids(const mjModel& m) {
   return false;
 }
 
-bool has_springs_of_rotations(const mjModel& m) {
-  for (int j = 0; j < m.njnt; ++j)
-    if ((m.jnt_type[j] == mjJNT_FREE || m.jnt_type[j] == mjJNT_BALL) && m.jnt_stiffness[j] != 0) return true;
-  return false;
+// MuJoCo does not export the function that wraps them.
+bool has_wrapped_tendons(const mjModel& m) {
+  return std::any_of(m.wrap_type, m.wrap_type + m.nwrap,
+                     [](int type) { return type == mjWRAP_SPHERE || type == mjWRAP_CYLINDER; });
 }
 
-bool has_spatial_tendons(const mjModel& m) {
-  for (int i = 0; i < m.nwrap; ++i)
-    if (m.wrap_type[i] != mjWRAP_JOINT) return true;
-  return false;
-}
-
-// A motor, position or velocity of a slide or hinge
-bool is_plain(const mjModel& m, int actuator) {
-  const int joint = m.actuator_trnid[2 * actuator], transmission = m.actuator_trntype[actuator];
-  if (transmission != mjTRN_JOINT && transmission != mjTRN_JOINTINPARENT) return false;
-  if (m.jnt_type[joint] != mjJNT_SLIDE && m.jnt_type[joint] != mjJNT_HINGE) return false;
-  return m.actuator_dyntype[actuator] == mjDYN_NONE && m.actuator_gaintype[actuator] == mjGAIN_FIXED &&
-         (m.actuator_biastype[actuator] == mjBIAS_NONE || m.actuator_biastype[actuator] == mjBIAS_AFFINE);
-}
-
+// Sliders with cranks, and sites that refer to another
 bool has_other_actuators(const mjModel& m) {
-  for (int i = 0; i < m.nu; ++i)
-    if (!is_plain(m, i)) return true;
+  for (int i = 0; i < m.nu; ++i) {
+    const int type = m.actuator_trntype[i];
+    if (type == mjTRN_SLIDERCRANK || type == mjTRN_BODY || (type == mjTRN_SITE && m.actuator_trnid[2 * i + 1] >= 0))
+      return true;
+  }
   return false;
 }
 
@@ -55,7 +44,7 @@ std::vector<double> tendon_jacobian(const mjModel& m) {
   std::vector<double> jacobian(static_cast<std::size_t>(m.ntendon) * static_cast<std::size_t>(m.nv));
   for (int i = 0; i < m.ntendon; ++i)
     for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j)
-      jacobian[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = m.wrap_prm[j];
+      if (m.wrap_type[j] == mjWRAP_JOINT) jacobian[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = m.wrap_prm[j];
   return jacobian;
 }
 
@@ -84,10 +73,25 @@ std::vector<int> dofs_of_tendon(const mjModel& m, int tendon) {
   return dofs;
 }
 
+// Whether an actuator acts on a slide or a hinge
+bool acts_on_dof(const mjModel& m, int actuator) {
+  const int type = m.actuator_trntype[actuator];
+  if (type != mjTRN_JOINT && type != mjTRN_JOINTINPARENT) return false;
+  const int joint = m.jnt_type[m.actuator_trnid[2 * actuator]];
+  return joint == mjJNT_SLIDE || joint == mjJNT_HINGE;
+}
+
 // As in mj_transmission.
-std::vector<double> moments(const mjModel& m) {
+std::vector<double> moments(const mjModel& m, const std::vector<double>& ten_J) {
   std::vector<double> moment(static_cast<std::size_t>(m.nu) * static_cast<std::size_t>(m.nv));
-  for (int i = 0; i < m.nu; ++i) moment[i * m.nv + m.jnt_dofadr[m.actuator_trnid[2 * i]]] = m.actuator_gear[6 * i];
+  for (int i = 0; i < m.nu; ++i) {
+    const int object = m.actuator_trnid[2 * i], type = m.actuator_trntype[i];
+    const double gear = m.actuator_gear[6 * i];
+    if (type == mjTRN_TENDON)
+      for (int k = 0; k < m.nv; ++k) moment[i * m.nv + k] = ten_J[object * m.nv + k] * gear;
+    else if (acts_on_dof(m, i))
+      moment[i * m.nv + m.jnt_dofadr[object]] = gear;
+  }
   return moment;
 }
 
@@ -135,6 +139,10 @@ bool is_still(const mjModel& m, int tendon, const std::vector<int>& dofs) {
                                                           [](mjtNum coef) { return coef == 0; }));
 }
 
+void append(std::vector<int>& columns, const std::vector<int>& dofs) {
+  columns.insert(columns.end(), dofs.begin(), dofs.end());
+}
+
 // Appends the dofs that are in the first list alone. Returns how many.
 int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
   int count = 0;
@@ -153,20 +161,26 @@ int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const
   return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
 }
 
+BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& columns) {
+  const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
+  BodyPair pair{body1, body2, static_cast<int>(columns.size()), 0, 0, 0};
+  pair.count1 = append_difference(columns, dofs1, dofs2);
+  pair.count2 = append_difference(columns, dofs2, dofs1);
+  pair.count_both = append_shared(columns, dofs1, dofs2);
+  return pair;
+}
+
 // Without those of which MuJoCo makes no constraint in any state, because no dof changes what they constrain.
 std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
                                         std::vector<int>& columns) {
   std::vector<Equality> equalities;
   for (int i = 0; i < m.neq && constrains(m, mjDSBL_EQUALITY); ++i) {
     if (!m.eq_active[i]) continue;
-    Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], static_cast<int>(columns.size()), 0, 0, 0};
+    Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], {}};
     if (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD) {
       equality.size = equality.type == mjEQ_WELD ? 6 : 3;
-      const std::vector<int> dofs1 = dofs_of(m, equality.object1), dofs2 = dofs_of(m, equality.object2);
-      if (dofs1.empty() && dofs2.empty()) continue;
-      equality.count1 = append_difference(columns, dofs1, dofs2);
-      equality.count2 = append_difference(columns, dofs2, dofs1);
-      equality.count_both = append_shared(columns, dofs1, dofs2);
+      equality.bodies = pair_of(m, equality.object2, equality.object1, columns);
+      if (equality.bodies.count1 + equality.bodies.count2 + equality.bodies.count_both == 0) continue;
     } else if (equality.type == mjEQ_TENDON) {
       const auto is_still = [&](int tendon) { return tendon < 0 || is_still_tendon[tendon]; };
       if (is_still(equality.object1) && is_still(equality.object2)) continue;
@@ -174,6 +188,40 @@ std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsi
     equalities.push_back(equality);
   }
   return equalities;
+}
+
+// As mj_tendon goes along a tendon without wrapped geoms.
+void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments, std::vector<int>& columns) {
+  double divisor = 1;
+  for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon] - 1; ++j) {
+    if (m.wrap_type[j] == mjWRAP_PULLEY) divisor = m.wrap_prm[j];
+    if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] != mjWRAP_SITE) continue;
+    const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[j + 1];
+    segments.push_back({site1, site2, divisor, pair_of(m, m.site_bodyid[site1], m.site_bodyid[site2], columns)});
+  }
+}
+
+Actuator actuator_of(const mjModel& m, int id, const ModelTables& tables, std::vector<int>& columns) {
+  using Transmission = Actuator::Transmission;
+  const int object = m.actuator_trnid[2 * id];
+  Actuator actuator{Transmission::site, object, 0, static_cast<int>(columns.size()), 0};
+  if (m.actuator_trntype[id] == mjTRN_TENDON) {
+    actuator.transmission = Transmission::tendon;
+    const int* const dofs = tables.tendon_dofs.data();
+    append(columns, {dofs + tables.tendon_dof_adr[object], dofs + tables.tendon_dof_adr[object + 1]});
+  } else if (m.actuator_trntype[id] == mjTRN_SITE) {
+    append(columns, dofs_of(m, m.site_bodyid[object]));
+  } else {
+    actuator.dof = m.jnt_dofadr[object];
+    const int type = m.jnt_type[object];
+    actuator.transmission = type == mjJNT_FREE   ? Transmission::free
+                            : type == mjJNT_BALL ? Transmission::ball
+                                                 : Transmission::dof;
+    const int size = type == mjJNT_FREE ? 6 : type == mjJNT_BALL ? 3 : 1;
+    for (int k = 0; k < size; ++k) columns.push_back(actuator.dof + k);
+  }
+  actuator.count = static_cast<int>(columns.size()) - actuator.first_column;
+  return actuator;
 }
 
 std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, bool are_searched,
@@ -209,6 +257,13 @@ bool any_positive(const mjtNum* numbers, int count) {
 
 }  // namespace
 
+bool has_moments(const mjModel& m) {
+  if (SingleStages(m).actuation) return false;
+  for (int i = 0; i < m.nu; ++i)
+    if (!acts_on_dof(m, i)) return true;
+  return false;
+}
+
 bool constrains(const mjModel& m, int flag) { return (m.opt.disableflags & (flag | mjDSBL_CONSTRAINT)) == 0; }
 
 double largest_square(double radius) {
@@ -221,18 +276,16 @@ double largest_square(double radius) {
 }
 
 SingleStages::SingleStages(const mjModel& m) {
-  actuation =
-      (m.opt.disableflags & mjDSBL_ACTUATION) != 0 || m.na > 0 || has_other_actuators(m) || has_spatial_tendons(m);
-  passive = (m.opt.disableflags & mjDSBL_PASSIVE) != 0 || (actuation && m.ntendon > 0) || has_ellipsoids(m) ||
-            has_springs_of_rotations(m);
+  actuation = (m.opt.disableflags & mjDSBL_ACTUATION) != 0 || has_other_actuators(m) || has_wrapped_tendons(m);
+  passive = has_ellipsoids(m);
 }
 
-ModelTables::ModelTables(const Model& model) {
+ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {
   const mjModel& m = *model.get();
   const SingleStages single(m);
   if (!single.actuation) {
     ten_J = tendon_jacobian(m);
-    actuator_moment = moments(m);
+    actuator_moment = moments(m, ten_J);
   }
   if (!single.passive) fluid_bodies = bodies_in_fluid(m);
   const bool finds_contacts = constrains(m, mjDSBL_CONTACT) && m.nconmax > 0;
@@ -251,6 +304,12 @@ ModelTables::ModelTables(const Model& model) {
   }
   tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
   equalities = active_equalities(m, is_still_tendon, columns);
+  for (int i = 0; i < m.nu && !single.actuation; ++i) actuators.push_back(actuator_of(m, i, *this, columns));
+  for (int i = 0; i < m.ntendon && !single.actuation; ++i) {
+    segment_adr.push_back(static_cast<int>(segments.size()));
+    if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments, columns);
+  }
+  segment_adr.push_back(static_cast<int>(segments.size()));
   const bool has_limits = constrains(m, mjDSBL_LIMIT);
   for (int j = 0; j < m.njnt && has_limits; ++j)
     if (m.jnt_limited[j] && m.jnt_type[j] != mjJNT_FREE) limited_joints.push_back(j);

@@ -27,7 +27,32 @@ bool sees_from_cameras(const mjModel& m) {
   return has_camera(m.sensor_objtype) || has_camera(m.sensor_reftype);
 }
 
+bool has_sensor(const mjModel& m, int type) {
+  return std::any_of(m.sensor_type, m.sensor_type + m.nsensor, [&](int other) { return other == type; });
+}
+
 }  // namespace
+
+bool senses_in_lanes(const mjModel& m) { return !sees_from_cameras(m) && !has_sensor(m, mjSENS_USER); }
+
+bool has_rangefinders(const mjModel& m) { return has_sensor(m, mjSENS_RANGEFINDER); }
+
+void sense_singly(const mjModel& m, mjData& d) {
+  for (int i = 0; i < m.nsensor; ++i) {
+    mjtNum& data = d.sensordata[m.sensor_adr[i]];
+    const mjtNum cutoff = m.sensor_cutoff[i];
+    if (m.sensor_type[i] == mjSENS_CLOCK) {
+      data = cutoff > 0 ? mju_clip(d.time, -cutoff, cutoff) : d.time;
+    } else if (m.sensor_type[i] == mjSENS_RANGEFINDER) {
+      const int site = m.sensor_objid[i];
+      const mjtNum* const mat = d.site_xmat + 9 * site;
+      const mjtNum ray[3] = {mat[2], mat[5], mat[8]};
+      int geom = -1;
+      data = mj_ray(&m, &d, d.site_xpos + 3 * site, ray, nullptr, 1, m.site_bodyid[site], &geom);
+      if (cutoff > 0) data = mju_min(cutoff, data);
+    }
+  }
+}
 
 SensorNeeds sensor_needs(const mjModel& m) {
   if (m.nsensor == 0 || (m.opt.disableflags & mjDSBL_SENSOR)) return SensorNeeds::nothing;

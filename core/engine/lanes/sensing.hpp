@@ -1,4 +1,4 @@
-// The stage of sensors: MuJoCo's own functions, row by row, because no step reads what they write.
+// The stage of sensors: which of them lanes compute, and MuJoCo's own functions for the others.
 #pragma once
 
 #include "engine/mujoco.hpp"
@@ -16,6 +16,12 @@ bool reads_constraints_before_forces(const mjModel& m);
 
 // Writes what mj_step1 writes of sensordata.
 void sense_state(const mjModel& m, mjData& d);
+
+// Whether lanes compute the sensors of a model: all but those of cameras, users and plug-ins. Of these, sense_singly computes
+// rangefinders and clocks.
+bool senses_in_lanes(const mjModel& m);
+bool has_rangefinders(const mjModel& m);
+void sense_singly(const mjModel& m, mjData& d);
 
 // Writes sensordata as mj_forward does. holds_constraints: whether mjData holds the row's contacts and constraints.
 void sense(const mjModel& m, mjData& d, bool holds_constraints);

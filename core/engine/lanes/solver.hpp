@@ -27,6 +27,9 @@ class Solver {
   // Whether they can solve so many constraints of it.
   bool can_solve(const mjData& d, int constraints) const;
 
+  // What was solved last
+  const Constraints& constraints() const { return constraints_; }
+
   // Whether there are places enough for the constraints of all rows.
   bool has_room(const Contacts& contacts) const;
 

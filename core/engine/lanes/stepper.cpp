@@ -94,7 +94,7 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_;
+      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_;
   std::vector<OwnNumbers> own_;
   Counts<Lanes> counts_;
   int longest_ = 1;  // of the arrays of mjData
@@ -105,10 +105,14 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;
   const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
-  state_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
+  state_ = {{&L::qpos, &D::qpos, nq},
+            {&L::qvel, &D::qvel, nv},
+            {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap},
+            {&L::act, &D::act, m_.na}};
   forces_ = {{&L::qfrc_applied, &D::qfrc_applied, nv}, {&L::xfrc_applied, &D::xfrc_applied, 6 * nbody}};
   input_ = {{&L::qpos, &D::qpos, nq},
             {&L::qvel, &D::qvel, nv},
+            {&L::act, &D::act, m_.na},
             {&L::ctrl, &D::ctrl, nu},
             {&L::mocap_pos, &D::mocap_pos, 3 * m_.nmocap},
             {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
@@ -141,6 +145,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
              {&L::qLDiagInv, &D::qLDiagInv, nv},
              {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
              {&L::cdof_dot, &D::cdof_dot, 6 * nv},
+             {&L::act_dot, &D::act_dot, m_.na},
              {&L::qfrc_smooth, &D::qfrc_smooth, nv},
              {&L::qacc_smooth, &D::qacc_smooth, nv}};
   tendons_ = {{&L::ten_J, &D::ten_J, m_.ntendon * nv}};
@@ -159,6 +164,14 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                   {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
                   {&L::cdof, &D::cdof, 6 * nv},
                   {&L::cdof_dot, &D::cdof_dot, 6 * nv}};
+  after_constraints_ = {{&L::cacc_ext, &D::cacc, 6 * nbody},
+                        {&L::cfrc_int, &D::cfrc_int, 6 * nbody},
+                        {&L::cfrc_ext, &D::cfrc_ext, 6 * nbody}};
+  sensed_ = {{&L::sensordata, &D::sensordata, m_.nsensordata}};
+  for_rays_ = {{&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
+               {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
+               {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
+               {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
   poses_ = {{&L::qpos, &D::qpos, nq},
             {&L::xpos, &D::xpos, 3 * nbody},
             {&L::xquat, &D::xquat, 4 * nbody},
@@ -171,16 +184,23 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
             {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
             {&L::subtree_com, &D::subtree_com, 3 * nbody},
             {&L::cdof, &D::cdof, 6 * nv}};
-  motions_ = {{&L::qvel, &D::qvel, nv}, {&L::cvel, &D::cvel, 6 * nbody}};
+  motions_ = {{&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}, {&L::cvel, &D::cvel, 6 * nbody}};
   lengths_ = {{&L::ten_length, &D::ten_length, m_.ntendon}, {&L::actuator_length, &D::actuator_length, nu}};
   speeds_ = {{&L::ten_velocity, &D::ten_velocity, m_.ntendon}, {&L::actuator_velocity, &D::actuator_velocity, nu}};
-  actuation_ = {{&L::actuator_force, &D::actuator_force, nu}, {&L::qfrc_actuator, &D::qfrc_actuator, nv}};
+  actuation_ = {{&L::actuator_force, &D::actuator_force, nu},
+                {&L::qfrc_actuator, &D::qfrc_actuator, nv},
+                {&L::act_dot, &D::act_dot, m_.na}};
+  moments_ = {{&L::actuator_moment, &D::actuator_moment, has_moments(m_) ? nu * nv : 0}};
   passive_ = {{&L::qfrc_passive, &D::qfrc_passive, nv}};
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
 
-  const std::vector<std::pair<double * Lanes::*, int>> more{{&L::angle, njnt},
+  const int sensing = m_.nsensor > 0 ? nbody : 0;
+  const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
+                                                            {&L::subtree_linvel, 3 * sensing},
+                                                            {&L::subtree_angmom, 3 * sensing},
+                                                            {&L::angle, njnt},
                                                             {&L::sine, njnt},
                                                             {&L::cosine, njnt},
                                                             {&L::cacc, 6 * nbody},
@@ -191,6 +211,8 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::X_qvel, 4 * nv},
                                                             {&L::F, 4 * nv},
                                                             {&L::dX, 2 * nv},
+                                                            {&L::X_act, m_.na},
+                                                            {&L::F_act, 4 * m_.na},
                                                             {&L::com_scale, nbody},
                                                             {&L::viscous_torque, nbody},
                                                             {&L::viscous_force, nbody},
@@ -198,6 +220,8 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::force_drag, 3 * nbody}};
   own_ = {
       {&L::body_mass, nbody, [](const mjModel& m) -> const mjtNum* { return m.body_mass; }},
+      {&L::body_subtreemass, sensing, [](const mjModel& m) -> const mjtNum* { return m.body_subtreemass; }},
+      {&L::sensor_cutoff, m_.nsensor, [](const mjModel& m) -> const mjtNum* { return m.sensor_cutoff; }},
       {&L::body_inertia, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_inertia; }},
       {&L::body_ipos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_ipos; }},
       {&L::jnt_stiffness, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_stiffness; }},
@@ -211,6 +235,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
       {&L::eq_data, mjNEQDATA * m_.neq, [](const mjModel& m) -> const mjtNum* { return m.eq_data; }},
       {&L::actuator_gainprm, mjNGAIN * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_gainprm; }},
       {&L::actuator_biasprm, mjNBIAS * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_biasprm; }},
+      {&L::actuator_acc0, nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_acc0; }},
       {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
       {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
@@ -219,7 +244,8 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   };
   for (const auto& [array, count] : more) add(array, count);
   for (const OwnNumbers& own : own_) add(own.numbers, own.count);
-  for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &others_, &from_solver_, &of_euler_})
+  for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &moments_, &sensed_, &after_constraints_, &others_,
+                           &from_solver_, &of_euler_})
     for (const LaneArray& array : *list) {
       add(array.numbers, array.count);
       longest_ = std::max(longest_, array.count);
@@ -243,15 +269,11 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
   bool makes_ = false;                      // whether the maker makes those of the rows of this step
   const SensorNeeds sensors_;
-  bool is_whole_ = true;  // whether this step must leave all of mjData as MuJoCo does
+  const bool senses_in_lanes_, has_rangefinders_;
+  bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
+  bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // lanes without a row write here
-  // X, F and dX of mj_RungeKutta for the states of a row's actuators.
-  struct Activations {
-    explicit Activations(std::size_t count) : X(count), F(4 * count), dX(count) {}
-    std::vector<double> X, F, dX;
-  };
-  std::vector<Activations> activations_;
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<mjData*, kMaxWidth> data_{};
   int count_ = 0;
@@ -276,10 +298,11 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool constrain_in_lanes();
   void actuate_singly();
   void resist_singly();
-  void activate(int stage);
   void collide();
   void constrain(bool is_held);
-  void show(Use use, bool holds_constraints);
+  void sense_in_lanes();
+  void sense_row_by_row(bool holds_constraints);
+  void show();
   bool shows_current() const;
   void show_current(Work* const* works);
   void integrate(bool is_last);
@@ -302,16 +325,25 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       solver_(Solver::make(code, m_)),
       maker_(solver_ ? ConstraintMaker::make(code, m_, tables_) : nullptr),
       sensors_(sensor_needs(m_)),
+      senses_in_lanes_(senses_in_lanes(m_)),
+      has_rangefinders_(has_rangefinders(m_)),
       hits_(tables_.pairs.size()),
-      spare_(static_cast<std::size_t>(longest_)),
-      activations_(static_cast<std::size_t>(code.width), Activations(static_cast<std::size_t>(m_.na))) {
-  for (std::size_t i = 0; i < tables_.ten_J.size(); ++i)
-    std::fill_n(lanes_.ten_J + i * static_cast<std::size_t>(code.width), code.width, tables_.ten_J[i]);
+      spare_(static_cast<std::size_t>(longest_)) {
+  const auto fill = [&](double* array, const std::vector<double>& numbers) {
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      std::fill_n(array + i * static_cast<std::size_t>(code.width), code.width, numbers[i]);
+  };
+  fill(lanes_.ten_J, tables_.ten_J);
+  if (tables_.has_moments) fill(lanes_.actuator_moment, tables_.actuator_moment);
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
   lanes_.tendon_dof_adr = tables_.tendon_dof_adr.data();
   lanes_.tendon_dofs = tables_.tendon_dofs.data();
+  lanes_.columns = tables_.columns.data();
+  lanes_.segments = tables_.segments.data();
+  lanes_.segment_adr = tables_.segment_adr.data();
+  lanes_.actuators = tables_.actuators.data();
   lanes_.has_negative_zeros = tables_.has_negative_zeros;
   lanes_.has_damping = tables_.has_damping;
   lanes_.has_single_passive = single_.passive;
@@ -393,16 +425,16 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     row_models_[row] = &works[row]->stepped();
     data_[row] = works[row]->data();
   }
-  is_whole_ = works[0]->reads_all();
+  // MuJoCo computes sensors before the other stages of RK4, and the forces after them, in the same arrays.
+  reads_forces_ = works[0]->reads_forces();
+  is_whole_ =
+      works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
   makes_ = maker_ && maker_->follow(row_models_, count);
   lanes_.left = lanes_.unlike;
   gather(input_);
   gather_forces(works);
-  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
-    if (std::any_of(d.act, d.act + m_.na, [](double x) { return !(std::fabs(x) <= mjMAXVAL); }))
-      lanes_.left |= 1U << row;
-  });
+  leave_bad(lanes_.act, m_.na);
   leave_bad(lanes_.ctrl, m_.nu);
   leave_bad(lanes_.mocap_pos, 3 * m_.nmocap);
   leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
@@ -421,12 +453,17 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
+  const bool has_forces = reads_forces_ && !is_whole_;
+  if (has_forces) {
+    code_.rnePostConstraint(lanes_, maker_->found(), solver_->constraints());
+    scatter(after_constraints_);
+  }
   scatter(state_);
-  for (int row = 0; is_whole_ && row < count; ++row)
+  for (int row = 0; is_whole_ && !tables_.has_moments && row < count; ++row)
     std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
-  for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown);
+  for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown, has_forces);
   return live();
 }
 
@@ -479,8 +516,12 @@ void LaneStepper::forward(Use use) {
   code_.fwdAcceleration(lanes_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  const bool is_held = (use.is_left && is_whole_) || (use.is_sensed && sensors_ == SensorNeeds::constraints);
-  if (is_held || !makes_ || !constrain_in_lanes()) {
+  const bool reads_constraints = use.is_sensed && sensors_ == SensorNeeds::constraints;
+  const bool is_made = makes_ && !(use.is_left && is_whole_) &&
+                       !(reads_constraints && (is_whole_ || !senses_in_lanes_)) && constrain_in_lanes();
+  if (use.is_left && reads_forces_ && !is_made) is_whole_ = true;
+  const bool is_held = (use.is_left && is_whole_) || reads_constraints;
+  if (!is_made) {
     scatter(for_limits_);
     collide();
     constrain(is_held);
@@ -488,7 +529,11 @@ void LaneStepper::forward(Use use) {
     scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
-  show(use, is_held);
+  if (use.is_sensed && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
+    sense_in_lanes();
+  else if (use.is_sensed)
+    sense_row_by_row(is_held);
+  if (use.is_left) show();
 }
 
 // Tendons and actuators, row by row.
@@ -501,7 +546,7 @@ void LaneStepper::actuate_singly() {
     mj_fwdActuation(&m, &d);
   });
   for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
-  if (makes_) gather(tendons_);
+  gather(tendons_);
 }
 
 // Passive forces, row by row.
@@ -515,20 +560,40 @@ void LaneStepper::resist_singly() {
   gather(passive_);
 }
 
+void LaneStepper::sense_in_lanes() {
+  static const Contacts kNoContacts{};
+  static const Constraints kNoConstraints{};
+  if (sensors_ == SensorNeeds::constraints)
+    code_.sensors(lanes_, maker_->found(), solver_->constraints());
+  else
+    code_.sensors(lanes_, kNoContacts, kNoConstraints);
+  scatter(sensed_);
+  if (has_rangefinders_) scatter(for_rays_);
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_singly(m, d); });
+}
+
+void LaneStepper::sense_row_by_row(bool holds_constraints) {
+  scatter(shown_);
+  scatter(state_);
+  scatter(for_sensors_);
+  for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { sense(m, d, holds_constraints); });
+}
+
 // Writes to mjData what callbacks can read, and the rest if somebody reads it.
-void LaneStepper::show(Use use, bool holds_constraints) {
-  if (use.is_left || use.is_sensed) scatter(shown_);
-  if (use.is_sensed) {
-    scatter(state_);
-    scatter(for_sensors_);
-    for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { sense(m, d, holds_constraints); });
-  }
-  if (!use.is_left || !is_whole_) return;
+void LaneStepper::show() {
+  scatter(shown_);
+  if (!is_whole_) return;
   scatter(others_);
-  if (!single_.actuation) scatter(tendons_);
-  if (!(m_.opt.enableflags & mjENBL_ENERGY)) return;
+  if (!single_.actuation) {
+    scatter(tendons_);
+    scatter(moments_);
+  }
+  const bool has_paths = !tables_.segments.empty(), has_energy = (m_.opt.enableflags & mjENBL_ENERGY) != 0;
+  if (!has_paths && !has_energy) return;
   scatter(state_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
+    if (has_paths) mj_tendon(&m, &d);  // writes the paths of the tendons, which nothing but readers of mjData needs
+    if (!has_energy) return;
     mj_energyPos(&m, &d);
     mj_energyVel(&m, &d);
   });
@@ -596,13 +661,13 @@ void LaneStepper::constrain(bool is_held) {
 void LaneStepper::integrate(bool is_last) {
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
-    activate(0);
+    code_.advanceActivations(lanes_, 0);
     if (is_last && is_whole_ && tables_.has_damping) scatter(of_euler_);
     return;
   }
   for (int stage = 1; stage < 4; ++stage) {
     code_.RungeKutta(lanes_, stage);
-    activate(stage);
+    code_.advanceActivations(lanes_, stage);
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
@@ -616,36 +681,7 @@ void LaneStepper::integrate(bool is_last) {
     for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }
   code_.RungeKutta(lanes_, 4);
-  activate(4);
-}
-
-// What mj_Euler (stage 0) and the stages of mj_RungeKutta do with the states of actuators.
-void LaneStepper::activate(int stage) {
-  const int na = m_.na;
-  if (na == 0) return;
-  const double h = m_.opt.timestep;
-  for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    Activations& a = activations_[static_cast<std::size_t>(row)];
-    if (stage > 0) {
-      if (stage == 1) std::copy_n(d.act, na, a.X.data());
-      double* const F = a.F.data();
-      std::copy_n(d.act_dot, na, F + static_cast<std::ptrdiff_t>(stage - 1) * na);
-      for (int i = 0; i < na; ++i) {
-        const double third = 1.0 / 3.0, sixth = 1.0 / 6.0;
-        a.dX[i] = stage == 4 ? 0 + F[i] * sixth + F[na + i] * third + F[2 * na + i] * third + F[3 * na + i] * sixth
-                             : 0 + d.act_dot[i] * (stage < 3 ? 0.5 : 1);
-      }
-      std::copy_n(a.X.data(), na, d.act);
-    }
-    for (int i = 0; i < na; ++i) {
-      d.act[i] += (stage == 0 ? d.act_dot : a.dX.data())[i] * h;
-      const int actuator = i + m_.nu - na;
-      if ((stage == 0 || stage == 4) && m.actuator_actlimited[actuator]) {
-        const mjtNum* const range = m.actuator_actrange + std::ptrdiff_t{2} * actuator;
-        d.act[i] = mju_clip(d.act[i], range[0], range[1]);
-      }
-    }
-  });
+  code_.advanceActivations(lanes_, 4);
 }
 
 }  // namespace

@@ -1,0 +1,270 @@
+// Tendons and actuators of several rows at once. What functions.hpp says of bits holds here, too.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include "engine/lanes/functions.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+// ---- engine_core_smooth.c ----
+
+// mj_tendon, of tendons along sites and over pulleys. MuJoCo adds to zeros.
+void spatial_tendon(Lanes& d, int tendon) {
+  const mjModel& m = *d.model;
+  V* const J = vectors(d.ten_J) + tendon * m.nv;
+  for (int k = d.tendon_dof_adr[tendon]; k < d.tendon_dof_adr[tendon + 1]; ++k) J[d.tendon_dofs[k]] = V{};
+  V length{};
+  for (int i = d.segment_adr[tendon]; i < d.segment_adr[tendon + 1]; ++i) {
+    const Segment& segment = d.segments[i];
+    const V *const from = vectors(d.site_xpos) + 3 * segment.site1, *const to =
+                                                                        vectors(d.site_xpos) + 3 * segment.site2;
+    V dif[3];
+    for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
+    length += sqrt(dot3(dif, dif)) / segment.divisor;
+    if (segment.bodies.body1 == segment.bodies.body2) continue;
+    normalize3(dif);
+    const double factor = 1 / segment.divisor;
+    jacDifPair(d, segment.bodies, from, to, [&](int dof, const V* column) {
+      J[dof] += (V{} + column[0] * dif[0] + column[1] * dif[1] + column[2] * dif[2]) * factor;
+    });
+  }
+  vectors(d.ten_length)[tendon] = length;
+}
+
+// mj_tendon. The Jacobian of a tendon along joints is the model's.
+void tendon(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.ntendon; ++i) {
+    const int first = m.tendon_adr[i];
+    if (m.wrap_type[first] != mjWRAP_JOINT) {
+      spatial_tendon(d, i);
+      continue;
+    }
+    V length{};
+    for (int j = first; j < first + m.tendon_num[i]; ++j)
+      length += m.wrap_prm[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
+    vectors(d.ten_length)[i] = length;
+  }
+}
+
+// mj_transmission of an actuator on a ball or a free joint. Its gear turns with the joint, or stays as it is in the parent.
+void transmit_rotation(Lanes& d, int i) {
+  const mjModel& m = *d.model;
+  const Actuator& actuator = d.actuators[i];
+  const bool is_free = actuator.transmission == Actuator::Transmission::free;
+  const double* const gear = m.actuator_gear + 6 * i + (is_free ? 3 : 0);
+  const V* const quat = vectors(d.qpos) + m.jnt_qposadr[actuator.object] + (is_free ? 3 : 0);
+  V* moment = vectors(d.actuator_moment) + i * m.nv + actuator.dof;
+  for (int k = 0; k < 3 && is_free; ++k) *moment++ = splat(m.actuator_gear[6 * i + k]);
+  if (m.actuator_trntype[i] == mjTRN_JOINT) {
+    for (int k = 0; k < 3; ++k) moment[k] = splat(gear[k]);
+  } else {
+    V inverse[4];
+    negQuat(inverse, quat);
+    rotVecQuat(moment, gear, inverse, true);
+  }
+  V axis[3];
+  quat2Vel(axis, quat);
+  vectors(d.actuator_length)[i] = is_free ? V{} : dot3(axis, moment);
+}
+
+// mj_transmission of an actuator on a site: its gear is a force and a torque in the site's frame.
+void transmit_site(Lanes& d, int i) {
+  const mjModel& m = *d.model;
+  const Actuator& actuator = d.actuators[i];
+  const V *const pos = vectors(d.site_xpos) + 3 * actuator.object, *const mat =
+                                                                       vectors(d.site_xmat) + 9 * actuator.object;
+  V force[3], torque[3], offset[3], gear[6];
+  for (int k = 0; k < 6; ++k) gear[k] = splat(m.actuator_gear[6 * i + k]);
+  rotVecMat(force, gear, mat);
+  rotVecMat(torque, gear + 3, mat);
+  offset_of(d, offset, m.site_bodyid[actuator.object], pos);
+  for (int n = actuator.first_column; n < actuator.first_column + actuator.count; ++n) {
+    const int dof = d.columns[n];
+    const V* const turn = vectors(d.cdof) + 6 * dof;
+    V shift[3];
+    jac(d, shift, dof, offset);
+    vectors(d.actuator_moment)[i * m.nv + dof] =
+        (V{} + shift[0] * force[0] + shift[1] * force[1] + shift[2] * force[2]) +
+        (V{} + turn[0] * torque[0] + turn[1] * torque[1] + turn[2] * torque[2]);
+  }
+  vectors(d.actuator_length)[i] = V{};
+}
+
+// mj_transmission. The moments of actuators on slides and hinges and on tendons along joints are the model's.
+void transmission(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.nu; ++i) {
+    const Actuator& actuator = d.actuators[i];
+    const double gear = m.actuator_gear[6 * i];
+    V& length = vectors(d.actuator_length)[i];
+    switch (actuator.transmission) {
+      case Actuator::Transmission::dof: length = vectors(d.qpos)[m.jnt_qposadr[actuator.object]] * gear; break;
+      case Actuator::Transmission::site: transmit_site(d, i); break;
+      case Actuator::Transmission::tendon:
+        length = vectors(d.ten_length)[actuator.object] * gear;
+        if (m.wrap_type[m.tendon_adr[actuator.object]] == mjWRAP_JOINT) break;
+        for (int k = 0; k < m.nv; ++k)
+          vectors(d.actuator_moment)[i * m.nv + k] = vectors(d.ten_J)[actuator.object * m.nv + k] * gear;
+        break;
+      default: transmit_rotation(d, i);
+    }
+  }
+}
+
+// ---- engine_forward.c ----
+
+// The velocities of tendons and actuators, as mj_fwdVelocity computes them. The moment of an actuator on a slide or a hinge
+// is 0 but at one dof. So the other products of its mju_dot matter only where the sum is zero: they decide on its sign.
+void fwdVelocity(Lanes& d) {
+  const mjModel& m = *d.model;
+  const V* const qvel = vectors(d.qvel);
+  for (int i = 0; i < m.ntendon; ++i) vectors(d.ten_velocity)[i] = dot(vectors(d.ten_J) + i * m.nv, qvel, m.nv);
+  for (int i = 0; i < m.nu; ++i) {
+    const Actuator& actuator = d.actuators[i];
+    if (actuator.transmission != Actuator::Transmission::dof) {
+      vectors(d.actuator_velocity)[i] = dot(vectors(d.actuator_moment) + i * m.nv, qvel, m.nv);
+      continue;
+    }
+    V velocity = m.actuator_gear[6 * i] * qvel[actuator.dof];
+    if (m.nv < 4)
+      velocity += V{};
+    else if (any(velocity == V{}))
+      for (int k = 0; k < m.nv; ++k)
+        if (k != actuator.dof) velocity += 0.0 * qvel[k];
+    vectors(d.actuator_velocity)[i] = velocity;
+  }
+}
+
+// What mj_fwdActuation computes for one actuator.
+class Actuation {
+ public:
+  Actuation(const Lanes& d, int id)
+      : m_(*d.model),
+        id_(id),
+        state_(id - (m_.nu - m_.na)),
+        length_(vectors(d.actuator_length)[id]),
+        velocity_(vectors(d.actuator_velocity)[id]),
+        gainprm_(vectors(d.actuator_gainprm) + mjNGAIN * id),
+        biasprm_(vectors(d.actuator_biasprm) + mjNBIAS * id),
+        acc0_(vectors(d.actuator_acc0)[id]),
+        ctrl_(vectors(d.ctrl)[id]) {
+    if (m_.actuator_ctrllimited[id] && !(m_.opt.disableflags & mjDSBL_CLAMPCTRL))
+      ctrl_ = clip(ctrl_, m_.actuator_ctrlrange + 2 * id);
+    if (has_state()) act_ = vectors(d.act)[state_];
+  }
+
+  bool has_state() const { return state_ >= 0; }
+  int state() const { return state_; }
+
+  V force() const {
+    const V force = gain() * (m_.actuator_dyntype[id_] == mjDYN_NONE ? ctrl_ : act_) + bias();
+    return m_.actuator_forcelimited[id_] ? clip(force, m_.actuator_forcerange + 2 * id_) : force;
+  }
+
+  V act_dot() const {
+    const mjtNum* const prm = m_.actuator_dynprm + mjNDYN * id_;
+    switch (m_.actuator_dyntype[id_]) {
+      case mjDYN_INTEGRATOR: return ctrl_;
+      case mjDYN_FILTER: return (ctrl_ - act_) / (prm[0] > mjMINVAL ? prm[0] : mjMINVAL);
+      case mjDYN_MUSCLE: return each([&](int lane) { return mju_muscleDynamics(ctrl_[lane], act_[lane], prm); });
+      default: return V{};  // a callback's, which the process lacks
+    }
+  }
+
+ private:
+  const mjModel& m_;
+  const int id_, state_;
+  const V length_, velocity_;
+  const V *const gainprm_, *const biasprm_;
+  const V acc0_;
+  V ctrl_, act_{};
+
+  V affine(const V* prm) const { return prm[0] + prm[1] * length_ + prm[2] * velocity_; }
+
+  V gain() const {
+    switch (m_.actuator_gaintype[id_]) {
+      case mjGAIN_FIXED: return gainprm_[0];
+      case mjGAIN_AFFINE: return affine(gainprm_);
+      case mjGAIN_MUSCLE:
+        return each([&](int lane) {
+          return mju_muscleGain(length_[lane], velocity_[lane], lengthrange(), acc0_[lane],
+                                Parameters(gainprm_, lane).of_muscle);
+        });
+      default: return splat(1);
+    }
+  }
+
+  V bias() const {
+    switch (m_.actuator_biastype[id_]) {
+      case mjBIAS_AFFINE: return affine(biasprm_);
+      case mjBIAS_MUSCLE:
+        return each([&](int lane) {
+          return mju_muscleBias(length_[lane], lengthrange(), acc0_[lane], Parameters(biasprm_, lane).of_muscle);
+        });
+      default: return V{};
+    }
+  }
+
+  // MuJoCo's functions of muscles, lane by lane
+  template <typename Function>
+  static V each(const Function& function) {
+    V result{};
+    for (int lane = 0; lane < kWidth; ++lane) result[lane] = function(lane);
+    return result;
+  }
+  struct Parameters {
+    mjtNum of_muscle[9];
+    Parameters(const V* prm, int lane) {
+      for (int i = 0; i < 9; ++i) of_muscle[i] = prm[i][lane];
+    }
+  };
+  const mjtNum* lengthrange() const { return m_.actuator_lengthrange + 2 * id_; }
+};
+
+// mj_fwdActuation
+void fwdActuation(Lanes& d) {
+  const mjModel& m = *d.model;
+  V* const qfrc = vectors(d.qfrc_actuator);
+  zero(qfrc, m.nv);
+  for (int i = 0; i < m.nu; ++i) {
+    const Actuation actuation(d, i);
+    const Actuator& actuator = d.actuators[i];
+    const V force = vectors(d.actuator_force)[i] = actuation.force();
+    if (actuation.has_state()) vectors(d.act_dot)[actuation.state()] = actuation.act_dot();
+    if (actuator.transmission == Actuator::Transmission::dof) {
+      qfrc[actuator.dof] += m.actuator_gear[6 * i] * force;
+      continue;
+    }
+    for (int n = actuator.first_column; n < actuator.first_column + actuator.count; ++n)
+      qfrc[d.columns[n]] += vectors(d.actuator_moment)[i * m.nv + d.columns[n]] * force;
+  }
+}
+
+// mj_RungeKutta adds to zeros, and only its last stage clips.
+void advanceActivations(Lanes& d, int stage) {
+  const mjModel& m = *d.model;
+  const int na = m.na;
+  const double h = m.opt.timestep, third = 1.0 / 3.0, sixth = 1.0 / 6.0;
+  V *const act = vectors(d.act), *const X = vectors(d.X_act), *const F = vectors(d.F_act);
+  const V* const act_dot = vectors(d.act_dot);
+  if (stage == 1) copy(X, act, na);
+  if (stage > 0) copy(F + (stage - 1) * na, act_dot, na);
+  for (int i = 0; i < na; ++i) {
+    V change = act_dot[i];
+    if (stage == 4)
+      change = V{} + F[i] * sixth + F[na + i] * third + F[2 * na + i] * third + F[3 * na + i] * sixth;
+    else if (stage > 0)
+      change = V{} + act_dot[i] * (stage < 3 ? 0.5 : 1.0);
+    if (stage > 0) act[i] = X[i];
+    act[i] += change * h;
+    const int actuator = i + m.nu - na;
+    if ((stage == 0 || stage == 4) && m.actuator_actlimited[actuator])
+      act[i] = clip(act[i], m.actuator_actrange + 2 * actuator);
+  }
+}
+
+}  // namespace
+}  // namespace mjenv::core::lanes
