@@ -231,11 +231,17 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
   return "";
 }
 
-// The arrays of which rows in lanes can have their own values.
-OwnArrays own_arrays(const Model& model) {
+// The arrays of which rows in lanes can have their own values; with those of frames, or without them.
+OwnArrays own_arrays(const Model& model, bool with_frames) {
   OwnArrays own(model);
+  const auto is_frame = [](const std::string& name) {
+    for (const char* frame : {"body_pos", "body_quat", "geom_pos", "geom_quat", "site_pos", "site_quat"})
+      if (name == frame) return true;
+    return false;
+  };
   for (const Array& array : model.arrays())
-    if (is_writable(model, array) && lanes::computes_own(array.name)) own.add(array.name);
+    if (is_writable(model, array) && lanes::computes_own(array.name) && (with_frames || !is_frame(array.name)))
+      own.add(array.name);
   for (const char* input : {"qfrc_applied", "xfrc_applied"}) own.add(input);
   if (model.get()->nmocap > 0) own.add("mocap_pos");
   return own;
@@ -301,10 +307,11 @@ void count_leaving(lanes::Lanes& d, lanes::Constraints& c) {
   for (unsigned left = d.left & ~before; left; left &= left - 1) ++left_by_solver;
 }
 
-// Rows that share the model, rows with values of their own, and again rows that share it, on one stepper.
+// Rows that share the model, rows with values of their own, some of them with frames of their own, and again rows that share
+// it, on one stepper.
 std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows) {
   const ErrorTrap trap;
-  const OwnArrays shared(*model), own = own_arrays(*model);
+  const OwnArrays shared(*model), own = own_arrays(*model, false), placed = own_arrays(*model, true);
   made = made_of_contacts = left_by_solver = 0;
   for (const int width : lanes::widths()) {
     counted = lanes::code_of(width);
@@ -312,7 +319,7 @@ std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows)
     code.makeConstraint = count_making;
     code.solNewton = count_leaving;
     const auto stepper = lanes::make_stepper(*model, code);
-    for (const OwnArrays* arrays : {&shared, &own, &shared}) {
+    for (const OwnArrays* arrays : {&shared, &own, &placed, &shared}) {
       const std::string found = compare(model, width, *stepper, *arrays, rows);
       if (!found.empty()) return found;
     }

@@ -44,7 +44,7 @@ void tendon(Lanes& d) {
     }
     V length{};
     for (int j = first; j < first + m.tendon_num[i]; ++j)
-      length += m.wrap_prm[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
+      length += vectors(d.wrap_prm)[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
     vectors(d.ten_length)[i] = length;
   }
 }

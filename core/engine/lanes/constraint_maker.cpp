@@ -118,7 +118,7 @@ bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pa
   const ContactPair& geoms = contacts_.pairs[pair];
   const mjtNum *friction = m.pair_friction + 5 * pair, *solref = m.pair_solref + mjNREF * pair,
                *solimp = m.pair_solimp + mjNIMP * pair;
-  if (are_searched_) {
+  if (m.npair == 0) {
     mix_one(geoms.geom1, geoms.geom2, m, mixed_);
     friction = mixed_.friction.data();
     solref = mixed_.solref.data();
@@ -156,7 +156,7 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
       own_(static_cast<std::size_t>(code.width), shared_),
       equals_(tables.equalities.size()),
       frictions_(static_cast<std::size_t>(m.nv + m.ntendon)),
-      are_searched_(tables.searched.has_value()),
+      lists_no_pairs_(tables.searched.has_value()),
       has_friction_(constrains(m, mjDSBL_FRICTIONLOSS)),
       is_still_(tables.is_still_tendon) {
   static_assert(Contacts::kMostSingle == mjMAXCONPAIR);
@@ -164,7 +164,7 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   contacts_.collide = [](void* maker, int pair, unsigned rows) {
     return static_cast<ConstraintMaker*>(maker)->collide(pair, rows);
   };
-  if (are_searched_ && !tables.contact_pairs.empty())  // makes room
+  if (!tables.contact_pairs.empty())  // makes room
     mix_one(tables.contact_pairs[0].geom1, tables.contact_pairs[0].geom2, m, mixed_);
   contacts_.frictions = frictions_.data();
   contacts_.equalities = tables.equalities.data();
@@ -211,6 +211,9 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   }
   const bool are_shared =
       std::all_of(models.begin(), models.begin() + count, [&](const mjModel* m) { return m == &m_; });
+  // The model of a row whose own values may change what MuJoCo finds lists no pairs.
+  contacts_.are_searched = lists_no_pairs_ || std::any_of(models.begin(), models.begin() + count,
+                                                          [](const mjModel* m) { return m->npair == 0; });
   if (are_shared && shared_rows_ == count) return true;  // as in the last step
   shared_rows_ = 0;
   contacts_.friction_count = 0;
@@ -284,7 +287,7 @@ bool ConstraintMaker::find(const Lanes& lanes, std::uint32_t rows, const Solver&
   for (int lane = 0; lane < code_.width; ++lane) {
     if (!(rows >> lane & 1)) continue;
     if (c.found[lane] > m_.nconmax || c.constraints[lane] > m_.njmax) return false;
-    if (are_searched_ && !has_room_to_search(m_, *data[lane])) return false;
+    if (c.are_searched && !has_room_to_search(m_, *data[lane])) return false;
     if (!solver.can_solve(*data[lane], c.constraints[lane])) return false;
   }
   if (!solver.has_room(c)) return false;

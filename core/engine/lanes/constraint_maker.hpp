@@ -59,8 +59,8 @@ class ConstraintMaker {
   std::array<Numbers*, kMaxWidth> used_{};
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;      // how many rows have the equalities and frictions, if all share the model
-  const bool are_searched_;  // the parameters of the pairs are not in the rows' models
+  int shared_rows_ = 0;        // how many rows have the equalities and frictions, if all share the model
+  const bool lists_no_pairs_;  // the parameters of the pairs are in no model
   const bool has_friction_;
   const std::vector<unsigned char>& is_still_;  // ModelTables'
   Pairs mixed_;                                 // room for the parameters of one pair

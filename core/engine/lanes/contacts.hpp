@@ -181,7 +181,7 @@ bool collision(const Lanes& d, Contacts& c) {
       Contact& con = found[is_single ? 0 : k];
       const unsigned rows = bits(con.is_there) & near;
       if (rows == 0) continue;
-      if (pair.is_searched && (uncertain(pair, g1.pos, g2.pos) & rows) != 0) return false;
+      if (c.are_searched && pair.is_between_bodies && (uncertain(pair, g1.pos, g2.pos) & rows) != 0) return false;
       if ((bits(makeFrame(con.frame)) & rows) != 0) return false;
       for (int lane = 0; lane < kWidth; ++lane) c.found[lane] += rows >> lane & 1;
       const unsigned included = rows & bits(con.dist < splat(pair.includemargin));

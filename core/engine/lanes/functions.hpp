@@ -341,8 +341,8 @@ inline V clip(V x, const double* range) {
 // ---- engine_support.c ----
 
 // mj_local2Global
-template <typename T>
-inline void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const double* quat, int body, int sameframe) {
+template <typename T, typename U>
+inline void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat, int body, int sameframe) {
   if (sameframe == 0) {
     rotVecMat(xpos, pos, vectors(d.xmat) + 9 * body);
     add_to(xpos, vectors(d.xpos) + 3 * body, 3);
@@ -458,6 +458,25 @@ void adopt_in_fluid(Lanes& d) {
   }
 }
 
+// What mj_tendon and mj_transmission compute of the coefficients of tendons along joints. Lanes with other pulleys than the
+// model, or in which a tendon moves that does not move in the model, are left.
+void adopt_tendons(Lanes& d) {
+  const mjModel& m = *d.model;
+  const V* const wrap_prm = vectors(d.wrap_prm);
+  for (int i = 0; i < m.ntendon; ++i)
+    for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j) {
+      if (m.wrap_type[j] == mjWRAP_JOINT) vectors(d.ten_J)[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = wrap_prm[j];
+      const double usual = d.is_still_tendon[i] ? 0 : m.wrap_prm[j];
+      if (m.wrap_type[j] != mjWRAP_JOINT || d.is_still_tendon[i]) d.unlike |= bits(wrap_prm[j] != splat(usual));
+    }
+  for (int i = 0; i < m.nu; ++i) {
+    const Actuator& actuator = d.actuators[i];
+    if (actuator.transmission != Actuator::Transmission::tendon) continue;
+    for (int k = 0; k < m.nv; ++k)
+      vectors(d.actuator_moment)[i * m.nv + k] = vectors(d.ten_J)[actuator.object * m.nv + k] * m.actuator_gear[6 * i];
+  }
+}
+
 // What mj_comPos computes of the masses. The lanes in which MuJoCo would compute other forces than in the model's own
 // case are left: damping in some rows alone.
 void adopt(Lanes& d) {
@@ -474,13 +493,23 @@ void adopt(Lanes& d) {
   unsigned damped = 0;
   for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
   d.unlike |= d.has_damping ? ~damped : damped;
+  if (!d.has_single_actuation) adopt_tendons(d);
   if (!d.has_single_passive && (m.opt.viscosity > 0 || m.opt.density > 0)) adopt_in_fluid(d);
 }
 
 // ---- engine_core_smooth.c: positions ----
 
-// mj_kinematics
-void kinematics(Lanes& d) {
+// Where rows have places and attitudes of their own, those of the lanes; else those of the model
+template <bool kAreOwn>
+auto frames_of(const double* own, const double* shared) {
+  if constexpr (kAreOwn)
+    return vectors(own);
+  else
+    return shared;
+}
+
+template <bool kAreOwn>
+void place(Lanes& d) {
   const mjModel& m = *d.model;
   V *const qpos = vectors(d.qpos), *const xpos = vectors(d.xpos), *const xquat = vectors(d.xquat),
            *const xmat = vectors(d.xmat), *const xanchor = vectors(d.xanchor), *const xaxis = vectors(d.xaxis),
@@ -516,8 +545,8 @@ void kinematics(Lanes& d) {
         rotVecMat(vec, vectors(d.mocap_pos) + 3 * mocap, xmat + 9 * parent);
         mulQuat(quat, xquat + 4 * parent, vectors(d.mocap_quat) + 4 * mocap);
       } else {
-        rotVecMat(vec, m.body_pos + 3 * i, xmat + 9 * parent);
-        mulQuat(quat, xquat + 4 * parent, m.body_quat + 4 * i);
+        rotVecMat(vec, frames_of<kAreOwn>(d.body_pos, m.body_pos) + 3 * i, xmat + 9 * parent);
+        mulQuat(quat, xquat + 4 * parent, frames_of<kAreOwn>(d.body_quat, m.body_quat) + 4 * i);
       }
       for (int k = 0; k < 3; ++k) pos[k] = xpos[3 * parent + k] + vec[k];
       for (int j = first; j < first + count; ++j) {
@@ -554,12 +583,17 @@ void kinematics(Lanes& d) {
     local2Global(d, vectors(d.xipos) + 3 * i, vectors(d.ximat) + 9 * i, vectors(d.body_ipos) + 3 * i,
                  m.body_iquat + 4 * i, i, m.body_sameframe[i]);
   for (int i = 0; i < m.ngeom; ++i)
-    local2Global(d, vectors(d.geom_xpos) + 3 * i, vectors(d.geom_xmat) + 9 * i, m.geom_pos + 3 * i, m.geom_quat + 4 * i,
-                 m.geom_bodyid[i], m.geom_sameframe[i]);
+    local2Global(d, vectors(d.geom_xpos) + 3 * i, vectors(d.geom_xmat) + 9 * i,
+                 frames_of<kAreOwn>(d.geom_pos, m.geom_pos) + 3 * i,
+                 frames_of<kAreOwn>(d.geom_quat, m.geom_quat) + 4 * i, m.geom_bodyid[i], m.geom_sameframe[i]);
   for (int i = 0; i < m.nsite; ++i)
-    local2Global(d, vectors(d.site_xpos) + 3 * i, vectors(d.site_xmat) + 9 * i, m.site_pos + 3 * i, m.site_quat + 4 * i,
-                 m.site_bodyid[i], m.site_sameframe[i]);
+    local2Global(d, vectors(d.site_xpos) + 3 * i, vectors(d.site_xmat) + 9 * i,
+                 frames_of<kAreOwn>(d.site_pos, m.site_pos) + 3 * i,
+                 frames_of<kAreOwn>(d.site_quat, m.site_quat) + 4 * i, m.site_bodyid[i], m.site_sameframe[i]);
 }
+
+// mj_kinematics
+void kinematics(Lanes& d) { d.has_own_frames ? place<true>(d) : place<false>(d); }
 
 // mj_comPos
 void comPos(Lanes& d) {

@@ -29,10 +29,10 @@ struct ContactPair {
   // both have a Jacobian of 0.
   int first_column, count1, count2;
   double margin, includemargin;
-  // Whether MuJoCo's search may miss a contact of the pair: it excludes bodies by float32 computations, which can be wrong only
-  // where the bounding spheres overlap by less than about 1e-7 of the size of the numbers. reach: the distance at which
-  // the spheres, with their margin, touch.
-  bool is_searched;
+  // Whether neither body is the world. Then MuJoCo's search may miss a contact of the pair: it excludes bodies by float32
+  // computations, which can be wrong only where the bounding spheres overlap by less than about 1e-7 of the size of the
+  // numbers. reach: the distance at which the spheres, with their margin, touch.
+  bool is_between_bodies;
   double reach;
 };
 
@@ -96,12 +96,17 @@ struct Lanes {
   double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
 
   // What mj_rnePostConstraint writes, cacc being another array than mj_rne's; and of sensors, also mj_subtreeVel's body_vel.
-  double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *subtree_linvel, *subtree_angmom, *body_vel;
+  double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *cam_xpos, *cam_xmat, *subtree_linvel, *subtree_angmom,
+      *body_vel;
 
   // Numbers of mjModel of which rows may have their own.
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
       *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
       *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
+  double *wrap_prm, *cam_quat;
+  // These are held only if has_own_frames.
+  double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
+  bool has_own_frames;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   // For each of fluid_bodies, mj_inertiaBoxFluidModel's factors of the velocities: those of the fluid's viscosity for the
   // torque and for the force, and those of the drag for each axis.
@@ -116,8 +121,10 @@ struct Lanes {
   const Actuator* actuators;
   bool has_negative_zeros;  // in the vectors that quaternions rotate
   bool has_damping;
-  bool has_single_passive;  // MuJoCo computes the passive forces row by row
-  const int* fluid_bodies;  // those on which a fluid acts
+  bool has_single_passive;               // MuJoCo computes the passive forces row by row
+  bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
+  const unsigned char* is_still_tendon;  // those whose Jacobian is 0 in each state
+  const int* fluid_bodies;               // those on which a fluid acts
   int fluid_body_count;
   const GeomPair* pairs;
   int pair_count;
@@ -142,6 +149,7 @@ struct Contacts {
   int tendon_count;
   const Equality* equalities;
   const ContactPair* pairs;  // for each of Lanes::pairs
+  bool are_searched;         // MuJoCo would search for the pairs
   unsigned rows;             // the lanes, as bits, that take part
 
   struct Equal {

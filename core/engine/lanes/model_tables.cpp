@@ -224,8 +224,7 @@ Actuator actuator_of(const mjModel& m, int id, const ModelTables& tables, std::v
   return actuator;
 }
 
-std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, bool are_searched,
-                                          std::vector<int>& columns) {
+std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, std::vector<int>& columns) {
   std::vector<ContactPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
     int first = listed.geom1[i], second = listed.geom2[i];
@@ -236,7 +235,7 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
     pair.geom2 = second;
     pair.dim = listed.dim[i];
     pair.shapes = shapes_of(m, first, second);
-    pair.is_searched = are_searched && body1 != 0 && body2 != 0;
+    pair.is_between_bodies = body1 != 0 && body2 != 0;
     pair.reach = m.geom_rbound[first] + m.geom_rbound[second] + listed.margin[i];
     pair.root1 = m.body_rootid[body1];
     pair.root2 = m.body_rootid[body2];
@@ -294,7 +293,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   if (finds_contacts && lists_pairs) {
     const Pairs& listed = searched ? *searched : *model.pairs();
     pairs = tested_pairs(m, listed);
-    contact_pairs = pairs_in_contact(m, listed, searched.has_value(), columns);
+    contact_pairs = pairs_in_contact(m, listed, columns);
   }
   for (int i = 0; i < m.ntendon; ++i) {
     const std::vector<int> dofs = dofs_of_tendon(m, i);

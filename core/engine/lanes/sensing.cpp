@@ -20,20 +20,20 @@ bool needs_constraints(int type) {
   }
 }
 
-bool sees_from_cameras(const mjModel& m) {
-  const auto has_camera = [&](const int* types) {
-    return std::any_of(types, types + m.nsensor, [](int type) { return type == mjOBJ_CAMERA; });
-  };
-  return has_camera(m.sensor_objtype) || has_camera(m.sensor_reftype);
-}
-
 bool has_sensor(const mjModel& m, int type) {
   return std::any_of(m.sensor_type, m.sensor_type + m.nsensor, [&](int other) { return other == type; });
 }
 
 }  // namespace
 
-bool senses_in_lanes(const mjModel& m) { return !sees_from_cameras(m) && !has_sensor(m, mjSENS_USER); }
+bool senses_in_lanes(const mjModel& m) { return !has_sensor(m, mjSENS_USER); }
+
+bool sees_from_cameras(const mjModel& m) {
+  const auto has_camera = [&](const int* types) {
+    return std::any_of(types, types + m.nsensor, [](int type) { return type == mjOBJ_CAMERA; });
+  };
+  return has_camera(m.sensor_objtype) || has_camera(m.sensor_reftype);
+}
 
 bool has_rangefinders(const mjModel& m) { return has_sensor(m, mjSENS_RANGEFINDER); }
 

@@ -17,9 +17,9 @@ bool reads_constraints_before_forces(const mjModel& m);
 // Writes what mj_step1 writes of sensordata.
 void sense_state(const mjModel& m, mjData& d);
 
-// Whether lanes compute the sensors of a model: all but those of cameras, users and plug-ins. Of these, sense_singly computes
-// rangefinders and clocks.
+// Whether lanes compute the sensors of a model: all but those of users. Of these, sense_singly computes rangefinders and clocks.
 bool senses_in_lanes(const mjModel& m);
+bool sees_from_cameras(const mjModel& m);
 bool has_rangefinders(const mjModel& m);
 void sense_singly(const mjModel& m, mjData& d);
 

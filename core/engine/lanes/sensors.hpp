@@ -212,6 +212,7 @@ class Sensors : Forces {
       case mjOBJ_XBODY: return {id, vectors(d_.xpos) + 3 * id, vectors(d_.xmat) + 9 * id};
       case mjOBJ_BODY: return {id, vectors(d_.xipos) + 3 * id, vectors(d_.ximat) + 9 * id};
       case mjOBJ_GEOM: return {m_.geom_bodyid[id], vectors(d_.geom_xpos) + 3 * id, vectors(d_.geom_xmat) + 9 * id};
+      case mjOBJ_CAMERA: return {m_.cam_bodyid[id], vectors(d_.cam_xpos) + 3 * id, vectors(d_.cam_xmat) + 9 * id};
       default: return {m_.site_bodyid[id], vectors(d_.site_xpos) + 3 * id, vectors(d_.site_xmat) + 9 * id};
     }
   }
@@ -219,14 +220,20 @@ class Sensors : Forces {
   Frame reference_of(int sensor) const { return frame(m_.sensor_reftype[sensor], m_.sensor_refid[sensor]); }
   bool has_reference(int sensor) const { return m_.sensor_refid[sensor] >= 0; }
 
+  void turn(V* res, const V* of_body, const V* own, const double* shared) const {
+    d_.has_own_frames ? mulQuat(res, of_body, own) : mulQuat(res, of_body, shared);
+  }
   // get_xquat
   void xquat(V* res, int type, int id) const {
     const V* const of_bodies = vectors(d_.xquat);
     switch (type) {
       case mjOBJ_XBODY: return copy(res, of_bodies + 4 * id, 4);
       case mjOBJ_BODY: return mulQuat(res, of_bodies + 4 * id, m_.body_iquat + 4 * id);
-      case mjOBJ_GEOM: return mulQuat(res, of_bodies + 4 * m_.geom_bodyid[id], m_.geom_quat + 4 * id);
-      default: return mulQuat(res, of_bodies + 4 * m_.site_bodyid[id], m_.site_quat + 4 * id);
+      case mjOBJ_GEOM:
+        return turn(res, of_bodies + 4 * m_.geom_bodyid[id], vectors(d_.geom_quat) + 4 * id, m_.geom_quat + 4 * id);
+      case mjOBJ_CAMERA: return mulQuat(res, of_bodies + 4 * m_.cam_bodyid[id], vectors(d_.cam_quat) + 4 * id);
+      default:
+        return turn(res, of_bodies + 4 * m_.site_bodyid[id], vectors(d_.site_quat) + 4 * id, m_.site_quat + 4 * id);
     }
   }
 

@@ -94,8 +94,9 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_;
+      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
   std::vector<OwnNumbers> own_;
+  std::vector<OwnNumbers> frames_;  // those that are held only if rows have their own
   Counts<Lanes> counts_;
   int longest_ = 1;  // of the arrays of mjData
 };
@@ -168,6 +169,12 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                         {&L::cfrc_int, &D::cfrc_int, 6 * nbody},
                         {&L::cfrc_ext, &D::cfrc_ext, 6 * nbody}};
   sensed_ = {{&L::sensordata, &D::sensordata, m_.nsensordata}};
+  const int ncam = sees_from_cameras(m_) ? m_.ncam : 0;
+  cameras_ = {{&L::cam_xpos, &D::cam_xpos, 3 * ncam}, {&L::cam_xmat, &D::cam_xmat, 9 * ncam}};
+  for_cameras_ = {{&L::xpos, &D::xpos, 3 * nbody},
+                  {&L::xquat, &D::xquat, 4 * nbody},
+                  {&L::xmat, &D::xmat, 9 * nbody},
+                  {&L::subtree_com, &D::subtree_com, 3 * nbody}};
   for_rays_ = {{&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
                {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
                {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
@@ -238,14 +245,23 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
       {&L::actuator_acc0, nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_acc0; }},
       {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
       {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
+      {&L::cam_quat, 4 * ncam, [](const mjModel& m) -> const mjtNum* { return m.cam_quat; }},
+      {&L::wrap_prm, m_.nwrap, [](const mjModel& m) -> const mjtNum* { return m.wrap_prm; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
+  frames_ = {{&L::body_pos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_pos; }},
+             {&L::body_quat, 4 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_quat; }},
+             {&L::geom_pos, 3 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_pos; }},
+             {&L::geom_quat, 4 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_quat; }},
+             {&L::site_pos, 3 * m_.nsite, [](const mjModel& m) -> const mjtNum* { return m.site_pos; }},
+             {&L::site_quat, 4 * m_.nsite, [](const mjModel& m) -> const mjtNum* { return m.site_quat; }}};
   const auto add = [&](double* Lanes::*array, int count) {
     counts_.emplace_back(array, static_cast<std::size_t>(count));
   };
   for (const auto& [array, count] : more) add(array, count);
-  for (const OwnNumbers& own : own_) add(own.numbers, own.count);
-  for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &moments_, &sensed_, &after_constraints_, &others_,
-                           &from_solver_, &of_euler_})
+  for (const auto* list : {&own_, &frames_})
+    for (const OwnNumbers& own : *list) add(own.numbers, own.count);
+  for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &moments_, &sensed_, &cameras_, &after_constraints_,
+                           &others_, &from_solver_, &of_euler_})
     for (const LaneArray& array : *list) {
       add(array.numbers, array.count);
       longest_ = std::max(longest_, array.count);
@@ -269,7 +285,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
   bool makes_ = false;                      // whether the maker makes those of the rows of this step
   const SensorNeeds sensors_;
-  const bool senses_in_lanes_, has_rangefinders_;
+  const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> hits_;
@@ -280,6 +296,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::uint32_t all_ = 0;  // the rows, as bits
 
   void set_world();
+  bool has_changed_ = false;  // numbers of mjModel, since the last step
+  bool gather_own(OwnNumbers& own, bool must_hold);
   void gather_own();
   void gather_forces(Work* const* works);
   void gather(const std::vector<LaneArray>& arrays);
@@ -299,6 +317,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void actuate_singly();
   void resist_singly();
   void collide();
+  void search();
   void constrain(bool is_held);
   void sense_in_lanes();
   void sense_row_by_row(bool holds_constraints);
@@ -327,13 +346,13 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       sensors_(sensor_needs(m_)),
       senses_in_lanes_(senses_in_lanes(m_)),
       has_rangefinders_(has_rangefinders(m_)),
+      sees_from_cameras_(sees_from_cameras(m_)),
       hits_(tables_.pairs.size()),
       spare_(static_cast<std::size_t>(longest_)) {
   const auto fill = [&](double* array, const std::vector<double>& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
       std::fill_n(array + i * static_cast<std::size_t>(code.width), code.width, numbers[i]);
   };
-  fill(lanes_.ten_J, tables_.ten_J);
   if (tables_.has_moments) fill(lanes_.actuator_moment, tables_.actuator_moment);
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
@@ -347,6 +366,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.has_negative_zeros = tables_.has_negative_zeros;
   lanes_.has_damping = tables_.has_damping;
   lanes_.has_single_passive = single_.passive;
+  lanes_.has_single_actuation = single_.actuation;
+  lanes_.is_still_tendon = tables_.is_still_tendon.data();
   lanes_.fluid_bodies = tables_.fluid_bodies.data();
   lanes_.fluid_body_count = static_cast<int>(tables_.fluid_bodies.size());
   lanes_.pairs = tables_.pairs.data();
@@ -354,26 +375,35 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.hits = hits_.data();
 }
 
+// Returns whether all rows share the numbers of mjModel. Else they are gathered, if they are not held already.
+bool LaneStepper::gather_own(OwnNumbers& own, bool must_hold) {
+  std::array<const double*, kMaxWidth> from{};
+  bool are_shared = true;
+  for (int lane = 0; lane < code_.width; ++lane) {
+    from[lane] = own.of(*row_models_[lane < count_ ? lane : 0]);
+    are_shared &= from[lane] == own.of(m_);
+  }
+  if (!must_hold || (own.are_shared && are_shared)) return are_shared;
+  code_.gather(lanes_.*own.numbers, from.data(), own.count);
+  own.are_shared = are_shared;
+  has_changed_ = true;
+  return are_shared;
+}
+
 // Numbers that all rows share stay in the lanes from step to step.
 void LaneStepper::gather_own() {
-  bool has_changed = false;
-  std::array<const double*, kMaxWidth> from{};
-  for (OwnNumbers& own : own_) {
-    bool are_shared = true;
-    for (int lane = 0; lane < code_.width; ++lane) {
-      from[lane] = own.of(*row_models_[lane < count_ ? lane : 0]);
-      are_shared &= from[lane] == own.of(m_);
-    }
-    if (own.are_shared && are_shared) continue;
-    code_.gather(lanes_.*own.numbers, from.data(), own.count);
-    own.are_shared = are_shared;
-    has_changed = true;
-  }
-  if (has_changed) {
+  const bool had_own_frames = lanes_.has_own_frames;
+  has_changed_ = lanes_.has_own_frames = false;
+  for (OwnNumbers& own : own_) gather_own(own, true);
+  for (OwnNumbers& own : frames_) lanes_.has_own_frames |= !gather_own(own, false);
+  for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
+  if (has_changed_ || had_own_frames != lanes_.has_own_frames) {
     code_.adopt(lanes_);
     // As in obstacle(): numbers that are not moderate are left to MuJoCo.
     for (const OwnNumbers& own : own_)
       if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
+    for (const OwnNumbers& own : frames_)
+      if (lanes_.has_own_frames && !own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
   }
   for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
 }
@@ -563,6 +593,11 @@ void LaneStepper::resist_singly() {
 void LaneStepper::sense_in_lanes() {
   static const Contacts kNoContacts{};
   static const Constraints kNoConstraints{};
+  if (sees_from_cameras_) {
+    scatter(for_cameras_);
+    for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_camlight(&m, &d); });
+    gather(cameras_);
+  }
   if (sensors_ == SensorNeeds::constraints)
     code_.sensors(lanes_, maker_->found(), solver_->constraints());
   else
@@ -611,11 +646,9 @@ bool LaneStepper::constrain_in_lanes() {
 
 // mj_collision, row by row, for the geoms that are near each other.
 void LaneStepper::collide() {
-  if (searches_) {
-    scatter(for_geoms_);
-    for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { mj_collision(&m, &d); });
-    return;
-  }
+  const bool lists_all = std::all_of(row_models_.begin(), row_models_.begin() + count_,
+                                     [&](const mjModel* m) { return !searches_ && m->npair == m_.npair; });
+  if (!lists_all) return search();
   code_.reject(lanes_);
   std::uint32_t near = 0;
   for (const unsigned char rows : hits_) near |= rows;
@@ -625,6 +658,16 @@ void LaneStepper::collide() {
       mj_collision(&models_[row]->with_near_pairs(row, hits_.data()), &d);
     else
       d.ncon = 0;
+  });
+}
+
+// mj_collision, row by row, with MuJoCo's own search. If the model lists its pairs, it leaves out the frames of geoms that
+// only the search reads.
+void LaneStepper::search() {
+  scatter(searches_ ? for_geoms_ : poses_);
+  for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
+    for (int geom = 0; geom < m.ngeom && !searches_; ++geom) update_frame(m, d, geom);
+    mj_collision(&m, &d);
   });
 }
 
