@@ -93,6 +93,7 @@ void Learner::begin(const double* obs) {
   step_ = 0;
   stage_ = Stage::kAct;
   save_state();
+  env_is_stale_ = false;
 }
 
 void Learner::train(std::int64_t steps) {
@@ -101,6 +102,7 @@ void Learner::train(std::int64_t steps) {
                "the caller steps the rows of this learner: use mjenv_learner_act and mjenv_learner_feed");
   if (steps < 0) core::fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ", less than 0");
   pool_.check_here();
+  if (env_is_stale_) restore_state(true);
   const std::int64_t rollouts = (steps + settings_.batch() - 1) / settings_.batch();
   try {
     for (std::int64_t done = 0; done < rollouts; ++done)
@@ -115,7 +117,7 @@ void Learner::train(std::int64_t steps) {
   }
 }
 
-// Restores the state after the last update. If the environment cannot be restored either, the first error is the reason.
+// Restores the state after the last update. If the environment cannot be restored now, train() will try again.
 void Learner::undo() {
   try {
     restore_state(steps_itself());
@@ -422,6 +424,9 @@ void Learner::save_state() {
 
 // Restores what save_state saved.
 void Learner::restore_state(bool with_env) {
+  step_ = 0;
+  stage_ = Stage::kAct;
+  env_is_stale_ = with_env;
   Reader reader(saved_);
   curve_.resize(reader.count_ahead());
   reader(curve_);
@@ -429,8 +434,7 @@ void Learner::restore_state(bool with_env) {
   image_.resize(reader.count_ahead());
   reader(image_);
   if (with_env) env_->restore(image_.data(), image_.size());
-  step_ = 0;
-  stage_ = Stage::kAct;
+  env_is_stale_ = false;
 }
 
 void Learner::save(const std::string& path) const { write_checkpoint(path, settings_, spaces_, saved_); }

@@ -77,6 +77,7 @@ class Learner {
   Best best_;
   std::size_t step_ = 0;  // of the rollout under way
   Stage stage_ = Stage::kAct;
+  bool env_is_stale_ = false;     // it could not be restored when something else failed
   std::vector<std::byte> saved_;  // the state after the last update
   std::vector<std::byte> spare_;  // receives the next one
 

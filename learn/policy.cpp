@@ -250,32 +250,40 @@ void Policy::act(mjenv_precision precision, std::size_t rows, const double* obs,
   if (precision == MJENV_PRECISION_FLOAT32)
     act32(rows, obs, actions);
   else if (precision == MJENV_PRECISION_FLOAT64)
-    for (std::size_t i = 0; i < rows; ++i) act64(obs + i * observations(), actions + i * actuators());
+    act64(rows, obs, actions);
   else
     core::fail(MJENV_E_VALUE, "precision is " + std::to_string(precision) +
                                   ", not MJENV_PRECISION_FLOAT64 or MJENV_PRECISION_FLOAT32");
 }
 
-void Policy::act64(const double* obs, float* action) const {
-  std::vector<double> values(observations()), next;
-  for (std::size_t j = 0; j < values.size(); ++j)
-    values[j] = std::min(std::max((obs[j] - mean_[j]) / scale_[j], -clip_), clip_);
-  for (const PolicyLayer& layer : layers_) {
-    next = layer.bias;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double* weights = &layer.weights[i * next.size()];
-      for (std::size_t o = 0; o < next.size(); ++o) next[o] += weights[o] * values[i];
+// By the functions of the C library, as mjenv.policy in Python does.
+void Policy::activate64(Activation activation, std::vector<double>& values) {
+  if (activation == Activation::kTanh)
+    for (double& y : values) y = std::tanh(y);
+  else if (activation == Activation::kRelu)
+    for (double& y : values) y = std::max(y, 0.0);
+  else if (activation == Activation::kElu)
+    for (double& y : values) y = y > 0 ? y : std::expm1(y);
+}
+
+void Policy::act64(std::size_t rows, const double* obs, float* actions) const {
+  std::vector<double> values, next;
+  for (std::size_t row = 0; row < rows; ++row, obs += observations(), actions += actuators()) {
+    values.resize(observations());
+    for (std::size_t j = 0; j < values.size(); ++j)
+      values[j] = std::min(std::max((obs[j] - mean_[j]) / scale_[j], -clip_), clip_);
+    for (const PolicyLayer& layer : layers_) {
+      next = layer.bias;
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const double* weights = &layer.weights[i * next.size()];
+        for (std::size_t o = 0; o < next.size(); ++o) next[o] += weights[o] * values[i];
+      }
+      activate64(layer.activation, next);
+      std::swap(values, next);
     }
-    if (layer.activation == Activation::kTanh)
-      for (double& y : next) y = std::tanh(y);
-    else if (layer.activation == Activation::kRelu)
-      for (double& y : next) y = std::max(y, 0.0);
-    else if (layer.activation == Activation::kElu)
-      for (double& y : next) y = y > 0 ? y : std::expm1(y);
-    std::swap(values, next);
+    for (std::size_t j = 0; j < values.size(); ++j)
+      actions[j] = static_cast<float>(std::min(std::max(values[j], low_[j]), high_[j]));
   }
-  for (std::size_t j = 0; j < values.size(); ++j)
-    action[j] = static_cast<float>(std::min(std::max(values[j], low_[j]), high_[j]));
 }
 
 void Policy::act32(std::size_t rows, const double* obs, float* actions) const {

@@ -34,7 +34,12 @@ class Policy {
   void check_fits(const Spaces& spaces) const;
 
  private:
-  enum class Activation { kIdentity, kTanh, kRelu, kElu };
+  enum class Activation {
+    kIdentity,
+    kTanh = MJENV_ACTIVATION_TANH,
+    kRelu = MJENV_ACTIVATION_RELU,
+    kElu = MJENV_ACTIVATION_ELU
+  };
   struct PolicyLayer {
     Activation activation;
     int inputs, outputs, padded_outputs;
@@ -48,7 +53,8 @@ class Policy {
   std::vector<PolicyLayer> layers_;
 
   class Parser;
-  void act64(const double* obs, float* action) const;
+  static void activate64(Activation activation, std::vector<double>& values);
+  void act64(std::size_t rows, const double* obs, float* actions) const;
   void act32(std::size_t rows, const double* obs, float* actions) const;
 };
 

@@ -48,16 +48,17 @@ typedef struct mjenv_policy mjenv_policy;   /* a deterministic policy, as policy
 typedef struct mjenv_learn_calls {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
-  const char* (*last_error)(void);
-  mjenv_status (*info_of)(mjenv_env*, mjenv_info*);
-  const mjenv_options* (*options_of)(const mjenv_env*);
-  mjenv_status (*options_get_string)(const mjenv_options*, const char*, const char**);
-  mjenv_status (*space_of)(const mjenv_env*, mjenv_role, mjenv_space*);
-  mjenv_status (*seed)(mjenv_env*, const uint8_t*, const uint64_t*, int64_t);
-  mjenv_status (*reset)(mjenv_env*, const uint8_t*, const mjenv_batch*);
-  mjenv_status (*step)(mjenv_env*, const uint8_t*, const void*, int64_t, mjenv_dtype, const mjenv_batch*);
-  mjenv_status (*snapshot)(mjenv_env*, int64_t, void*, int64_t, int64_t*);
-  mjenv_status (*restore)(mjenv_env*, int64_t, const void*, int64_t);
+  const char *(*last_error)(void);
+  mjenv_status (*info_of)(mjenv_env *env, mjenv_info *info);
+  const mjenv_options *(*options_of)(const mjenv_env *env);
+  mjenv_status (*options_get_string)(const mjenv_options *options, const char *name, const char **value);
+  mjenv_status (*space_of)(const mjenv_env *env, mjenv_role role, mjenv_space *space);
+  mjenv_status (*seed)(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
+  mjenv_status (*reset)(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
+  mjenv_status (*step)(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count, mjenv_dtype dtype,
+                       const mjenv_batch *out);
+  mjenv_status (*snapshot)(mjenv_env *env, int64_t row, void *image, int64_t capacity_bytes, int64_t *size_bytes);
+  mjenv_status (*restore)(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
 } mjenv_learn_calls;
 
 /* clang-format off */
@@ -98,7 +99,7 @@ enum mjenv_precision_value {
 typedef struct mjenv_learn_settings {
   uint32_t struct_size;
   mjenv_activation activation;
-  const char* id;         /* the id of the environment; copied to policies and checkpoints */
+  const char *id;         /* the id of the environment; copied to policies and checkpoints */
   int64_t rows;           /* of the environment */
   int64_t steps;          /* of all rows together, in the whole training; rounded up to whole rollouts */
   int64_t rollout_steps;  /* the steps of each row between two updates */
@@ -122,10 +123,10 @@ typedef struct mjenv_learn_settings {
   int32_t normalize_reward;    /* 1: rewards are divided by the standard deviation of the discounted return */
   int32_t normalize_advantage; /* 1: advantages get mean 0 and variance 1 in each minibatch */
   int32_t scale_actions;       /* 1: -1 .. 1 of the network's outputs are the bounds of the action; 0: as they are */
-  const int64_t* hidden;       /* [hidden_count] the widths of the hidden layers of both networks */
+  const int64_t *hidden;       /* [hidden_count] the widths of the hidden layers of both networks */
   int64_t hidden_count;        /* 0 to 8 */
-  const uint8_t* actor_obs;    /* [obs_count] 1 for each element that the actor sees; NULL: it sees all */
-  const uint8_t* critic_obs;   /* the same for the critic */
+  const uint8_t *actor_obs;    /* [obs_count] 1 for each element that the actor sees; NULL: it sees all */
+  const uint8_t *critic_obs;   /* the same for the critic */
   int64_t obs_count;           /* of actor_obs and critic_obs; 0 if both are NULL */
   uint64_t seed;               /* of the weights, of the exploration, and, increased by the row, of the rows */
   int32_t threads;             /* 1 to 64, of the networks; those of the environment are its own option */
@@ -170,100 +171,100 @@ typedef struct mjenv_learn_report {
 MJENV_LEARN_API uint32_t mjenv_learn_abi_version(void);
 
 /* Returns the reason of the last call of this library that failed on this thread; "" if none has. */
-MJENV_LEARN_API const char* mjenv_learn_last_error(void);
+MJENV_LEARN_API const char *mjenv_learn_last_error(void);
 
 /* Returns the instruction set that MJENV_INSTRUCTIONS_AUTO means on this CPU: "sse2", "avx2", "avx512" or "neon". */
-MJENV_LEARN_API const char* mjenv_learn_instructions(void);
+MJENV_LEARN_API const char *mjenv_learn_instructions(void);
 
 /* Fills settings with those for an id: tuned ones for the robots of Gymnasium's v5, else settings that serve most tasks
  * of movement. settings->id becomes the pointer `id`; the array of hidden layers is static. */
-MJENV_LEARN_API mjenv_status mjenv_learn_defaults(const char* id, mjenv_learn_settings* settings);
+MJENV_LEARN_API mjenv_status mjenv_learn_defaults(const char *id, mjenv_learn_settings *settings);
 
 /* ---- Training ---- */
 
 /* Creates a learner, and seeds and resets the environment, which has to outlive it and belongs to it until then. The
  * option "autoreset_mode" must be same_step. Errors: VALUE (a setting, or infinite bounds), SIZE, those of mjenv_reset. */
-MJENV_LEARN_API mjenv_status mjenv_learner_create(const mjenv_learn_calls* calls, mjenv_env* env,
-                                                  const mjenv_learn_settings* settings, mjenv_learner** learner);
+MJENV_LEARN_API mjenv_status mjenv_learner_create(const mjenv_learn_calls *calls, mjenv_env *env,
+                                                  const mjenv_learn_settings *settings, mjenv_learner **learner);
 
 /* Creates a learner whose rows the caller steps (mjenv_learner_act), of spaces with these bounds and counts.
  *   obs       [rows][observation->count] the first observations
  * Errors: VALUE, SIZE (obs_count). */
-MJENV_LEARN_API mjenv_status mjenv_learner_create_apart(const mjenv_space* observation, const mjenv_space* action,
-                                                        const mjenv_learn_settings* settings, const double* obs,
-                                                        int64_t obs_count, mjenv_learner** learner);
+MJENV_LEARN_API mjenv_status mjenv_learner_create_apart(const mjenv_space *observation, const mjenv_space *action,
+                                                        const mjenv_learn_settings *settings, const double *obs,
+                                                        int64_t obs_count, mjenv_learner **learner);
 
-MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner* learner);
+MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
 
 /* Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If it
  * fails, the rollout under way is undone, and the learner and its environment are as after the update before. Errors:
  * VALUE (a reward or observation is not finite: the row and step are named; or the caller steps the rows), FORKED,
  * those of mjenv_step. */
-MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner* learner, int64_t steps);
+MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner *learner, int64_t steps);
 
 /* Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators.
  * Errors: SIZE, VALUE (the library steps the rows, or the last actions have no outcome yet). */
-MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner* learner, float* action, int64_t count);
+MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *action, int64_t count);
 
 /* Takes the outcome of these actions: obs, reward, terminated and truncated of out, and final_obs of rows whose episode
  * ended. After the last step of a rollout it updates the networks. Errors: SIZE, VALUE (not finite, or no actions were
  * drawn); then the rollout is given up, and the next begins with mjenv_learner_restart. */
-MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner* learner, const mjenv_batch* out);
+MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
 
 /* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner* learner, const double* obs, int64_t obs_count);
+MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner *learner, const double *obs, int64_t obs_count);
 
 /* Continues in another environment with the same spaces and number of rows, for instance one with other options. The
  * environment is seeded and reset. Errors: as mjenv_learner_create. */
-MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner* learner, mjenv_env* env);
+MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner *learner, mjenv_env *env);
 
 /* Replaces the settings from the next rollout on. rows, rollout_steps, the layers, activation, masks, seed, threads and
  * instructions must stay as they are. Errors: VALUE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner* learner, const mjenv_learn_settings* settings);
+MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const mjenv_learn_settings *settings);
 
 /* Describes the learner after its last update; before the first one, all means are NaN. */
-MJENV_LEARN_API mjenv_status mjenv_learner_report(const mjenv_learner* learner, mjenv_learn_report* report);
+MJENV_LEARN_API mjenv_status mjenv_learner_report(const mjenv_learner *learner, mjenv_learn_report *report);
 
 /* Describes the learner after the update 1 <= update <= updates: the learning curve. Errors: VALUE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_report_at(const mjenv_learner* learner, int64_t update,
-                                                     mjenv_learn_report* report);
+MJENV_LEARN_API mjenv_status mjenv_learner_report_at(const mjenv_learner *learner, int64_t update,
+                                                     mjenv_learn_report *report);
 
 /* Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the
  * image of all rows (mjenv_snapshot). The file is replaced at once, when all of it is written. Errors: FILE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner* learner, const char* path);
+MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, const char *path);
 
 /* Continues from a file of mjenv_learner_save, bit for bit. The learner must have been created for the same id, sizes
  * and spaces; other settings are those of the learner. Errors: FILE, SNAPSHOT (damaged, or of another id or size). */
-MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner* learner, const char* path);
+MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const char *path);
 
 /* Writes a policy as text (docs/training.md) into text[capacity], with a NUL.
  *   size      receives the bytes that all of it needs, also with text NULL and capacity 0
  * Errors: SIZE (capacity), VALUE (which). */
-MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner* learner, mjenv_learn_which which, char* text,
-                                                  int64_t capacity, int64_t* size);
+MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, mjenv_learn_which which, char *text,
+                                                  int64_t capacity, int64_t *size);
 
 /* Writes the same text to a file, which is replaced at once. Errors: FILE, VALUE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner* learner, mjenv_learn_which which,
-                                                       const char* path);
+MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learn_which which,
+                                                       const char *path);
 
 /* ---- Policies ---- */
 
 /* Reads a policy from text[size]. Errors: VALUE (the line is named). */
-MJENV_LEARN_API mjenv_status mjenv_policy_parse(const char* text, int64_t size, mjenv_policy** policy);
+MJENV_LEARN_API mjenv_status mjenv_policy_parse(const char *text, int64_t size, mjenv_policy **policy);
 
 /* Reads a policy from a file. Errors: FILE, VALUE. */
-MJENV_LEARN_API mjenv_status mjenv_policy_load(const char* path, mjenv_policy** policy);
+MJENV_LEARN_API mjenv_status mjenv_policy_load(const char *path, mjenv_policy **policy);
 
-MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy* policy);
+MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
 
 /* Returns the id that a policy was trained for; NULL if it fails. */
-MJENV_LEARN_API const char* mjenv_policy_id(const mjenv_policy* policy);
+MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
 
 /* Computes the actions of rows.
  *   obs       [rows][obs_count / rows]; action [rows][action_count / rows]
  * Errors: SIZE (the policy is of another size), VALUE (precision). */
-MJENV_LEARN_API mjenv_status mjenv_policy_act(const mjenv_policy* policy, mjenv_precision precision, int64_t rows,
-                                              const double* obs, int64_t obs_count, float* action,
+MJENV_LEARN_API mjenv_status mjenv_policy_act(const mjenv_policy *policy, mjenv_precision precision, int64_t rows,
+                                              const double *obs, int64_t obs_count, float *action,
                                               int64_t action_count);
 
 /* Plays whole episodes in all rows of an environment whose option "autoreset_mode" is disabled. Episode k begins with a
@@ -271,9 +272,9 @@ MJENV_LEARN_API mjenv_status mjenv_policy_act(const mjenv_policy* policy, mjenv_
  *   returns   [episodes] the sum of each episode's rewards; may be NULL
  *   lengths   [episodes] its steps; may be NULL
  * Errors: SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step. */
-MJENV_LEARN_API mjenv_status mjenv_evaluate(const mjenv_learn_calls* calls, mjenv_env* env, const mjenv_policy* policy,
-                                            mjenv_precision precision, uint64_t seed, int64_t episodes, double* returns,
-                                            int64_t* lengths);
+MJENV_LEARN_API mjenv_status mjenv_evaluate(const mjenv_learn_calls *calls, mjenv_env *env, const mjenv_policy *policy,
+                                            mjenv_precision precision, uint64_t seed, int64_t episodes, double *returns,
+                                            int64_t *lengths);
 
 #ifdef __cplusplus
 }
