@@ -5,6 +5,7 @@
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/newton.hpp"
 #include "engine/lanes/pgs.hpp"
+#include "engine/lanes/rejection.hpp"
 
 namespace mjenv::core::lanes {
 namespace {

@@ -649,27 +649,6 @@ void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
   }
 }
 
-// ---- engine_collision_driver.c ----
-
-// The tests of bounding spheres with which mj_collideGeoms begins. Instead of a root it compares squares.
-void reject(Lanes& d) {
-  const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
-  const GeomPair* pair = d.pairs;
-  for (int i = 0; i < d.pair_count; ++i, ++pair) {
-    const V *const a = geom_xpos + 3 * pair->geom1, *const b = geom_xpos + 3 * pair->geom2;
-    V dif[3], apart;
-    if (pair->has_plane) {
-      const V* const mat = geom_xmat + 9 * pair->geom1;
-      for (int k = 0; k < 3; ++k) dif[k] = b[k] - a[k];
-      apart = dif[0] * mat[2] + dif[1] * mat[5] + dif[2] * mat[8];
-    } else {
-      for (int k = 0; k < 3; ++k) dif[k] = a[k] - b[k];
-      apart = dot3(dif, dif);
-    }
-    d.hits[i] = static_cast<unsigned char>(bits(~(apart > splat(pair->limit))));
-  }
-}
-
 // ---- engine_core_smooth.c and engine_forward.c: velocities ----
 
 // The velocities of tendons and actuators, as mj_fwdVelocity computes them. An actuator's moment is 0 but at one degree of

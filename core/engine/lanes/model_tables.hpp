@@ -24,6 +24,8 @@ struct ModelTables {
   std::vector<double> actuator_moment;  // mjData's
   std::vector<int> fluid_bodies;
   std::vector<GeomPair> pairs;  // of the pairs that can collide, if they are listed
+  std::vector<BoxPair> box_pairs;
+  std::vector<GeomBox> boxes;  // for each geom, if there are box_pairs
   bool lists_pairs;
   std::optional<Pairs> searched;           // the pairs, if Model lists none
   std::vector<ContactPair> contact_pairs;  // the same pairs
@@ -31,6 +33,9 @@ struct ModelTables {
   std::vector<int> limited_joints;
   bool has_negative_zeros, has_damping;
   bool constrains_tendons;  // tendons have limits or friction
+
+ private:
+  void compare_boxes(const mjModel_& m);
 };
 
 // The greatest x with sqrt(x) <= radius, as double precision rounds the root; a negative number if the radius is negative.
