@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker [TESTS]\n", stderr);
+  std::fputs("usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker [TESTS]\n",
+             stderr);
   return 2;
 }
