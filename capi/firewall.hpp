@@ -123,7 +123,7 @@ inline mjenv_dtype known_dtype(mjenv_dtype dtype) {
 }
 
 inline mjenv_role known_role(mjenv_role role) {
-  if (role < MJENV_ROLE_OBSERVATION || role > MJENV_ROLE_PARAMETERS)
+  if (role < MJENV_ROLE_OBSERVATION || role > MJENV_ROLE_GROUPS)
     fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
   return role;
 }

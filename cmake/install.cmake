@@ -7,11 +7,16 @@ install(TARGETS mjenv EXPORT ${MJENV_LIBRARY_NAME}-targets
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)  # on Windows, what programs are linked to
 install(TARGETS mjenv_suite LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime)
-install(DIRECTORY capi/include/mjenv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(TARGETS mjenv_learn EXPORT mjenv-learn-targets
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY capi/include/mjenv learn/include/mjenv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 if(MJENV_ENGINE_VERSION MATCHES "^4")
   set_property(TARGET mjenv PROPERTY EXPORT_NAME mujoco4)
 endif()
 install(EXPORT ${MJENV_LIBRARY_NAME}-targets NAMESPACE mjenv:: DESTINATION ${cmake_folder} COMPONENT development)
+install(EXPORT mjenv-learn-targets NAMESPACE mjenv:: DESTINATION ${cmake_folder} COMPONENT development)
 configure_package_config_file(cmake/mjenv-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config.cmake
                               INSTALL_DESTINATION ${cmake_folder} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/mjenv-config-version.cmake COMPATIBILITY SameMinorVersion)

@@ -100,7 +100,7 @@ Env::~Env() {
 }
 
 const Identity& Env::identity() const {
-  if (!identity_) identity_ = identity_of(options_, task_);
+  if (!identity_) identity_ = identity_of(options_, task_, frames_);
   identity_->randomization = randomization_.fingerprint();
   identity_->perturbation = perturbation_.fingerprint();
   return *identity_;

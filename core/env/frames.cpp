@@ -7,6 +7,7 @@
 #include "error.hpp"
 #include "system/memory.hpp"
 #include "task/task.hpp"
+#include "task/task_field.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -34,6 +35,10 @@ std::pair<std::string, std::size_t> length_of(const std::string& word) {
 }  // namespace
 
 void declare_frame_options(Options& options) {
+  options.text("observation", "auto",
+               "what the observation is in Gymnasium: a Box (flat), or a Dict (dict) of the task's groups of terms, in "
+               "which a term without a group is a key by itself; auto: a Dict if the task has groups",
+               "auto flat dict", Scope::service);
   options.flag("time_aware", false,
                "add the time since the reset to the observation, as its term \"time\": Gymnasium's "
                "TimeAwareObservation, flattened");
@@ -63,8 +68,9 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
     if (!normalizes_time_ && limit_ > std::numeric_limits<std::int32_t>::max())
       fail(MJENV_E_VALUE, "option \"normalize_time\" is 0, but max_episode_steps is " + std::to_string(limit_) +
                               ", which an int32 cannot hold");
-    if (std::any_of(fields.begin(), fields.end(), [](const Field& field) { return field.name == kTime; }))
-      fail(MJENV_E_VALUE, "option \"time_aware\" is 1, but the observation has a term \"time\" already");
+    if (std::any_of(fields.begin(), fields.end(),
+                    [](const Field& field) { return field.name == kTime || field.group == kTime; }))
+      fail(MJENV_E_VALUE, "option \"time_aware\" is 1, but the observation has a term or group \"time\" already");
     fields_.push_back({MJENV_ROLE_OBSERVATION,
                        kTime,
                        normalizes_time_ ? "the share of max_episode_steps that has passed" : "steps since the reset",
@@ -75,8 +81,17 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
   }
   const Option& history = options.get("history");
   has_history_ = !history.text.empty() || history.integer > 0;
-  if (history.integer > 0)
-    take_whole(static_cast<std::size_t>(history.integer));
+  const std::string& wanted = options.get("observation").text;
+  const bool has_groups =
+      std::any_of(fields.begin(), fields.end(), [](const Field& field) { return !field.group.empty(); });
+  if (wanted == "dict" || (wanted == "auto" && has_groups)) keys_ = keys_of(fields_);
+  const auto whole = static_cast<std::size_t>(history.integer);
+  // What a history of whole observations stacks, each by itself.
+  const std::vector<Field> blocks =
+      keys_.empty() ? std::vector<Field>{{MJENV_ROLE_OBSERVATION, "", "", MJENV_DTYPE_FLOAT64, {}, 0, total(fields_)}}
+                    : keys_;
+  if (whole > 0)
+    take_whole(blocks, whole);
   else
     take_terms(history.text);
 
@@ -88,17 +103,50 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
   check_memory(
       1, " description of an observation with the option \"history\"",
       2 * count * sizeof(double) + static_cast<std::uint64_t>(history.integer) * fields_.size() * sizeof(Field));
+  if (whole > 0)
+    name_frames(blocks, whole);
+  else if (!keys_.empty())
+    keys_ = keys_of(fields_);
   take_bounds(count);
 }
 
-// Stacks whole frames.
-void Frames::take_whole(std::size_t frames) {
-  const auto count = static_cast<std::size_t>(total(fields_));
-  stacks_ = {{0, count, frames}};
-  const std::size_t newest = stacks_[0].newest();
-  pieces_ = {{0, newest, task_count_}};
-  time_at_ = newest + task_count_;
-  shape_ = {static_cast<std::int64_t>(frames), static_cast<std::int64_t>(count)};
+// Stacks whole blocks, which consist of the task's observation and the time.
+void Frames::take_whole(const std::vector<Field>& blocks, std::size_t frames) {
+  std::size_t to = 0;
+  for (const Field& block : blocks) {
+    const Stack stack{to, static_cast<std::size_t>(block.count), frames};
+    const auto from = static_cast<std::size_t>(block.offset), end = std::min(from + stack.count, task_count_);
+    if (from < end) pieces_.push_back({from, stack.newest(), end - from});
+    if (end < from + stack.count) time_at_ = stack.newest() + (task_count_ - from);
+    stacks_.push_back(stack);
+    to += stack.count * frames;
+  }
+  stacks_keys_ = blocks.size() > 1;
+  const auto length = static_cast<std::int64_t>(frames);
+  shape_ = {length, blocks[0].count};
+  if (!keys_.empty()) shape_ = {static_cast<std::int64_t>(to)};
+}
+
+// Lists the fields of each frame, and the keys of which all frames together consist.
+void Frames::name_frames(const std::vector<Field>& blocks, std::size_t frames) {
+  const std::vector<Field> newest = fields_;
+  fields_.clear();
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    const Field& block = blocks[k];
+    for (std::size_t i = 0; i < frames; ++i)
+      for (Field field : newest) {
+        if (field.offset < block.offset || field.offset >= block.offset + block.count) continue;
+        const std::size_t age = frames - 1 - i;
+        if (age > 0) field.name += "[-" + std::to_string(age) + "]";
+        field.offset += static_cast<std::int64_t>(stacks_[k].to + i * stacks_[k].count) - block.offset;
+        fields_.push_back(std::move(field));
+      }
+    if (keys_.empty()) continue;
+    Field& key = keys_[k];
+    key.shape.insert(key.shape.begin(), static_cast<std::int64_t>(frames));
+    key.offset = static_cast<std::int64_t>(stacks_[k].to);
+    key.count = static_cast<std::int64_t>(stacks_[k].count * frames);
+  }
 }
 
 // Stacks the values of each term that `lengths` names.
@@ -138,18 +186,6 @@ void Frames::take_terms(const std::string& lengths) {
 
 // Describes the observation, of which memory for `count` numbers is known to exist.
 void Frames::take_bounds(std::size_t count) {
-  if (shape_.size() == 2) {
-    const std::vector<Field> newest = fields_;
-    const std::int64_t frames = shape_[0];
-    fields_.clear();
-    for (std::int64_t i = 0; i < frames; ++i)
-      for (Field field : newest) {
-        const std::int64_t age = frames - 1 - i;
-        if (age > 0) field.name += "[-" + std::to_string(age) + "]";
-        field.offset += i * shape_[1];
-        fields_.push_back(std::move(field));
-      }
-  }
   low_.assign(count, -kInfinity);
   high_.assign(count, kInfinity);
   if (!is_timed_) return;

@@ -1,6 +1,7 @@
 // What the caller sees of a task's observation: with the options "time_aware" and "history", also the time, and the
 // observations of the last steps. Both compute what Gymnasium's wrappers TimeAwareObservation and FrameStackObservation
-// compute.
+// compute. The option "observation" says whether the caller sees a Gymnasium Box or Dict. A Dict's keys are parts of the
+// observation, which stays one array here.
 #pragma once
 
 #include <cstddef>
@@ -29,6 +30,7 @@ class Frames {
   // Of the observation that the caller sees: its fields, the shape that Gymnasium gives it, and the bounds of its
   // numbers.
   const std::vector<Field>& fields() const { return fields_; }
+  const std::vector<Field>& keys() const { return keys_; }  // of a Dict; none: it is a Box
   const std::vector<std::int64_t>& shape() const { return shape_; }
   const std::vector<double>& low() const { return low_; }
   const std::vector<double>& high() const { return high_; }
@@ -49,6 +51,8 @@ class Frames {
   // Call this when the row's state was set or written.
   static void forget(double* record) { record[0] = 0; }
 
+  // Whether a record keeps the history of each key by itself. Then it fits no environment with a Box, and vice versa.
+  bool stacks_keys() const { return stacks_keys_; }
   // Whether a row can have this record. Checks the record of an image.
   bool is_valid(const double* record) const { return record[0] == 0 || record[0] == 1; }
 
@@ -67,17 +71,18 @@ class Frames {
 
   std::size_t task_count_, record_count_ = 0;
   bool is_timed_, normalizes_time_, pads_with_zeros_;
-  bool has_history_ = false;
+  bool has_history_ = false, stacks_keys_ = false;
   std::int64_t limit_;  // of the steps of an episode
-  std::vector<Field> fields_;
+  std::vector<Field> fields_, keys_;
   std::vector<std::int64_t> shape_;
   std::vector<double> low_, high_;
   std::vector<Stack> stacks_;
   std::vector<Piece> pieces_;  // of the task's observation
   std::size_t time_at_ = 0;    // where the newest time stands
 
-  void take_whole(std::size_t frames);
+  void take_whole(const std::vector<Field>& blocks, std::size_t frames);
   void take_terms(const std::string& lengths);
+  void name_frames(const std::vector<Field>& blocks, std::size_t frames);
   void take_bounds(std::size_t count);
   void place(const double* observation, std::int64_t steps, double* to) const;
 };

@@ -274,7 +274,7 @@ void check_rounding(Identity::Rounding of_image, Identity::Rounding here) {
 
 }  // namespace
 
-Identity identity_of(const Options& options, const Task& task) {
+Identity identity_of(const Options& options, const Task& task, const Frames& frames) {
   std::uint64_t value = hash(options.id().data(), options.id().size(), task.model->fingerprint());
   value = hash(&task.revision, sizeof task.revision, value);
   for (const auto& option : options.all()) {
@@ -283,6 +283,7 @@ Identity identity_of(const Options& options, const Task& task) {
     value = hash(option.reals.data(), option.reals.size() * sizeof(double), value);
     value = hash(option.text.data(), option.text.size(), value);
   }
+  if (frames.stacks_keys()) value = hash("keys", 4, value);
   using Rounding = Identity::Rounding;
   return {value, !task.norm ? Rounding::any : task.norm->fused() ? Rounding::fused : Rounding::plain};
 }

@@ -24,7 +24,7 @@ struct Identity {
   std::uint64_t randomization = 0, perturbation = 0;
 };
 
-Identity identity_of(const Options& options, const Task& task);
+Identity identity_of(const Options& options, const Task& task, const Frames& frames);
 
 // In these functions, row may be MJENV_ALL_ROWS.
 std::size_t image_size(const Rows& rows, std::int64_t row);

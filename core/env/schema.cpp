@@ -21,6 +21,7 @@ Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& tr
                const Work& work)
     : fields_(task.fields), observation_space_{frames.low(), frames.high(), frames.shape()} {
   fields_[MJENV_ROLE_OBSERVATION] = frames.fields();
+  fields_[MJENV_ROLE_GROUPS] = frames.keys();
   observation_count_ = total(frames.fields());
   const Model& model = *task.model;
   fields_[MJENV_ROLE_MODEL] = fields_of(MJENV_ROLE_MODEL, model.arrays());
@@ -51,7 +52,7 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
 }
 
 const std::vector<Field>& Schema::fields(mjenv_role role) const {
-  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_PARAMETERS) return fields_[role];
+  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_GROUPS) return fields_[role];
   fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
 }
 

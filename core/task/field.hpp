@@ -16,6 +16,7 @@ struct Field {
   mjenv_dtype type = MJENV_DTYPE_FLOAT64;
   std::vector<std::int64_t> shape;  // -1, until build has set this length
   std::int64_t offset = 0, count = 1;
+  std::string group{};  // of a term of the observation; empty: none
 };
 
 }  // namespace mjenv::core

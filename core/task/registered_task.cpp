@@ -307,6 +307,7 @@ Fields RegisteredTask::described(const Builder& builder) const {
     for (std::size_t role = 0; role < fields.size(); ++role)
       if (role_name(static_cast<mjenv_role>(role)))
         fields[role] = with_offsets(builder.fields(), static_cast<mjenv_role>(role));
+    keys_of(fields[MJENV_ROLE_OBSERVATION]);  // throws if the groups are wrong
     if (fields[MJENV_ROLE_OBSERVATION].empty() && !built_in_)
       fail(MJENV_E_TASK, "there is no field of the observation");
     if (given_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");

@@ -19,7 +19,7 @@
 namespace mjenv::core {
 
 // The fields of each role.
-using Fields = std::array<std::vector<Field>, MJENV_ROLE_PARAMETERS + 1>;
+using Fields = std::array<std::vector<Field>, MJENV_ROLE_GROUPS + 1>;
 
 // The sum of the counts of a role's fields.
 std::int64_t total(const std::vector<Field>& fields);

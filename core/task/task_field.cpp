@@ -62,6 +62,9 @@ Field field_of(const mjenv_task_field& given) {
     count *= std::max<std::int64_t>(from.shape[i], 1);
   }
   if (term && field.shape.empty()) field.shape = {1};
+  if (!from.group || !*from.group) return field;
+  if (!term) fail(MJENV_E_TYPE, what + " has a group, but only terms of the observation have one");
+  field.group = checked_name(from.group, "the group of " + what);
   return field;
 }
 
@@ -71,6 +74,7 @@ void replace_or_add(std::vector<Field>& fields, Field field) {
   });
   if (found == fields.end()) return fields.push_back(std::move(field));
   if (field.doc.empty()) field.doc = found->doc;
+  if (field.group.empty()) field.group = found->group;
   *found = std::move(field);
 }
 
@@ -90,6 +94,28 @@ std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role rol
       fail(MJENV_E_VALUE, "the " + role_text + " has more than " + std::to_string(kMaxNumbers) + " numbers");
   }
   return list;
+}
+
+std::vector<Field> keys_of(const std::vector<Field>& terms) {
+  std::vector<Field> keys;
+  const std::string* group = nullptr;  // of the last key
+  for (const Field& term : terms) {
+    if (group && !term.group.empty() && *group == term.group) {
+      keys.back().count += term.count;
+      keys.back().shape = {keys.back().count};
+      continue;
+    }
+    Field key = term;
+    key.role = MJENV_ROLE_GROUPS;
+    if (!term.group.empty()) key.name = term.group, key.doc = "", key.shape = {term.count};
+    if (std::any_of(keys.begin(), keys.end(), [&](const Field& other) { return other.name == key.name; }))
+      fail(MJENV_E_VALUE, "the observation has two keys " + quoted(key.name) +
+                              ": a group and a term without a group must have different names, and the terms of a "
+                              "group must stand one after the other");
+    keys.push_back(std::move(key));
+    group = &term.group;
+  }
+  return keys;
 }
 
 }  // namespace mjenv::core

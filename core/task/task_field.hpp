@@ -26,5 +26,8 @@ Field field_of(const mjenv_task_field& given);
 void replace_or_add(std::vector<Field>& fields, Field field);
 // The fields of a role, with their offsets. An observation does not list empty terms.
 std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role);
+// The keys of an observation with these terms as a Gymnasium Dict: its groups, and the terms without a group. Throws if
+// the terms of a group do not stand one after the other, or two keys have the same name.
+std::vector<Field> keys_of(const std::vector<Field>& terms);
 
 }  // namespace mjenv::core

@@ -81,6 +81,7 @@ int main(void) {
   VALUE(MJENV_ROLE_MODEL);
   VALUE(MJENV_ROLE_ARRAYS);
   VALUE(MJENV_ROLE_PARAMETERS);
+  VALUE(MJENV_ROLE_GROUPS);
 
   ENUM(mjenv_kind);
   VALUE(MJENV_KIND_FLAG);
@@ -290,6 +291,7 @@ int main(void) {
   FIELD(mjenv_task_field, dtype);
   FIELD(mjenv_task_field, ndim);
   FIELD(mjenv_task_field, shape);
+  FIELD(mjenv_task_field, group);
 
   STRUCT(mjenv_task_camera);
   FIELD(mjenv_task_camera, struct_size);

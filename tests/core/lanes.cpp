@@ -174,6 +174,9 @@ std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
       value = is_cleared ? 0 : value * (1 + 0.3 * noise()) + (is_shifted ? 1 : 0);
       if (is_raised && value == 0 && noise.below(2)) value = 0.1 + 0.1 * noise();
     }
+    const std::string& name = array.original.name;
+    if (name.size() > 5 && name.substr(name.size() - 5) == "_quat" && noise.below(8) > 0)
+      for (std::size_t i = 0; i < values.size(); i += 4) mju_normalize4(&values[i]);
     // In a fluid, MuJoCo passes over bodies without a mass.
     if (array.original.name == "body_mass" && noise.below(8) == 0) values[noise.below(values.size())] = 0;
     array.write(values.data(), bytes);

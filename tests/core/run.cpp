@@ -1,10 +1,18 @@
-// Usage: test_core TOPIC. One program, since each that holds the core is optimised as a whole when it is linked.
+// Usage: test_core TOPIC [TESTS]: a topic, or those of its tests whose names fit a pattern such as test_o*. One program, since each that holds the core is optimised as a whole when it is linked.
 #include "run.hpp"
 
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
 #include <string_view>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
 
 std::string odd_model(const std::string& name) {
   std::ifstream file(PROJECT_FOLDER "/tests/core/odd/" + name);
@@ -14,19 +22,22 @@ std::string odd_model(const std::string& name) {
 }
 
 int main(int argc, char** argv) {
-  const std::string_view topic = argc == 2 ? argv[1] : "";
+  const std::string_view topic = argc == 2 || argc == 3 ? argv[1] : "";
+  if (argc == 3) cmocka_set_test_filter(argv[2]);
   if (topic == "chars") return run_chars();
   if (topic == "cpus") return run_cpus();
   if (topic == "failures") return run_failures();
   if (topic == "forks") return run_forks();
   if (topic == "info") return run_info();
 #ifdef LANES
+  if (topic == "collisions") return run_collisions();
   if (topic == "lanes") return run_lanes(false);
   if (topic == "few-lanes") return run_lanes(true);
 #endif
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core chars|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker\n", stderr);
+  std::fputs("usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker [TESTS]\n",
+             stderr);
   return 2;
 }

@@ -7,6 +7,7 @@
 std::string odd_model(const std::string& name);
 
 int run_chars();
+int run_collisions();
 int run_cpus();
 int run_failures();
 int run_forks();

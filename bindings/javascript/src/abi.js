@@ -64,6 +64,7 @@ export const Role = /** @type {const} */ ({
   MODEL: 8,
   ARRAYS: 9,
   PARAMETERS: 10,
+  GROUPS: 11,
 });
 
 export const Kind = /** @type {const} */ ({

@@ -135,6 +135,8 @@ export class Env {
   #resetInfoFields;
   /** @type {readonly Field[]} */
   #arrayFields;
+  /** @type {readonly Field[]} */
+  #groupFields;
 
   /**
    * @param {Library} library
@@ -185,6 +187,7 @@ export class Env {
       this.#infoFields = this.fields("info");
       this.#resetInfoFields = this.fields("reset_info");
       this.#arrayFields = this.fields("arrays");
+      this.#groupFields = this.fields("groups");
       this.#allocate();
       if (seed !== undefined && seed !== null) this.seed(seed);
     } catch (error) {
@@ -372,6 +375,28 @@ export class Env {
    */
   get wasReset() {
     return this.#view("was_reset");
+  }
+
+  /**
+   * The observation of a row by group: the task's groups of terms, and the terms without a group. Empty unless the
+   * observation is a Gymnasium Dict (the option "observation").
+   *
+   * @param {number} [row]
+   * @returns {Fields} views, as of `observations`
+   */
+  groups(row = 0) {
+    if (!Number.isInteger(row) || row < 0 || row >= this.numEnvs)
+      throw new MjenvError("MJENV_E_VALUE", `row ${String(row)} is outside 0..${this.numEnvs - 1}`);
+    const first = row * this.observationSize;
+    const numbers = this.observations;
+    return Object.freeze(
+      Object.fromEntries(
+        this.#groupFields.map(({ name, offset, count }) => [
+          name,
+          numbers.subarray(first + offset, first + offset + count),
+        ]),
+      ),
+    );
   }
 
   /** The info of the last step. */
@@ -691,7 +716,7 @@ export class Env {
 
   /**
    * Describes what a role consists of: "observation", "action", "info", "reset_info", "reward", "structure", "data" and
-   * "model" (what `read` reads), "arrays".
+   * "model" (what `read` reads), "arrays", and "groups": the keys of an observation that is a Gymnasium Dict.
    *
    * @param {RoleName} role
    * @returns {Field[]}

@@ -47,6 +47,22 @@ test("a history stacks observations", () =>
     assert.deepEqual([env.observationSize, env.observationShape], [51, [3, 17]]);
   }));
 
+test("an observation is read by term", () =>
+  withEnv("HalfCheetah-v5", { observation: "dict", numEnvs: 2 }, (env) => {
+    assert.deepEqual(
+      env.fields("groups").map(({ name, offset, count }) => [name, offset, count]),
+      [
+        ["qpos", 0, 8],
+        ["qvel", 8, 9],
+      ],
+    );
+    env.reset({ seed: 1 });
+    const { qpos, qvel } = env.groups(1);
+    assert.deepEqual([...qpos, ...qvel], [...env.observations.subarray(17)]);
+    assert.throws(() => env.groups(2), { message: /row 2 is outside 0\.\.1/ });
+    withEnv("HalfCheetah-v5", {}, (flat) => assert.deepEqual(flat.groups(), {}));
+  }));
+
 test("an environment describes itself", () =>
   withEnv("HalfCheetah-v5", { forward_reward_weight: 2 }, (env) => {
     assert.deepEqual([env.numEnvs, env.observationSize, env.actionSize, env.frameSkip], [1, 17, 6, 5]);

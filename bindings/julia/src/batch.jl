@@ -44,6 +44,7 @@ Base.@kwdef mutable struct Batch{T<:Union{Float32,Float64}}
     info_fields::Vector{Field}
     reset_info_fields::Vector{Field}
     array_fields::Vector{Field}
+    group_fields::Vector{Field}
 end
 
 function Batch(env::Env; dtype::Type{T} = Float64, steps::Integer = 1) where {T<:Union{Float32,Float64}}
@@ -65,6 +66,7 @@ function Batch(env::Env; dtype::Type{T} = Float64, steps::Integer = 1) where {T<
         info_fields = env.info_fields,
         reset_info_fields = env.reset_info_fields,
         array_fields = env.array_fields,
+        group_fields = env.group_fields,
     )
 end
 
@@ -129,6 +131,7 @@ end
     batch.info_fields = env.info_fields
     batch.reset_info_fields = env.reset_info_fields
     batch.array_fields = env.array_fields
+    batch.group_fields = env.group_fields
     return
 end
 
@@ -295,6 +298,18 @@ Returns the mjData arrays that the option `arrays` names, as the last call left 
 [`MJEnv.info`](@ref). Their shapes are those of `read`.
 """
 arrays(batch::Batch) = named(batch, batch.array_fields, batch.arrays)
+
+"""
+    MJEnv.groups(batch)
+
+Returns the observation of a [`Batch`](@ref) by group: a NamedTuple of the task's groups of terms and of the terms
+without a group. The values are views of `obs`, with a column for each row. It is empty unless the observation is a
+Gymnasium Dict (the option `observation`).
+"""
+function groups(batch::Batch)
+    names = Tuple(Symbol(field.name) for field in batch.group_fields)
+    return NamedTuple{names}(Tuple(view(batch.obs, field.range, :) for field in batch.group_fields))
+end
 
 # For many rows, the last dimension are the rows.
 function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64})

@@ -57,6 +57,7 @@ end
     MJENV_ROLE_MODEL = 8
     MJENV_ROLE_ARRAYS = 9
     MJENV_ROLE_PARAMETERS = 10
+    MJENV_ROLE_GROUPS = 11
 end
 
 @enum mjenv_kind::Int32 begin
@@ -282,6 +283,7 @@ Base.@kwdef struct mjenv_task_field
     dtype::Int32 = 0
     ndim::Int32 = 0
     shape::NTuple{4, Int64} = (0, 0, 0, 0)
+    group::Cstring = Cstring(C_NULL)
 end
 
 Base.@kwdef struct mjenv_task_camera

@@ -43,6 +43,7 @@ mutable struct Env
     info_fields::Vector{Field}
     reset_info_fields::Vector{Field}
     array_fields::Vector{Field}
+    group_fields::Vector{Field}
     same_step::Bool
     arrays::Dict{String,Field}  # the arrays that read knows; filled by its first call
     sent_type::DataType  # of the actions that send! took last
@@ -86,6 +87,7 @@ function describe!(env::Env)
     env.info_fields = fields_of(env.handle, MJENV_ROLE_INFO)
     env.reset_info_fields = fields_of(env.handle, MJENV_ROLE_RESET_INFO)
     env.array_fields = fields_of(env.handle, MJENV_ROLE_ARRAYS)
+    env.group_fields = fields_of(env.handle, MJENV_ROLE_GROUPS)
     env.same_step = options(env).autoreset_mode == "same_step"
     env.arrays = Dict{String,Field}()
     env.sent_type = Float64
@@ -178,6 +180,7 @@ Returns the [`MJEnv.Field`](@ref)s of a role as a vector, in Gymnasium's order. 
 - `:structure`: Gymnasium's `observation_structure`; empty where Gymnasium has none
 - `:data`, `:model`: the arrays of mjData and mjModel that `read` takes
 - `:parameters`: the live parameters of a task, which `read` and `write!` take
+- `:groups`: the keys of an observation that is a Gymnasium Dict, see [`MJEnv.groups`](@ref); empty if it is a Box
 - `:arrays`: the arrays of mjData that the option `arrays` names, see [`MJEnv.arrays`](@ref)
 """
 fields(env::Env, role::Symbol) = inside(handle -> fields_of(handle, role_of(role)), env)

@@ -349,6 +349,42 @@ MJEnv.register(
     @test refuses(() -> write!(env, "parameters.sped", 1), MJENV_E_NAME, "parameters.sped")
 end
 
+# Has groups of terms, and a term without one.
+struct Grouped <: MJEnv.Task end
+
+MJEnv.reset!(::Grouped, start, rng) = start.qvel[1] = randn(rng)
+MJEnv.observe(::Grouped, sim) =
+    (height = sim.qpos[3], speeds = sim.qvel[1:3], mass = sim.body_mass[2], clock = sim.time)
+MJEnv.step!(::Grouped, sim, row) = (reward = 0, terminated = false)
+
+MJEnv.register(
+    "Grouped-v0",
+    Grouped;
+    model = PROBE_MODEL,
+    groups = (policy = (:height, :speeds), critic = (:mass,)),
+)
+
+@testset "groups of terms" begin
+    env = Env("Grouped-v0"; rows = 3)
+    found = MJEnv.fields(env, :groups)
+    @test [(field.name, field.range) for field in found] == [("policy", 1:4), ("critic", 5:5), ("clock", 6:6)]
+    batch = reset!(Batch(env), env)
+    groups = MJEnv.groups(batch)
+    @test keys(groups) == (:policy, :critic, :clock)
+    @test groups.policy == batch.obs[1:4, :]
+    @test groups.policy[2, :] == [read(env, "qvel"; row)[1] for row in 1:3]
+    @test groups.critic == [read(env, "body_mass"; row)[2] for _ in 1:1, row in 1:3]
+    flat = Env("Grouped-v0"; observation = "flat")
+    @test isempty(MJEnv.fields(flat, :groups)) && isempty(MJEnv.groups(Batch(flat)))
+    MJEnv.register(
+        "Grouped-v1",
+        Grouped;
+        model = PROBE_MODEL,
+        groups = (critic = (:weight,),),
+    )
+    @test refuses(() -> Env("Grouped-v1"), MJENV_E_TASK, "groups has weight, which observe does not return")
+end
+
 # What NumPy 2.2.6 gives: draws of default_rng(7), as in reset!, and sums of 1/1 to 1/count and of their squares.
 const DRAWN = [
     0x1.400c8353e3ca9p-1, 0x1.3e378257b5e00p+1, -0x1.18b7980d81558p-2, 7, 2, 2, 5, 6, 2, 1, 2, 3, 4,

@@ -21,7 +21,7 @@ class NumbaLive(mjenv.Task):
     options = {"gains": mjenv.task.Setting((1.0, 2.0), live=True)}  # noqa: RUF012
     state = {"steps": (), "level": ()}  # noqa: RUF012
     kept = ("level",)
-    observation_fields = {"gains": 2, "steps": 1, "level": 1}  # noqa: RUF012
+    observation_fields = {"gains": 2, "row": {"steps": 1, "level": 1}}  # noqa: RUF012
 
     def build(self, model: Any) -> Any:
         return [model.parameter_index("gains")]
@@ -48,7 +48,12 @@ mjenv.register("NumbaLive-v0", NumbaLive)
 
 
 def test_live_parameters_and_kept_numbers() -> None:
-    envs = mjenv.make_vec("NumbaLive-v0", 3)
+    grouped = mjenv.make_vec("NumbaLive-v0", 3)
+    assert {name: part.tolist() for name, part in grouped.reset(seed=0)[0].items()} == {
+        "gains": [[1, 2]] * 3,
+        "row": [[0, 0]] * 3,
+    }
+    envs = mjenv.make_vec("NumbaLive-v0", 3, observation="flat")
     envs.reset(seed=0)
     envs.parameters["gains"][1] = 5, 7
     for steps in (1, 2, 3):

@@ -246,6 +246,87 @@ def test_kept_numbers_are_those_of_a_state() -> None:
         mjenv.register("Kept-v1", type("Kept", (NumpyLive,), {"options": {"speed": Setting(1, live=True)}}))
 
 
+class Grouped(mjenv.Task):
+    """Shows what a policy sees, and what only a critic sees."""
+
+    model = PENDULUM
+    needs = ("qpos", "qvel", "time")
+    time_limit = 3
+    fault = ""
+
+    def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
+        return rng.normal(0.0, 0.1, (rows, self.nq)), rng.normal(0.0, 0.1, (rows, self.nv))
+
+    def observe(self, sim: Sim) -> Any:
+        policy = np.concatenate([sim.qpos, sim.qpos**2], axis=1)
+        if self.fault == "name":
+            return {"actor": policy, "critic": sim.qvel}
+        if self.fault == "shape":
+            return {"policy": policy, "critic": sim.qvel[:, 0]}
+        return {"policy": policy, "critic": sim.qvel}
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        return sim.qpos[:, 0], sim.time > 1, {}
+
+
+class NamedGroups(Grouped):
+    observation_fields = {"policy": {"angle": 1, "square": 1}, "critic": {"speed": 1}}  # noqa: RUF012
+
+
+class FlatGroups(NamedGroups):
+    def observe(self, sim: Sim) -> Any:
+        return np.concatenate([*super().observe(sim).values(), sim.time[:, None]], axis=1)
+
+    observation_fields = {**NamedGroups.observation_fields, "clock": 1}  # noqa: RUF012
+
+
+for number, kind in enumerate((Grouped, NamedGroups, FlatGroups)):
+    mjenv.register(f"Grouped{number}-v0", kind)
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+@pytest.mark.parametrize("number", range(3))
+def test_groups(number: int, mode: str) -> None:
+    id, rows = f"Grouped{number}-v0", 4
+    envs = mjenv.make_vec(id, rows, autoreset_mode=mode)
+    keys = {"policy": 2, "critic": 1} | ({"clock": 1} if number == 2 else {})
+    assert {name: space.shape for name, space in envs.single_observation_space.spaces.items()} == {
+        name: (count,) for name, count in keys.items()
+    }
+    terms = [field.name for field in mjenv.make(id).fields("observation")]
+    assert terms == [["policy", "critic"], ["angle", "square", "speed"], ["angle", "square", "speed", "clock"]][number]
+    theirs = gymnasium.vector.SyncVectorEnv(
+        [lambda: gymnasium.make(f"mjenv/{id}", max_episode_steps=3)] * rows, autoreset_mode=envs.autoreset_mode
+    )
+    assert envs.observation_space == theirs.observation_space
+    assert flat(envs.reset(seed=1)) == flat(theirs.reset(seed=1))
+    flattened = mjenv.make_vec(id, rows, autoreset_mode=mode, observation="flat")
+    assert flattened.single_observation_space.shape == (sum(keys.values()),)
+    flattened.reset(seed=1)
+    for action in np.random.default_rng(0).uniform(-1, 1, (9, rows, 1)):
+        step, all_in_one = envs.step(action), flattened.step(action)
+        assert flat(step) == flat(theirs.step(action))
+        assert np.array_equal(np.concatenate(list(step[0].values()), axis=1), all_in_one[0])
+        assert np.array_equal(step[0]["policy"][:, 0], envs.data.qpos[:, 0])
+    other = pickle.loads(pickle.dumps(envs))
+    assert flat(envs.step(action)) == flat(other.step(action))
+
+
+def test_groups_that_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    env = mjenv.make("Grouped0-v0")
+    env.reset(seed=0)
+    for fault, message in (("name", "the groups {'actor': 2, 'critic': 1}"), ("shape", "group 'critic' is float64")):
+        monkeypatch.setattr(Grouped, "fault", fault)
+        with pytest.raises(mjenv.TaskError, match=f"Grouped0-v0: observe: .*{message}"):
+            env.reset()
+    wrong = {"policy": {"angle": 1}, "critic": {"speed": 2}}
+    monkeypatch.setattr(Grouped, "fault", "")
+    monkeypatch.setattr(NamedGroups, "observation_fields", wrong)
+    message = r"observe returned .*'policy': 2.*observation_fields has .*'policy': 1"
+    with pytest.raises(mjenv.InvalidValueError, match=message):
+        mjenv.make("Grouped1-v0")
+
+
 class Pendulum(mjenv.Task):
     """Fails as its attribute `fault` says."""
 
@@ -489,7 +570,7 @@ SIZES = r"""
 #include <stdio.h>
 #define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
 int main(void) {
-  SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, shape); SHOW(mjenv_task_camera, elevation);
+  SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, group); SHOW(mjenv_task_camera, elevation);
   SHOW(mjenv_sim, parameters); SHOW(mjenv_start, own); SHOW(mjenv_outcome, random);
   SHOW(mjenv_task_api, state_is_new); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
 }

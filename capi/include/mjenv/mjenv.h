@@ -149,7 +149,10 @@ enum mjenv_role_value {
   MJENV_ROLE_DATA = 7,        /* the arrays of a row's mjData that mjenv_read can read */
   MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
   MJENV_ROLE_ARRAYS = 9,      /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
-  MJENV_ROLE_PARAMETERS = 10  /* the live parameters of a task, which mjenv_read and mjenv_write know by these names */
+  MJENV_ROLE_PARAMETERS = 10, /* the live parameters of a task, which mjenv_read and mjenv_write know by these names */
+  MJENV_ROLE_GROUPS = 11 /* the keys of an observation that is a Gymnasium Dict (the option "observation"), which are
+                                 its groups and the terms without a group. Each is a part of the observation; none: it
+                                 is one Box */
 };
 
 /* What an option holds. */

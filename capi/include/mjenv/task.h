@@ -67,6 +67,8 @@ typedef struct mjenv_task_field {
   mjenv_dtype dtype; /* the type in Python; 0: FLOAT64. An observation is always np.float64 */
   int32_t ndim;      /* 0 (a scalar) to 4 dimensions; at most 1 in the observation, where 0 is a vector of length 1 */
   int64_t shape[4];  /* the first ndim are used; -1: build sets the length. A role has at most 16777216 elements */
+  const char *group; /* of a term of the observation: the group to which it belongs, such as "policy" or "critic". The
+                        terms of a group stand one after the other. NULL: none */
 } mjenv_task_field;
 
 /* Gymnasium's default_camera_config. NaN and MJENV_BODY_UNSET mean MuJoCo's default. */
@@ -258,7 +260,7 @@ typedef struct mjenv_plugin {
 #define MJENV_TASK_OPTION_INIT \
   {sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL, 0, 0}
 #define MJENV_TASK_FIELD_INIT \
-  {sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, {0, 0, 0, 0}}
+  {sizeof(mjenv_task_field), MJENV_ROLE_OBSERVATION, NULL, NULL, MJENV_DTYPE_FLOAT64, 0, {0, 0, 0, 0}, NULL}
 #define MJENV_TASK_CAMERA_INIT \
   {sizeof(mjenv_task_camera), MJENV_BODY_UNSET, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN}
 #define MJENV_TASK_INIT \
@@ -402,8 +404,8 @@ static inline int32_t mjenv_build_array(mjenv_builder *builder, const char *name
   return builder->api->array(builder, name, field);
 }
 
-/* Replaces the field that has the same role and name (its doc stays if the new one is NULL or ""), or adds the field
- * behind the others of its role. The field is copied. */
+/* Replaces the field that has the same role and name (its doc and group stay if the new ones are NULL or ""), or adds
+ * the field behind the others of its role. The field is copied. */
 static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_field *field) {
   builder->api->field(builder, field);
 }

@@ -348,7 +348,7 @@ namespace detail {
 
 /* Describes a field: a scalar with ndim 0, a vector of count numbers with ndim 1. */
 inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, const char *doc, mjenv_dtype type,
-                     std::int32_t ndim = 0, Eigen::Index count = 1) {
+                     std::int32_t ndim = 0, Eigen::Index count = 1, const char *group = nullptr) {
   mjenv_task_field field = MJENV_TASK_FIELD_INIT;
   field.role = role;
   field.name = name;
@@ -356,6 +356,7 @@ inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, 
   field.dtype = type;
   field.ndim = ndim;
   field.shape[0] = count;
+  field.group = group;
   mjenv_build_field(builder, &field);
 }
 
@@ -469,7 +470,7 @@ struct Functions {
   /* Returns how many numbers the term has. Writes them if there is room for exactly that many; `to` may be null. */
   using Write = std::function<Eigen::Index(const Sim &, double *to, Eigen::Index room)>;
   struct Term {
-    std::string name, doc;
+    std::string name, doc, group;
     Write write;
     Eigen::Index count = 0;
   };
@@ -660,10 +661,13 @@ class Robot {
   }
 
   /* ---- The task ---- */
+  /* Begins a group of terms, such as "policy" or "critic": the terms that follow belong to it, until the next group.
+   * With groups, the observation is a Gymnasium Dict (the option "observation"). "" ends the group. */
+  void group(const char *name) { group_ = name; }
   /* Adds a term to the observation: term(sim) returns an Eigen vector expression or a number. */
   template <typename F>
   void observe(const char *name, const F &term, const char *doc = "") {
-    functions_.terms.push_back({name, doc, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
+    functions_.terms.push_back({name, doc, group_, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
                                   const auto values = term(s);
                                   using V = std::decay_t<decltype(values)>;
                                   if constexpr (std::is_arithmetic_v<V>) {
@@ -686,7 +690,7 @@ class Robot {
   }
   /* Lists a term with 0 numbers in observation_structure. */
   void observe_nothing(const char *name) {
-    functions_.terms.push_back({name, "", [](const Sim &, double *, Eigen::Index) { return Eigen::Index{0}; }});
+    functions_.terms.push_back({name, "", group_, [](const Sim &, double *, Eigen::Index) { return Eigen::Index{0}; }});
   }
   /* Adds Gymnasium's observation_structure: how many elements of qpos the observation leaves out (-1: not listed), then
    * the length of each term. */
@@ -767,7 +771,9 @@ class Robot {
       for (const auto *other = functions_.terms.data(); other != &term; ++other)
         if (other->name == term.name) throw std::logic_error("the observation has two terms \"" + term.name + '"');
       term.count = term.write(sim, nullptr, 0);
-      if (term.count > 0) describe(MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc, term.count);
+      if (term.count > 0)
+        detail::describe(builder_, MJENV_ROLE_OBSERVATION, term.name.c_str(), term.doc.c_str(), MJENV_DTYPE_FLOAT64, 1,
+                         term.count, term.group.c_str());
       if (structured_) describe(MJENV_ROLE_STRUCTURE, term.name.c_str(), term.doc, term.count);
     }
     if (functions_.reset_info) {
@@ -785,6 +791,7 @@ class Robot {
   detail::Outline &outline_;
   detail::Functions &functions_;
   mjenv_builder *builder_;
+  std::string group_; /* of the next terms */
   bool structured_ = false;
   int skipped_qpos_ = -1;
   Eigen::Index carry_count_ = 0;

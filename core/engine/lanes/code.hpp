@@ -7,6 +7,7 @@
 #include "engine/lanes/make_constraint.hpp"
 #include "engine/lanes/newton.hpp"
 #include "engine/lanes/pgs.hpp"
+#include "engine/lanes/rejection.hpp"
 #include "engine/lanes/sensors.hpp"
 
 namespace mjenv::core::lanes {

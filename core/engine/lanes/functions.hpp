@@ -478,7 +478,7 @@ void adopt_tendons(Lanes& d) {
 }
 
 // What mj_comPos computes of the masses. The lanes in which MuJoCo would compute other forces than in the model's own
-// case are left: damping in some rows alone.
+// case are left: damping in some rows alone, and geoms whose attitude is no rotation, which may touch beyond their bounds.
 void adopt(Lanes& d) {
   const mjModel& m = *d.model;
   V* const scale = vectors(d.com_scale);
@@ -494,6 +494,11 @@ void adopt(Lanes& d) {
   for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
   d.unlike |= d.has_damping ? ~damped : damped;
   if (!d.has_single_actuation) adopt_tendons(d);
+  for (int i = 0; i < m.ngeom && d.has_own_frames; ++i) {
+    const V* const quat = vectors(d.geom_quat) + 4 * i;
+    const V square = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
+    d.unlike |= bits(~(abs(square - 1.0) < splat(1e-6)));
+  }
   if (!d.has_single_passive && (m.opt.viscosity > 0 || m.opt.density > 0)) adopt_in_fluid(d);
 }
 
@@ -720,27 +725,6 @@ void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
     const V* row = qLD + dof_Madr[i];
     for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) tmp -= *++row * x[j];
     x[i] = tmp;
-  }
-}
-
-// ---- engine_collision_driver.c ----
-
-// The tests of bounding spheres with which mj_collideGeoms begins. Instead of a root it compares squares.
-void reject(Lanes& d) {
-  const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
-  const GeomPair* pair = d.pairs;
-  for (int i = 0; i < d.pair_count; ++i, ++pair) {
-    const V *const a = geom_xpos + 3 * pair->geom1, *const b = geom_xpos + 3 * pair->geom2;
-    V dif[3], apart;
-    if (pair->has_plane) {
-      const V* const mat = geom_xmat + 9 * pair->geom1;
-      for (int k = 0; k < 3; ++k) dif[k] = b[k] - a[k];
-      apart = dif[0] * mat[2] + dif[1] * mat[5] + dif[2] * mat[8];
-    } else {
-      for (int k = 0; k < 3; ++k) dif[k] = a[k] - b[k];
-      apart = dot3(dif, dif);
-    }
-    d.hits[i] = static_cast<unsigned char>(bits(~(apart > splat(pair->limit))));
   }
 }
 

@@ -14,11 +14,38 @@ constexpr int kMaxWidth = 8;
 struct GeomPair {
   int geom1, geom2;
   bool has_plane;
+  int boxes;  // the number of their BoxPair, -1 if their bounding boxes are not compared
   double limit;
 };
 
+// A box with rounded edges that contains a geom, in the geom's frame: its middle, its half sizes without the radius of the
+// edges, and this radius.
+struct GeomBox {
+  double middle[3], half[3], round;
+};
+
+// Geoms are apart if their boxes without the radii are farther from each other than the limit, the part of it that grows
+// with the coordinates (kRounding), and kCollinear / (distance of the geoms' centres). For MuJoCo's search for contacts of
+// convex shapes takes a product of two lengths for zero if it is less than 1.5e-8.
+struct BoxPair {
+  static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
+  double limit;
+  bool is_ground;  // the first geom is a height field
+};
+
 // Two geoms whose contacts lanes compute.
-enum class Shapes { others, plane_sphere, plane_capsule, sphere_sphere, sphere_capsule, capsule_capsule };
+enum class Shapes {
+  others,
+  plane_sphere,
+  plane_capsule,
+  plane_ellipsoid,
+  plane_cylinder,
+  plane_box,
+  sphere_sphere,
+  sphere_capsule,
+  sphere_box,
+  capsule_capsule
+};
 
 struct ContactPair {
   int geom1, geom2;
@@ -128,6 +155,8 @@ struct Lanes {
   int fluid_body_count;
   const GeomPair* pairs;
   int pair_count;
+  const BoxPair* box_pairs;
+  const GeomBox* boxes;  // for each geom, if there are box_pairs
 
   bool has_forces;      // in a lane, a number of qfrc_applied or xfrc_applied is not 0
   unsigned char* hits;  // for each pair the lanes in which the geoms may touch, as bits

@@ -111,11 +111,11 @@ std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
     int first = listed.geom1[i], second = listed.geom2[i];
     if (m.geom_type[first] > m.geom_type[second]) std::swap(first, second);
     const double radius1 = m.geom_rbound[first], radius2 = m.geom_rbound[second], margin = listed.margin[i];
-    GeomPair pair{first, second, false, kInfinite};
+    GeomPair pair{first, second, false, -1, kInfinite};
     if (radius1 > 0 && radius2 > 0)
       pair.limit = largest_square(radius1 + radius2 + margin);
     else if (m.geom_type[first] == mjGEOM_PLANE && radius2 > 0)
-      pair = {first, second, true, margin + radius2};
+      pair = {first, second, true, -1, margin + radius2};
     pairs.push_back(pair);
   }
   return pairs;
@@ -125,10 +125,70 @@ Shapes shapes_of(const mjModel& m, int geom1, int geom2) {
   const int first = m.geom_type[geom1], second = m.geom_type[geom2];
   if (first == mjGEOM_PLANE && second == mjGEOM_SPHERE) return Shapes::plane_sphere;
   if (first == mjGEOM_PLANE && second == mjGEOM_CAPSULE) return Shapes::plane_capsule;
+  if (first == mjGEOM_PLANE && second == mjGEOM_ELLIPSOID) return Shapes::plane_ellipsoid;
+  if (first == mjGEOM_PLANE && second == mjGEOM_CYLINDER) return Shapes::plane_cylinder;
+  if (first == mjGEOM_PLANE && second == mjGEOM_BOX) return Shapes::plane_box;
   if (first == mjGEOM_SPHERE && second == mjGEOM_SPHERE) return Shapes::sphere_sphere;
   if (first == mjGEOM_SPHERE && second == mjGEOM_CAPSULE) return Shapes::sphere_capsule;
+  if (first == mjGEOM_SPHERE && second == mjGEOM_BOX) return Shapes::sphere_box;
   if (first == mjGEOM_CAPSULE && second == mjGEOM_CAPSULE) return Shapes::capsule_capsule;
   return Shapes::others;
+}
+
+// The box between two corners
+GeomBox box_between(const double* low, const double* high) {
+  GeomBox box{};
+  for (int k = 0; k < 3; ++k) {
+    box.middle[k] = (low[k] + high[k]) / 2;
+    box.half[k] = (high[k] - low[k]) / 2;
+  }
+  return box;
+}
+
+GeomBox box_of_mesh(const mjModel& m, int mesh) {
+  double low[3] = {kInfinite, kInfinite, kInfinite}, high[3] = {-kInfinite, -kInfinite, -kInfinite};
+  const float* const vertices = m.mesh_vert + std::ptrdiff_t{3} * m.mesh_vertadr[mesh];
+  for (int i = 0; i < 3 * m.mesh_vertnum[mesh]; ++i) {
+    low[i % 3] = std::min<double>(low[i % 3], vertices[i]);
+    high[i % 3] = std::max<double>(high[i % 3], vertices[i]);
+  }
+  return box_between(low, high);
+}
+
+GeomBox box_of_field(const mjModel& m, int field) {
+  const double* const size = m.hfield_size + std::ptrdiff_t{4} * field;
+  const float* const data = m.hfield_data + m.hfield_adr[field];
+  double top = 0;
+  for (int i = 0; i < m.hfield_nrow[field] * m.hfield_ncol[field]; ++i) top = std::max<double>(top, data[i]);
+  const double low[3] = {-size[0], -size[1], -size[3]}, high[3] = {size[0], size[1], top * size[2]};
+  return box_between(low, high);
+}
+
+GeomBox box_of(const mjModel& m, int geom) {
+  const double* const size = m.geom_size + std::ptrdiff_t{3} * geom;
+  switch (m.geom_type[geom]) {
+    case mjGEOM_HFIELD: return box_of_field(m, m.geom_dataid[geom]);
+    case mjGEOM_SPHERE: return {{}, {}, size[0]};
+    case mjGEOM_CAPSULE: return {{}, {0, 0, size[1]}, size[0]};
+    case mjGEOM_CYLINDER: return {{}, {size[0], size[0], size[1]}, 0};
+    case mjGEOM_ELLIPSOID:
+    case mjGEOM_BOX: return {{}, {size[0], size[1], size[2]}, 0};
+    case mjGEOM_MESH: return box_of_mesh(m, m.geom_dataid[geom]);
+    default: return {};
+  }
+}
+
+// By how much more than their margin geoms are apart for which MuJoCo's function is not asked. A hundred-thousandth of their
+// sizes is far more than rounding can change.
+BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
+  constexpr double kShare = 1e-5, kGround = 2e-4;
+  const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];
+  double size = box1.round + box2.round;
+  for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
+  const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
+  // A height field's prisms are higher by the margin, and their centres can be nearer to the geom than that of the field.
+  const double most = is_ground ? 2 * margin + kGround : margin;
+  return {most + box1.round + box2.round + kShare * size, is_ground};
 }
 
 // Whether the tendon's Jacobian is 0 in each state.
@@ -294,6 +354,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     const Pairs& listed = searched ? *searched : *model.pairs();
     pairs = tested_pairs(m, listed);
     contact_pairs = pairs_in_contact(m, listed, columns);
+    compare_boxes(m);
   }
   for (int i = 0; i < m.ntendon; ++i) {
     const std::vector<int> dofs = dofs_of_tendon(m, i);
@@ -316,6 +377,17 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     if (m.tendon_limited[i] && !is_still_tendon[i]) limited_tendons.push_back(i);
   has_negative_zeros = has_negative_zero(m.jnt_axis, 3 * m.njnt) || has_negative_zero(m.jnt_pos, 3 * m.njnt);
   has_damping = any_positive(m.dof_damping, m.nv);
+}
+
+// Compares the bounding boxes of the geoms whose contacts MuJoCo's functions compute.
+void ModelTables::compare_boxes(const mjModel& m) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (contact_pairs[i].shapes != Shapes::others) continue;
+    if (boxes.empty())
+      for (int geom = 0; geom < m.ngeom; ++geom) boxes.push_back(box_of(m, geom));
+    pairs[i].boxes = static_cast<int>(box_pairs.size());
+    box_pairs.push_back(limits_of(m, pairs[i], boxes, contact_pairs[i].margin));
+  }
 }
 
 }  // namespace mjenv::core::lanes

@@ -28,6 +28,8 @@ struct ModelTables {
   std::vector<int> segment_adr;
   std::vector<int> fluid_bodies;
   std::vector<GeomPair> pairs;  // of the pairs that can collide, if they are listed
+  std::vector<BoxPair> box_pairs;
+  std::vector<GeomBox> boxes;  // for each geom, if there are box_pairs
   bool lists_pairs;
   std::optional<Pairs> searched;           // the pairs, if Model lists none
   std::vector<ContactPair> contact_pairs;  // the same pairs
@@ -37,6 +39,9 @@ struct ModelTables {
   std::vector<int> tendon_dof_adr, tendon_dofs;
   std::vector<unsigned char> is_still_tendon;  // all of its Jacobian is 0
   bool has_negative_zeros, has_damping;
+
+ private:
+  void compare_boxes(const mjModel_& m);
 };
 
 // Whether lanes compute moments of actuators that are not the model's own.

@@ -372,6 +372,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.fluid_body_count = static_cast<int>(tables_.fluid_bodies.size());
   lanes_.pairs = tables_.pairs.data();
   lanes_.pair_count = static_cast<int>(tables_.pairs.size());
+  lanes_.box_pairs = tables_.box_pairs.data();
+  lanes_.boxes = tables_.boxes.data();
   lanes_.hits = hits_.data();
 }
 

@@ -145,10 +145,10 @@ function structure!(b::Builder; skipped_qpos::Union{Nothing,Integer} = nothing)
     return b
 end
 
-function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, dtype::mjenv_dtype, shape::Tuple)
+function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, dtype::mjenv_dtype, shape::Tuple; group::Symbol = Symbol(""))
     length(shape) <= 4 || throw(ArgumentError("the field $name has $(length(shape)) dimensions; there are at most 4"))
-    called, told = text(name), text(doc)
-    GC.@preserve called told begin
+    called, told, grouped = text(name), text(doc), text(group)
+    GC.@preserve called told grouped begin
         field = mjenv_task_field(
             role = Int32(role),
             name = Cstring(pointer(called)),
@@ -156,6 +156,7 @@ function describe(b::Builder, role::mjenv_role, name::Symbol, doc::String, dtype
             dtype = Int32(dtype),
             ndim = length(shape),
             shape = ntuple(i -> i <= length(shape) ? Int64(shape[i]) : Int64(0), 4),
+            group = Cstring(pointer(grouped)),
         )
         task_field(b.api, b.raw, Ref(field))
     end

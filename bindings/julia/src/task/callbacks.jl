@@ -108,14 +108,17 @@ parts_of(outcome) = refuse_outcome(outcome)
 
 build(::Type{T}, b; options...) where {T<:Task} = T(; options...)
 
-function describe_all(b::Builder, role::mjenv_role, values::NamedTuple, docs)
+function describe_all(b::Builder, role::mjenv_role, values::NamedTuple, docs, groups = Dict{Symbol,Symbol}())
+    for term in keys(groups)
+        haskey(values, term) || throw(ArgumentError("groups has $term, which observe does not return"))
+    end
     for (name, value) in pairs(values)
         type = role == MJENV_ROLE_OBSERVATION ? MJENV_DTYPE_FLOAT64 : type_of(value)
-        describe(b, role, name, get(docs, name, ""), type, shape_of(value))
+        describe(b, role, name, get(docs, name, ""), type, shape_of(value); group = get(groups, name, Symbol("")))
     end
     return Layout(keys(values), Int[prod(shape_of(value)) for value in values])
 end
-describe_all(::Builder, ::mjenv_role, values, _) = refuse_type(values)
+describe_all(::Builder, ::mjenv_role, values, _...) = refuse_type(values)
 
 # Calls a method for the first time.
 function first_call(f, name)
@@ -137,7 +140,7 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     # The first calls, on the model's initial state, find out the fields.
     sim, docs = b.sim, registration.docs
     observed = first_call(() -> observe(task, sim), "observe")
-    observation = describe_all(b, MJENV_ROLE_OBSERVATION, observed, docs)
+    observation = describe_all(b, MJENV_ROLE_OBSERVATION, observed, docs, registration.groups)
     reset_told = NamedTuple()
     if hasmethod(reset_info, Tuple{T,Sim})
         reset_told = first_call(() -> reset_info(task, sim), "reset_info")

@@ -85,6 +85,7 @@ mutable struct Registration{T<:Task}
     id::String
     settings::Vector{Pair{Symbol,Setting}}
     docs::Dict{Symbol,String}
+    groups::Dict{Symbol,Symbol}  # of terms of the observation
     raw::Base.RefValue{mjenv_task}
     kept::Vector{Any}  # what raw points to
 end
@@ -107,6 +108,8 @@ Gives the [`MJEnv.Task`](@ref) `T` an id such as `"Cartpole-v0"`, which `Env` th
   from 0, and `lookat`
 - `options`: the options of the constructor, as `(weight = 0.1, noise = MJEnv.Setting(0.1, "spread"; low = 0))`
 - `docs`: one line of documentation for parts of the observation and the infos, as `(height = "of the tip, m",)`
+- `groups`: the groups of terms of the observation, as `(policy = (:angle, :speed), critic = (:mass,))`. The terms of
+  a group stand one after the other in what `observe` returns. With groups, the observation is a Gymnasium Dict
 - `revision`: increase it when the task changes, so that snapshots of the old task are refused
 
 The id stays for the rest of the process. A package registers its tasks in its `__init__`. An id that exists, a
@@ -122,6 +125,7 @@ function register(
     camera::Union{Nothing,NamedTuple} = nothing,
     options::NamedTuple = NamedTuple(),
     docs::NamedTuple = NamedTuple(),
+    groups::NamedTuple = NamedTuple(),
     revision::Integer = 0,
 ) where {T<:Task}
     isconcretetype(T) || throw(ArgumentError("$T is not a concrete type"))
@@ -140,7 +144,8 @@ function register(
     ]
     kept = Any[]
     described = Dict(name => String(doc) for (name, doc) in pairs(docs))
-    registration = Registration{T}(id, settings, described, Ref(mjenv_task()), kept)
+    grouped = Dict(term => group for (group, terms) in pairs(groups) for term in terms)
+    registration = Registration{T}(id, settings, described, grouped, Ref(mjenv_task()), kept)
     keep(value) = (push!(kept, value); value)
     c_text(value) = Cstring(pointer(keep(text(value))))
     listed = keep([raw_option(name, setting, keep, c_text) for (name, setting) in settings])

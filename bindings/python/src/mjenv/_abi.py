@@ -70,6 +70,7 @@ class Role(IntEnum):
     MODEL = 8
     ARRAYS = 9
     PARAMETERS = 10
+    GROUPS = 11
 
 
 class Kind(IntEnum):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mjenv._abi import Role
 from mjenv._handle import FLOATS, Batch, Float64Array, Rows, pointer_to
+from mjenv._observations import Observations
 from mjenv._schema import Field
 from mjenv._step import Info, dtype_of, views
 
@@ -82,7 +83,8 @@ class Outputs(Batch):
         fields = {role: rows.fields(role) for role in ROLES}
         counts = {role: sum(field.count for field in of_role) for role, of_role in fields.items()}
         count = rows.count
-        super().__init__(count, rows.bounds(Role.OBSERVATION)[0].shape, counts[Role.INFO], FLOATS[dtype])
+        self.observations = Observations(rows, dtype)
+        super().__init__(count, self.observations.shape, counts[Role.INFO], FLOATS[dtype])
         self.nu = counts[Role.ACTION]
         self.terminated, self.truncated = self.ended
 
@@ -141,7 +143,7 @@ class Outputs(Batch):
     def _add_final(self, infos: Info, layout: _Layout, places: _Places) -> None:
         final_obs = np.full(len(places.mask), None, dtype=object)
         for row, obs in zip(places.target.tolist(), self.final_obs[places.source], strict=True):
-            final_obs[row] = obs.copy()
+            final_obs[row] = self.observations.copy(obs)
         final_info: Info = {}
         layout.add(final_info, self.final_info, places)
         infos["final_obs"], infos["_final_obs"] = final_obs, places.mask.copy()

@@ -239,8 +239,7 @@ class Registered:
             if name in self.kind.kept:
                 model.keep_carried(first, count)
             first += count
-        for name, length in task.observation_fields.items():
-            model.describe(Role.OBSERVATION, name, (length,), Dtype.FLOAT64)
+        _describe_observation(model, task.observation_fields)
         for role, fields in ((Role.INFO, task.info_fields), (Role.RESET_INFO, task.reset_info_fields)):
             for name, given in fields.items():
                 field = given if isinstance(given, Field) else Field(given)
@@ -262,13 +261,16 @@ class Registered:
             state[name][...] = values
         task.carry(sim)
         length = checked.observe(sim).shape[1]
-        parts = task.observation_fields or {"observation": length}
-        if sum(parts.values()) != length:
+        groups = checked.groups
+        parts = task.observation_fields or {name: {name: count} for name, count in groups.items()}
+        parts = parts or {"observation": length}
+        declared = {name: _length(part) for name, part in parts.items()}
+        if sum(declared.values()) != length or groups not in ({}, declared):
             raise InvalidValueError(
-                f"{self.id}: observe returned {length} numbers a row; observation_fields has {sum(parts.values())}"
+                f"{self.id}: observe returned {groups or length} numbers a row; observation_fields has "
+                f"{declared if groups else sum(declared.values())}"
             )
-        for name, count in parts.items():
-            model.describe(Role.OBSERVATION, name, (count,), Dtype.FLOAT64)
+        _describe_observation(model, parts)
         for name, values in checked.reset_info(sim).items():
             model.describe(Role.RESET_INFO, name, values.shape[1:], _type_of(values))
         _, _, infos = checked.step(sim, np.zeros((1, task.nu), np.float32))
@@ -276,6 +278,20 @@ class Registered:
             # Numbers that are float32 because the action is.
             kind = Dtype.ACTION if values.dtype == np.float32 else _type_of(values)
             model.describe(Role.INFO, name, values.shape[1:], kind)
+
+
+def _length(part: int | Mapping[str, int]) -> int:
+    """The length of a part of the observation, or of a group of parts."""
+    return sum(part.values()) if isinstance(part, Mapping) else part
+
+
+def _describe_observation(model: Model, parts: Mapping[str, int | Mapping[str, int]]) -> None:
+    for name, part in parts.items():
+        if isinstance(part, Mapping):
+            for term, length in part.items():
+                model.describe(Role.OBSERVATION, term, (length,), Dtype.FLOAT64, group=name)
+        else:
+            model.describe(Role.OBSERVATION, name, (part,), Dtype.FLOAT64)
 
 
 def _needs_of(kind: type[Task]) -> tuple[str, ...]:
@@ -311,6 +327,9 @@ class Checked:
     def __init__(self, id: str, task: Task, rows: int) -> None:
         self._id, self.task, self._rows = id, task, rows
         self.kind = type(task)
+        # The groups of the observation and their lengths, which the first call of observe finds out.
+        self.groups: dict[str, int] = {}
+        self._observed = False
 
     def reset(self, rng: Random) -> tuple[Float64Array, Float64Array, dict[str, Float64Array]]:
         task, rows = self.task, len(rng.streams)
@@ -340,10 +359,21 @@ class Checked:
             raise self._wrong(method, outside)
 
     def observe(self, sim: Sim) -> NDArray[Any]:
-        obs = np.asarray(self.task.observe(sim))
-        if obs.ndim != 2 or len(obs) != self._rows or obs.dtype.kind not in "fiub":
-            raise self._wrong("observe", f"returned {_kind(obs)}, not numbers of the shape ({self._rows}, n)")
-        return obs
+        found = self.task.observe(sim)
+        if not isinstance(found, Mapping):
+            return self._numbers("returned", found)
+        parts = [self._numbers(f"group {name!r} is", values) for name, values in found.items()]
+        groups = {name: part.shape[1] for name, part in zip(found, parts, strict=True)}
+        if self._observed and list(groups.items()) != list(self.groups.items()):
+            raise self._wrong("observe", f"returned the groups {groups}, but at first {self.groups}")
+        self.groups, self._observed = groups, True
+        return np.concatenate(parts, axis=1) if parts else np.zeros((self._rows, 0))
+
+    def _numbers(self, what: str, values: Any) -> NDArray[Any]:
+        array = np.asarray(values)
+        if array.ndim != 2 or len(array) != self._rows or array.dtype.kind not in "fiub":
+            raise self._wrong("observe", f"{what} {_kind(array)}, not numbers of the shape ({self._rows}, n)")
+        return array
 
     def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
         return self._infos("reset_info", self.task.reset_info(sim))

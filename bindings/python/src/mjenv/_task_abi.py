@@ -43,6 +43,7 @@ class mjenv_task_field(Structure):
         ("dtype", c_int32),
         ("ndim", c_int32),
         ("shape", c_int64 * 4),
+        ("group", c_char_p),
     )
 
 

@@ -6,6 +6,7 @@ import copy
 import warnings
 from collections.abc import Callable, Sequence
 from ctypes import byref, c_double
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -17,13 +18,14 @@ from mjenv._abi import Role, Status
 from mjenv._arguments import image_of, time_limit_of
 from mjenv._engine import ENGINES
 from mjenv._handle import Batch, Float64Array, Rows, open_rows, pointer_to
+from mjenv._observations import Observations
 from mjenv._pictures import GROUPS, MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
 from mjenv._simulation import Simulation
 from mjenv._step import CONVERTERS, Info, Record, Step, views
 from mjenv.errors import InvalidValueError, OptionError
 from mjenv.randomization import Delay, Draws, Noise, Push
 
-Results = tuple[Float64Array, float, bool, bool, Info]
+Results = tuple[Any, float, bool, bool, Info]
 
 _FLOAT64 = np.dtype(np.float64)
 _UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
@@ -37,10 +39,10 @@ class _Exchange:
     def __init__(self, rows: Rows) -> None:
         roles = (Role.INFO, Role.RESET_INFO, Role.ARRAYS)
         counts = {role: sum(field.count for field in rows.fields(role)) for role in roles}
-        obs_shape = rows.bounds(Role.OBSERVATION)[0].shape
         self._rows = rows
-        self._batch = Batch(1, obs_shape, counts[Role.INFO])
-        self._reset_batch = Batch(1, obs_shape, counts[Role.RESET_INFO])
+        self.observations = Observations(rows, _FLOAT64)
+        self._batch = Batch(1, self.observations.shape, counts[Role.INFO])
+        self._reset_batch = Batch(1, self.observations.shape, counts[Role.RESET_INFO])
         exported = np.zeros(counts[Role.ARRAYS])
         fields = rows.fields(Role.ARRAYS)
         self.arrays = {field.name: view[0] for field, view in zip(fields, views(exported, fields, 1), strict=True)}
@@ -56,7 +58,9 @@ class _Exchange:
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
         """The function that copies what a step with an action of that dtype has written."""
-        copy_obs = self._batch.obs[0].copy
+        copy_obs = partial(self.observations.copy, self._batch.obs[0])
+        if not self._rows.fields(Role.GROUPS):
+            copy_obs = self._batch.obs[0].copy  # the same, without the time of a call in Python
         flags: Any = self._batch.ended.reshape(2).data
         rewards, convert_reward = self._batch.reward, CONVERTERS.get(self._rows.fields(Role.REWARD)[0].type)
         record, info_of = self._batch.info, Record(self._rows.fields(Role.INFO), dtype)
@@ -80,7 +84,7 @@ class _Exchange:
 
         return results
 
-    def reset(self) -> tuple[Float64Array, Info]:
+    def reset(self) -> tuple[Any, Info]:
         """Begins an episode."""
         turn = self._rows.enter()
         try:
@@ -89,16 +93,16 @@ class _Exchange:
             status = self._reset()
             if status:
                 raise self._rows.engine.last_error(status)
-            return self._reset_batch.obs[0].copy(), self._reset_info.read(self._reset_batch.info)
+            return self.observations.copy(self._reset_batch.obs[0]), self._reset_info.read(self._reset_batch.info)
         finally:
             self._rows.leave(turn)
 
 
-class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
+class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     """An environment of one of mjenv.ids(); mjenv.make builds it.
 
-    Observations are fresh float64 arrays. Pickling and copy.deepcopy keep the episode and the random stream. One thread
-    at a time may use it; a second one gets mjenv.BusyError.
+    Observations are fresh float64 arrays, or dicts of them (the option observation). Pickling and copy.deepcopy keep
+    the episode and the random stream. One thread at a time may use it; a second one gets mjenv.BusyError.
 
     arrays: the exported arrays of mjData by name, each a view of what the last call wrote.
     """
@@ -106,7 +110,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 as in gymnasium.Env
 
     action_space: Box  # type: ignore[assignment, unused-ignore]
-    observation_space: Box  # type: ignore[assignment, unused-ignore]
+    observation_space: Any  # a Box, or a Dict (the option observation)
     arrays: dict[str, Float64Array]
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -168,7 +172,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
 
         low, high = (bound.astype(np.float32) for bound in self._rows.bounds(Role.ACTION))
         self.action_space = Box(low, high, dtype=np.float32)
-        self.observation_space = Box(*self._rows.bounds(Role.OBSERVATION), dtype=np.float64)
+        self.observation_space = self._exchange.observations.space
         self.frame_skip: int = self._rows.frame_skip()
         self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": int(np.round(1.0 / self.dt))}
 
@@ -199,7 +203,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Float64Array, NDArray[Any]]):
         finally:
             self._take_stream()
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Float64Array, Info]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Begins an episode. Returns the observation float64[n] and the info.
 
         seed: an int >= 0 of any size; without one the random stream goes on. options: ignored, as Gymnasium's MuJoCo

@@ -21,7 +21,7 @@ except ImportError as error:
     raise ImportError(f"mjenv.sb3 needs Stable-Baselines3: pip install stable-baselines3 ({error})") from error
 
 Indices = int | Iterable[int] | None
-Results = tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], list[Info]]
+Results = tuple[Any, NDArray[np.float32], NDArray[np.bool_], list[Info]]
 
 
 class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
@@ -40,7 +40,7 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
         pool = self.envs._pool
         self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results, pool.outputs.resets)
 
-    def reset(self) -> NDArray[Any]:
+    def reset(self) -> Any:
         obs, _ = self.envs.reset(seed=self._seeds)
         self.reset_infos = self._infos_of_reset(slice(None))
         self._reset_seeds()
@@ -62,7 +62,7 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
         fields = self.envs._pool.rows.fields(Role.INFO)
 
         def results() -> Results:
-            obs = outputs.obs.copy() if self.envs.copy else outputs.obs
+            obs = self.envs._observations()
             dones = outputs.terminated | outputs.truncated
             infos = infos_of_rows(fields, outputs.info, self.num_envs, dtype, slice(None))
             ended = np.flatnonzero(dones)
@@ -73,7 +73,7 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
             for info, limit in zip(infos, (outputs.truncated & ~outputs.terminated).tolist(), strict=True):
                 info["TimeLimit.truncated"] = limit
             for row in ended.tolist():
-                infos[row]["terminal_observation"] = outputs.final_obs[row].copy()
+                infos[row]["terminal_observation"] = outputs.observations.copy(outputs.final_obs[row])
             return obs, outputs.reward.astype(np.float32), dones, infos
 
         return results

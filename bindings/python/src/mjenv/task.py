@@ -94,8 +94,10 @@ class Task:
     kept: ClassVar[Sequence[str]] = ()
     """Names in state that stay after resets: a terrain's level, for instance. They are 0 until a row's first reset. A
     NumPy task's reset does not return them: its step and carry write them."""
-    observation_fields: Mapping[str, int] = {}
-    """Names and lengths of the observation's parts. build may set it. A NumPy task may leave it empty."""
+    observation_fields: Mapping[str, int | Mapping[str, int]] = {}
+    """Names and lengths of the observation's parts. build may set it. A group of parts, such as "policy" or "critic",
+    has a dict of them instead of a length; the observation is then a Gymnasium Dict (the option observation). A NumPy
+    task may leave it empty."""
     info_fields: Mapping[str, Field | tuple[int, ...]] = {}
     """Machine code: the numbers of the info, in the order in which step writes them."""
     reset_info_fields: Mapping[str, Field | tuple[int, ...]] = {}
@@ -119,8 +121,9 @@ class Task:
         dict with an array (rows, *shape) for each of its names."""
         raise NotImplementedError
 
-    def observe(self, sim: Sim) -> NDArray[Any]:
-        """Returns the observations (rows, n). They must depend on nothing but sim."""
+    def observe(self, sim: Sim) -> NDArray[Any] | Mapping[str, NDArray[Any]]:
+        """Returns the observations (rows, n), or a dict of groups, each (rows, n of the group), which makes them a
+        Gymnasium Dict. They must depend on nothing but sim."""
         raise NotImplementedError
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Any, ...]:
@@ -293,9 +296,12 @@ class Model:
             return tuple(values)
         return int(values[0]) if self._api.is_integer(self._builder, text) else values[0]
 
-    def describe(self, role: Role, name: str, shape: tuple[int, ...], kind: Dtype, doc: str = "") -> None:
+    def describe(
+        self, role: Role, name: str, shape: tuple[int, ...], kind: Dtype, doc: str = "", group: str = ""
+    ) -> None:
         field = _task_abi.mjenv_task_field(ctypes.sizeof(_task_abi.mjenv_task_field), role)
         field.name, field.doc, field.dtype = encoded(name, "a field's name"), doc.encode(), kind
+        field.group = encoded(group, "a group's name")
         field.ndim = len(shape)
         field.shape[: len(shape)] = shape
         self._api.field(self._builder, byref(field))

@@ -41,7 +41,7 @@ from mjenv.registration import spec as spec_of
 from mjenv.registration import spec_asked
 
 Array = NDArray[Any]
-Results = tuple[Array, Float64Array, BoolArray, BoolArray, Info]
+Results = tuple[Any, Float64Array, BoolArray, BoolArray, Info]
 
 
 def make_vec(
@@ -93,12 +93,13 @@ def make_vec(
     return made
 
 
-class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
+class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     """Environments of one id, one in each row; mjenv.make_vec builds it.
 
     Equal to gymnasium.vector.SyncVectorEnv over the same id: spaces, observations, rewards, flags, infos with their
-    masks. Pickling and copy.deepcopy keep all episodes and random streams. One thread at a time may use it; a second
-    one gets mjenv.BusyError.
+    masks. Observations are arrays (num_envs, n), or dicts of arrays (the option observation). Pickling and
+    copy.deepcopy keep all episodes and random streams. One thread at a time may use it; a second one gets
+    mjenv.BusyError.
 
     arrays: the exported arrays of mjData by name, each a view (num_envs, *shape) of what the last call wrote.
     """
@@ -140,8 +141,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         low, high = (bound.astype(np.float32) for bound in rows.bounds(Role.ACTION))
         self.single_action_space: Box = Box(low, high, dtype=np.float32)
         self.action_space: Space[Any] = batch_space(self.single_action_space, self.num_envs)
-        low, high = (bound.astype(obs_dtype) for bound in rows.bounds(Role.OBSERVATION))
-        self.single_observation_space: Box = Box(low, high, dtype=obs_dtype.type)
+        # A Box, or a Dict (the option observation).
+        self.single_observation_space: Any = self._pool.outputs.observations.space
         self.observation_space: Space[Any] = batch_space(self.single_observation_space, self.num_envs)
         self.frame_skip: int = self._pool.frame_skip
         self.metadata: dict[str, Any] = {
@@ -157,11 +158,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
         """The function that copies what a step with actions of that dtype has written."""
-        outputs, copy = self._pool.outputs, self.copy
+        outputs, observations = self._pool.outputs, self._observations
 
         def results() -> Results:
             return (
-                outputs.obs.copy() if copy else outputs.obs,
+                observations(),
                 outputs.reward.copy(),
                 outputs.terminated.copy(),
                 outputs.truncated.copy(),
@@ -174,8 +175,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, Info]:
-        """Begins episodes. Returns the observations (num_envs, n) and the infos.
+    ) -> tuple[Any, Info]:
+        """Begins episodes. Returns the observations and the infos.
 
         seed: an int gives row i seed + i; a list has a seed for each row, or None to go on with the row's stream.
         options["reset_mask"]: bool[num_envs]; the rows that it leaves out go on with their episodes, and their
@@ -202,7 +203,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         """Takes a step in every row.
 
         actions: (num_envs, nu). float32 and float64 actions take part in the arithmetic as they are; lists and integers
-        count as float64. Returns observations (num_envs, n), rewards float64[num_envs], terminations and truncations
+        count as float64. Returns observations, rewards float64[num_envs], terminations and truncations
         bool[num_envs], and the infos: copies, but for the observations of an environment made with copy=False.
 
         If some rows failed, the others were stepped all the same, and the exception's attribute `results` has all that;
@@ -238,9 +239,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         """
         self._pool.send(actions, None if rows is None else row_numbers(rows))
 
-    def recv(
-        self, least: int | None = None
-    ) -> tuple[NDArray[np.int64], Array, Float64Array, BoolArray, BoolArray, Info]:
+    def recv(self, least: int | None = None) -> tuple[NDArray[np.int64], Any, Float64Array, BoolArray, BoolArray, Info]:
         """Waits until at least `least` of the rows that were sent are done, None for all, and returns all that are.
 
         Returns their numbers, ascending, and then copies of what step returns, for these rows alone. If some of them
@@ -255,7 +254,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             rows, failure = pool.receive(wanted)
             outputs = pool.outputs
             infos = outputs.step_infos(pool.sent_dtype(rows), None if len(rows) == self.num_envs else rows)
-            results = outputs.obs[rows], outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
+            obs = outputs.observations.view(outputs.obs[rows])
+            results = obs, outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
         finally:
             pool.rows.leave(turn)
         if failure:
@@ -277,7 +277,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
 
     # ---- planning ----
 
-    def rollout(self, actions: ArrayLike, *, observations: bool = False) -> tuple[Array, ...]:
+    def rollout(self, actions: ArrayLike, *, observations: bool = False) -> tuple[Any, ...]:
         """Plays actions (num_envs, steps, nu) open-loop from the rows' states, and leaves the rows at their ends.
 
         Returns rewards (float64), terminations and truncations (bool), each (num_envs, steps), and with
@@ -302,9 +302,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
             pool.rows.leave(turn)
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
-        return (*results, out.obs.reshape(self.num_envs, steps, *obs_shape)) if observations else results
+        if not observations:
+            return results
+        return (*results, pool.outputs.observations.view(out.obs.reshape(self.num_envs, steps, *obs_shape)))
 
-    def observe(self) -> Array:
+    def observe(self) -> Any:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
         turn = pool.rows.enter()
@@ -473,6 +475,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, Array]):
         self.__dict__.update(state)
         self._prepare()
 
-    def _observations(self) -> Array:
-        obs = self._pool.outputs.obs
-        return obs.copy() if self.copy else obs
+    def _observations(self) -> Any:
+        outputs = self._pool.outputs
+        return (outputs.observations.copy if self.copy else outputs.observations.view)(outputs.obs)

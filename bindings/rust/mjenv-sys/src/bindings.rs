@@ -107,6 +107,10 @@ pub const MJENV_ROLE_MODEL: mjenv_role = 8;
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
 #[doc = " the live parameters of a task, which mjenv_read and mjenv_write know by these names"]
 pub const MJENV_ROLE_PARAMETERS: mjenv_role = 10;
+#[doc = " the keys of an observation that is a Gymnasium Dict (the option \"observation\"), which are"]
+#[doc = "its groups and the terms without a group. Each is a part of the observation; none: it"]
+#[doc = "is one Box"]
+pub const MJENV_ROLE_GROUPS: mjenv_role = 11;
 #[doc = " What an option holds."]
 pub type mjenv_kind = i32;
 #[doc = " an integer, 0 or 1"]
@@ -1041,6 +1045,9 @@ pub struct mjenv_task_field {
     pub ndim: i32,
     #[doc = " the first ndim are used; -1: build sets the length. A role has at most 16777216 elements"]
     pub shape: [i64; 4usize],
+    #[doc = " of a term of the observation: the group to which it belongs, such as \"policy\" or \"critic\". The"]
+    #[doc = "terms of a group stand one after the other. NULL: none"]
+    pub group: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_task_field {
     fn default() -> Self {

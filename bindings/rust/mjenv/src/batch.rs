@@ -45,6 +45,7 @@ pub struct Batch<T: Real = f64> {
     was_reset: Vec<bool>,
     reset_info: Record,
     arrays: Record,
+    groups: Record,
     last: Option<Last<T>>,
 }
 
@@ -71,6 +72,7 @@ impl<T: Real> Batch<T> {
             was_reset: vec![false; rows],
             reset_info: Record::new(env, Role::ResetInfo, rows),
             arrays: Record::new(env, Role::Arrays, rows),
+            groups: Record::new(env, Role::Groups, 0),
             last: same_step.then(|| Last { obs: obs.clone(), info: info.clone() }),
             obs,
             info,
@@ -126,6 +128,18 @@ impl<T: Real> Batch<T> {
     #[must_use]
     pub fn observations(&self) -> &[T] {
         &self.obs
+    }
+
+    /// Returns a group of the observation of a row, or a term without a group ([`Role::Groups`]).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`] (also if the observation has no groups; see the option `observation`).
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn group(&self, row: usize, name: &str) -> Result<&[T]> {
+        let group = self.groups.named("group of the observation", name)?;
+        Ok(&self.obs(row)[group.offset..][..group.count])
     }
 
     /// Returns the reward of each row; 0 after a reset.

@@ -30,6 +30,9 @@ pub enum Role {
     Arrays,
     /// The live parameters of a task, which [`Env::read`](crate::Env::read) and [`Env::write`](crate::Env::write) take.
     Parameters,
+    /// The keys of an observation that is a Gymnasium Dict: its groups, and the terms without a group. Each is a part of
+    /// the observation, see [`Batch::group`](crate::Batch::group). There are none if it is a Box.
+    Groups,
 }
 
 impl Role {
@@ -45,6 +48,7 @@ impl Role {
             Self::Model => sys::MJENV_ROLE_MODEL,
             Self::Arrays => sys::MJENV_ROLE_ARRAYS,
             Self::Parameters => sys::MJENV_ROLE_PARAMETERS,
+            Self::Groups => sys::MJENV_ROLE_GROUPS,
         }
     }
 }

@@ -9,7 +9,7 @@ import sys
 import sysconfig
 from typing import Any
 
-import gymnasium
+from gymnasium.spaces import Dict, flatdim, flatten_space
 
 import mjenv
 from mjenv import Kind
@@ -102,7 +102,7 @@ def _summary(id: str, engine: str | None) -> dict[str, Any]:
     env = mjenv.make(id, engine=engine)
     summary = {
         "id": id,
-        "observation": env.observation_space.shape[0],
+        "observation": flatdim(env.observation_space),
         "action": env.action_space.shape[0],
         "dt": float(f"{env.dt:.12g}"),
         "max_episode_steps": spec.max_episode_steps,
@@ -177,7 +177,9 @@ def _lanes_of(id: str, options: dict[str, Any], engine: str | None) -> dict[str,
     return found
 
 
-def _space(space: gymnasium.spaces.Box) -> dict[str, Any]:
+def _space(space: Any) -> dict[str, Any]:
+    if isinstance(space, Dict):
+        space = flatten_space(space)
     low, high = ([float(str(number)) for number in bound] for bound in (space.low, space.high))  # 0.4 as float32, too
     return {"shape": [len(low)], "dtype": str(space.dtype), "low": low, "high": high}
 

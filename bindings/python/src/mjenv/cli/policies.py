@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import flatdim, unflatten
 from numpy.typing import NDArray
 
 import mjenv
 from mjenv.policy import Policy
 
-Action = Callable[[NDArray[Any]], Any]  # of an observation
+Action = Callable[[Any], Any]  # of an observation
 
 NORMALIZER = "normalizer.pkl"  # as docs/training.md saves it
 
@@ -28,7 +29,7 @@ def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path
     """
     act = _zipped(path, algorithm, normalizer) if zipfile.is_zipfile(path) else _text(path, env, normalizer)
     try:
-        act(np.zeros(env.observation_space.shape))
+        act(unflatten(env.observation_space, np.zeros(flatdim(env.observation_space))))
     except (AttributeError, TypeError, ValueError) as error:
         raise mjenv.InvalidValueError(f"{path} cannot act on observations of {_id(env)}: {error}") from None
     return act
@@ -40,7 +41,8 @@ def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
     if policy.id != _id(env):
         raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {_id(env)}")
-    return lambda obs: policy.act(obs.tolist())
+    # Of an observation with groups, such a policy sees the group "policy".
+    return lambda obs: policy.act((obs["policy"] if isinstance(obs, dict) else obs).tolist())
 
 
 def _id(env: mjenv.MujocoEnv) -> str:

@@ -9,6 +9,7 @@ from html import escape
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Dict
 from numpy.typing import NDArray
 
 import mjenv
@@ -27,6 +28,12 @@ def frame(address: str, height: int = 600) -> str:
     return f'<iframe src="{escape(address)}" width="100%" height="{height}" style="border: 0"></iframe>'
 
 
+def _box(space: Any) -> str:
+    if isinstance(space, Dict):
+        return ", ".join(f"{name}: {_box(part)}" for name, part in space.items())
+    return f"Box {space.shape} {space.dtype}"
+
+
 def html_of(env: Any) -> str:
     """An environment: its id, a picture of its first row if OpenGL is there, its spaces, and its options."""
     row = rows_of(env)[0]
@@ -37,7 +44,7 @@ def html_of(env: Any) -> str:
     lines = [("engine", f"MuJoCo {env.engine}"), ("step", f"{row.dt:g} s")]
     if hasattr(env, "num_envs"):
         lines.insert(0, ("rows", str(env.num_envs)))
-    lines += [(name, f"Box {space.shape} {space.dtype}") for name, space in spaces]
+    lines += [(name, _box(space)) for name, space in spaces]
     parts = ", ".join(f"{name} [{place.start}:{place.stop}]" for name, place in observation_parts(row).items())
     lines += [("observation", parts)]
     lines += [

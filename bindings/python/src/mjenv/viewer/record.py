@@ -49,7 +49,7 @@ class Recorder:
         frame: dict[str, Any] = {
             name: np.array(getattr(data, name)) for name in ("time", "qpos", "qvel", "act", "ctrl")
         }
-        frame |= {"obs": session.obs[row].copy(), "reward": float(session.rewards[row])}
+        frame |= {"obs": session.flat_obs[row].copy(), "reward": float(session.rewards[row])}
         frame |= {"ended": bool(session.ended[row]), "step": int(session.steps[row])}
         frame |= {f"mocap_{name}": np.array(getattr(data, f"mocap_{name}")) for name in ("pos", "quat")}
         self._frames.append(frame)

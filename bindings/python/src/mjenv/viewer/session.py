@@ -225,6 +225,11 @@ class Session:
         """What is drawn has to be read again."""
         self._now, self._stale = None, True
 
+    @property
+    def flat_obs(self) -> Array:
+        """The observations (rows, n), also if they are dicts."""
+        return self.envs._pool.outputs.obs
+
     # ---- what a user can do ----
 
     def step(self) -> None:

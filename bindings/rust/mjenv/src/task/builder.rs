@@ -350,7 +350,7 @@ impl<'a> Builder<'a> {
 
     /// Sets the type that the reward has in Python; by default np.float64.
     pub fn reward_dtype(&mut self, dtype: Dtype) {
-        self.describe(sys::MJENV_ROLE_REWARD, "reward", "", dtype, None);
+        self.describe(sys::MJENV_ROLE_REWARD, "reward", "", dtype, None, "");
     }
 
     pub(super) fn describe(
@@ -360,11 +360,12 @@ impl<'a> Builder<'a> {
         doc: &str,
         dtype: Dtype,
         length: Option<usize>,
+        group: &str,
     ) {
         if self.lists() {
             return;
         }
-        let (name, doc) = (c_text(name), c_text(doc));
+        let (name, doc, group) = (c_text(name), c_text(doc), c_text(group));
         let field = sys::mjenv_task_field {
             struct_size: size_of::<sys::mjenv_task_field>(),
             role,
@@ -373,6 +374,7 @@ impl<'a> Builder<'a> {
             dtype: dtype.raw(),
             ndim: length.is_some().into(),
             shape: [length.map_or(0, int64), 0, 0, 0],
+            group: group.as_ptr(),
         };
         call!(self.field(&field));
     }

@@ -41,17 +41,17 @@ impl<T: Task> Instance<T> {
         let mut this = Self { task, shape, observation: Vec::new(), info: Vec::new(), reset_info: Vec::new() };
         this.try_methods(&mut b, raw)?;
         if let Some(Some(skipped)) = b.structure {
-            b.describe(sys::MJENV_ROLE_STRUCTURE, "skipped_qpos", "", Dtype::Float64, Some(skipped));
+            b.describe(sys::MJENV_ROLE_STRUCTURE, "skipped_qpos", "", Dtype::Float64, Some(skipped), "");
         }
         let roles = [sys::MJENV_ROLE_OBSERVATION, sys::MJENV_ROLE_INFO, sys::MJENV_ROLE_RESET_INFO];
         for (role, entries) in roles.into_iter().zip([&this.observation, &this.info, &this.reset_info]) {
             for entry in entries {
-                b.describe(role, &entry.name, &entry.doc, entry.dtype, entry.length);
+                b.describe(role, &entry.name, &entry.doc, entry.dtype, entry.length, &entry.group);
             }
         }
         if b.structure.is_some() {
             for entry in &this.observation {
-                b.describe(sys::MJENV_ROLE_STRUCTURE, &entry.name, &entry.doc, entry.dtype, Some(entry.count()));
+                b.describe(sys::MJENV_ROLE_STRUCTURE, &entry.name, &entry.doc, entry.dtype, Some(entry.count()), "");
             }
         }
         Ok(this)

@@ -49,6 +49,7 @@ values! {
 pub(super) struct Entry {
     pub(super) name: String,
     pub(super) doc: String,
+    pub(super) group: String,
     pub(super) dtype: Dtype,
     /// The length of a vector; `None`: a scalar.
     pub(super) length: Option<usize>,
@@ -156,7 +157,8 @@ impl<'a> Fields<'a> {
                 if entries.iter().any(|entry| entry.name == name) {
                     self.wrong.get_or_insert_with(|| format!("the field {name:?} is written twice"));
                 }
-                entries.push(Entry { name: name.to_string(), doc: String::new(), dtype, length });
+                let (name, doc, group) = (name.to_string(), String::new(), String::new());
+                entries.push(Entry { name, doc, group, dtype, length });
                 Put(entries.last_mut())
             }
             Target::Memory { expected, .. } => {
@@ -199,6 +201,13 @@ impl Put<'_> {
     /// One line of documentation with the unit.
     pub fn doc(self, text: &str) -> Self {
         self.change(|entry| entry.doc = text.to_string())
+    }
+
+    /// Of a term of the observation: the group to which it belongs, such as `"policy"` or `"critic"`. The terms of a
+    /// group are written one after the other. With groups, the observation is a Gymnasium Dict (the option
+    /// `observation`).
+    pub fn group(self, name: &str) -> Self {
+        self.change(|entry| entry.group = name.to_string())
     }
 
     /// The type that the value has in Python.

@@ -439,6 +439,60 @@ fn live_parameters_and_kept_numbers() {
     assert_eq!(env.write(.., "parameters.sped", &[0.0]).unwrap_err().kind(), ErrorKind::Name);
 }
 
+/// Has groups of terms, and a term without one.
+struct Grouped;
+
+impl Task for Grouped {
+    const ID: &'static str = "Grouped-v0";
+    const MODEL: Model = Model::Text(MODEL);
+
+    fn build(_: &mut Builder) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        start.qvel[0] = rng.normal();
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put("height", sim.qpos()[2]).group("policy");
+        observation.put_all("speeds", &sim.qvel()[..3]).group("policy").doc("m/s");
+        observation.put("mass", sim.body_mass()[1]).group("critic");
+        observation.put("time", sim.time());
+        Ok(())
+    }
+
+    fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn an_observation_has_groups() {
+    register::<Grouped>().unwrap();
+    let mut grouped = env(Grouped::ID).unwrap();
+    let keys: Vec<_> = grouped.fields(Role::Groups).map(|key| (key.name.into_owned(), key.offset, key.count)).collect();
+    assert_eq!(keys, [("policy".to_string(), 0, 4), ("critic".to_string(), 4, 1), ("time".to_string(), 5, 1)]);
+    let mut batch = grouped.batch::<f32>();
+    grouped.reset(.., &mut batch).unwrap();
+    for row in 0..grouped.rows() {
+        assert_eq!(batch.group(row, "policy").unwrap(), &batch.obs(row)[..4]);
+        assert_eq!(batch.group(row, "policy").unwrap()[1], grouped.read(row, "qvel").unwrap()[0] as f32);
+        assert_eq!(batch.group(row, "critic").unwrap(), [grouped.read(row, "body_mass").unwrap()[1] as f32]);
+        assert_eq!(batch.group(row, "time").unwrap(), [0.0]);
+    }
+    let error = batch.group(0, "actor").unwrap_err();
+    assert!(error.message().contains("\"actor\"; there are policy, critic, time"), "{error}");
+
+    let flat = env_with(Grouped::ID, |options| {
+        options.set("observation", "flat").unwrap();
+    });
+    let flat = flat.unwrap();
+    assert_eq!(flat.fields(Role::Groups).count(), 0);
+    assert_eq!(flat.batch::<f64>().group(0, "policy").unwrap_err().kind(), ErrorKind::Name);
+}
+
 static DROPPED: AtomicUsize = AtomicUsize::new(0);
 
 /// Uses everything that a task can read.

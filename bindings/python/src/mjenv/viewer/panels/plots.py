@@ -82,7 +82,7 @@ class PlotsPanel:
         values = {"reward": float(session.rewards[row])}
         values |= {name: float(array[row]) for name, array in _scalars(session.infos).items()}
         for part, place in self._parts.items():
-            values |= {f"{part}[{i}]": float(value) for i, value in enumerate(session.obs[row, place][:_LINES])}
+            values |= {f"{part}[{i}]": float(value) for i, value in enumerate(session.flat_obs[row, place][:_LINES])}
         count = len(self._times)
         for name, value in values.items():
             past = self._past.setdefault(name, deque([np.nan] * (count - 1), maxlen=LENGTH))

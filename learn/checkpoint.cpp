@@ -1,0 +1,100 @@
+#include "checkpoint.hpp"
+
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "error.hpp"
+#include "file.hpp"
+
+namespace mjenv::learn {
+namespace {
+
+constexpr std::string_view kHead = "mjenv-checkpoint 1\n";
+
+// FNV-1a over 64-bit words, and over the bytes that are left.
+std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
+  constexpr std::uint64_t kPrime = 0x100000001b3;
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (; size >= 8; bytes += 8, size -= 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes, 8);
+    hash = (hash ^ word) * kPrime;
+    hash ^= hash >> 32;
+  }
+  for (; size > 0; ++bytes, --size) hash = (hash ^ static_cast<std::uint64_t>(*bytes)) * kPrime;
+  return hash;
+}
+
+std::string masked(const std::vector<std::uint8_t>& mask) {
+  std::string text;
+  for (const std::uint8_t element : mask) text += element != 0 ? '1' : '0';
+  return text.empty() ? "all" : text;
+}
+
+// Lines "NAME VALUE" that a learner and its checkpoint have in common.
+std::string description(const Settings& settings, const Spaces& spaces) {
+  std::string layers;
+  for (const int width : settings.hidden) layers += (layers.empty() ? "" : ",") + std::to_string(width);
+  return "id " + settings.id + "\nrows " + std::to_string(settings->rows) + "\nrollout_steps " +
+         std::to_string(settings->rollout_steps) + "\nobservations " + std::to_string(spaces.observations) +
+         "\nactuators " + std::to_string(spaces.actuators) + "\nhidden " + layers + "\nactivation " +
+         std::to_string(settings->activation) + "\nwindow " + std::to_string(settings->window) + "\nnormalize_obs " +
+         std::to_string(settings->normalize_obs) + "\nscale_actions " + std::to_string(settings->scale_actions) +
+         "\nactor_obs " + masked(settings.actor_obs) + "\ncritic_obs " + masked(settings.critic_obs) + "\n\n";
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
+  core::fail(MJENV_E_SNAPSHOT, core::quoted(path) + " " + reason);
+}
+
+// Compares two descriptions line by line, and names the first difference.
+void check_description(const std::string& path, std::string_view theirs, std::string_view ours) {
+  while (!ours.empty()) {
+    const std::string_view own = ours.substr(0, ours.find('\n')), other = theirs.substr(0, theirs.find('\n'));
+    if (own != other)
+      refuse(path, "is a checkpoint of another learner: it has " + core::quoted(std::string(other)) + ", this one " +
+                       core::quoted(std::string(own)));
+    ours.remove_prefix(own.size() + 1);
+    theirs.remove_prefix(std::min(theirs.size(), other.size() + 1));
+  }
+}
+
+template <typename T>
+void append(std::vector<std::byte>& to, const T* from, std::size_t count) {
+  const auto* begin = reinterpret_cast<const std::byte*>(from);
+  to.insert(to.end(), begin, begin + count * sizeof(T));
+}
+
+}  // namespace
+
+// The head, the description, an empty line, the checksum of the state, and the state.
+void write_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces,
+                      const std::vector<std::byte>& state) {
+  const std::string text = std::string(kHead) + description(settings, spaces);
+  const std::uint64_t sum = checksum(state.data(), state.size());
+  std::vector<std::byte> content;
+  content.reserve(text.size() + sizeof sum + state.size());
+  append(content, text.data(), text.size());
+  append(content, &sum, 1);
+  append(content, state.data(), state.size());
+  replace_file(path, content.data(), content.size());
+}
+
+std::vector<std::byte> read_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces) {
+  std::vector<std::byte> content = read_file(path);
+  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
+  const std::size_t end = text.find("\n\n");
+  if (text.substr(0, kHead.size()) != kHead || end == std::string_view::npos) refuse(path, "is no checkpoint");
+  const std::string ours = description(settings, spaces);
+  check_description(path, text.substr(kHead.size(), end + 2 - kHead.size()), ours);
+  std::uint64_t sum = 0;
+  const std::size_t at = end + 2, state = at + sizeof sum;
+  if (content.size() < state) refuse(path, "is damaged: it ends too early");
+  std::memcpy(&sum, content.data() + at, sizeof sum);
+  content.erase(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(state));
+  if (sum != checksum(content.data(), content.size())) refuse(path, "is damaged: its checksum is wrong");
+  return content;
+}
+
+}  // namespace mjenv::learn

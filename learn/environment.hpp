@@ -1,0 +1,63 @@
+// An environment of libmjenv, called through the functions that the program passed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "mjenv/learn.h"
+
+namespace mjenv::learn {
+
+// The bounds and counts that a learner needs of two spaces.
+struct Spaces {
+  std::size_t observations = 0, actuators = 0;
+  std::vector<double> low, high;  // [actuators]
+
+  // Throws if a bound of the action is infinite.
+  Spaces(const mjenv_space& observation, const mjenv_space& action);
+  bool operator==(const Spaces& other) const {
+    return observations == other.observations && low == other.low && high == other.high;
+  }
+};
+
+// The outputs of a step.
+struct Outcome {
+  const double *obs, *final_obs, *reward;
+  const std::uint8_t *terminated, *truncated;
+};
+
+class Environment {
+ public:
+  // autoreset_mode: the value that this option must have.
+  Environment(const mjenv_learn_calls& calls, mjenv_env* env, const char* autoreset_mode);
+
+  const Spaces& spaces() const { return spaces_; }
+  std::int64_t rows() const { return rows_; }
+  Outcome outcome() const {
+    return {obs_.data(), final_obs_.data(), reward_.data(), terminated_.data(), truncated_.data()};
+  }
+
+  // Masks are [rows]; null: all rows.
+  void seed(const std::vector<std::uint64_t>& seeds, const std::uint8_t* mask = nullptr);
+  void reset(const std::uint8_t* mask = nullptr);
+  void step(const std::vector<float>& actions, const std::uint8_t* mask = nullptr);
+
+  // The image of all rows.
+  void save(std::vector<std::byte>& image) const;
+  void restore(const std::byte* image, std::size_t size);
+
+ private:
+  mjenv_learn_calls calls_;
+  mjenv_env* env_;
+  std::int64_t rows_ = 0;
+  Spaces spaces_;
+  std::vector<double> obs_, final_obs_, reward_;
+  std::vector<std::uint8_t> terminated_, truncated_;
+  mjenv_batch batch_;
+
+  void check(mjenv_status status) const;
+  mjenv_space space(mjenv_role role) const;
+};
+
+}  // namespace mjenv::learn

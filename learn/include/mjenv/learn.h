@@ -1,0 +1,283 @@
+/* learn.h - trains policies in mjenv's environments by PPO, and plays them.
+ *
+ * libmjenv-learn is a library of its own, a client of mjenv.h alone. It is not linked with libmjenv, so that one build
+ * serves every version of MuJoCo: the program passes the functions of the libmjenv that it uses (mjenv_learn_calls).
+ *
+ *     static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
+ *     mjenv_learn_settings settings = MJENV_LEARN_SETTINGS_INIT;
+ *     mjenv_learner *learner;
+ *     mjenv_learn_defaults("Hopper-v5", &settings);
+ *     mjenv_options_set_string(options, "autoreset_mode", "same_step");
+ *     mjenv_create(options, settings.rows, &env);
+ *     mjenv_learner_create(&calls, env, &settings, &learner);
+ *     mjenv_learner_train(learner, settings.steps);
+ *     mjenv_learner_save_policy(learner, MJENV_LEARN_LAST, "policy.txt");
+ *     mjenv_learner_destroy(learner);
+ *
+ * Networks are float32. The same settings, seed and environment give the same bits for any number of threads and any
+ * instruction set. docs/training.md has the algorithm in detail.
+ *
+ * Arrays, counts, errors and handles are as in mjenv.h: functions return statuses, and a call that fails changes
+ * nothing. mjenv_learn_last_error has the reason.
+ */
+#ifndef MJENV_LEARN_H
+#define MJENV_LEARN_H
+
+#include "mjenv/mjenv.h"
+
+#if !defined(_WIN32)
+#define MJENV_LEARN_API __attribute__((visibility("default")))
+#elif defined(MJENV_LEARN_BUILDING)
+#define MJENV_LEARN_API __declspec(dllexport)
+#else
+#define MJENV_LEARN_API __declspec(dllimport)
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Changes when compiled clients have to be rebuilt. */
+#define MJENV_LEARN_ABI_VERSION 1
+
+/* Handles */
+typedef struct mjenv_learner mjenv_learner; /* trains a policy in the rows of an environment */
+typedef struct mjenv_policy mjenv_policy;   /* a deterministic policy, as policy.txt contains it */
+
+/* The functions of libmjenv that this library calls, members of the same names. */
+typedef struct mjenv_learn_calls {
+  uint32_t struct_size;
+  uint32_t reserved; /* 0 */
+  const char *(*last_error)(void);
+  mjenv_status (*info_of)(mjenv_env *env, mjenv_info *info);
+  const mjenv_options *(*options_of)(const mjenv_env *env);
+  mjenv_status (*options_get_string)(const mjenv_options *options, const char *name, const char **value);
+  mjenv_status (*space_of)(const mjenv_env *env, mjenv_role role, mjenv_space *space);
+  mjenv_status (*seed)(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
+  mjenv_status (*reset)(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
+  mjenv_status (*step)(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count, mjenv_dtype dtype,
+                       const mjenv_batch *out);
+  mjenv_status (*snapshot)(mjenv_env *env, int64_t row, void *image, int64_t capacity_bytes, int64_t *size_bytes);
+  mjenv_status (*restore)(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
+} mjenv_learn_calls;
+
+/* clang-format off */
+#define MJENV_LEARN_CALLS_INIT \
+  {sizeof(mjenv_learn_calls), 0, mjenv_last_error, mjenv_info_of, mjenv_options_of, mjenv_options_get_string, \
+   mjenv_space_of, mjenv_seed, mjenv_reset, mjenv_step, mjenv_snapshot, mjenv_restore}
+/* clang-format on */
+
+/* What follows each hidden layer. */
+typedef int32_t mjenv_activation;
+enum mjenv_activation_value { MJENV_ACTIVATION_TANH = 1, MJENV_ACTIVATION_RELU = 2, MJENV_ACTIVATION_ELU = 3 };
+
+/* The instruction set of the networks. All give the same bits. */
+typedef int32_t mjenv_instructions;
+enum mjenv_instructions_value {
+  MJENV_INSTRUCTIONS_AUTO = 0, /* the widest that the CPU has */
+  MJENV_INSTRUCTIONS_SSE2 = 1,
+  MJENV_INSTRUCTIONS_AVX2 = 2,
+  MJENV_INSTRUCTIONS_AVX512 = 3,
+  MJENV_INSTRUCTIONS_NEON = 4
+};
+
+/* Which policy of a learner is meant. */
+typedef int32_t mjenv_learn_which;
+enum mjenv_learn_which_value {
+  MJENV_LEARN_LAST = 1, /* that of the last update */
+  MJENV_LEARN_BEST = 2  /* that of the update after which the mean return of the last episodes was greatest */
+};
+
+/* The precision in which a policy is evaluated. */
+typedef int32_t mjenv_precision;
+enum mjenv_precision_value {
+  MJENV_PRECISION_FLOAT64 = 1, /* the bits of mjenv.policy in Python and of examples/cpp/deploy.cpp */
+  MJENV_PRECISION_FLOAT32 = 2  /* as the learner computes; faster, and equal to float64 but for rounding */
+};
+
+/* How a learner learns. mjenv_learn_defaults fills it with settings that suit an id. */
+typedef struct mjenv_learn_settings {
+  uint32_t struct_size;
+  mjenv_activation activation;
+  const char *id;         /* the id of the environment; copied to policies and checkpoints */
+  int64_t rows;           /* of the environment */
+  int64_t steps;          /* of all rows together, in the whole training; rounded up to whole rollouts */
+  int64_t rollout_steps;  /* the steps of each row between two updates */
+  int64_t epochs;         /* how often an update uses each step */
+  int64_t minibatch_size; /* in steps; at most rows * rollout_steps */
+  int64_t decay_steps;    /* in how many steps the learning rate falls to final_learning_rate; 0: in all of them */
+  double learning_rate;   /* of Adam, at the beginning */
+  double final_learning_rate;
+  double gamma;                /* the discount factor, 0 to 1 */
+  double gae_lambda;           /* of the generalized advantage estimation, 0 to 1 */
+  double clip;                 /* the ratio of probabilities is clipped to 1 - clip .. 1 + clip */
+  double value_clip;           /* the same for changes of the value; 0: they are not clipped */
+  double value_coef;           /* the weight of the mean squared error of the value in the loss */
+  double entropy_coef;         /* the weight of the entropy */
+  double max_grad_norm;        /* longer gradients are shortened to this norm; 0: none is */
+  double target_kl;            /* no further epoch begins once the policy has changed more than this; 0: no limit */
+  double initial_std;          /* the standard deviation of the actions at the beginning */
+  double obs_clip;             /* normalised observations are clipped to -obs_clip .. obs_clip */
+  double reward_clip;          /* the same for rewards */
+  int32_t normalize_obs;       /* 1: observations get mean 0 and variance 1 */
+  int32_t normalize_reward;    /* 1: rewards are divided by the standard deviation of the discounted return */
+  int32_t normalize_advantage; /* 1: advantages get mean 0 and variance 1 in each minibatch */
+  int32_t scale_actions;       /* 1: -1 .. 1 of the network's outputs are the bounds of the action; 0: as they are */
+  const int64_t *hidden;       /* [hidden_count] the widths of the hidden layers of both networks */
+  int64_t hidden_count;        /* 0 to 8 */
+  const uint8_t *actor_obs;    /* [obs_count] 1 for each element that the actor sees; NULL: it sees all */
+  const uint8_t *critic_obs;   /* the same for the critic */
+  int64_t obs_count;           /* of actor_obs and critic_obs; 0 if both are NULL */
+  uint64_t seed;               /* of the weights, of the exploration, and, increased by the row, of the rows */
+  int32_t threads;             /* 1 to 64, of the networks; those of the environment are its own option */
+  mjenv_instructions instructions;
+  int64_t window; /* of how many last episodes the curve has the mean return */
+} mjenv_learn_settings;
+
+/* clang-format off */
+#define MJENV_LEARN_SETTINGS_INIT \
+  {sizeof(mjenv_learn_settings), MJENV_ACTIVATION_TANH, NULL, 64, 1000000, 64, 5, 1024, 0, 1e-3, 0, 0.99, 0.95, 0.2, \
+   0, 1.3, 0, 3.5, 0, 0.4, 10, 10, 1, 1, 1, 0, NULL, 0, NULL, NULL, 0, 1, 1, MJENV_INSTRUCTIONS_AUTO, 20}
+/* clang-format on */
+
+/* A point of the learning curve: what one update did, and the episodes before it. Means over no episode are NaN. */
+typedef struct mjenv_learn_report {
+  uint32_t struct_size;
+  uint32_t reserved;         /* 0 */
+  int64_t updates;           /* so far */
+  int64_t steps;             /* of all rows together, so far */
+  int64_t episodes;          /* that have ended so far */
+  double mean_return;        /* of the last `window` episodes, which explored */
+  double mean_length;        /* of these, in steps */
+  double learning_rate;      /* of the update */
+  double policy_loss;        /* this and the following: means over the update's minibatches */
+  double value_loss;         /* the mean squared error of the value */
+  double entropy;            /* of the policy, in nats */
+  double approx_kl;          /* how far the policy has moved: the mean of ratio - 1 - log(ratio) */
+  double clip_fraction;      /* the share of steps whose ratio was clipped */
+  double grad_norm;          /* before it is clipped */
+  double explained_variance; /* 1 - var(returns - values) / var(returns), before the update */
+  double std;                /* the mean standard deviation of the actions */
+  int64_t epochs;            /* that were done; fewer than the setting if target_kl ended the update */
+} mjenv_learn_report;
+
+/* clang-format off */
+#define MJENV_LEARN_REPORT_INIT {sizeof(mjenv_learn_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+/* clang-format on */
+
+/* ---- Library ---- */
+
+/* Returns the MJENV_LEARN_ABI_VERSION of the loaded library. */
+MJENV_LEARN_API uint32_t mjenv_learn_abi_version(void);
+
+/* Returns the reason of the last call of this library that failed on this thread; "" if none has. */
+MJENV_LEARN_API const char *mjenv_learn_last_error(void);
+
+/* Returns the instruction set that MJENV_INSTRUCTIONS_AUTO means on this CPU: "sse2", "avx2", "avx512" or "neon". */
+MJENV_LEARN_API const char *mjenv_learn_instructions(void);
+
+/* Fills settings with those for an id: tuned ones for the robots of Gymnasium's v5, else settings that serve most tasks
+ * of movement. settings->id becomes the pointer `id`; the array of hidden layers is static. */
+MJENV_LEARN_API mjenv_status mjenv_learn_defaults(const char *id, mjenv_learn_settings *settings);
+
+/* ---- Training ---- */
+
+/* Creates a learner, and seeds and resets the environment, which has to outlive it and belongs to it until then. The
+ * option "autoreset_mode" must be same_step. Errors: VALUE (a setting, or infinite bounds), SIZE, those of mjenv_reset. */
+MJENV_LEARN_API mjenv_status mjenv_learner_create(const mjenv_learn_calls *calls, mjenv_env *env,
+                                                  const mjenv_learn_settings *settings, mjenv_learner **learner);
+
+/* Creates a learner whose rows the caller steps (mjenv_learner_act), of spaces with these bounds and counts.
+ *   obs       [rows][observation->count] the first observations
+ * Errors: VALUE, SIZE (obs_count). */
+MJENV_LEARN_API mjenv_status mjenv_learner_create_apart(const mjenv_space *observation, const mjenv_space *action,
+                                                        const mjenv_learn_settings *settings, const double *obs,
+                                                        int64_t obs_count, mjenv_learner **learner);
+
+MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
+
+/* Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If it
+ * fails, the rollout under way is undone, and the learner and its environment are as after the update before. Errors:
+ * VALUE (a reward or observation is not finite: the row and step are named; or the caller steps the rows), FORKED,
+ * those of mjenv_step. */
+MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner *learner, int64_t steps);
+
+/* Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators.
+ * Errors: SIZE, VALUE (the library steps the rows, or the last actions have no outcome yet). */
+MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *action, int64_t count);
+
+/* Takes the outcome of these actions: obs, reward, terminated and truncated of out, and final_obs of rows whose episode
+ * ended. After the last step of a rollout it updates the networks. Errors: SIZE, VALUE (not finite, or no actions were
+ * drawn); then the rollout is given up, and the next begins with mjenv_learner_restart. */
+MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
+
+/* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner *learner, const double *obs, int64_t obs_count);
+
+/* Continues in another environment with the same spaces and number of rows, for instance one with other options. The
+ * environment is seeded and reset. Errors: as mjenv_learner_create. */
+MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner *learner, mjenv_env *env);
+
+/* Replaces the settings from the next rollout on. rows, rollout_steps, the layers, activation, masks, seed, threads and
+ * instructions must stay as they are. Errors: VALUE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const mjenv_learn_settings *settings);
+
+/* Describes the learner after its last update; before the first one, all means are NaN. */
+MJENV_LEARN_API mjenv_status mjenv_learner_report(const mjenv_learner *learner, mjenv_learn_report *report);
+
+/* Describes the learner after the update 1 <= update <= updates: the learning curve. Errors: VALUE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_report_at(const mjenv_learner *learner, int64_t update,
+                                                     mjenv_learn_report *report);
+
+/* Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the
+ * image of all rows (mjenv_snapshot). The file is replaced at once, when all of it is written. Errors: FILE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, const char *path);
+
+/* Continues from a file of mjenv_learner_save, bit for bit. The learner must have been created for the same id, sizes
+ * and spaces; other settings are those of the learner. Errors: FILE, SNAPSHOT (damaged, or of another id or size). */
+MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const char *path);
+
+/* Writes a policy as text (docs/training.md) into text[capacity], with a NUL.
+ *   size      receives the bytes that all of it needs, also with text NULL and capacity 0
+ * Errors: SIZE (capacity), VALUE (which). */
+MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, mjenv_learn_which which, char *text,
+                                                  int64_t capacity, int64_t *size);
+
+/* Writes the same text to a file, which is replaced at once. Errors: FILE, VALUE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learn_which which,
+                                                       const char *path);
+
+/* ---- Policies ---- */
+
+/* Reads a policy from text[size]. Errors: VALUE (the line is named). */
+MJENV_LEARN_API mjenv_status mjenv_policy_parse(const char *text, int64_t size, mjenv_policy **policy);
+
+/* Reads a policy from a file. Errors: FILE, VALUE. */
+MJENV_LEARN_API mjenv_status mjenv_policy_load(const char *path, mjenv_policy **policy);
+
+MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
+
+/* Returns the id that a policy was trained for; NULL if it fails. */
+MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
+
+/* Computes the actions of rows.
+ *   obs       [rows][obs_count / rows]; action [rows][action_count / rows]
+ * Errors: SIZE (the policy is of another size), VALUE (precision). */
+MJENV_LEARN_API mjenv_status mjenv_policy_act(const mjenv_policy *policy, mjenv_precision precision, int64_t rows,
+                                              const double *obs, int64_t obs_count, float *action,
+                                              int64_t action_count);
+
+/* Plays whole episodes in all rows of an environment whose option "autoreset_mode" is disabled. Episode k begins with a
+ * reset by seed + k, so that the result does not depend on the number of rows and threads.
+ *   returns   [episodes] the sum of each episode's rewards; may be NULL
+ *   lengths   [episodes] its steps; may be NULL
+ * Errors: SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step. */
+MJENV_LEARN_API mjenv_status mjenv_evaluate(const mjenv_learn_calls *calls, mjenv_env *env, const mjenv_policy *policy,
+                                            mjenv_precision precision, uint64_t seed, int64_t episodes, double *returns,
+                                            int64_t *lengths);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,10 @@
+// Vectors of 8 floats: AVX2.
+#define MJENV_LEARN_WIDTH 8
+#include "kernels/code.hpp"
+
+namespace mjenv::learn {
+
+extern const Kernels avx2_kernels;
+constexpr Kernels avx2_kernels = make_kernels(MJENV_INSTRUCTIONS_AVX2, "avx2");
+
+}  // namespace mjenv::learn

@@ -1,0 +1,56 @@
+// The arithmetic on whole arrays. Each instruction set has a table of the same functions, which give the same bits: each
+// element is computed by the same operations in the same order whatever the width of a vector, and no multiplication is
+// fused with an addition.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "mjenv/learn.h"
+
+namespace mjenv::learn {
+
+// Rows of batches, and widths of layers, are padded to multiples of these numbers.
+constexpr int kRowBlock = 8, kLaneBlock = 16, kInputBlock = 4;
+
+constexpr int padded(int count, int block) { return (count + block - 1) / block * block; }
+
+// One step of Adam. Bias corrections are part of rate and of second_root.
+struct AdamStep {
+  float scale;        // of the gradients, which clips their norm
+  float rate;         // the learning rate / (1 - beta1^t)
+  float second_root;  // 1 / sqrt(1 - beta2^t)
+  float beta1, beta2, epsilon;
+};
+
+struct Kernels {
+  mjenv_instructions instructions;
+  const char* name;
+
+  // y[rows][outputs] = x[rows][inputs] w[inputs][outputs] + bias[outputs], or without bias if that is null. Each sum begins
+  // with the bias and adds its products in the order of the inputs. rows: a multiple of kRowBlock; outputs: of kLaneBlock.
+  void (*product)(const float* x, int stride, int rows, int inputs, const float* w, int outputs, const float* bias,
+                  float* y);
+  // g[inputs][outputs] += x[rows][inputs]^T d[rows][outputs], and h[outputs] += the sum of d's rows. Sums are in the order
+  // of the rows. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
+  void (*gradient)(const float* x, int stride, int rows, int inputs, const float* d, int outputs, float* g, float* h);
+
+  // The others work on count numbers, a multiple of kLaneBlock.
+  void (*activate)(mjenv_activation activation, float* y, std::size_t count);
+  // d *= the derivative of the activation, which follows from its outputs y.
+  void (*derive)(mjenv_activation activation, const float* y, float* d, std::size_t count);
+  void (*exp)(float* x, std::size_t count);
+  void (*add)(const float* from, float* to, std::size_t count);
+  // The sum of squares: lane l of kLaneBlock sums elements l, l + kLaneBlock and so on; then the lanes are added in order.
+  double (*squares)(const float* x, std::size_t count);
+  void (*adam)(const AdamStep& step, const float* gradient, float* first, float* second, float* parameters,
+               std::size_t count);
+};
+
+// The tables that this CPU can run, the widest last.
+std::vector<const Kernels*> usable_kernels();
+
+// The table for a setting. Throws if the CPU lacks it.
+const Kernels& chosen_kernels(mjenv_instructions instructions);
+
+}  // namespace mjenv::learn

@@ -1,0 +1,282 @@
+// The C interface: each function in a few lines. Exceptions become statuses; destroyed handles, and calls while another
+// thread is inside the same handle, are refused.
+#include "mjenv/learn.h"
+
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "file.hpp"
+#include "handles.hpp"
+#include "learner.hpp"
+#include "policy.hpp"
+#include "reasons.hpp"
+#include "settings.hpp"
+#include "structs.hpp"
+#include "system/floats.hpp"
+
+struct mjenv_learner : mjenv::core::Slot<mjenv::learn::Learner> {
+  static constexpr const char* kName = "learner";
+  static constexpr const char* kThing = "learner";
+  static constexpr bool kReadersSeeChanges = true;
+};
+
+struct mjenv_policy : mjenv::core::Slot<mjenv::learn::Policy> {
+  static constexpr const char* kName = "policy";
+  static constexpr const char* kThing = "policy";
+  static constexpr bool kReadersSeeChanges = false;
+};
+
+namespace mjenv::core {
+
+// What the C++ library keeps for each thread. glibc allocates it at the first use, and ends the process if it cannot.
+bool prepare_thread_locals() noexcept {
+  constexpr std::size_t kEnough = 4096;
+  void* const volatile room = std::malloc(kEnough);  // volatile: otherwise the compiler drops the allocation
+  const bool enough = room != nullptr;
+  std::free(room);
+  if (enough) static_cast<void>(std::uncaught_exceptions());
+  return enough;
+}
+
+}  // namespace mjenv::core
+
+namespace {
+
+using namespace mjenv::core;
+using namespace mjenv::learn;
+
+// Calls body and turns what it throws into a status and the thread's last reason.
+template <typename F>
+mjenv_status guard(const F& body) noexcept {
+  if (!prepare_thread()) return MJENV_E_MEMORY;
+  const DefaultFloats floats;
+  try {
+    body();
+    return MJENV_OK;
+  } catch (const Error& error) {
+    keep_last_reason(error.what());
+    return error.status();
+  } catch (const std::bad_alloc&) {
+    keep_last_reason("out of memory");
+    return MJENV_E_MEMORY;
+  } catch (const std::length_error&) {
+    keep_last_reason("out of memory: more than can be addressed");
+    return MJENV_E_MEMORY;
+  } catch (const std::exception& error) {
+    keep_last_reason(error.what());
+    return MJENV_E_INTERNAL;
+  }
+}
+
+// Calls body with what a handle holds, which it may change.
+template <typename Handle, typename F>
+mjenv_status change(Handle* handle, const F& body) noexcept {
+  return guard([&] { body(*Entered(handle)); });
+}
+
+// Calls body with what a handle holds, which it only reads.
+template <typename Handle, typename F>
+mjenv_status read(const Handle* handle, const F& body) noexcept {
+  return guard([&] { body(*Reading(handle)); });
+}
+
+template <typename T>
+T& need(T* pointer, const char* name) {
+  if (!pointer) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
+  return *pointer;
+}
+
+mjenv_learn_calls calls_of(const mjenv_learn_calls* given) {
+  const mjenv_learn_calls calls = read_struct(given, "calls");
+  if (!calls.last_error || !calls.info_of || !calls.options_of || !calls.options_get_string || !calls.space_of ||
+      !calls.seed || !calls.reset || !calls.step || !calls.snapshot || !calls.restore)
+    fail(MJENV_E_ARGUMENT, "a function of calls is NULL");
+  return calls;
+}
+
+mjenv_learn_settings settings_of(const mjenv_learn_settings* given) {
+  const mjenv_learn_settings defaults = MJENV_LEARN_SETTINGS_INIT;
+  return read_struct(given, "settings", defaults);
+}
+
+Settings checked(const mjenv_learn_settings* given, const Spaces& spaces) {
+  return Settings(settings_of(given), static_cast<std::int64_t>(spaces.observations));
+}
+
+// Writes a text and its NUL if there is room, and its size in any case.
+void deliver(const std::string& content, char* text, std::int64_t capacity, std::int64_t* size) {
+  const auto needed = static_cast<std::int64_t>(content.size() + 1);
+  need(size, "size");
+  if (capacity < 0) fail(MJENV_E_SIZE, "capacity is " + std::to_string(capacity) + ", less than 0");
+  if (capacity > 0) {
+    need(text, "text");
+    if (capacity < needed)
+      fail(MJENV_E_SIZE,
+           "there is room for " + std::to_string(capacity) + ", but " + std::to_string(needed) + " are needed");
+    content.copy(text, content.size());
+    text[content.size()] = '\0';
+  }
+  *size = needed;
+}
+
+mjenv_policy* add_policy(std::string_view text) { return handles<mjenv_policy>.add(std::make_unique<Policy>(text)); }
+
+template <typename Handle>
+void destroy(Handle* handle) noexcept {
+  prepare_thread();
+  handles<Handle>.destroy(handle);
+}
+
+}  // namespace
+
+std::uint32_t mjenv_learn_abi_version() { return MJENV_LEARN_ABI_VERSION; }
+const char* mjenv_learn_last_error() { return last_reason(); }
+const char* mjenv_learn_instructions() { return usable_kernels().back()->name; }
+
+mjenv_status mjenv_learn_defaults(const char* id, mjenv_learn_settings* settings) {
+  return guard([&] {
+    mjenv_learn_settings found = defaults_of(&need(id, "id"));
+    found.id = id;
+    write_struct(settings, "settings", found);
+  });
+}
+
+// ---- Training ----
+
+mjenv_status mjenv_learner_create(const mjenv_learn_calls* calls, mjenv_env* env, const mjenv_learn_settings* settings,
+                                  mjenv_learner** learner) {
+  return guard([&] {
+    need(learner, "learner");
+    need(env, "env");
+    const mjenv_learn_calls functions = calls_of(calls);
+    const Environment found(functions, env, "same_step");
+    *learner = handles<mjenv_learner>.add(std::make_unique<Learner>(functions, env, checked(settings, found.spaces())));
+  });
+}
+
+mjenv_status mjenv_learner_create_apart(const mjenv_space* observation, const mjenv_space* action,
+                                        const mjenv_learn_settings* settings, const double* obs, std::int64_t obs_count,
+                                        mjenv_learner** learner) {
+  return guard([&] {
+    need(learner, "learner");
+    need(obs, "obs");
+    const mjenv_space seen = read_struct(observation, "observation"), acting = read_struct(action, "action");
+    need(acting.low, "action->low");
+    need(acting.high, "action->high");
+    if (seen.count < 0 || acting.count < 0) fail(MJENV_E_SIZE, "the count of a space is less than 0");
+    const Spaces spaces(seen, acting);
+    *learner = handles<mjenv_learner>.add(std::make_unique<Learner>(spaces, checked(settings, spaces), obs, obs_count));
+  });
+}
+
+void mjenv_learner_destroy(mjenv_learner* learner) { destroy(learner); }
+
+mjenv_status mjenv_learner_train(mjenv_learner* learner, std::int64_t steps) {
+  return change(learner, [&](Learner& held) { held.train(steps); });
+}
+
+mjenv_status mjenv_learner_act(mjenv_learner* learner, float* action, std::int64_t count) {
+  return change(learner, [&](Learner& held) { held.act(&need(action, "action"), count); });
+}
+
+mjenv_status mjenv_learner_feed(mjenv_learner* learner, const mjenv_batch* out) {
+  return change(learner, [&](Learner& held) { held.feed(read_struct(out, "out")); });
+}
+
+mjenv_status mjenv_learner_restart(mjenv_learner* learner, const double* obs, std::int64_t obs_count) {
+  return change(learner, [&](Learner& held) { held.restart(&need(obs, "obs"), obs_count); });
+}
+
+mjenv_status mjenv_learner_set_env(mjenv_learner* learner, mjenv_env* env) {
+  return change(learner, [&](Learner& held) { held.set_env(&need(env, "env")); });
+}
+
+mjenv_status mjenv_learner_set(mjenv_learner* learner, const mjenv_learn_settings* settings) {
+  return change(learner, [&](Learner& held) { held.set(checked(settings, held.spaces())); });
+}
+
+mjenv_status mjenv_learner_report(const mjenv_learner* learner, mjenv_learn_report* report) {
+  return read(learner, [&](const Learner& held) { write_struct(report, "report", held.report()); });
+}
+
+mjenv_status mjenv_learner_report_at(const mjenv_learner* learner, std::int64_t update, mjenv_learn_report* report) {
+  return read(learner, [&](const Learner& held) { write_struct(report, "report", held.report_at(update)); });
+}
+
+mjenv_status mjenv_learner_save(const mjenv_learner* learner, const char* path) {
+  return read(learner, [&](const Learner& held) { held.save(&need(path, "path")); });
+}
+
+mjenv_status mjenv_learner_load(mjenv_learner* learner, const char* path) {
+  return change(learner, [&](Learner& held) { held.load(&need(path, "path")); });
+}
+
+mjenv_status mjenv_learner_policy(const mjenv_learner* learner, mjenv_learn_which which, char* text,
+                                  std::int64_t capacity, std::int64_t* size) {
+  return read(learner, [&](const Learner& held) { deliver(held.policy(which), text, capacity, size); });
+}
+
+mjenv_status mjenv_learner_save_policy(const mjenv_learner* learner, mjenv_learn_which which, const char* path) {
+  return read(learner, [&](const Learner& held) {
+    const std::string text = held.policy(which);
+    replace_file(&need(path, "path"), text.data(), text.size());
+  });
+}
+
+// ---- Policies ----
+
+mjenv_status mjenv_policy_parse(const char* text, std::int64_t size, mjenv_policy** policy) {
+  return guard([&] {
+    need(policy, "policy");
+    if (size < 0) fail(MJENV_E_SIZE, "size is " + std::to_string(size) + ", less than 0");
+    *policy = add_policy({&need(text, "text"), static_cast<std::size_t>(size)});
+  });
+}
+
+mjenv_status mjenv_policy_load(const char* path, mjenv_policy** policy) {
+  return guard([&] {
+    need(policy, "policy");
+    const auto content = read_file(&need(path, "path"));
+    try {
+      *policy = add_policy({reinterpret_cast<const char*>(content.data()), content.size()});
+    } catch (const Error& error) {
+      fail(error.status(), std::string(path) + ": " + error.what());
+    }
+  });
+}
+
+void mjenv_policy_destroy(mjenv_policy* policy) { destroy(policy); }
+
+const char* mjenv_policy_id(const mjenv_policy* policy) {
+  const char* id = nullptr;
+  read(policy, [&](const Policy& held) { id = held.id().c_str(); });
+  return id;
+}
+
+mjenv_status mjenv_policy_act(const mjenv_policy* policy, mjenv_precision precision, std::int64_t rows,
+                              const double* obs, std::int64_t obs_count, float* action, std::int64_t action_count) {
+  return read(policy, [&](const Policy& held) {
+    constexpr std::int64_t kMost = 1 << 24;
+    if (rows < 0 || rows > kMost)
+      fail(MJENV_E_SIZE, "rows is " + std::to_string(rows) + ", not 0 to " + std::to_string(kMost));
+    check_count("obs_count", obs_count, rows * static_cast<std::int64_t>(held.observations()));
+    check_count("action_count", action_count, rows * static_cast<std::int64_t>(held.actuators()));
+    if (rows > 0) held.act(precision, static_cast<std::size_t>(rows), &need(obs, "obs"), &need(action, "action"));
+  });
+}
+
+mjenv_status mjenv_evaluate(const mjenv_learn_calls* calls, mjenv_env* env, const mjenv_policy* policy,
+                            mjenv_precision precision, std::uint64_t seed, std::int64_t episodes, double* returns,
+                            std::int64_t* lengths) {
+  return read(policy, [&](const Policy& held) {
+    need(env, "env");
+    if (episodes < 1) fail(MJENV_E_VALUE, "episodes is " + std::to_string(episodes) + ", less than 1");
+    Environment environment(calls_of(calls), env, "disabled");
+    evaluate_policy(environment, held, precision, seed, episodes, returns, lengths);
+  });
+}

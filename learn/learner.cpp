@@ -1,0 +1,454 @@
+#include "learner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "archive.hpp"
+#include "checkpoint.hpp"
+#include "error.hpp"
+#include "policy.hpp"
+
+namespace mjenv::learn {
+namespace {
+
+constexpr int kRowsOfPass = 16;  // rows that one thread evaluates together during a rollout
+
+mjenv_learn_report empty_report() {
+  mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  report.mean_return = report.mean_length = report.learning_rate = report.policy_loss = report.value_loss = kNone;
+  report.entropy = report.approx_kl = report.clip_fraction = report.grad_norm = report.explained_variance = kNone;
+  report.std = kNone;
+  return report;
+}
+
+}  // namespace
+
+Learner::Learner(const Spaces& spaces, const Settings& settings)
+    : settings_(settings),
+      spaces_(spaces),
+      kernels_(chosen_kernels(settings->instructions)),
+      pool_(settings->threads, false),
+      agent_(settings, spaces),
+      loss_(agent_, kernels_, pool_),
+      random_(settings->seed),
+      parameters_(agent_.initial_parameters(settings->initial_std, random_)),
+      adam_(agent_.size),
+      observations_(spaces.observations, agent_.actor.input_stride(), settings->normalize_obs != 0, settings->obs_clip),
+      rewards_(rows()),
+      episodes_(rows(), static_cast<std::size_t>(settings->window)),
+      rollout_(static_cast<std::size_t>(settings->rollout_steps), rows(), agent_.stride(), spaces.actuators, kRowBlock),
+      now_(rows() * agent_.stride()),
+      bounded_(rows() * spaces.actuators),
+      ended_(rows()),
+      last_inputs_(kRowBlock * agent_.stride()),
+      order_(static_cast<std::size_t>(settings.batch())),
+      deviations_(agent_) {
+  std::iota(order_.begin(), order_.end(), 0);
+  for (int i = 0; i < pool_.threads(); ++i) {
+    actor_passes_.push_back(std::make_unique<Network::Pass>(agent_.actor, kRowsOfPass));
+    critic_passes_.push_back(std::make_unique<Network::Pass>(agent_.critic, kRowsOfPass));
+  }
+  best_.actor.resize(agent_.actor.size());
+  best_.mean.resize(spaces.observations);
+  best_.scale.resize(spaces.observations, 1.0);
+}
+
+Learner::Learner(const mjenv_learn_calls& calls, mjenv_env* env, const Settings& settings)
+    : Learner(Environment(calls, env, "same_step").spaces(), settings) {
+  calls_ = calls;
+  env_ = std::make_unique<Environment>(calls, env, "same_step");
+  if (env_->rows() != settings->rows)
+    core::fail(MJENV_E_VALUE, "settings.rows is " + std::to_string(settings->rows) + ", but the environment has " +
+                                  std::to_string(env_->rows()) + " rows");
+  begin(nullptr);
+}
+
+Learner::Learner(const Spaces& spaces, const Settings& settings, const double* obs, std::int64_t obs_count)
+    : Learner(spaces, settings) {
+  core::check_count("obs_count", obs_count, static_cast<std::int64_t>(rows() * spaces.observations));
+  begin(obs);
+}
+
+// Begins new episodes, whose first observations are obs or come from the environment.
+void Learner::begin(const double* obs) {
+  if (steps_itself()) {
+    std::vector<std::uint64_t> seeds(rows());
+    std::iota(seeds.begin(), seeds.end(), settings_->seed);
+    env_->seed(seeds);
+    env_->reset();
+    obs = env_->outcome().obs;
+  }
+  for (std::size_t i = 0; i < rows() * spaces_.observations; ++i)
+    if (!std::isfinite(obs[i]))
+      core::fail(MJENV_E_VALUE, "the first observation of row " + std::to_string(i / spaces_.observations) + ": " +
+                                    core::element_is("obs", i % spaces_.observations, obs[i]));
+  observations_.add(obs, rows());
+  observations_.normalize(obs, rows(), now_.data());
+  episodes_.forget_unfinished();
+  rewards_.forget_returns();
+  step_ = 0;
+  stage_ = Stage::kAct;
+  save_state();
+  env_is_stale_ = false;
+}
+
+void Learner::train(std::int64_t steps) {
+  if (!steps_itself())
+    core::fail(MJENV_E_VALUE,
+               "the caller steps the rows of this learner: use mjenv_learner_act and mjenv_learner_feed");
+  if (steps < 0) core::fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ", less than 0");
+  pool_.check_here();
+  if (env_is_stale_) restore_state(true);
+  const std::int64_t rollouts = (steps + settings_.batch() - 1) / settings_.batch();
+  try {
+    for (std::int64_t done = 0; done < rollouts; ++done)
+      for (std::int64_t step = 0; step < settings_->rollout_steps; ++step) {
+        draw_actions();
+        env_->step(bounded_);
+        take(env_->outcome());
+      }
+  } catch (...) {
+    undo();
+    throw;
+  }
+}
+
+// Restores the state after the last update. If the environment cannot be restored now, train() will try again.
+void Learner::undo() {
+  try {
+    restore_state(steps_itself());
+  } catch (const std::exception&) {
+  }
+}
+
+void Learner::act(float* action, std::int64_t count) {
+  if (steps_itself()) core::fail(MJENV_E_VALUE, "the library steps the rows of this learner: use mjenv_learner_train");
+  core::check_count("count", count, static_cast<std::int64_t>(bounded_.size()));
+  if (stage_ == Stage::kBroken) core::fail(MJENV_E_VALUE, "the rollout was given up: call mjenv_learner_restart first");
+  if (stage_ == Stage::kFeed)
+    core::fail(MJENV_E_VALUE, "the last actions have no outcome yet: call mjenv_learner_feed");
+  pool_.check_here();
+  draw_actions();
+  std::copy(bounded_.begin(), bounded_.end(), action);
+  stage_ = Stage::kFeed;
+}
+
+void Learner::feed(const mjenv_batch& out) {
+  if (steps_itself()) core::fail(MJENV_E_VALUE, "the library steps the rows of this learner: use mjenv_learner_train");
+  if (stage_ != Stage::kFeed) core::fail(MJENV_E_VALUE, "no actions were drawn: call mjenv_learner_act first");
+  pool_.check_here();
+  core::check_count("out->rows", out.rows, settings_->rows);
+  core::check_count("out->obs_count", out.obs_count, static_cast<std::int64_t>(spaces_.observations));
+  if (out.obs_dtype != MJENV_DTYPE_FLOAT64) core::fail(MJENV_E_VALUE, "out->obs_dtype is not MJENV_DTYPE_FLOAT64");
+  if (!out.obs || !out.final_obs || !out.reward || !out.terminated || !out.truncated)
+    core::fail(MJENV_E_ARGUMENT, "obs, final_obs, reward, terminated or truncated of out is NULL");
+  try {
+    stage_ = Stage::kAct;
+    take({static_cast<const double*>(out.obs), static_cast<const double*>(out.final_obs), out.reward, out.terminated,
+          out.truncated});
+  } catch (...) {
+    restore_state(false);
+    stage_ = Stage::kBroken;
+    throw;
+  }
+}
+
+void Learner::restart(const double* obs, std::int64_t obs_count) {
+  if (steps_itself())
+    core::fail(MJENV_E_VALUE, "the library steps the rows of this learner: use mjenv_learner_set_env");
+  core::check_count("obs_count", obs_count, static_cast<std::int64_t>(rows() * spaces_.observations));
+  restore_state(false);
+  stage_ = Stage::kBroken;  // unless the observations are valid
+  begin(obs);
+}
+
+void Learner::set_env(mjenv_env* env) {
+  if (!steps_itself()) core::fail(MJENV_E_VALUE, "the caller steps the rows of this learner");
+  auto other = std::make_unique<Environment>(*calls_, env, "same_step");
+  core::check_count("the number of rows", other->rows(), settings_->rows);
+  if (!(other->spaces() == spaces_)) core::fail(MJENV_E_VALUE, "the environment has other spaces than the one before");
+  std::swap(env_, other);
+  try {
+    begin(nullptr);
+  } catch (...) {
+    std::swap(env_, other);
+    undo();
+    throw;
+  }
+}
+
+void Learner::set(const Settings& settings) {
+  settings_.replace(settings);
+  observations_.set_clip(settings->obs_clip);
+}
+
+// Evaluates the critic, and the actor if `means` is not null, in rows whose blocks the threads share.
+void Learner::evaluate(const float* inputs, int rows, float* values, float* means) {
+  const int blocks = padded(rows, kRowsOfPass) / kRowsOfPass, threads = pool_.threads();
+  const auto evaluate_block = [&](int worker, int from, int count) {
+    const float* x = inputs + static_cast<std::size_t>(from) * agent_.stride();
+    const auto index = static_cast<std::size_t>(worker);
+    const int padded_count = padded(count, kRowBlock);
+    const float* value = critic_passes_[index]->forward(kernels_, &parameters_[agent_.critic_at], x, padded_count);
+    for (int i = 0; i < count; ++i) values[from + i] = value[i * agent_.critic.output_stride()];
+    if (!means) return;
+    const float* mean = actor_passes_[index]->forward(kernels_, parameters_.data(), x, padded_count);
+    for (int i = 0; i < count; ++i)
+      std::copy_n(mean + i * agent_.actor.output_stride(), agent_.actuators,
+                  means + static_cast<std::size_t>(from + i) * agent_.actuators);
+  };
+  const auto work = [&](int worker) {
+    for (int from = worker * kRowsOfPass; from < rows; from += threads * kRowsOfPass)
+      evaluate_block(worker, from, std::min(kRowsOfPass, rows - from));
+  };
+  // Waking the other threads costs more than evaluating a few rows.
+  if (threads > 1 && blocks > 1)
+    pool_.run(work);
+  else
+    for (int worker = 0; worker < threads; ++worker) work(worker);
+}
+
+// Draws the actions of all rows into rollout_.actions and, as the environment takes them, into bounded_.
+void Learner::draw_actions() {
+  const std::size_t n = rows(), actuators = agent_.actuators;
+  if (step_ == 0) {
+    std::copy(now_.begin(), now_.end(), rollout_.inputs.begin());
+    deviations_.update(kernels_, parameters_);
+  }
+  float *actions = &rollout_.actions[step_ * n * actuators],
+        *log_probabilities = &rollout_.log_probabilities[step_ * n];
+  evaluate(&rollout_.inputs[step_ * n * agent_.stride()], static_cast<int>(n), &rollout_.values[step_ * n], actions);
+  const float* log_std = &parameters_[agent_.log_std_at];
+  for (std::size_t i = 0; i < n; ++i) {
+    float log_probability = 0;
+    for (std::size_t j = 0; j < actuators; ++j) {
+      const auto z = static_cast<float>(random_.normal());
+      float& action = actions[i * actuators + j];
+      action += deviations_.std[j] * z;
+      log_probability -= 0.5F * z * z + log_std[j] + static_cast<float>(kHalfLogTwoPi);
+      bounded_[i * actuators + j] = bounded(j, action);
+    }
+    log_probabilities[i] = log_probability;
+  }
+}
+
+// The number of actuator j that the environment takes for the network's.
+float Learner::bounded(std::size_t j, float action) const {
+  const double low = spaces_.low[j], high = spaces_.high[j];
+  const double wanted = settings_->scale_actions != 0 ? 0.5 * (high + low) + 0.5 * (high - low) * action : action;
+  return static_cast<float>(std::min(high, std::max(low, wanted)));
+}
+
+void Learner::check_finite(const Outcome& outcome) const {
+  const auto where = [&](std::size_t row) {
+    const std::int64_t step = updates() * settings_->rollout_steps + static_cast<std::int64_t>(step_) + 1;
+    return "row " + std::to_string(row) + ", step " + std::to_string(step) + " of the training: ";
+  };
+  for (std::size_t i = 0; i < rows(); ++i)
+    if (!std::isfinite(outcome.reward[i]))
+      core::fail(MJENV_E_VALUE, where(i) + "the reward is " + core::number(outcome.reward[i]));
+  const std::size_t size = spaces_.observations;
+  const auto check = [&](const double* obs, std::size_t row) {
+    for (std::size_t j = 0; j < size; ++j)
+      if (!std::isfinite(obs[row * size + j]))
+        core::fail(MJENV_E_VALUE, where(row) + core::element_is("obs", j, obs[row * size + j]));
+  };
+  for (std::size_t i = 0; i < rows(); ++i) {
+    check(outcome.obs, i);
+    if (outcome.truncated[i] != 0 && outcome.terminated[i] == 0) check(outcome.final_obs, i);
+  }
+}
+
+void Learner::take(const Outcome& outcome) {
+  check_finite(outcome);
+  const std::size_t n = rows(), stride = agent_.stride();
+  for (std::size_t i = 0; i < n; ++i) {
+    ended_[i] = outcome.terminated[i] != 0 || outcome.truncated[i] != 0;
+    rollout_.going_on[step_ * n + i] = ended_[i] != 0 ? 0.0F : 1.0F;
+    episodes_.add_step(i, outcome.reward[i], ended_[i] != 0);
+  }
+  rewards_.add(outcome.reward, ended_, settings_->gamma, settings_->reward_clip, settings_->normalize_reward != 0,
+               &rollout_.rewards[step_ * n]);
+  add_cut_off_values(outcome);
+  observations_.add(outcome.obs, n);
+  ++step_;
+  observations_.normalize(outcome.obs, n, &rollout_.inputs[step_ * n * stride]);
+  if (step_ == rollout_.steps) finish_rollout();
+}
+
+// A truncated episode would have gone on: its last reward gets the value of its last observation, by the critic.
+void Learner::add_cut_off_values(const Outcome& outcome) {
+  for (std::size_t i = 0; i < rows(); ++i) {
+    if (outcome.truncated[i] == 0 || outcome.terminated[i] != 0) continue;
+    observations_.normalize(outcome.final_obs + i * spaces_.observations, 1, last_inputs_.data());
+    float value = 0;
+    evaluate(last_inputs_.data(), 1, &value, nullptr);
+    rollout_.rewards[step_ * rows() + i] += static_cast<float>(settings_->gamma) * value;
+  }
+}
+
+void Learner::finish_rollout() {
+  curve_.reserve(curve_.size() + 1 + curve_.size() / 2);  // now, because nothing may fail after the update
+  const std::size_t n = rows(), stride = agent_.stride();
+  const float* after = &rollout_.inputs[rollout_.steps * n * stride];
+  evaluate(after, static_cast<int>(n), &rollout_.values[rollout_.steps * n], nullptr);
+  rollout_.estimate_advantages(static_cast<float>(settings_->gamma), static_cast<float>(settings_->gae_lambda));
+  if (episodes_.is_full() && episodes_.mean_return() > best_.mean_return) keep_best();
+  std::copy_n(after, now_.size(), now_.begin());
+  curve_.push_back(update());
+  step_ = 0;
+  save_state();
+}
+
+double Learner::learning_rate() const {
+  const std::int64_t steps = settings_->decay_steps > 0 ? settings_->decay_steps : settings_->steps;
+  const auto all = static_cast<double>((steps + settings_.batch() - 1) / settings_.batch());
+  const double done = std::min(1.0, static_cast<double>(updates()) / all);
+  return settings_->learning_rate + (settings_->final_learning_rate - settings_->learning_rate) * done;
+}
+
+void Learner::shuffle() {
+  for (std::size_t i = order_.size() - 1; i > 0; --i)
+    std::swap(order_[i], order_[random_.below(static_cast<std::uint32_t>(i + 1))]);
+}
+
+mjenv_learn_report Learner::update() {
+  mjenv_learn_report report = empty_report();
+  report.updates = updates() + 1;
+  report.steps = report.updates * settings_.batch();
+  report.episodes = episodes_.episodes();
+  report.mean_return = episodes_.mean_return();
+  report.mean_length = episodes_.mean_length();
+  report.learning_rate = learning_rate();
+  report.explained_variance = rollout_.explained_variance();
+  const auto size = static_cast<std::size_t>(settings_->minibatch_size);
+  LossTerms all;
+  double norms = 0;
+  std::int64_t minibatches = 0;
+  while (report.epochs < settings_->epochs) {
+    shuffle();
+    const double kl_before = all.kl;
+    for (std::size_t start = 0; start < order_.size(); start += size, ++minibatches) {
+      const auto count = static_cast<int>(std::min(size, order_.size() - start));
+      const Minibatch batch(&order_[start], count, rollout_, settings_->normalize_advantage != 0);
+      all.add(loss_.differentiate(parameters_, rollout_, batch, *settings_));
+      norms += adam_.step(kernels_, report.learning_rate, settings_->max_grad_norm, loss_.gradient(), parameters_);
+    }
+    ++report.epochs;
+    const double kl = (all.kl - kl_before) / static_cast<double>(order_.size());
+    if (settings_->target_kl > 0 && kl > settings_->target_kl) break;
+  }
+  const double steps = static_cast<double>(order_.size()) * static_cast<double>(report.epochs);
+  report.policy_loss = all.policy / steps;
+  report.value_loss = all.value / steps;
+  report.approx_kl = all.kl / steps;
+  report.clip_fraction = all.clipped / steps;
+  report.grad_norm = norms / static_cast<double>(minibatches);
+  deviations_.update(kernels_, parameters_);
+  double entropy = 0, std = 0;
+  for (std::size_t j = 0; j < agent_.actuators; ++j) {
+    entropy += parameters_[agent_.log_std_at + j] + 0.5 + kHalfLogTwoPi;
+    std += deviations_.std[j];
+  }
+  report.entropy = entropy;
+  report.std = std / static_cast<double>(agent_.actuators);
+  return report;
+}
+
+void Learner::keep_best() {
+  best_.mean_return = episodes_.mean_return();
+  std::copy_n(parameters_.begin(), best_.actor.size(), best_.actor.begin());
+  if (!observations_.enabled()) return;
+  for (std::size_t j = 0; j < best_.mean.size(); ++j) {
+    best_.mean[j] = observations_.moments().mean()[j];
+    best_.scale[j] = observations_.moments().scale(j);
+  }
+}
+
+mjenv_learn_report Learner::report() const {
+  if (!curve_.empty()) return curve_.back();
+  return empty_report();
+}
+
+mjenv_learn_report Learner::report_at(std::int64_t update) const {
+  if (update < 1 || update > updates())
+    core::fail(MJENV_E_VALUE, "update is " + std::to_string(update) + ", not 1 to " + std::to_string(updates()));
+  return curve_[static_cast<std::size_t>(update - 1)];
+}
+
+std::string Learner::policy(mjenv_learn_which which) const {
+  if (which != MJENV_LEARN_LAST && which != MJENV_LEARN_BEST)
+    core::fail(MJENV_E_VALUE, "which is " + std::to_string(which) + ", not MJENV_LEARN_LAST or MJENV_LEARN_BEST");
+  const bool best = which == MJENV_LEARN_BEST && best_.mean_return > -__builtin_inf();
+  std::vector<double> mean = best_.mean, scale = best_.scale;
+  if (!best && observations_.enabled())
+    for (std::size_t j = 0; j < mean.size(); ++j) {
+      mean[j] = observations_.moments().mean()[j];
+      scale[j] = observations_.moments().scale(j);
+    }
+  return policy_text(settings_, spaces_, agent_.actor, best ? best_.actor.data() : parameters_.data(), mean, scale,
+                     settings_->obs_clip);
+}
+
+// All that a rollout and its update change, but not what settings and sizes determine.
+template <typename Archive>
+void Learner::archive(Archive& a) {
+  a(random_);
+  a(parameters_);
+  adam_.archive(a);
+  observations_.archive(a);
+  rewards_.archive(a);
+  episodes_.archive(a);
+  a(now_);
+  a(order_);
+  a(best_.mean_return);
+  a(best_.actor);
+  a(best_.mean);
+  a(best_.scale);
+}
+
+void Learner::save_state() {
+  image_.clear();
+  if (steps_itself()) env_->save(image_);
+  spare_.clear();
+  Writer writer(spare_);
+  writer(curve_);
+  archive(writer);
+  writer(image_);
+  std::swap(saved_, spare_);
+}
+
+// Restores what save_state saved.
+void Learner::restore_state(bool with_env) {
+  step_ = 0;
+  stage_ = Stage::kAct;
+  env_is_stale_ = with_env;
+  Reader reader(saved_);
+  curve_.resize(reader.count_ahead());
+  reader(curve_);
+  archive(reader);
+  image_.resize(reader.count_ahead());
+  reader(image_);
+  if (with_env) env_->restore(image_.data(), image_.size());
+  env_is_stale_ = false;
+}
+
+void Learner::save(const std::string& path) const { write_checkpoint(path, settings_, spaces_, saved_); }
+
+void Learner::load(const std::string& path) {
+  std::vector<std::byte> state = read_checkpoint(path, settings_, spaces_);
+  std::swap(saved_, state);
+  try {
+    restore_state(steps_itself());
+  } catch (...) {
+    std::swap(saved_, state);
+    undo();
+    throw;
+  }
+}
+
+}  // namespace mjenv::learn

@@ -1,0 +1,119 @@
+// Proximal policy optimisation (Schulman et al. 2017).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adam.hpp"
+#include "agent.hpp"
+#include "environment.hpp"
+#include "episodes.hpp"
+#include "kernels/kernels.hpp"
+#include "loss.hpp"
+#include "network.hpp"
+#include "normalizer.hpp"
+#include "random.hpp"
+#include "rollout.hpp"
+#include "settings.hpp"
+#include "system/pool.hpp"
+
+namespace mjenv::learn {
+
+class Learner {
+ public:
+  // Steps the rows of an environment itself ...
+  Learner(const mjenv_learn_calls& calls, mjenv_env* env, const Settings& settings);
+  // ... or leaves that to the caller. obs: [rows][observations], the first observations.
+  Learner(const Spaces& spaces, const Settings& settings, const double* obs, std::int64_t obs_count);
+  Learner(const Learner&) = delete;
+  Learner& operator=(const Learner&) = delete;
+
+  const Settings& settings() const { return settings_; }
+  const Spaces& spaces() const { return spaces_; }
+
+  void train(std::int64_t steps);
+  void act(float* action, std::int64_t count);
+  void feed(const mjenv_batch& out);
+  void restart(const double* obs, std::int64_t obs_count);
+  void set_env(mjenv_env* env);
+  void set(const Settings& settings);
+
+  mjenv_learn_report report() const;
+  mjenv_learn_report report_at(std::int64_t update) const;
+  void save(const std::string& path) const;
+  void load(const std::string& path);
+  std::string policy(mjenv_learn_which which) const;
+
+ private:
+  // The parameters and normalisation of the policy with the greatest mean return so far.
+  struct Best {
+    double mean_return = -__builtin_inf();
+    std::vector<float> actor;
+    std::vector<double> mean, scale;
+  };
+  enum class Stage { kAct, kFeed, kBroken };  // what the caller of act and feed has to do next; kBroken: restart
+
+  Settings settings_;
+  Spaces spaces_;
+  std::optional<mjenv_learn_calls> calls_;
+  std::unique_ptr<Environment> env_;  // null: the caller steps the rows
+  const Kernels& kernels_;
+  core::Pool pool_;
+  Agent agent_;
+  Loss loss_;
+  Random random_;
+  std::vector<float> parameters_;
+  Adam adam_;
+  ObservationNormalizer observations_;
+  RewardNormalizer rewards_;
+  EpisodeStatistics episodes_;
+  Rollout rollout_;
+  std::vector<float> now_;  // [rows][stride] the normalised observations that the next actions follow
+  std::vector<mjenv_learn_report> curve_;
+  Best best_;
+  std::size_t step_ = 0;  // of the rollout under way
+  Stage stage_ = Stage::kAct;
+  bool env_is_stale_ = false;     // it could not be restored when something else failed
+  std::vector<std::byte> saved_;  // the state after the last update
+  std::vector<std::byte> spare_;  // receives the next one
+
+  // Memory of single functions.
+  std::vector<float> bounded_;                                                // act
+  std::vector<std::unique_ptr<Network::Pass>> actor_passes_, critic_passes_;  // evaluate; one for each thread
+  std::vector<unsigned char> ended_;                                          // feed
+  std::vector<float> last_inputs_;                                            // add_cut_off_values
+  std::vector<std::int32_t> order_;                                           // update
+  Deviations deviations_;                                                     // of the actions
+  std::vector<std::byte> image_;                                              // save_state
+
+  Learner(const Spaces& spaces, const Settings& settings);
+
+  std::int64_t updates() const { return static_cast<std::int64_t>(curve_.size()); }
+  std::size_t rows() const { return static_cast<std::size_t>(settings_->rows); }
+  bool steps_itself() const { return env_ != nullptr; }
+
+  void begin(const double* obs);
+  void draw_actions();
+  float bounded(std::size_t j, float action) const;
+  void evaluate(const float* inputs, int rows, float* values, float* means);
+  void check_finite(const Outcome& outcome) const;
+  void take(const Outcome& outcome);
+  void add_cut_off_values(const Outcome& outcome);
+  void finish_rollout();
+  mjenv_learn_report update();
+  void shuffle();
+  void keep_best();
+  double learning_rate() const;
+
+  void save_state();
+  void undo();
+  void restore_state(bool with_env);
+  template <typename Archive>
+  void archive(Archive& a);
+};
+
+}  // namespace mjenv::learn

@@ -1,0 +1,66 @@
+// A fully connected network: hidden layers with an activation, and a last layer without.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/kernels.hpp"
+#include "random.hpp"
+
+namespace mjenv::learn {
+
+// Where a layer's parameters lie: weights [inputs][outputs], then bias [outputs], both padded with zeros, which stay zero.
+struct Layer {
+  int inputs, outputs;                // as the caller counts them
+  int padded_inputs, padded_outputs;  // as they are stored
+  std::size_t weights, bias;          // the offsets of the first elements
+};
+
+class Network {
+ public:
+  // The inputs whose element of `seen` is 0 have no effect; empty: all have one.
+  Network(int inputs, const std::vector<int>& hidden, int outputs, mjenv_activation activation,
+          std::vector<std::uint8_t> seen);
+
+  std::size_t size() const { return size_; }  // of the parameters, a multiple of kLaneBlock
+  int input_stride() const { return layers_.front().padded_inputs; }
+  int output_stride() const { return layers_.back().padded_outputs; }
+  const std::vector<Layer>& layers() const { return layers_; }
+  bool sees(int input) const { return seen_.empty() || seen_[static_cast<std::size_t>(input)] != 0; }
+
+  // Orthogonal weights: of the hidden layers with gain sqrt(2), of the last with `gain`. Biases are 0.
+  void initialize(float* parameters, double gain, Random& random) const;
+
+  // What one evaluation of `rows` rows needs beside the parameters.
+  class Pass {
+   public:
+    Pass(const Network& network, int rows);
+
+    // x: [rows][input_stride()]; rows: a multiple of kRowBlock. Returns the outputs [rows][output_stride()].
+    const float* forward(const Kernels& kernels, const float* parameters, const float* x, int rows);
+
+    // The derivatives of the loss by the outputs [rows][output_stride()], for the caller to fill. Padded ones are 0.
+    float* output_slopes() { return slopes_.back().data(); }
+
+    // Adds the derivatives by the parameters to `gradient`, after forward() with the same arguments. transposed: of turn().
+    void backward(const Kernels& kernels, const float* transposed, const float* x, int rows, float* gradient);
+
+   private:
+    const Network& network_;
+    std::vector<std::vector<float>> outputs_, slopes_;  // of each layer
+  };
+
+  // Writes the transposed weights of all layers but the first, which backward() multiplies with.
+  void turn(const float* parameters, std::vector<float>& transposed) const;
+
+ private:
+  std::vector<Layer> layers_;
+  mjenv_activation activation_;
+  std::vector<std::uint8_t> seen_;
+  std::size_t size_ = 0;
+
+  void clear_unseen(float* first_weights) const;
+};
+
+}  // namespace mjenv::learn

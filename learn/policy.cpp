@@ -1,0 +1,360 @@
+#include "policy.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "chars.hpp"
+#include "error.hpp"
+
+namespace mjenv::learn {
+namespace {
+
+constexpr std::string_view kHead = "mjenv-policy 1";
+
+// The shortest text that reads as this float32.
+std::string number32(float value) {
+#if defined(__cpp_lib_to_chars)
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+#else
+  return core::number(value);
+#endif
+}
+
+void append_numbers(std::string& text, const char* name, const std::vector<double>& numbers) {
+  text += name;
+  for (const double value : numbers) text += ' ' + core::number(value);
+  text += '\n';
+}
+
+const char* name_of(mjenv_activation activation) {
+  return activation == MJENV_ACTIVATION_TANH ? "tanh" : activation == MJENV_ACTIVATION_RELU ? "relu" : "elu";
+}
+
+// The number of the last layer's output j as the environment takes it: its share of half the range of the action.
+double scaled(const Settings& settings, const Spaces& spaces, std::size_t j, double value) {
+  return settings->scale_actions != 0 ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
+}
+
+}  // namespace
+
+std::string policy_text(const Settings& settings, const Spaces& spaces, const Network& actor, const float* parameters,
+                        const std::vector<double>& mean, const std::vector<double>& scale, double clip) {
+  std::string text = std::string(kHead) + "\nid " + settings.id + '\n';
+  append_numbers(text, "mean", mean);
+  append_numbers(text, "scale", scale);
+  append_numbers(text, "low", spaces.low);
+  append_numbers(text, "high", spaces.high);
+  append_numbers(text, "clip", {clip});
+  for (const Layer& layer : actor.layers()) {
+    const bool last = &layer == &actor.layers().back(), scale_outputs = last && settings->scale_actions != 0;
+    text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(layer.inputs) + ' ' +
+            (last ? "identity" : name_of(settings->activation)) + "\nbias";
+    const float *weights = parameters + layer.weights, *bias = parameters + layer.bias;
+    const auto append = [&](int output, float value, double offset) {
+      const auto j = static_cast<std::size_t>(output);
+      text += ' ';
+      text += scale_outputs ? core::number(offset + scaled(settings, spaces, j, value)) : number32(value);
+    };
+    for (int o = 0; o < layer.outputs; ++o) {
+      const auto j = static_cast<std::size_t>(o);
+      append(o, bias[o], scale_outputs ? 0.5 * (spaces.high[j] + spaces.low[j]) : 0.0);
+    }
+    text += '\n';
+    for (int o = 0; o < layer.outputs; ++o) {
+      text += "weights";
+      for (int i = 0; i < layer.inputs; ++i) append(o, weights[i * layer.padded_outputs + o], 0.0);
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+// Reads the text line by line. Messages name the line.
+class Policy::Parser {
+ public:
+  Parser(std::string_view text, Policy& policy) : text_(text), policy_(policy) {}
+
+  void parse() {
+    if (!next() || line_ != kHead) fail("does not begin with " + core::quoted(std::string(kHead)));
+    if (!next() || line_.substr(0, 3) != "id ") fail("is not \"id ID\"");
+    policy_.id_ = line_.substr(3);
+    while (next()) {
+      if (line_.empty()) continue;
+      const std::string_view name = word();
+      if (name == "layer")
+        begin_layer();
+      else if (name == "bias")
+        read_numbers(layer().bias, static_cast<std::size_t>(layer().outputs));
+      else if (name == "weights")
+        read_row();
+      else
+        read_numbers(named(name));
+    }
+    finish();
+  }
+
+ private:
+  std::string_view text_, line_;
+  Policy& policy_;
+  int number_ = 0, rows_ = 0;  // the line's number, and how many lines "weights" the layer has so far
+  std::vector<double> clip_;
+
+  [[noreturn]] void fail(const std::string& reason) const {
+    core::fail(MJENV_E_VALUE, "the text is no policy: line " + std::to_string(number_) + " " + reason);
+  }
+  [[noreturn]] static void fail_whole(const std::string& reason) {
+    core::fail(MJENV_E_VALUE, "the text is no policy: " + reason);
+  }
+
+  bool next() {
+    if (text_.empty()) return false;
+    const std::size_t end = std::min(text_.find('\n'), text_.size());
+    line_ = text_.substr(0, end);
+    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
+    text_.remove_prefix(std::min(text_.size(), end + 1));
+    ++number_;
+    return true;
+  }
+
+  std::string_view word() {
+    line_.remove_prefix(std::min(line_.find_first_not_of(' '), line_.size()));
+    const std::string_view found = line_.substr(0, line_.find(' '));
+    line_.remove_prefix(found.size());
+    return found;
+  }
+
+  double number(std::string_view text) const {
+    const std::optional<double> value = core::read_double(text);
+    if (!value || !std::isfinite(*value)) fail("has " + core::quoted(std::string(text)) + ", not a finite number");
+    return *value;
+  }
+
+  // Reads the numbers of the line, which must be `count`, or any number of them if count is 0.
+  void read_numbers(std::vector<double>& to, std::size_t count = 0) {
+    if (!to.empty()) fail("repeats an earlier one");
+    for (std::string_view text = word(); !text.empty(); text = word()) to.push_back(number(text));
+    if (to.empty() || (count > 0 && to.size() != count))
+      fail("has " + std::to_string(to.size()) + " numbers" + (count > 0 ? ", not " + std::to_string(count) : ""));
+  }
+
+  std::vector<double>& named(std::string_view name) {
+    if (name == "mean") return policy_.mean_;
+    if (name == "scale") return policy_.scale_;
+    if (name == "low") return policy_.low_;
+    if (name == "high") return policy_.high_;
+    if (name == "clip") return clip_;
+    fail("begins with " + core::quoted(std::string(name)));
+  }
+
+  PolicyLayer& layer() {
+    if (policy_.layers_.empty()) fail("belongs to no layer");
+    return policy_.layers_.back();
+  }
+
+  int width() {
+    constexpr int kMost = 1 << 20;
+    const std::string_view text = word();
+    int value = 0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (read.ec != std::errc() || read.ptr != text.data() + text.size() || value < 1 || value > kMost)
+      fail("has " + core::quoted(std::string(text)) + ", not a number of inputs or outputs");
+    return value;
+  }
+
+  void begin_layer() {
+    if (!policy_.layers_.empty()) finish_layer();
+    PolicyLayer made{};
+    made.outputs = width();
+    made.inputs = width();
+    made.padded_outputs = padded(made.outputs, kLaneBlock);
+    const std::string_view name = word();
+    if (name == "tanh")
+      made.activation = Activation::kTanh;
+    else if (name == "relu")
+      made.activation = Activation::kRelu;
+    else if (name == "elu")
+      made.activation = Activation::kElu;
+    else if (name == "identity")
+      made.activation = Activation::kIdentity;
+    else
+      fail("has the unknown activation " + core::quoted(std::string(name)));
+    policy_.layers_.push_back(std::move(made));
+    rows_ = 0;
+  }
+
+  void read_row() {
+    PolicyLayer& to = layer();
+    std::vector<double> row;
+    read_numbers(row, static_cast<std::size_t>(to.inputs));
+    if (rows_ == to.outputs) fail("is one line \"weights\" too many");
+    if (rows_ == 0) to.weights.resize(row.size() * static_cast<std::size_t>(to.outputs));
+    for (std::size_t i = 0; i < row.size(); ++i)
+      to.weights[i * static_cast<std::size_t>(to.outputs) + static_cast<std::size_t>(rows_)] = row[i];
+    ++rows_;
+  }
+
+  void finish_layer() {
+    PolicyLayer& done = layer();
+    if (rows_ != done.outputs || done.bias.empty())
+      fail("comes too early: layer " + std::to_string(policy_.layers_.size()) + " has no bias, or " +
+           std::to_string(rows_) + " lines of weights instead of " + std::to_string(done.outputs));
+    // The first layer's inputs, and the others' padded ones, are what the kernels need beyond those that exist.
+    const auto inputs = static_cast<std::size_t>(done.inputs), outputs = static_cast<std::size_t>(done.outputs);
+    const auto stride = static_cast<std::size_t>(done.padded_outputs);
+    done.weights32.resize(inputs * stride);
+    done.bias32.resize(stride);
+    for (std::size_t o = 0; o < outputs; ++o) {
+      done.bias32[o] = static_cast<float>(done.bias[o]);
+      for (std::size_t i = 0; i < inputs; ++i)
+        done.weights32[i * stride + o] = static_cast<float>(done.weights[i * outputs + o]);
+    }
+  }
+
+  void finish() {
+    if (policy_.layers_.empty()) fail_whole("it has no layer");
+    ++number_;
+    finish_layer();
+    if (clip_.size() != 1 || !(clip_[0] > 0)) fail_whole("clip is missing, or not one number greater than 0");
+    policy_.clip_ = clip_[0];
+    int before = static_cast<int>(policy_.mean_.size());
+    for (std::size_t l = 0; l < policy_.layers_.size(); ++l) {
+      if (policy_.layers_[l].inputs != before)
+        fail_whole("layer " + std::to_string(l + 1) + " has " + std::to_string(policy_.layers_[l].inputs) +
+                   " inputs, but " + std::to_string(before) + " numbers come before it");
+      before = policy_.layers_[l].outputs;
+    }
+    if (policy_.scale_.size() != policy_.mean_.size()) fail_whole("mean and scale have different lengths");
+    if (policy_.low_.size() != policy_.high_.size() || static_cast<int>(policy_.low_.size()) != before)
+      fail_whole("low or high has another length than the outputs of the last layer");
+    for (const double scale : policy_.scale_)
+      if (!(scale > 0)) fail_whole("an element of scale is not greater than 0");
+  }
+};
+
+Policy::Policy(std::string_view text) { Parser(text, *this).parse(); }
+
+void Policy::check_fits(const Spaces& spaces) const {
+  if (spaces.observations != observations() || spaces.actuators != actuators())
+    core::fail(MJENV_E_SIZE, "the policy of " + core::quoted(id_) + " has " + std::to_string(observations()) +
+                                 " observations and " + std::to_string(actuators()) + " actuators, the environment " +
+                                 std::to_string(spaces.observations) + " and " + std::to_string(spaces.actuators));
+}
+
+void Policy::act(mjenv_precision precision, std::size_t rows, const double* obs, float* actions) const {
+  if (precision == MJENV_PRECISION_FLOAT32)
+    act32(rows, obs, actions);
+  else if (precision == MJENV_PRECISION_FLOAT64)
+    act64(rows, obs, actions);
+  else
+    core::fail(MJENV_E_VALUE, "precision is " + std::to_string(precision) +
+                                  ", not MJENV_PRECISION_FLOAT64 or MJENV_PRECISION_FLOAT32");
+}
+
+// By the functions of the C library, as mjenv.policy in Python does.
+void Policy::activate64(Activation activation, std::vector<double>& values) {
+  if (activation == Activation::kTanh)
+    for (double& y : values) y = std::tanh(y);
+  else if (activation == Activation::kRelu)
+    for (double& y : values) y = std::max(y, 0.0);
+  else if (activation == Activation::kElu)
+    for (double& y : values) y = y > 0 ? y : std::expm1(y);
+}
+
+void Policy::act64(std::size_t rows, const double* obs, float* actions) const {
+  std::vector<double> values, next;
+  for (std::size_t row = 0; row < rows; ++row, obs += observations(), actions += actuators()) {
+    values.resize(observations());
+    for (std::size_t j = 0; j < values.size(); ++j)
+      values[j] = std::min(std::max((obs[j] - mean_[j]) / scale_[j], -clip_), clip_);
+    for (const PolicyLayer& layer : layers_) {
+      next = layer.bias;
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const double* weights = &layer.weights[i * next.size()];
+        for (std::size_t o = 0; o < next.size(); ++o) next[o] += weights[o] * values[i];
+      }
+      activate64(layer.activation, next);
+      std::swap(values, next);
+    }
+    for (std::size_t j = 0; j < values.size(); ++j)
+      actions[j] = static_cast<float>(std::min(std::max(values[j], low_[j]), high_[j]));
+  }
+}
+
+void Policy::act32(std::size_t rows, const double* obs, float* actions) const {
+  const Kernels& kernels = chosen_kernels(MJENV_INSTRUCTIONS_AUTO);
+  const int count = padded(static_cast<int>(rows), kRowBlock);
+  int stride = static_cast<int>(observations());
+  std::vector<float> values(static_cast<std::size_t>(count) * observations()), next;
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < observations(); ++j) {
+      const double x = (obs[i * observations() + j] - mean_[j]) * (1 / scale_[j]);
+      values[i * observations() + j] = static_cast<float>(std::min(clip_, std::max(-clip_, x)));
+    }
+  for (const PolicyLayer& layer : layers_) {
+    next.resize(static_cast<std::size_t>(count) * layer.padded_outputs);
+    kernels.product(values.data(), stride, count, layer.inputs, layer.weights32.data(), layer.padded_outputs,
+                    layer.bias32.data(), next.data());
+    stride = layer.padded_outputs;
+    if (layer.activation != Activation::kIdentity)
+      kernels.activate(static_cast<mjenv_activation>(layer.activation), next.data(), next.size());
+    std::swap(values, next);
+  }
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t j = 0; j < actuators(); ++j)
+      actions[i * actuators() + j] = static_cast<float>(
+          std::min<double>(std::max<double>(values[i * static_cast<std::size_t>(stride) + j], low_[j]), high_[j]));
+}
+
+void evaluate_policy(Environment& env, const Policy& policy, mjenv_precision precision, std::uint64_t seed,
+                     std::int64_t episodes, double* returns, std::int64_t* lengths) {
+  constexpr std::int64_t kLongest = 10'000'000;  // steps
+  policy.check_fits(env.spaces());
+  const auto rows = static_cast<std::size_t>(env.rows());
+  std::vector<std::int64_t> episode(rows), length(rows);
+  std::vector<double> total(rows);
+  std::vector<std::uint8_t> playing(rows), begins(rows);
+  std::vector<std::uint64_t> seeds(rows);
+  std::vector<float> actions(rows * policy.actuators());
+  std::int64_t next = 0;
+  const auto begin = [&](std::size_t row) {
+    playing[row] = begins[row] = next < episodes;
+    if (begins[row] == 0) return;
+    seeds[row] = seed + static_cast<std::uint64_t>(next);
+    episode[row] = next++;
+    total[row] = 0;
+    length[row] = 0;
+  };
+  const auto any = [](const std::vector<std::uint8_t>& mask) {
+    return std::any_of(mask.begin(), mask.end(), [](std::uint8_t element) { return element != 0; });
+  };
+  for (std::size_t row = 0; row < rows; ++row) begin(row);
+  while (any(playing)) {
+    if (any(begins)) {
+      env.seed(seeds, begins.data());
+      env.reset(begins.data());
+      std::fill(begins.begin(), begins.end(), std::uint8_t{0});
+    }
+    const Outcome outcome = env.outcome();
+    policy.act(precision, rows, outcome.obs, actions.data());
+    env.step(actions, playing.data());
+    for (std::size_t row = 0; row < rows; ++row) {
+      if (playing[row] == 0) continue;
+      total[row] += outcome.reward[row];
+      if (++length[row] > kLongest)
+        core::fail(MJENV_E_VALUE, "episode " + std::to_string(episode[row]) + " does not end within " +
+                                      std::to_string(kLongest) + " steps");
+      if (outcome.terminated[row] == 0 && outcome.truncated[row] == 0) continue;
+      if (returns) returns[episode[row]] = total[row];
+      if (lengths) lengths[episode[row]] = length[row];
+      begin(row);
+    }
+  }
+}
+
+}  // namespace mjenv::learn

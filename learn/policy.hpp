@@ -1,0 +1,65 @@
+// Deterministic policies and their text.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "environment.hpp"
+#include "kernels/kernels.hpp"
+#include "network.hpp"
+#include "settings.hpp"
+
+namespace mjenv::learn {
+
+// The text of a learner's policy: an actor, and how observations are normalised. docs/training.md has the format.
+std::string policy_text(const Settings& settings, const Spaces& spaces, const Network& actor, const float* parameters,
+                        const std::vector<double>& mean, const std::vector<double>& scale, double clip);
+
+class Policy {
+ public:
+  // Throws if the text is no policy.
+  explicit Policy(std::string_view text);
+
+  const std::string& id() const { return id_; }
+  std::size_t observations() const { return mean_.size(); }
+  std::size_t actuators() const { return low_.size(); }
+
+  // obs: [rows][observations()]; actions: [rows][actuators()].
+  void act(mjenv_precision precision, std::size_t rows, const double* obs, float* actions) const;
+
+  // Throws unless the spaces have the sizes of this policy.
+  void check_fits(const Spaces& spaces) const;
+
+ private:
+  enum class Activation {
+    kIdentity,
+    kTanh = MJENV_ACTIVATION_TANH,
+    kRelu = MJENV_ACTIVATION_RELU,
+    kElu = MJENV_ACTIVATION_ELU
+  };
+  struct PolicyLayer {
+    Activation activation;
+    int inputs, outputs, padded_outputs;
+    std::vector<double> weights, bias;     // [inputs][outputs]
+    std::vector<float> weights32, bias32;  // [inputs][padded_outputs]
+  };
+
+  std::string id_;
+  std::vector<double> mean_, scale_, low_, high_;
+  double clip_ = 0;
+  std::vector<PolicyLayer> layers_;
+
+  class Parser;
+  static void activate64(Activation activation, std::vector<double>& values);
+  void act64(std::size_t rows, const double* obs, float* actions) const;
+  void act32(std::size_t rows, const double* obs, float* actions) const;
+};
+
+// Plays episodes 0 .. episodes - 1, each from a reset by seed + its number. returns and lengths may be null.
+void evaluate_policy(Environment& env, const Policy& policy, mjenv_precision precision, std::uint64_t seed,
+                     std::int64_t episodes, double* returns, std::int64_t* lengths);
+
+}  // namespace mjenv::learn

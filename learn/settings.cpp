@@ -1,0 +1,189 @@
+#include "settings.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "chars.hpp"
+#include "error.hpp"
+
+namespace mjenv::learn {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr std::int64_t kMostSteps = std::int64_t{1} << 53, kMostWidth = 4096, kMostLayers = 8, kMostThreads = 64;
+constexpr std::int64_t kMostBatch = std::int64_t{1} << 26, kMostObservations = 1 << 20;
+
+[[noreturn]] void refuse(const char* name, const std::string& value, const std::string& wanted) {
+  core::fail(MJENV_E_VALUE, "settings." + std::string(name) + " is " + value + ", not " + wanted);
+}
+
+void check_count(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
+  if (value < low || value > high)
+    refuse(name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
+}
+
+void check_number(const char* name, double value, double low, double high) {
+  if (value >= low && value <= high && std::isfinite(value)) return;
+  refuse(name, core::number(value),
+         std::isinf(high) ? "a number from " + core::number(low) + " on"
+                          : core::number(low) + " to " + core::number(high));
+}
+
+void check_positive(const char* name, double value) {
+  if (!(value > 0 && std::isfinite(value))) refuse(name, core::number(value), "a number greater than 0");
+}
+
+void check_values(const mjenv_learn_settings& s) {
+  check_count("activation", s.activation, MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_ELU);
+  check_count("rows", s.rows, 1, kMostBatch);
+  check_count("steps", s.steps, 1, kMostSteps);
+  check_count("rollout_steps", s.rollout_steps, 1, kMostBatch / s.rows);
+  check_count("epochs", s.epochs, 1, 1000);
+  check_count("minibatch_size", s.minibatch_size, 1, s.rows * s.rollout_steps);
+  check_count("decay_steps", s.decay_steps, 0, kMostSteps);
+  check_number("learning_rate", s.learning_rate, 0, 1);
+  check_number("final_learning_rate", s.final_learning_rate, 0, 1);
+  check_number("gamma", s.gamma, 0, 1);
+  check_number("gae_lambda", s.gae_lambda, 0, 1);
+  check_positive("clip", s.clip);
+  check_number("value_clip", s.value_clip, 0, kInfinite);
+  check_number("value_coef", s.value_coef, 0, kInfinite);
+  check_number("entropy_coef", s.entropy_coef, 0, kInfinite);
+  check_number("max_grad_norm", s.max_grad_norm, 0, kInfinite);
+  check_number("target_kl", s.target_kl, 0, kInfinite);
+  check_number("initial_std", s.initial_std, 1e-6, 1e6);
+  check_positive("obs_clip", s.obs_clip);
+  check_positive("reward_clip", s.reward_clip);
+  check_count("normalize_obs", s.normalize_obs, 0, 1);
+  check_count("normalize_reward", s.normalize_reward, 0, 1);
+  check_count("normalize_advantage", s.normalize_advantage, 0, 1);
+  check_count("scale_actions", s.scale_actions, 0, 1);
+  check_count("hidden_count", s.hidden_count, 0, kMostLayers);
+  check_count("obs_count", s.obs_count, 0, kMostObservations);
+  check_count("threads", s.threads, 1, kMostThreads);
+  check_count("window", s.window, 1, 1'000'000);
+}
+
+std::vector<std::uint8_t> mask(const char* name, const std::uint8_t* given, std::int64_t count,
+                               std::int64_t observations) {
+  if (!given) return {};
+  if (count != observations)
+    core::fail(MJENV_E_SIZE, "settings.obs_count is " + std::to_string(count) + ", but an observation has " +
+                                 std::to_string(observations) + " elements");
+  std::vector<std::uint8_t> copy(given, given + count);
+  bool any = false;
+  for (const std::uint8_t element : copy) any = any || element != 0;
+  if (!any) refuse(name, "0 for each element", "1 for any");
+  return copy;
+}
+
+constexpr std::array<std::int64_t, 2> kHidden = {64, 64};
+
+// Many rows, large minibatches and small deviations learn most in the least time on one CPU.
+mjenv_learn_settings wide(std::int64_t steps) {
+  mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
+  s.steps = steps;
+  s.hidden = kHidden.data();
+  s.hidden_count = static_cast<std::int64_t>(kHidden.size());
+  return s;
+}
+
+// Few rows and many small minibatches, for robots that learn from few steps.
+mjenv_learn_settings narrow(std::int64_t steps, std::int64_t rollout_steps, double learning_rate) {
+  mjenv_learn_settings s = wide(steps);
+  s.rows = 8;
+  s.rollout_steps = rollout_steps;
+  s.epochs = 10;
+  s.minibatch_size = 256;
+  s.learning_rate = learning_rate;
+  s.value_coef = 0.5;
+  s.max_grad_norm = 0.5;
+  s.initial_std = 1;
+  return s;
+}
+
+template <typename Change>
+mjenv_learn_settings with(mjenv_learn_settings s, const Change& change) {
+  change(s);
+  return s;
+}
+
+struct Tuned {
+  const char* id;
+  mjenv_learn_settings settings;
+};
+
+const std::vector<Tuned>& tuned() {
+  static const std::vector<Tuned> all = {
+      {"Ant-v5", wide(2'000'000)},
+      {"HalfCheetah-v5", with(wide(2'000'000), [](auto& s) { s.gamma = 0.98; })},
+      {"Hopper-v5", narrow(1'000'000, 512, 5e-4)},
+      {"Humanoid-v5", with(wide(1'605'632), [](auto& s) { s.decay_steps = 8'000'000; })},
+      {"HumanoidStandup-v5", wide(600'000)},
+      {"InvertedDoublePendulum-v5", wide(400'000)},
+      {"InvertedPendulum-v5", with(narrow(100'000, 256, 1e-3),
+                                   [](auto& s) {
+                                     s.epochs = 5;
+                                     s.minibatch_size = 128;
+                                   })},
+      {"Pusher-v5", wide(1'500'000)},
+      {"Reacher-v5", with(narrow(150'000, 256, 1e-3), [](auto& s) { s.gamma = 0.9; })},
+      {"Swimmer-v5", with(narrow(1'000'000, 1024, 6e-4),
+                          [](auto& s) {
+                            s.gamma = 0.9999;
+                            s.gae_lambda = 0.98;
+                          })},
+      {"Walker2d-v5", with(wide(1'515'520), [](auto& s) { s.decay_steps = 3'000'000; })}};
+  return all;
+}
+
+}  // namespace
+
+Settings::Settings(const mjenv_learn_settings& given, std::int64_t observations)
+    : id(given.id ? given.id : ""), values_(given) {
+  check_values(given);
+  if (id.empty() || id.size() > 1000 || id.find_first_of("\r\n") != std::string::npos)
+    refuse("id", core::quoted(id.substr(0, 100)), "the name of an environment");
+  if (given.hidden_count > 0 && !given.hidden) core::fail(MJENV_E_ARGUMENT, "settings.hidden is NULL");
+  for (std::int64_t i = 0; i < given.hidden_count; ++i) {
+    check_count(("hidden[" + std::to_string(i) + "]").c_str(), given.hidden[i], 1, kMostWidth);
+    hidden.push_back(static_cast<int>(given.hidden[i]));
+  }
+  actor_obs = mask("actor_obs", given.actor_obs, given.obs_count, observations);
+  critic_obs = mask("critic_obs", given.critic_obs, given.obs_count, observations);
+  values_.id = nullptr;
+  values_.hidden = nullptr;
+  values_.actor_obs = values_.critic_obs = nullptr;
+}
+
+void Settings::replace(const Settings& other) {
+  const auto same = [](const char* name, bool equal) {
+    if (!equal)
+      core::fail(MJENV_E_VALUE, "settings." + std::string(name) + " cannot change once the learner is created");
+  };
+  const mjenv_learn_settings &old = values_, &now = other.values_;
+  same("rows", old.rows == now.rows);
+  same("rollout_steps", old.rollout_steps == now.rollout_steps);
+  same("activation", old.activation == now.activation);
+  same("hidden", hidden == other.hidden);
+  same("actor_obs", actor_obs == other.actor_obs);
+  same("critic_obs", critic_obs == other.critic_obs);
+  same("normalize_obs", old.normalize_obs == now.normalize_obs);
+  same("scale_actions", old.scale_actions == now.scale_actions);
+  same("seed", old.seed == now.seed);
+  same("threads", old.threads == now.threads);
+  same("instructions", old.instructions == now.instructions);
+  same("window", old.window == now.window);
+  same("id", id == other.id);
+  values_ = other.values_;
+}
+
+mjenv_learn_settings defaults_of(const std::string& id) {
+  for (const Tuned& one : tuned())
+    if (id == one.id) return one.settings;
+  return with(wide(2'000'000), [](auto& s) { s.scale_actions = 1; });
+}
+
+}  // namespace mjenv::learn

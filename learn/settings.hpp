@@ -1,0 +1,44 @@
+// A checked copy of mjenv_learn_settings that owns its arrays, and the settings for each id.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mjenv/learn.h"
+
+// The sizes of the structs in the first release, with pointers of 64 bits, which never change. Every caller's struct is at
+// least as long. core/structs.hpp finds these functions.
+constexpr std::size_t oldest_size(const mjenv_learn_calls*) { return 88; }
+constexpr std::size_t oldest_size(const mjenv_learn_settings*) { return 248; }
+constexpr std::size_t oldest_size(const mjenv_learn_report*) { return 128; }
+
+namespace mjenv::learn {
+
+class Settings {
+ public:
+  // Throws if a setting is out of range. observations: how many elements the masks must have.
+  Settings(const mjenv_learn_settings& given, std::int64_t observations);
+
+  // The values. The pointers are null: see the members below.
+  const mjenv_learn_settings& operator*() const { return values_; }
+  const mjenv_learn_settings* operator->() const { return &values_; }
+
+  std::string id;
+  std::vector<int> hidden;
+  std::vector<std::uint8_t> actor_obs, critic_obs;  // empty: all
+
+  // The steps of all rows between two updates.
+  std::int64_t batch() const { return values_.rows * values_.rollout_steps; }
+
+  // Takes other values. Throws if one of them cannot change any more.
+  void replace(const Settings& other);
+
+ private:
+  mjenv_learn_settings values_;
+};
+
+// The settings for an id. The arrays are static, and `id` is null.
+mjenv_learn_settings defaults_of(const std::string& id);
+
+}  // namespace mjenv::learn

@@ -1,0 +1,793 @@
+// The learner's interface: what it learns, the same bits however it computes, checkpoints, and what it refuses.
+//   test_learn_learner [short]    short: without the training that takes longest, for sanitizers
+#define _GNU_SOURCE
+#include <math.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "mjenv/learn.h"
+#include "support.h"
+
+enum { TEXT = 1 << 20 };
+
+static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
+
+// assert_ok and assert_refused with this library's messages.
+#define ok(call) learn_status(MJENV_OK, (call), #call, __LINE__, "")
+#define refused(status, call, word) learn_status((status), (call), #call, __LINE__, (word))
+
+static void learn_status(mjenv_status wanted, mjenv_status got, const char* call, int line, const char* word) {
+  const char* reason = mjenv_learn_last_error();
+  if (got != wanted || (wanted != MJENV_OK && !strstr(reason, word)))
+    fail_msg("line %d: %s gives %s \"%s\", not %s with \"%s\"", line, call, mjenv_status_name(got), reason,
+             mjenv_status_name(wanted), word);
+}
+
+static mjenv_env* env_of(const char* id, int64_t rows, int threads, const char* autoreset) {
+  mjenv_options* options = options_of_id(id);
+  assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
+  assert_ok(mjenv_options_set_integer(options, "num_threads", threads));
+  return env_of_options(options, rows);
+}
+
+static const int64_t narrow_layers[] = {24, 16};
+
+// Settings of short trainings, with episodes that end and minibatches that do not divide the rollout.
+static mjenv_learn_settings short_settings(void) {
+  mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
+  s.id = "Hopper-v5";
+  s.rows = 20;
+  s.rollout_steps = 25;
+  s.minibatch_size = 130;
+  s.epochs = 2;
+  s.steps = 4000;
+  s.hidden = narrow_layers;
+  s.hidden_count = 2;
+  s.seed = 3;
+  return s;
+}
+
+static mjenv_learner* learner_of(mjenv_env* env, const mjenv_learn_settings* settings) {
+  mjenv_learner* learner = NULL;
+  ok(mjenv_learner_create(&calls, env, settings, &learner));
+  return learner;
+}
+
+// The policy's text, to be freed.
+static char* policy_of(const mjenv_learner* learner) {
+  int64_t size = 0;
+  ok(mjenv_learner_policy(learner, MJENV_LEARN_LAST, NULL, 0, &size));
+  char* text = allocate((size_t)size);
+  ok(mjenv_learner_policy(learner, MJENV_LEARN_LAST, text, size, &size));
+  assert_int_equal(strlen(text) + 1, size);
+  return text;
+}
+
+static mjenv_learn_report report_of(const mjenv_learner* learner) {
+  mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
+  ok(mjenv_learner_report(learner, &report));
+  return report;
+}
+
+static void assert_same_policy(const char* what, const mjenv_learner* learner, const char* wanted) {
+  char* got = policy_of(learner);
+  if (strcmp(got, wanted) != 0) fail_msg("%s: the policy has other bits", what);
+  free(got);
+}
+
+// A file in a folder of the test's own.
+static const char* path_of(const char* name) {
+  static char path[4][256];
+  static int next;
+  char* to = path[next++ % 4];
+  snprintf(to, 256, "%s/%s", getenv("LEARN_FOLDER"), name);
+  return to;
+}
+
+// ---- Learning ----
+
+static void test_learns(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = MJENV_LEARN_SETTINGS_INIT;
+  ok(mjenv_learn_defaults("InvertedPendulum-v5", &settings));
+  mjenv_env* env = env_of("InvertedPendulum-v5", settings.rows, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &settings);
+  assert_true(isnan(report_of(learner).mean_return));
+  ok(mjenv_learner_train(learner, settings.steps));
+  const mjenv_learn_report report = report_of(learner);
+  assert_true(report.mean_return == 1000 && report.mean_length == 1000);
+  assert_true(report.steps >= settings.steps && report.updates * 2048 == report.steps);
+  assert_true(report.std < 0.5 && report.entropy < 1 && report.approx_kl >= 0 && report.grad_norm > 0);
+  mjenv_learn_report first = MJENV_LEARN_REPORT_INIT;
+  ok(mjenv_learner_report_at(learner, 1, &first));
+  assert_true(first.steps == 2048 && first.mean_return < 100 && first.learning_rate == settings.learning_rate);
+  refused(MJENV_E_VALUE, mjenv_learner_report_at(learner, report.updates + 1, &first), "not 1 to");
+
+  ok(mjenv_learner_save_policy(learner, MJENV_LEARN_BEST, path_of("policy.txt")));
+  mjenv_policy* policy = NULL;
+  ok(mjenv_policy_load(path_of("policy.txt"), &policy));
+  assert_string_equal(mjenv_policy_id(policy), "InvertedPendulum-v5");
+  // The same episodes with any number of rows and threads.
+  double returns[3][20];
+  int64_t lengths[20];
+  const int64_t rows[] = {20, 1, 3};
+  for (int i = 0; i < 3; ++i) {
+    mjenv_env* played = env_of("InvertedPendulum-v5", rows[i], i + 1, "disabled");
+    ok(mjenv_evaluate(&calls, played, policy, MJENV_PRECISION_FLOAT64, 100, 20, returns[i], lengths));
+    for (int k = 0; k < 20; ++k) assert_true(returns[i][k] == 1000 && lengths[k] == 1000);
+    ok(mjenv_evaluate(&calls, played, policy, MJENV_PRECISION_FLOAT32, 100, 5, NULL, NULL));
+    mjenv_destroy(played);
+  }
+  mjenv_policy_destroy(policy);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+}
+
+// Trains for some updates and returns the policy.
+static char* trained(const mjenv_learn_settings* settings, int env_threads) {
+  mjenv_env* env = env_of(settings->id, settings->rows, env_threads, "same_step");
+  mjenv_learner* learner = learner_of(env, settings);
+  ok(mjenv_learner_train(learner, 2000));
+  char* text = policy_of(learner);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  return text;
+}
+
+static void test_same_bits(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = short_settings();
+  char* wanted = trained(&settings, 1);
+  int compared = 0;
+  for (int instructions = MJENV_INSTRUCTIONS_AUTO; instructions <= MJENV_INSTRUCTIONS_NEON; ++instructions) {
+    settings.instructions = instructions;
+    settings.threads = 1 + compared;
+    mjenv_env* env = env_of(settings.id, settings.rows, 1, "same_step");
+    mjenv_learner* learner = NULL;
+    const bool usable = mjenv_learner_create(&calls, env, &settings, &learner) == MJENV_OK;
+    if (!usable) assert_non_null(strstr(mjenv_learn_last_error(), "this CPU has"));
+    mjenv_learner_destroy(learner);
+    mjenv_destroy(env);
+    if (!usable) continue;
+    char* got = trained(&settings, 1 + compared);
+    assert_string_equal(got, wanted);
+    free(got);
+    ++compared;
+  }
+  assert_true(compared >= 2);
+  settings.instructions = MJENV_INSTRUCTIONS_AUTO;
+  settings.seed = 4;
+  char* other = trained(&settings, 1);
+  assert_string_not_equal(other, wanted);
+  free(other);
+  free(wanted);
+}
+
+// ---- Rows that the caller steps ----
+
+struct stepped {
+  double obs[20 * 11], final_obs[20 * 11], reward[20];
+  uint8_t terminated[20], truncated[20];
+  mjenv_batch batch;
+  float action[20 * 3];
+};
+
+static struct stepped* stepped_rows(void) {
+  struct stepped* rows = allocate(sizeof *rows);
+  memset(rows, 0, sizeof *rows);
+  rows->batch = (mjenv_batch)MJENV_BATCH_INIT;
+  rows->batch.rows = 20;
+  rows->batch.obs_count = 11;
+  rows->batch.obs = rows->obs;
+  rows->batch.final_obs = rows->final_obs;
+  rows->batch.reward = rows->reward;
+  rows->batch.terminated = rows->terminated;
+  rows->batch.truncated = rows->truncated;
+  return rows;
+}
+
+static mjenv_learner* learner_apart(mjenv_env* env, const mjenv_learn_settings* settings, struct stepped* rows) {
+  mjenv_space observation = MJENV_SPACE_INIT, action = MJENV_SPACE_INIT;
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_OBSERVATION, &observation));
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &action));
+  seed_rows(env, settings->seed);
+  assert_ok(mjenv_reset(env, NULL, &rows->batch));
+  mjenv_learner* learner = NULL;
+  ok(mjenv_learner_create_apart(&observation, &action, settings, rows->obs, COUNT(rows->obs), &learner));
+  return learner;
+}
+
+static void step_apart(mjenv_env* env, mjenv_learner* learner, struct stepped* rows) {
+  ok(mjenv_learner_act(learner, rows->action, COUNT(rows->action)));
+  assert_ok(mjenv_step(env, NULL, rows->action, COUNT(rows->action), MJENV_DTYPE_FLOAT32, &rows->batch));
+}
+
+static void test_rows_of_the_caller(void** state) {
+  (void)state;
+  const mjenv_learn_settings settings = short_settings();
+  char* wanted = trained(&settings, 1);
+  struct stepped* rows = stepped_rows();
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  mjenv_learner* learner = learner_apart(env, &settings, rows);
+  refused(MJENV_E_VALUE, mjenv_learner_train(learner, 1), "mjenv_learner_act");
+  refused(MJENV_E_VALUE, mjenv_learner_feed(learner, &rows->batch), "no actions");
+  for (int step = 0; step < 100; ++step) {
+    step_apart(env, learner, rows);
+    refused(MJENV_E_VALUE, mjenv_learner_act(learner, rows->action, COUNT(rows->action)), "no outcome");
+    ok(mjenv_learner_feed(learner, &rows->batch));
+  }
+  assert_same_policy("stepped by the caller", learner, wanted);
+  // An observation that is not finite, in a rollout under way.
+  step_apart(env, learner, rows);
+  ok(mjenv_learner_feed(learner, &rows->batch));
+  step_apart(env, learner, rows);
+  rows->obs[3 * 11 + 5] = NAN;
+  refused(MJENV_E_VALUE, mjenv_learner_feed(learner, &rows->batch), "row 3, step 102 of the training: obs[5] is nan");
+  refused(MJENV_E_VALUE, mjenv_learner_act(learner, rows->action, COUNT(rows->action)), "mjenv_learner_restart");
+  assert_same_policy("after an error", learner, wanted);
+  refused(MJENV_E_VALUE, mjenv_learner_restart(learner, rows->obs, COUNT(rows->obs)), "row 3");
+  assert_ok(mjenv_reset(env, NULL, &rows->batch));
+  refused(MJENV_E_SIZE, mjenv_learner_restart(learner, rows->obs, 11), "obs_count is 11");
+  ok(mjenv_learner_restart(learner, rows->obs, COUNT(rows->obs)));
+  for (int step = 0; step < 25; ++step) {
+    step_apart(env, learner, rows);
+    ok(mjenv_learner_feed(learner, &rows->batch));
+  }
+  assert_int_equal(report_of(learner).updates, 5);
+  rows->reward[19] = -INFINITY;
+  ok(mjenv_learner_act(learner, rows->action, COUNT(rows->action)));
+  refused(MJENV_E_VALUE, mjenv_learner_feed(learner, &rows->batch),
+          "row 19, step 126 of the training: the reward is -inf");
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  free(rows);
+  free(wanted);
+}
+
+// A truncated episode is valued by the critic, a terminated one is not: they lead to different policies.
+static void test_truncation(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = short_settings();
+  char* policies[2];
+  for (int truncated = 0; truncated < 2; ++truncated) {
+    struct stepped* rows = stepped_rows();
+    mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+    mjenv_learner* learner = learner_apart(env, &settings, rows);
+    for (int step = 0; step < 25; ++step) {
+      step_apart(env, learner, rows);
+      for (int row = 0; row < 20; ++row) {
+        rows->truncated[row] = step == 12 && truncated;
+        rows->terminated[row] = step == 12 && !truncated;
+      }
+      if (step == 12) memcpy(rows->final_obs, rows->obs, sizeof rows->obs);
+      ok(mjenv_learner_feed(learner, &rows->batch));
+    }
+    assert_true(report_of(learner).episodes >= 20);
+    policies[truncated] = policy_of(learner);
+    mjenv_learner_destroy(learner);
+    mjenv_destroy(env);
+    free(rows);
+  }
+  assert_string_not_equal(policies[0], policies[1]);
+  free(policies[0]);
+  free(policies[1]);
+}
+
+// ---- Checkpoints ----
+
+static void test_resume(void** state) {
+  (void)state;
+  const mjenv_learn_settings settings = short_settings();
+  mjenv_env* env = env_of("Hopper-v5", settings.rows, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &settings);
+  ok(mjenv_learner_train(learner, 1000));
+  ok(mjenv_learner_save(learner, path_of("checkpoint")));
+  ok(mjenv_learner_train(learner, 1500));
+  char* wanted = policy_of(learner);
+  const mjenv_learn_report report = report_of(learner);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+
+  env = env_of("Hopper-v5", settings.rows, 2, "same_step");
+  mjenv_learn_settings resumed = settings;
+  resumed.threads = 2;
+  resumed.seed = 99;  // replaced by what the checkpoint holds
+  learner = learner_of(env, &resumed);
+  ok(mjenv_learner_load(learner, path_of("checkpoint")));
+  assert_int_equal(report_of(learner).updates, 2);
+  ok(mjenv_learner_train(learner, 1500));
+  assert_same_policy("resumed", learner, wanted);
+  const mjenv_learn_report again = report_of(learner);
+  assert_memory_equal(&again, &report, sizeof report);
+  // Back again, in a learner that has trained further.
+  ok(mjenv_learner_load(learner, path_of("checkpoint")));
+  ok(mjenv_learner_train(learner, 1500));
+  assert_same_policy("resumed twice", learner, wanted);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  free(wanted);
+}
+
+static void write_file(const char* path, const char* content, size_t size) {
+  FILE* file = fopen(path, "wb");
+  assert_non_null(file);
+  assert_int_equal(fwrite(content, 1, size, file), size);
+  assert_int_equal(fclose(file), 0);
+}
+
+static void test_bad_checkpoints(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = short_settings();
+  mjenv_env* env = env_of("Hopper-v5", settings.rows, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &settings);
+  ok(mjenv_learner_train(learner, 500));
+  char* wanted = policy_of(learner);
+  ok(mjenv_learner_save(learner, path_of("good")));
+  size_t size = 0;
+  char* content = read_file(path_of("good"), &size);
+  refused(MJENV_E_FILE, mjenv_learner_load(learner, path_of("missing")), "No such file");
+  refused(MJENV_E_FILE, mjenv_learner_load(learner, path_of("")), "");
+  for (int place = 1; place <= 4; ++place) {  // bits turn somewhere
+    const size_t at = size * (size_t)place / 5;
+    content[at] ^= 16;
+    write_file(path_of("bad"), content, size);
+    content[at] ^= 16;
+    refused(MJENV_E_SNAPSHOT, mjenv_learner_load(learner, path_of("bad")), "checksum");
+  }
+  for (size_t cut = 0; cut < size; cut += size / 7) {
+    write_file(path_of("bad"), content, cut);
+    refused(MJENV_E_SNAPSHOT, mjenv_learner_load(learner, path_of("bad")), cut < 400 ? "no checkpoint" : "checksum");
+  }
+  assert_same_policy("after bad checkpoints", learner, wanted);
+  ok(mjenv_learner_load(learner, path_of("good")));
+  // Other learners.
+  mjenv_learn_settings other = settings;
+  other.hidden_count = 1;
+  mjenv_learner* second = learner_of(env, &other);
+  refused(MJENV_E_SNAPSHOT, mjenv_learner_load(second, path_of("good")), "\"hidden 24,16\", this one \"hidden 24\"");
+  mjenv_learner_destroy(second);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  env = env_of("Walker2d-v5", settings.rows, 1, "same_step");
+  other = settings;
+  other.id = "Walker2d-v5";
+  second = learner_of(env, &other);
+  refused(MJENV_E_SNAPSHOT, mjenv_learner_load(second, path_of("good")),
+          "\"id Hopper-v5\", this one \"id Walker2d-v5\"");
+  ok(mjenv_learner_train(second, 500));
+  mjenv_learner_destroy(second);
+  mjenv_destroy(env);
+  // The same sizes, but another model: its image does not fit.
+  mjenv_options* options = options_of_id("Hopper-v5");
+  assert_ok(mjenv_options_set_string(options, "autoreset_mode", "same_step"));
+  assert_ok(mjenv_options_set_integer(options, "frame_skip", 3));
+  env = env_of_options(options, settings.rows);
+  second = learner_of(env, &settings);
+  char* before = policy_of(second);
+  refused(MJENV_E_SNAPSHOT, mjenv_learner_load(second, path_of("good")), "");
+  assert_same_policy("after another model's checkpoint", second, before);
+  ok(mjenv_learner_train(second, 500));
+  mjenv_learner_destroy(second);
+  mjenv_destroy(env);
+  free(before);
+  free(content);
+  free(wanted);
+}
+
+// A file that may not grow stands for a disk that is full: the old file stays, and no other is left.
+static void test_full_disk(void** state) {
+  (void)state;
+  const mjenv_learn_settings settings = short_settings();
+  mjenv_env* env = env_of("Hopper-v5", settings.rows, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &settings);
+  ok(mjenv_learner_save(learner, path_of("kept")));
+  ok(mjenv_learner_save_policy(learner, MJENV_LEARN_LAST, path_of("kept.txt")));
+  ok(mjenv_learner_train(learner, 500));
+  struct rlimit before, small;
+  assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+  small = before;
+  small.rlim_cur = 1000;
+  void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+  assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const mjenv_status saved = mjenv_learner_save(learner, path_of("kept"));
+  char reason[1000];
+  snprintf(reason, sizeof reason, "%s", mjenv_learn_last_error());
+  const mjenv_status policy = mjenv_learner_save_policy(learner, MJENV_LEARN_LAST, path_of("kept.txt"));
+  assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+  signal(SIGXFSZ, handler);
+  assert_int_equal(saved, MJENV_E_FILE);
+  assert_int_equal(policy, MJENV_E_FILE);
+  assert_non_null(strstr(reason, "File too large"));
+  assert_int_equal(access(path_of("kept.partial"), F_OK), -1);
+  assert_int_equal(access(path_of("kept.txt.partial"), F_OK), -1);
+  ok(mjenv_learner_load(learner, path_of("kept")));
+  assert_int_equal(report_of(learner).updates, 0);
+  refused(MJENV_E_FILE, mjenv_learner_save(learner, "/no such folder/file"), "No such file or directory");
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+}
+
+// ---- Environments ----
+
+// With a huge weight of the action, rewards are infinite.
+static void test_infinite_rewards(void** state) {
+  (void)state;
+  mjenv_options* options = options_of_id("Hopper-v5");
+  const double huge = 1.7e308;
+  assert_ok(mjenv_options_set_reals(options, "ctrl_cost_weight", &huge, 1));
+  assert_ok(mjenv_options_set_string(options, "autoreset_mode", "same_step"));
+  mjenv_env* bad = env_of_options(options, 20);
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  const mjenv_learn_settings settings = short_settings();
+  mjenv_learner* learner = learner_of(env, &settings);
+  ok(mjenv_learner_train(learner, 500));
+  ok(mjenv_learner_set_env(learner, bad));
+  char* before = policy_of(learner);
+  for (int i = 0; i < 2; ++i) {
+    refused(MJENV_E_VALUE, mjenv_learner_train(learner, 500), "of the training: the reward is -inf");
+    assert_non_null(strstr(mjenv_learn_last_error(), "row "));
+    assert_same_policy("after infinite rewards", learner, before);
+    ok(mjenv_learner_save(learner, path_of("after")));
+  }
+  ok(mjenv_learner_set_env(learner, env));
+  ok(mjenv_learner_train(learner, 500));
+  assert_int_equal(report_of(learner).updates, 2);
+  mjenv_env* few = env_of("Hopper-v5", 19, 1, "same_step");
+  refused(MJENV_E_SIZE, mjenv_learner_set_env(learner, few), "19");
+  mjenv_env* other = env_of("Walker2d-v5", 20, 1, "same_step");
+  refused(MJENV_E_VALUE, mjenv_learner_set_env(learner, other), "other spaces");
+  mjenv_env* disabled = env_of("Hopper-v5", 20, 1, "disabled");
+  refused(MJENV_E_VALUE, mjenv_learner_set_env(learner, disabled), "not \"same_step\"");
+  ok(mjenv_learner_train(learner, 500));
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  mjenv_destroy(bad);
+  mjenv_destroy(few);
+  mjenv_destroy(other);
+  mjenv_destroy(disabled);
+  free(before);
+}
+
+static void test_infinite_spaces(void** state) {
+  (void)state;
+  const mjenv_learn_settings settings = short_settings();
+  double low[] = {-1, -INFINITY}, high[] = {1, 2}, obs[20] = {0};
+  mjenv_space observation = MJENV_SPACE_INIT, action = MJENV_SPACE_INIT;
+  observation.count = 1;
+  observation.low = low;
+  observation.high = high;
+  action = observation;
+  action.count = 2;
+  mjenv_learner* learner = NULL;
+  refused(MJENV_E_VALUE, mjenv_learner_create_apart(&observation, &action, &settings, obs, 20, &learner),
+          "the bounds of action 1 are -inf and 2");
+  action.count = 1;
+  observation.count = 0;
+  refused(MJENV_E_SIZE, mjenv_learner_create_apart(&observation, &action, &settings, obs, 20, &learner),
+          "0 observations");
+  observation.count = 1;
+  refused(MJENV_E_SIZE, mjenv_learner_create_apart(&observation, &action, &settings, obs, 19, &learner), "19");
+  obs[7] = INFINITY;
+  refused(MJENV_E_VALUE, mjenv_learner_create_apart(&observation, &action, &settings, obs, 20, &learner),
+          "the first observation of row 7: obs[0] is inf");
+  assert_null(learner);
+}
+
+// ---- Settings ----
+
+static void test_settings(void** state) {
+  (void)state;
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  mjenv_learner* learner = NULL;
+  int checked = 0;
+#define BAD(name, value, word)                                                                        \
+  do {                                                                                                \
+    mjenv_learn_settings s_ = short_settings();                                                       \
+    s_.name = value;                                                                                  \
+    refused(MJENV_E_VALUE, mjenv_learner_create(&calls, env, &s_, &learner), "settings." #name word); \
+    ++checked;                                                                                        \
+  } while (0)
+  BAD(activation, 0, " is 0, not 1 to 3");
+  BAD(rows, 0, " is 0");
+  BAD(rows, 21, " is 21, but the environment has 20 rows");
+  BAD(steps, 0, " is 0");
+  BAD(rollout_steps, 0, " is 0");
+  BAD(rollout_steps, INT64_MAX, "");
+  BAD(epochs, 0, "");
+  BAD(minibatch_size, 0, "");
+  BAD(minibatch_size, 501, " is 501, not 1 to 500");
+  BAD(decay_steps, -1, "");
+  BAD(learning_rate, NAN, " is nan, not 0 to 1");
+  BAD(final_learning_rate, -1e-9, "");
+  BAD(gamma, 1.01, " is 1.01, not 0 to 1");
+  BAD(gae_lambda, -0.1, "");
+  BAD(clip, 0, " is 0, not a number greater than 0");
+  BAD(value_clip, -1, "");
+  BAD(value_coef, INFINITY, "");
+  BAD(entropy_coef, -1, "");
+  BAD(max_grad_norm, -1, "");
+  BAD(target_kl, NAN, "");
+  BAD(initial_std, 0, "");
+  BAD(obs_clip, 0, "");
+  BAD(reward_clip, -1, "");
+  BAD(normalize_obs, 2, "");
+  BAD(normalize_reward, -1, "");
+  BAD(normalize_advantage, 2, "");
+  BAD(scale_actions, 2, "");
+  BAD(hidden_count, 9, "");
+  BAD(threads, 0, "");
+  BAD(threads, 65, "");
+  BAD(instructions, 9, "");
+  BAD(window, 0, "");
+  BAD(id, NULL, "");
+  BAD(id, "two\nlines", "");
+  assert_int_equal(checked, 34);
+  mjenv_learn_settings s = short_settings();
+  const int64_t widths[] = {8, 0};
+  s.hidden = widths;
+  refused(MJENV_E_VALUE, mjenv_learner_create(&calls, env, &s, &learner), "settings.hidden[1] is 0");
+  s.hidden = NULL;
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(&calls, env, &s, &learner), "hidden is NULL");
+  s = short_settings();
+  uint8_t mask[11] = {0};
+  s.actor_obs = mask;
+  s.obs_count = 10;
+  refused(MJENV_E_SIZE, mjenv_learner_create(&calls, env, &s, &learner), "settings.obs_count is 10");
+  s.obs_count = 11;
+  refused(MJENV_E_VALUE, mjenv_learner_create(&calls, env, &s, &learner), "settings.actor_obs");
+  mask[4] = 1;
+  learner = learner_of(env, &s);
+  ok(mjenv_learner_train(learner, 500));
+  // Settings that may change, and some that may not.
+  s.gamma = 0.9;
+  s.epochs = 1;
+  s.target_kl = 1e-9;
+  ok(mjenv_learner_set(learner, &s));
+  ok(mjenv_learner_train(learner, 500));
+  assert_int_equal(report_of(learner).epochs, 1);
+  s.rows = 10;
+  s.minibatch_size = 1;
+  refused(MJENV_E_VALUE, mjenv_learner_set(learner, &s), "settings.rows cannot change");
+  s = short_settings();
+  refused(MJENV_E_VALUE, mjenv_learner_set(learner, &s), "settings.actor_obs cannot change");
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+}
+
+// An update ends early once the policy has moved further than target_kl.
+static void test_kl_limit(void** state) {
+  (void)state;
+  mjenv_learn_settings s = short_settings();
+  s.epochs = 10;
+  s.learning_rate = 0.01;
+  s.target_kl = 1e-4;
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &s);
+  ok(mjenv_learner_train(learner, 500));
+  assert_in_range(report_of(learner).epochs, 1, 5);
+  assert_true(report_of(learner).approx_kl > 1e-4);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+}
+
+// ---- Policies ----
+
+static const char* const small_policy =
+    "mjenv-policy 1\nid Some-v0\nmean 1 2\nscale 2 0.5\nclip 10\nlow -1\nhigh 1.5\nlayer 2 2 tanh\nbias 0.5 -0.5\n"
+    "weights 1 0\nweights 0.25 2\nlayer 1 2 identity\nbias 0.125\nweights 2 -1\n";
+
+static void test_policies(void** state) {
+  (void)state;
+  mjenv_policy* policy = NULL;
+  ok(mjenv_policy_parse(small_policy, (int64_t)strlen(small_policy), &policy));
+  const double obs[] = {2, 2.25, -100, 100};
+  float action[2];
+  ok(mjenv_policy_act(policy, MJENV_PRECISION_FLOAT64, 2, obs, 4, action, 2));
+  // (x - mean) / scale is 0.5 and 0.5; the second row is clipped to -10 and 10.
+  assert_true(action[0] == (float)fmin(1.5, 0.125 + 2 * tanh(0.5 + 0.5) - tanh(-0.5 + 0.25 * 0.5 + 2 * 0.5)));
+  assert_true(action[1] == -1);
+  float rounded[2];
+  ok(mjenv_policy_act(policy, MJENV_PRECISION_FLOAT32, 2, obs, 4, rounded, 2));
+  for (int i = 0; i < 2; ++i) assert_true(fabsf(rounded[i] - action[i]) <= 1e-6F);
+  refused(MJENV_E_SIZE, mjenv_policy_act(policy, MJENV_PRECISION_FLOAT64, 2, obs, 3, action, 2),
+          "obs_count is 3, not 4");
+  refused(MJENV_E_SIZE, mjenv_policy_act(policy, MJENV_PRECISION_FLOAT64, 2, obs, 4, action, 3), "action_count");
+  refused(MJENV_E_VALUE, mjenv_policy_act(policy, 3, 2, obs, 4, action, 2), "precision is 3");
+  mjenv_env* env = env_of("Hopper-v5", 2, 1, "disabled");
+  refused(MJENV_E_SIZE, mjenv_evaluate(&calls, env, policy, MJENV_PRECISION_FLOAT64, 0, 1, NULL, NULL),
+          "\"Some-v0\" has 2 observations and 1 actuators, the environment 11 and 3");
+  refused(MJENV_E_VALUE, mjenv_evaluate(&calls, env, policy, MJENV_PRECISION_FLOAT64, 0, 0, NULL, NULL),
+          "episodes is 0");
+  mjenv_env* same_step = env_of("Hopper-v5", 2, 1, "same_step");
+  refused(MJENV_E_VALUE, mjenv_evaluate(&calls, same_step, policy, MJENV_PRECISION_FLOAT64, 0, 1, NULL, NULL),
+          "disabled");
+  mjenv_destroy(same_step);
+  mjenv_destroy(env);
+  mjenv_policy_destroy(policy);
+  refused(MJENV_E_FILE, mjenv_policy_load(path_of("missing"), &policy), "No such file");
+}
+
+static void test_bad_policies(void** state) {
+  (void)state;
+  static const char* const changes[][3] = {
+      {"mjenv-policy 1", "mjenv-policy 2", "line 1"},
+      {"id Some-v0", "od Some-v0", "line 2"},
+      {"mean 1 2", "mean 1 x", "line 3 has \"x\""},
+      {"mean 1 2", "mean 1 inf", "line 3 has \"inf\""},
+      {"mean 1 2", "mean 1 2 3", "layer 1 has 2 inputs, but 3 numbers"},
+      {"mean 1 2", "maen 1 2", "line 3 begins with \"maen\""},
+      {"scale 2 0.5", "scale 2 0", "scale is not greater than 0"},
+      {"scale 2 0.5", "scale 2", "different lengths"},
+      {"clip 10", "clip -1", "clip"},
+      {"clip 10\n", "", "clip is missing"},
+      {"low -1", "low -1 1", "low or high"},
+      {"layer 2 2 tanh", "layer 2 2 sinh", "line 8 has the unknown activation \"sinh\""},
+      {"layer 2 2 tanh", "layer 0 2 tanh", "line 8 has \"0\""},
+      {"layer 2 2 tanh", "layer 99999999999 2 tanh", "line 8 has"},
+      {"layer 2 2 tanh", "layer 1 2 tanh", "line 9 has 2 numbers, not 1"},
+      {"layer 2 2 tanh\n", "", "belongs to no layer"},
+      {"weights 0.25 2\n", "", "1 lines of weights instead of 2"},
+      {"weights 0.25 2", "weights 0.25 2 1", "3 numbers, not 2"},
+      {"weights 2 -1\n", "weights 2 -1\nweights 2 -1\n", "one line \"weights\" too many"},
+      {"bias 0.125", "bias 0.125\nbias 0.125", "repeats"},
+  };
+  const size_t length = strlen(small_policy);
+  for (size_t i = 0; i < COUNT(changes); ++i) {
+    const char* at = strstr(small_policy, changes[i][0]);
+    assert_non_null(at);
+    char text[1000];
+    const int size = snprintf(text, sizeof text, "%.*s%s%s", (int)(at - small_policy), small_policy, changes[i][1],
+                              at + strlen(changes[i][0]));
+    mjenv_policy* policy = NULL;
+    refused(MJENV_E_VALUE, mjenv_policy_parse(text, size, &policy), changes[i][2]);
+    assert_null(policy);
+  }
+  for (size_t cut = 0; cut < length - strlen("weights 2 -1\n"); ++cut) {  // whatever the end, nothing breaks
+    mjenv_policy* policy = NULL;
+    refused(MJENV_E_VALUE, mjenv_policy_parse(small_policy, (int64_t)cut, &policy), "no policy");
+  }
+}
+
+// ---- Handles ----
+
+static void test_handles(void** state) {
+  (void)state;
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  mjenv_learn_settings settings = short_settings();
+  mjenv_learner* learner = NULL;
+  mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
+  int64_t size = 0;
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(NULL, env, &settings, &learner), "calls is NULL");
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(&calls, NULL, &settings, &learner), "env is NULL");
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(&calls, env, NULL, &learner), "settings is NULL");
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(&calls, env, &settings, NULL), "learner is NULL");
+  mjenv_learn_calls incomplete = calls;
+  incomplete.step = NULL;
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(&incomplete, env, &settings, &learner), "function of calls");
+  settings.struct_size = 8;
+  refused(MJENV_E_ARGUMENT, mjenv_learner_create(&calls, env, &settings, &learner), "settings->struct_size is 8");
+  settings = short_settings();
+  refused(MJENV_E_ARGUMENT, mjenv_learner_train(NULL, 1), "learner is NULL");
+  learner = learner_of(env, &settings);
+  refused(MJENV_E_VALUE, mjenv_learner_train(learner, -1), "steps is -1");
+  ok(mjenv_learner_train(learner, 0));
+  refused(MJENV_E_VALUE, mjenv_learner_policy(learner, 3, NULL, 0, &size), "which is 3");
+  char little[4];
+  refused(MJENV_E_SIZE, mjenv_learner_policy(learner, MJENV_LEARN_LAST, little, 4, &size), "room for 4");
+  refused(MJENV_E_ARGUMENT, mjenv_learner_save(learner, NULL), "path is NULL");
+  mjenv_learner_destroy(learner);
+  mjenv_learner_destroy(learner);
+  mjenv_learner_destroy(NULL);
+  refused(MJENV_E_ARGUMENT, mjenv_learner_report(learner, &report), "learner is no live handle");
+  assert_null(mjenv_policy_id(NULL));
+  mjenv_destroy(env);
+  // The environment was destroyed before the learner.
+  env = env_of("Hopper-v5", 20, 1, "same_step");
+  learner = learner_of(env, &settings);
+  mjenv_destroy(env);
+  refused(MJENV_E_ARGUMENT, mjenv_learner_train(learner, 1), "env is no live handle");
+  mjenv_learner_destroy(learner);
+}
+
+// ---- Threads and processes ----
+
+struct other_thread {
+  mjenv_learner* learner;
+  bool stop;
+  int entered, busy;
+};
+
+static void* ask_without_end(void* argument) {
+  struct other_thread* s = argument;
+  while (!__atomic_load_n(&s->stop, __ATOMIC_ACQUIRE)) {
+    mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
+    const mjenv_status status = mjenv_learner_report(s->learner, &report);
+    if (status == MJENV_OK) ++s->entered;
+    if (status == MJENV_E_BUSY) ++s->busy;
+    if (status != MJENV_OK && status != MJENV_E_BUSY) abort();
+  }
+  return NULL;
+}
+
+static void test_two_threads(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = short_settings();
+  settings.threads = 2;
+  mjenv_env* env = env_of("Hopper-v5", 20, 2, "same_step");
+  struct other_thread s = {.learner = learner_of(env, &settings)};
+  pthread_t thread;
+  assert_int_equal(pthread_create(&thread, NULL, ask_without_end, &s), 0);
+  int trained_rollouts = 0;
+  for (int i = 0; i < 20; ++i) {
+    const mjenv_status status = mjenv_learner_train(s.learner, 500);
+    assert_true(status == MJENV_OK || status == MJENV_E_BUSY);
+    trained_rollouts += status == MJENV_OK;
+  }
+  __atomic_store_n(&s.stop, true, __ATOMIC_RELEASE);
+  assert_int_equal(pthread_join(thread, NULL), 0);
+  assert_int_equal(report_of(s.learner).updates, trained_rollouts);
+  mjenv_learner_destroy(s.learner);
+  mjenv_destroy(env);
+}
+
+#ifndef NO_THREADS_AFTER_FORK
+static void test_forked(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = short_settings();
+  settings.threads = 2;
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &settings);
+  const pid_t child = fork();
+  if (child == 0) _exit(mjenv_learner_train(learner, 500) == MJENV_E_FORKED ? 0 : 1);
+  int status = 0;
+  assert_int_equal(waitpid(child, &status, 0), child);
+  assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  ok(mjenv_learner_train(learner, 500));
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+}
+#endif
+
+static int set_up(void** state) {
+  (void)state;
+  static char folder[] = "/tmp/mjenv-learn-XXXXXX";
+  assert_non_null(mkdtemp(folder));
+  set_variable("LEARN_FOLDER", folder);
+  return 0;
+}
+
+static int tear_down(void** state) {
+  (void)state;
+  const char* const names[] = {"policy.txt", "checkpoint", "good", "bad", "kept", "kept.txt", "after"};
+  for (size_t i = 0; i < COUNT(names); ++i) remove(path_of(names[i]));
+  return rmdir(getenv("LEARN_FOLDER"));
+}
+
+int main(int argc, char** argv) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_learns),
+      cmocka_unit_test(test_same_bits),
+      cmocka_unit_test(test_rows_of_the_caller),
+      cmocka_unit_test(test_truncation),
+      cmocka_unit_test(test_resume),
+      cmocka_unit_test(test_bad_checkpoints),
+      cmocka_unit_test(test_full_disk),
+      cmocka_unit_test(test_infinite_rewards),
+      cmocka_unit_test(test_infinite_spaces),
+      cmocka_unit_test(test_settings),
+      cmocka_unit_test(test_kl_limit),
+      cmocka_unit_test(test_policies),
+      cmocka_unit_test(test_bad_policies),
+      cmocka_unit_test(test_handles),
+      cmocka_unit_test(test_two_threads),
+#ifndef NO_THREADS_AFTER_FORK
+      cmocka_unit_test(test_forked),
+#endif
+  };
+  if (argc > 1 && strcmp(argv[1], "short") == 0) cmocka_set_skip_filter("test_learns");
+  return cmocka_run_group_tests(tests, set_up, tear_down);
+}

@@ -1,0 +1,199 @@
+// Memory runs out at every single allocation of every call of the learner in turn: the call fails, nothing else does.
+#include <math.h>
+#include <unistd.h>
+
+#include "allocator.h"
+#include "mjenv/learn.h"
+#include "support.h"
+
+enum { ROWS = 3, MOST = 100000 };
+
+static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
+static const int64_t hidden[] = {8};
+static char path[] = "/tmp/mjenv-learn-XXXXXX";
+
+static struct {
+  mjenv_learn_settings settings;
+  mjenv_env *env, *played;
+  mjenv_learner *learner, *made;
+  mjenv_policy *policy, *parsed;
+  char text[1 << 16];
+  int64_t size;
+  double obs[ROWS * 11];
+  float action[ROWS * 3];
+} s;
+
+static mjenv_env* env_with(const char* autoreset) {
+  mjenv_options* options = options_of_id("Hopper-v5");
+  assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
+  return env_of_options(options, ROWS);
+}
+
+static mjenv_status create(void) {
+  mjenv_learner_destroy(s.made);
+  s.made = NULL;
+  return mjenv_learner_create(&calls, s.env, &s.settings, &s.made);
+}
+
+static mjenv_status train(void) { return mjenv_learner_train(s.learner, 1); }
+static mjenv_status save(void) { return mjenv_learner_save(s.learner, path); }
+static mjenv_status load(void) { return mjenv_learner_load(s.learner, path); }
+static mjenv_status set_env(void) { return mjenv_learner_set_env(s.learner, s.env); }
+static mjenv_status set(void) { return mjenv_learner_set(s.learner, &s.settings); }
+
+static mjenv_status policy(void) {
+  return mjenv_learner_policy(s.learner, MJENV_LEARN_LAST, s.text, sizeof s.text, &s.size);
+}
+
+static mjenv_status parse(void) {
+  mjenv_policy_destroy(s.parsed);
+  s.parsed = NULL;
+  return mjenv_policy_parse(s.text, s.size - 1, &s.parsed);
+}
+
+static mjenv_status act(void) {
+  return mjenv_policy_act(s.policy, MJENV_PRECISION_FLOAT32, ROWS, s.obs, COUNT(s.obs), s.action, COUNT(s.action));
+}
+
+static mjenv_status evaluate(void) {
+  return mjenv_evaluate(&calls, s.played, s.policy, MJENV_PRECISION_FLOAT64, 1, 1, NULL, NULL);
+}
+
+static mjenv_status bad_train(void) { return mjenv_learner_train(s.learner, -1); }
+
+static const struct call {
+  const char* name;
+  mjenv_status (*run)(void);
+  mjenv_status wanted;
+  bool file;  // the C++ library reports a stream that finds no memory as one that failed
+} all_calls[] = {
+    {"create", create, MJENV_OK, false},
+    {"train", train, MJENV_OK, false},
+    {"policy", policy, MJENV_OK, false},
+    {"parse", parse, MJENV_OK, false},
+    {"save", save, MJENV_OK, true},
+    {"load", load, MJENV_OK, true},
+    {"set_env", set_env, MJENV_OK, false},
+    {"set", set, MJENV_OK, false},
+    {"act", act, MJENV_OK, false},
+    {"evaluate", evaluate, MJENV_OK, false},
+    {"bad train", bad_train, MJENV_E_VALUE, false},
+};
+
+// Runs a call until nothing fails any more. Returns how many allocations failed in turn.
+static size_t walk(const struct call* call, enum failing failing, long* lost) {
+  *lost = 0;
+  for (size_t number = 0; number < MOST; ++number) {
+    const long before = allocator_live();
+    allocator_arm(failing, number);
+    const mjenv_status status = call->run();
+    const bool failed = allocator_disarm();
+    if (!failed) {
+      if (status != call->wanted) fail_msg("%s: %s", call->name, mjenv_learn_last_error());
+      return number;
+    }
+    if (status != call->wanted && status != MJENV_E_MEMORY && !(call->file && status == MJENV_E_FILE))
+      fail_msg("%s, allocation %zu: %s: %s", call->name, number, mjenv_status_name(status), mjenv_learn_last_error());
+    // What a failed call made must be gone. A successful one may keep its buffers, and create its learner.
+    if (status != call->wanted && call->run != create && call->run != parse && allocator_live() > before)
+      *lost += allocator_live() - before;
+  }
+  fail_msg("%s does not end", call->name);
+  return 0;
+}
+
+static void test_call(void** state) {
+  const struct call* call = *state;
+  for (int failing = ONE; failing <= ALL; ++failing) {
+    long lost = 0;
+    walk(call, (enum failing)failing, &lost);  // some things are allocated for good
+    const size_t allocations = walk(call, (enum failing)failing, &lost);
+    if (lost > 0) fail_msg("%s: %ld blocks were lost", call->name, lost);
+    print_message("%s: %zu allocations\n", call->name, allocations);
+  }
+}
+
+// Creates and destroys, with a failure at each allocation in turn. check: nothing may stay allocated.
+static void create_and_destroy(bool check) {
+  for (size_t number = 0; number < MOST; ++number) {
+    const long before = allocator_live();
+    allocator_arm(ONE, number);
+    const mjenv_status status = create();
+    const bool failed = allocator_disarm();
+    mjenv_learner_destroy(s.made);
+    s.made = NULL;
+    const long lost = allocator_live() - before;
+    if (check && lost > 0) fail_msg("allocation %zu: %ld blocks were lost", number, lost);
+    if (!failed) {
+      assert_int_equal(status, MJENV_OK);
+      return;
+    }
+  }
+  fail();
+}
+
+static void test_creating_loses_nothing(void** state) {
+  (void)state;
+  create_and_destroy(false);  // the environment keeps the reason of its last failure
+  create_and_destroy(true);
+}
+
+// After all these failures, a learner that continues from the checkpoint learns what one without failures learns.
+static void test_the_bits_are_the_same(void** state) {
+  (void)state;
+  mjenv_learner* learner = NULL;
+  char* wanted = allocate(sizeof s.text);
+  int64_t size = 0;
+  mjenv_env* env = env_with("same_step");
+  assert_int_equal(mjenv_learner_create(&calls, env, &s.settings, &learner), MJENV_OK);
+  assert_int_equal(save(), MJENV_OK);
+  assert_int_equal(mjenv_learner_load(learner, path), MJENV_OK);
+  assert_int_equal(load(), MJENV_OK);
+  assert_int_equal(mjenv_learner_train(learner, 1), MJENV_OK);
+  assert_int_equal(train(), MJENV_OK);
+  assert_int_equal(mjenv_learner_policy(learner, MJENV_LEARN_LAST, wanted, sizeof s.text, &size), MJENV_OK);
+  assert_int_equal(policy(), MJENV_OK);
+  assert_string_equal(s.text, wanted);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  free(wanted);
+}
+
+static int set_up(void** state) {
+  (void)state;
+  const int file = mkstemp(path);
+  close(file);
+  s.settings = (mjenv_learn_settings)MJENV_LEARN_SETTINGS_INIT;
+  s.settings.id = "Hopper-v5";
+  s.settings.rows = ROWS;
+  s.settings.rollout_steps = 8;
+  s.settings.minibatch_size = 10;
+  s.settings.hidden = hidden;
+  s.settings.hidden_count = 1;
+  s.settings.threads = 2;
+  s.env = env_with("same_step");
+  s.played = env_with("disabled");
+  if (mjenv_learner_create(&calls, s.env, &s.settings, &s.learner)) return 1;
+  if (save() || policy() || mjenv_policy_parse(s.text, s.size - 1, &s.policy)) return 1;
+  return 0;
+}
+
+static int tear_down(void** state) {
+  (void)state;
+  mjenv_learner_destroy(s.learner);
+  mjenv_learner_destroy(s.made);
+  mjenv_policy_destroy(s.policy);
+  mjenv_policy_destroy(s.parsed);
+  mjenv_destroy(s.env);
+  mjenv_destroy(s.played);
+  return remove(path);
+}
+
+int main(void) {
+  struct CMUnitTest tests[COUNT(all_calls) + 2];
+  for (size_t i = 0; i < COUNT(all_calls); ++i)
+    tests[i] = (struct CMUnitTest){all_calls[i].name, test_call, NULL, NULL, (void*)(uintptr_t)&all_calls[i]};
+  tests[COUNT(all_calls)] = (struct CMUnitTest)cmocka_unit_test(test_creating_loses_nothing);
+  tests[COUNT(all_calls) + 1] = (struct CMUnitTest)cmocka_unit_test(test_the_bits_are_the_same);
+  return cmocka_run_group_tests(tests, set_up, tear_down);
+}
