@@ -22,7 +22,7 @@ class Draws {
     const OwnArrays& arrays = rows.arrays();
     block_.assign(values, values + rows.block_bytes());
     arrays.clear_inputs(block_.data());
-    randomization.draw(rows.head(row).rng, block_.data());
+    randomization.draw(rows.head(row).rng, rows.ranges(row), block_.data());
     if (randomization.computes_constants()) constants.draw(arrays, block_.data());
   }
   // Gives the row what was drawn. Returns false if nothing was.

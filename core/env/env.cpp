@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <optional>
 #include <utility>
 
 #include "engine/constants.hpp"
@@ -272,6 +273,11 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
     own_array_ = {parameter.name, parameter.type, parameter.shape, rows_.parameters(row) + parameter.offset};
     return own_array_;
   }
+  if (Randomization::is_name(name)) {
+    const Randomization::Range range = randomization_.find(name);
+    own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(range.count)}, rows_.ranges(row) + range.first};
+    return own_array_;
+  }
   // original.data is null for inputs of mjData, which are read from a work space below.
   if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
@@ -311,13 +317,16 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
 void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count) {
   check_settled();
   const Field* parameter = Parameters::is_name(array) ? &task_.parameters.find(array, options_.id()) : nullptr;
+  std::optional<Randomization::Range> range;
+  if (Randomization::is_name(array)) range = randomization_.find(array);
   const auto part = rows_.layout().part(array);
   OwnArray target{};
-  if (!part && !parameter) {
+  if (!part && !parameter && !range) {
     const OwnArray* found = rows_.arrays().find(array);
     target = found ? *found : OwnArray::of(model(), array);
   }
   const std::size_t elements = parameter ? static_cast<std::size_t>(parameter->count)
+                               : range   ? range->count
                                : part    ? part->count
                                          : target.original.count();
   const auto each = static_cast<std::int64_t>(elements);
@@ -338,6 +347,8 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
     try {
       if (parameter)
         task_.parameters.check(*parameter, of_row);
+      else if (range)
+        randomization_.check(*range, of_row);
       else if (part)
         check_finite(array, of_row, elements);
       else
@@ -352,6 +363,10 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
     return for_each_row([&](std::int64_t row, const double* of_row) {
       std::copy_n(of_row, elements, rows_.parameters(row) + parameter->offset);
       forget_observation(row);
+    });
+  if (range)
+    return for_each_row([&](std::int64_t row, const double* of_row) {
+      std::copy_n(of_row, elements, rows_.ranges(row) + range->first);
     });
   if (!part && !rows_.arrays().find(array)) {
     make_own({array});
@@ -434,8 +449,10 @@ void Env::randomize(const mjenv_randomization* items, std::int64_t count) {
                  model().work_bytes() * workers_.team_size());
     workers_.for_each([](Worker& worker) { worker.constants().prepare_draw(); });
   }
+  std::vector<double> ranges = rows_.make_ranges(next.ranges());
   if (!arrays.empty()) make_own(arrays);
   next.place(rows_.arrays());
+  rows_.set_ranges(std::move(ranges), next.ranges().size());
   randomization_ = std::move(next);
 }
 
@@ -495,7 +512,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
   // Work spaces point to the rows' own values, which move if the image brings new arrays.
   if (!rows_.arrays().empty()) workers_.release();
-  read_image(rows_, task_, perturbation_, frames_, identity(), options_.id(), row, image, size);
+  read_image(rows_, task_, randomization_, perturbation_, frames_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
     if (rows_.has_constants()) prepare_constants();

@@ -141,9 +141,14 @@ class Plan {
 // Checks bytes from an untrusted source, at any alignment.
 class Checks {
  public:
-  Checks(const Rows& rows, const OwnArrays& arrays, const Task& task, const Perturbation& perturbation,
-         const Frames& frames)
-      : rows_(rows), arrays_(arrays), task_(task), perturbation_(perturbation), frames_(frames) {}
+  Checks(const Rows& rows, const OwnArrays& arrays, const Task& task, const Randomization& randomization,
+         const Perturbation& perturbation, const Frames& frames)
+      : rows_(rows),
+        arrays_(arrays),
+        task_(task),
+        randomization_(randomization),
+        perturbation_(perturbation),
+        frames_(frames) {}
 
   // Whether MuJoCo and the library can compute with this part.
   bool is_valid(const PartKind& kind, const std::byte* part) {
@@ -155,6 +160,7 @@ class Checks {
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
       case Content::perturbation: return perturbation_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
+      case Content::ranges: return randomization_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::parameters: return task_.parameters.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::history: return frames_.is_valid(aligned(part, rows_.bytes_of(kind.content)));
       case Content::random_state: {
@@ -174,6 +180,7 @@ class Checks {
   const Rows& rows_;
   const OwnArrays& arrays_;
   const Task& task_;
+  const Randomization& randomization_;
   const Perturbation& perturbation_;
   const Frames& frames_;
   std::vector<double> numbers_;
@@ -336,9 +343,9 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
   std::memcpy(image, &header, sizeof header);
 }
 
-void read_image(Rows& rows, const Task& task, const Perturbation& perturbation, const Frames& frames,
-                const Identity& identity, const std::string& id, std::int64_t row, const void* image,
-                std::size_t size) {
+void read_image(Rows& rows, const Task& task, const Randomization& randomization, const Perturbation& perturbation,
+                const Frames& frames, const Identity& identity, const std::string& id, std::int64_t row,
+                const void* image, std::size_t size) {
   if (row != MJENV_ALL_ROWS) rows.check(row);
   const ImageHeader expected;
   ImageHeader header;
@@ -403,7 +410,7 @@ void read_image(Rows& rows, const Task& task, const Perturbation& perturbation, 
     const std::byte* bytes;
   };
   std::vector<Found> found;
-  Checks checks(rows, arrays, task, perturbation, frames);
+  Checks checks(rows, arrays, task, randomization, perturbation, frames);
   for (std::int64_t i = range.first; i < range.end; ++i) {
     std::uint16_t kept = 0;
     for (const PartKind& kind : kParts) {

@@ -7,6 +7,7 @@
 
 #include "env/frames.hpp"
 #include "env/perturbation.hpp"
+#include "env/randomization.hpp"
 #include "env/rows.hpp"
 #include "task/options.hpp"
 #include "task/task.hpp"
@@ -30,7 +31,8 @@ Identity identity_of(const Options& options, const Task& task, const Frames& fra
 std::size_t image_size(const Rows& rows, std::int64_t row);
 void write_image(const Rows& rows, const Identity& identity, std::int64_t row, void* image);
 // Checks the image before it changes any row. id: the environment's id, for messages.
-void read_image(Rows& rows, const Task& task, const Perturbation& perturbation, const Frames& frames,
-                const Identity& identity, const std::string& id, std::int64_t row, const void* image, std::size_t size);
+void read_image(Rows& rows, const Task& task, const Randomization& randomization, const Perturbation& perturbation,
+                const Frames& frames, const Identity& identity, const std::string& id, std::int64_t row,
+                const void* image, std::size_t size);
 
 }  // namespace mjenv::core

@@ -14,6 +14,7 @@ enum class Part : std::uint8_t {
   parameters,
   values,
   perturbation,
+  ranges,
   history,
   random_state,
   computed_state,
@@ -33,6 +34,7 @@ enum class Content : std::uint8_t {
   parameters,    // the row's live parameters (Parameters)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
+  ranges,        // the parameters from which resets draw (Randomization)
   history,       // the record of the last observations (Frames)
   random_state,  // a stream of NumPy's RandomState
 };
@@ -48,7 +50,7 @@ struct PartKind {
   bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
-constexpr std::size_t kPartCount = 14;
+constexpr std::size_t kPartCount = 15;
 constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part); }
 
 // In the order of Part.
@@ -59,6 +61,7 @@ constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::parameters, "parameters", Content::parameters},
     {Part::values, "values", Content::values},
     {Part::perturbation, "perturbation", Content::perturbation},
+    {Part::ranges, "ranges", Content::ranges},
     {Part::history, "history", Content::history},
     {Part::random_state, "random_state", Content::random_state},
     {Part::computed_state, "computed_state", Content::state},

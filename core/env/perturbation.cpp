@@ -44,9 +44,10 @@ std::vector<double> first_action_of(const double* given, std::int64_t given_coun
   return action;
 }
 
-std::size_t delay_of(std::int64_t given, const char* what) {
-  if (given < 0 || given > kMaxDelay)
-    fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(given) + ", not 0 to " + std::to_string(kMaxDelay));
+std::size_t delay_of(std::int64_t given, std::int64_t least, const std::string& what) {
+  if (given < least || given > kMaxDelay)
+    fail(MJENV_E_VALUE,
+         what + " is " + std::to_string(given) + ", not " + std::to_string(least) + " to " + std::to_string(kMaxDelay));
   return static_cast<std::size_t>(given);
 }
 
@@ -61,20 +62,29 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
           first_action_of(given.first_action, given.first_action_count, static_cast<std::size_t>(model.nu()))),
       actuators_(static_cast<std::size_t>(model.nu())),
       observation_count_(static_cast<std::size_t>(observation_count)),
-      action_delay_(delay_of(given.action_delay, "action_delay")),
-      observation_delay_(delay_of(given.observation_delay, "observation_delay")) {
+      redraws_delays_(given.redraws_delays != 0) {
+  const auto take_delay = [](Delay& delay, std::int64_t least, std::int64_t most, const std::string& what) {
+    delay.least = delay.most = delay_of(least, 0, what);
+    delay.is_drawn = most != 0;
+    if (delay.is_drawn) delay.most = delay_of(most, least, "max_" + what);
+  };
+  take_delay(action_delay_, given.action_delay, given.max_action_delay, "action_delay");
+  take_delay(observation_delay_, given.observation_delay, given.max_observation_delay, "observation_delay");
   take_pushes(given, model);
-  has_observations_ = !observation_noise_.empty() || observation_delay_ > 0;
-  if (action_noise_.empty() && action_delay_ == 0 && !has_observations_ && pushes_.empty()) return;
+  has_observations_ = !observation_noise_.empty() || observation_delay_.most > 0;
+  if (action_noise_.empty() && action_delay_.most == 0 && !has_observations_ && pushes_.empty()) return;
   // In 64 bits, because a delay may need more memory than 32 bits can address, which Rows::make_perturbation refuses.
-  const std::uint64_t actions = std::uint64_t{action_delay_} * actuators_;
-  const std::uint64_t observations = std::uint64_t{observation_delay_} * observation_count_;
-  actions_ = kPushes + 2 * pushes_.size();
+  const std::uint64_t actions = std::uint64_t{action_delay_.most} * actuators_;
+  const std::uint64_t observations = std::uint64_t{observation_delay_.most} * observation_count_;
+  delays_ = kPushes + 2 * pushes_.size();
+  actions_ = delays_ + (resets_draw_delays() ? 2 : 0);
   observations_ = actions_ + static_cast<std::size_t>(actions);
   last_ = observations_ + static_cast<std::size_t>(observations);
   record_count_ = actions_ + actions + observations + (has_observations_ ? observation_count_ : 0);
-  const std::array delays{action_delay_, observation_delay_, action_noise_.size(), pushes_.size()};
-  fingerprint_ = hash(delays.data(), sizeof delays);
+  const std::array<std::size_t, 9> sizes{action_delay_.least,      action_delay_.most,      action_delay_.is_drawn,
+                                         observation_delay_.least, observation_delay_.most, observation_delay_.is_drawn,
+                                         redraws_delays_,          action_noise_.size(),    pushes_.size()};
+  fingerprint_ = hash(sizes.data(), sizeof sizes);
   for (const auto* numbers : {&action_noise_, &observation_noise_, &first_action_})
     fingerprint_ = hash(numbers->data(), numbers->size() * sizeof(double), fingerprint_);
   for (const Push& push : pushes_) {
@@ -117,12 +127,31 @@ double Perturbation::interval(const Push& push, np::Generator& rng) {
   return static_cast<double>(rng.integers(push.min_steps, push.max_steps + 1));
 }
 
+double Perturbation::Delay::draw(np::Generator& rng) const {
+  if (!is_drawn) return static_cast<double>(least);
+  return static_cast<double>(rng.integers(static_cast<std::int64_t>(least), static_cast<std::int64_t>(most) + 1));
+}
+
+bool Perturbation::Delay::contains(double steps) const {
+  return steps >= static_cast<double>(least) && steps <= static_cast<double>(most) && steps == std::floor(steps);
+}
+
+std::size_t Perturbation::delay_now(const Delay& delay, std::size_t index, const double* record,
+                                    np::Generator& rng) const {
+  if (!delay.is_drawn) return delay.least;
+  return static_cast<std::size_t>(redraws_delays_ ? delay.draw(rng) : record[delays_ + index]);
+}
+
 void Perturbation::begin(double* record, np::Generator& rng) const {
   std::fill_n(record, record_count_, 0.0);
   record[0] = kBegun;
   for (std::size_t i = 0; i < pushes_.size(); ++i) record[kPushes + 2 * i] = interval(pushes_[i], rng);
+  if (resets_draw_delays()) {
+    record[delays_] = action_delay_.draw(rng);
+    record[delays_ + 1] = observation_delay_.draw(rng);
+  }
   if (first_action_.empty()) return;
-  for (std::size_t i = 0; i < action_delay_; ++i)
+  for (std::size_t i = 0; i < action_delay_.most; ++i)
     std::copy(first_action_.begin(), first_action_.end(), record + actions_ + i * actuators_);
 }
 
@@ -138,9 +167,10 @@ Perturbation::Step Perturbation::make_step() const {
 Action Perturbation::act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
                          Step& step) const {
   const bool narrow = action.dtype == MJENV_DTYPE_FLOAT32;
-  const bool is_delayed = action_delay_ > 0;
+  const std::size_t delay = delay_now(action_delay_, 0, record, rng), most = action_delay_.most;
+  const bool is_delayed = delay > 0;
   const double* delayed =
-      record + actions_ + (is_delayed ? static_cast<std::size_t>(steps) % action_delay_ * actuators_ : 0);
+      record + actions_ + (is_delayed ? (static_cast<std::size_t>(steps) + most - delay) % most * actuators_ : 0);
   for (std::size_t i = 0; i < actuators_; ++i) {
     double value = is_delayed ? delayed[i] : action[static_cast<std::int64_t>(i)];
     if (narrow) value = static_cast<float>(value);
@@ -169,23 +199,25 @@ Action Perturbation::act(const double* record, std::int64_t steps, const Action&
 void Perturbation::commit(double* record, std::int64_t steps, const Action& action, const Step& step) const {
   record[0] = kBegun;  // until observe has computed this step's observation, which may fail
   std::copy(step.pushes.begin(), step.pushes.end(), record + kPushes);
-  if (action_delay_ == 0) return;
-  double* to = record + actions_ + static_cast<std::size_t>(steps) % action_delay_ * actuators_;
+  if (action_delay_.most == 0) return;
+  double* to = record + actions_ + static_cast<std::size_t>(steps) % action_delay_.most * actuators_;
   for (std::size_t i = 0; i < actuators_; ++i) to[i] = action[static_cast<std::int64_t>(i)];
 }
 
 const double* Perturbation::observe(double* record, std::int64_t steps, const double* observation,
                                     np::Generator& rng) const {
   double* last = record + last_;
-  double* waiting =
-      observation_delay_ > 0
-          ? record + observations_ + static_cast<std::size_t>(steps) % observation_delay_ * observation_count_
-          : last;
+  const std::size_t delay = delay_now(observation_delay_, 1, record, rng), most = observation_delay_.most;
+  const auto slot = [&](std::size_t step) {
+    return most > 0 ? record + observations_ + step % most * observation_count_ : last;
+  };
+  double* const to = slot(static_cast<std::size_t>(steps));
+  const double* const delayed = slot(static_cast<std::size_t>(steps) + most - delay);
   for (std::size_t i = 0; i < observation_count_; ++i) {
     double value = observation[i];
     if (!observation_noise_.empty()) value += 0.0 + observation_noise_[i] * rng.normal();
-    last[i] = waiting[i];
-    waiting[i] = value;
+    last[i] = delay > 0 ? delayed[i] : value;
+    to[i] = value;
   }
   record[0] = kObserved;
   return last;
@@ -210,7 +242,8 @@ bool Perturbation::is_valid(const double* record) const {
     const bool counts = left >= 1 && left <= static_cast<double>(pushes_[i].max_steps) && left == std::floor(left);
     if ((has_begun && !counts) || (was_pushed != 0 && was_pushed != 1)) return false;
   }
-  return true;
+  if (!has_begun || !resets_draw_delays()) return true;
+  return action_delay_.contains(record[delays_]) && observation_delay_.contains(record[delays_ + 1]);
 }
 
 }  // namespace mjenv::core

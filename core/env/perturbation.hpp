@@ -79,17 +79,32 @@ class Perturbation {
 
   std::vector<double> action_noise_, observation_noise_, first_action_;
   std::size_t actuators_ = 0, observation_count_ = 0;
-  std::size_t action_delay_ = 0, observation_delay_ = 0;
+  // A delay in steps, which may be drawn from the range.
+  struct Delay {
+    std::size_t least = 0, most = 0;
+    bool is_drawn = false;
+
+    double draw(np::Generator& rng) const;
+    bool contains(double steps) const;
+  };
+  Delay action_delay_, observation_delay_;
+  bool redraws_delays_ = false;  // for each step, not at each reset
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
   // A record begins with the phase, and for each push two numbers: how many steps are left until it, and whether the
-  // last step had it. These are the offsets of the other parts, and the size of a record:
-  std::size_t actions_ = 0, observations_ = 0, last_ = 0;
+  // last step had it. Then come the two delays, if resets draw any, and as many actions and observations as the greatest
+  // delays are long. These are the offsets of the parts, and the size of a record:
+  std::size_t delays_ = 0, actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 
   void take_pushes(const mjenv_perturbation& given, const Model& model);
   static double interval(const Push& push, np::Generator& rng);
+  bool resets_draw_delays() const {
+    return !redraws_delays_ && (action_delay_.is_drawn || observation_delay_.is_drawn);
+  }
+  // The delay in this step. index: 0 for actions, 1 for observations.
+  std::size_t delay_now(const Delay& delay, std::size_t index, const double* record, np::Generator& rng) const;
   std::size_t offset_of(const Push& push) const {
     return xfrc_offset_ + 6 * sizeof(double) * static_cast<std::size_t>(push.body);
   }

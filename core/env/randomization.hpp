@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/own_array.hpp"
 #include "engine/own_arrays.hpp"
 #include "mjenv/mjenv.h"
 #include "numpy/random.hpp"
@@ -16,7 +17,7 @@ class Randomization {
  public:
   // Draws nothing.
   Randomization() = default;
-  // Copies the list, but skips items whose array is empty in this model. Throws if MuJoCo cannot compute with the
+  // Copies the list. Throws if MuJoCo cannot compute with the
   // smallest or the largest value of an item, a value of CHOICE, or the mean of NORMAL, except for quaternions and
   // directions. If other values might be invalid, `draw` checks each (Item::is_checked).
   Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model);
@@ -31,31 +32,55 @@ class Randomization {
   // Call this before `draw`, with the layout of the blocks, when all arrays are in it.
   void place(const OwnArrays& layout) noexcept;
 
-  // Draws the values into a row's block. Throws if MuJoCo cannot compute with one of them.
-  void draw(np::Generator& rng, std::byte* block) const;
+  // Draws the values into a row's block. ranges: the parameters from which the row draws, at first those of the list.
+  // Throws if MuJoCo cannot compute with one of the values.
+  void draw(np::Generator& rng, const double* ranges, std::byte* block) const;
+
+  // The parameters of one item among a row's ranges.
+  struct Range {
+    std::size_t item, first, count;
+  };
+  const std::vector<double>& ranges() const { return ranges_; }
+  // Whether an array's name is that of a range, such as "draws[0]". Without such an item, or if its parameters cannot be
+  // changed, find throws.
+  static bool is_name(const std::string& array) { return array.compare(0, 6, "draws[") == 0; }
+  Range find(const std::string& array) const;
+  // Throws unless the item could have these parameters.
+  void check(const Range& range, const double* parameters) const;
+  // Whether a row can have these ranges. Checks those of an image.
+  bool is_valid(const double* ranges) const;
 
  private:
   struct Item {
     OwnArray array;
     mjenv_distribution distribution;
     mjenv_effect effect;
-    bool shared;
+    bool shared, repeats;
     bool is_checked;  // whether `draw` checks each value, because some that can be drawn might be refused
+    double factor;
     std::vector<std::size_t> elements;
-    std::vector<double> originals;   // the model's own values of these elements
-    std::vector<double> parameters;  // logarithms for LOG_UNIFORM
+    std::vector<double> originals;     // the model's own values of these elements
+    std::vector<double> choices;       // of CHOICE
+    std::size_t first = 0, count = 0;  // the parameters of other distributions, in ranges_
 
-    double next(np::Generator& rng) const;
+    double next(const double* parameters, np::Generator& rng) const;
     double value(std::size_t i, double drawn) const;
+    void write(std::size_t i, double drawn, std::byte* block) const {
+      array.write(elements[i], value(i, drawn), block);
+    }
   };
   std::vector<Item> items_;
+  std::vector<double> ranges_;
   bool computes_constants_ = false;
   std::uint64_t fingerprint_ = 0;
 
+  void add(const mjenv_randomization& given, const Model& model);
   static Item item_of(const mjenv_randomization& given, const Model& model);
   static void take_elements(Item& item, const mjenv_randomization& given);
-  static void take_parameters(Item& item, const mjenv_randomization& given);
-  static void check_ends(const Item& item);
+  static void check_parameters(const Item& item, const double* parameters);
+  static void check_ends(const Item& item, const Item& drawn, const double* parameters);
+  // The end of the items that repeat the one at `begin`.
+  std::size_t end_of(std::size_t begin) const;
 };
 
 }  // namespace mjenv::core

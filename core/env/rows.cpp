@@ -51,6 +51,7 @@ std::size_t Rows::bytes_of(Content content) const {
     case Content::values: return arrays_.block_bytes();
     case Content::history: return history_count_ * sizeof(double);
     case Content::random_state: return has_random_state_ ? sizeof(np::RandomState) : 0;
+    case Content::ranges: return sizes_[index_of(Part::ranges)] * sizeof(double);
     case Content::perturbation: break;
   }
   return sizes_[index_of(Part::perturbation)] * sizeof(double);
@@ -162,6 +163,19 @@ void Rows::copy(std::int64_t from, std::int64_t to) {
 std::vector<double> Rows::make_perturbation(std::uint64_t size) const {
   check_memory(count(), " rows with noise, delays or pushes", size * sizeof(double));
   return std::vector<double>(heads_.size() * static_cast<std::size_t>(size));
+}
+
+std::vector<double> Rows::make_ranges(const std::vector<double>& ranges) const {
+  check_memory(count(), " rows with ranges of what resets draw", ranges.size() * sizeof(double));
+  std::vector<double> of_rows;
+  of_rows.reserve(heads_.size() * ranges.size());
+  for (std::size_t row = 0; row < heads_.size(); ++row) of_rows.insert(of_rows.end(), ranges.begin(), ranges.end());
+  return of_rows;
+}
+
+void Rows::set_ranges(std::vector<double> of_rows, std::size_t size) noexcept {
+  numbers_[index_of(Part::ranges)] = std::move(of_rows);
+  sizes_[index_of(Part::ranges)] = size;
 }
 
 void Rows::set_perturbation(std::vector<double> records, std::size_t size) noexcept {

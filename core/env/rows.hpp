@@ -64,6 +64,7 @@ class Rows {
   bool has_random_state() const { return has_random_state_; }
   np::RandomState random_state(std::int64_t row) const;
   void set_random_state(std::int64_t row, const np::RandomState& stream);
+  double* ranges(std::int64_t row) { return numbers(Part::ranges, row); }
   bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
 
   // The arrays of which rows have own values.
@@ -112,6 +113,9 @@ class Rows {
   // records: of all rows, `size` numbers each.
   std::vector<double> make_perturbation(std::uint64_t size) const;
   void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
+  // ranges: those that all rows have at first.
+  std::vector<double> make_ranges(const std::vector<double>& ranges) const;
+  void set_ranges(std::vector<double> of_rows, std::size_t size) noexcept;
 
  private:
   StateLayout layout_;

@@ -186,7 +186,8 @@ int main(void) {
   FIELD(mjenv_randomization, effect);
   FIELD(mjenv_randomization, shared);
   FIELD(mjenv_randomization, constants);
-  FIELD(mjenv_randomization, reserved);
+  FIELD(mjenv_randomization, repeats);
+  FIELD(mjenv_randomization, factor);
 
   STRUCT(mjenv_push);
   FIELD(mjenv_push, struct_size);
@@ -209,6 +210,10 @@ int main(void) {
   FIELD(mjenv_perturbation, push_count);
   FIELD(mjenv_perturbation, first_action);
   FIELD(mjenv_perturbation, first_action_count);
+  FIELD(mjenv_perturbation, max_action_delay);
+  FIELD(mjenv_perturbation, max_observation_delay);
+  FIELD(mjenv_perturbation, redraws_delays);
+  FIELD(mjenv_perturbation, reserved_end);
 
   ENUM(mjenv_gl);
   VALUE(MJENV_GL_AUTO);

@@ -49,7 +49,8 @@ static void perturb(mjenv_env* env) {
                                            .observation_noise = observation_noise,
                                            .observation_noise_count = 1,
                                            .action_delay = 2,
-                                           .observation_delay = 3,
+                                           .observation_delay = 1,
+                                           .max_observation_delay = 3,
                                            .pushes = pushes,
                                            .push_count = COUNT(pushes)};
   assert_ok(mjenv_perturb(env, &perturbation));
@@ -360,20 +361,105 @@ static void test_forged(void** state) {
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   // A phase, twice, and the steps until a push; the last one is right: after a reset, an observation was seen.
-  const double forged[] = {7, NAN, 0.5, 2};
-  const size_t places[] = {0, 0, 1, 0};
+  // Two pushes have two numbers each, so number 6 is the observations' delay, which lies in 1 to 3.
+  const double forged[] = {7, NAN, 0.5, 4, 1.5, NAN, 2};
+  const size_t places[] = {0, 0, 1, 6, 6, 6, 0};
   for (size_t i = 0; i < COUNT(forged); ++i) {
     int64_t size;
     size_t bytes;
     unsigned char* image = image_of(env, 0, &size);
     memcpy(image_part(image, "perturbation", &bytes) + 8 * places[i], &forged[i], sizeof forged[i]);
     image_seal(image, size);
-    if (i < 3)
+    if (i + 1 < COUNT(forged))
       assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image, size), "damaged");
     else
       assert_ok(mjenv_restore(env, 0, image, size));
     free(image);
   }
+  // The ranges of friction, and of masses, which must be positive; in the end, other ranges that are right.
+  const double ranges[] = {2, NAN, -1, 0, 0.7};
+  const size_t ends[] = {0, 1, 2, 2, 2};
+  for (size_t i = 0; i < COUNT(ranges); ++i) {
+    int64_t size, count;
+    size_t bytes;
+    unsigned char* image = image_of(env, 0, &size);
+    memcpy(image_part(image, "ranges", &bytes) + 8 * ends[i], &ranges[i], sizeof ranges[i]);
+    image_seal(image, size);
+    if (i + 1 < COUNT(ranges))
+      assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, 0, image, size), "damaged");
+    else
+      assert_ok(mjenv_restore(env, 0, image, size));
+    free(image);
+    double range[2];
+    assert_ok(mjenv_read(env, 0, "draws[1]", range, 2, &count));
+    assert_true(count == 2 && range[0] == (i + 1 < COUNT(ranges) ? 0.5 : 0.7) && range[1] == 2);
+  }
+  mjenv_destroy(env);
+}
+
+// ---- Ranges of rows ----
+
+static void test_refused_ranges(void** state) {
+  (void)state;
+  mjenv_env* env = drawing_env("Hopper-v5", 2, ROWS, "disabled");
+  double values[2 * ROWS], row[2];
+  const double none[] = {0.5, 0.5}, descending[] = {2, 1}, infinite[] = {1, INFINITY}, negative[] = {-1, 1};
+  uint8_t mask[ROWS] = {0, 0, 0, 1};
+  int64_t count = 0;
+  assert_refused(MJENV_E_VALUE, mjenv_write(env, mask, "draws[0]", descending, 2), "row 3", "draws[0]",
+                 "\"geom_friction\"", "above high");
+  assert_refused(MJENV_E_VALUE, mjenv_write(env, mask, "draws[0]", infinite, 2), "row 3", "inf");
+  assert_refused(MJENV_E_VALUE, mjenv_write(env, NULL, "draws[1]", negative, 2), "row 0", "\"body_mass\"", "logarithm");
+  for (int i = 0; i < 2 * ROWS; ++i) values[i] = 1;
+  values[2 * ROWS - 1] = 0.5;
+  assert_refused(MJENV_E_VALUE, mjenv_write(env, NULL, "draws[0]", values, 2 * ROWS), "row 4", "above high");
+  assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "draws[3]", none, 2), "\"draws[3]\" is 2, not 4");
+  assert_refused(MJENV_E_NAME, mjenv_write(env, NULL, "draws[4]", none, 2), "\"opt.timestep\" is a choice");
+  assert_refused(MJENV_E_NAME, mjenv_write(env, NULL, "draws[6]", none, 2), "no \"draws[6]\"", "6 item(s)");
+  assert_refused(MJENV_E_NAME, mjenv_read(env, 0, "draws[-1]", row, 2, &count), "no \"draws[-1]\"");
+  for (int64_t i = 0; i < ROWS; ++i) {  // nothing was written
+    assert_ok(mjenv_read(env, i, "draws[0]", row, 2, &count));
+    assert_true(count == 2 && row[0] == 0.5 && row[1] == 1.5);
+  }
+  assert_ok(mjenv_write(env, mask, "draws[0]", none, 2));
+  assert_ok(mjenv_read(env, 3, "draws[0]", row, 2, &count));
+  assert_true(row[1] == 0.5);
+  assert_ok(mjenv_read(env, 2, "draws[0]", row, 2, &count));
+  assert_true(row[1] == 1.5);
+  assert_ok(mjenv_randomize(env, NULL, 0));
+  assert_refused(MJENV_E_NAME, mjenv_write(env, NULL, "draws[0]", none, 2), "0 item(s)");
+  mjenv_destroy(env);
+}
+
+// An item that repeats takes as many elements as were drawn, and MuJoCo can compute with what it takes.
+static void test_refused_repeats(void** state) {
+  (void)state;
+  mjenv_env* env = plain_env("Hopper-v5", 1, 2, "disabled");
+  static const int64_t two[] = {1, 2};
+  const mjenv_randomization masses = {
+      ITEM, MJENV_DISTRIBUTION_UNIFORM, "body_mass", two, 2, PARAMETERS(1, 2), .effect = MJENV_EFFECT_SCALE};
+  mjenv_randomization items[] = {masses, masses};
+  items[1].repeats = 1;
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items + 1, 1), "items[0]", "repeats the item before");
+  items[1].factor = NAN;
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "factor is nan");
+  items[1].factor = -1;
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "body_mass[1]");
+  items[1].factor = 0;  // 1
+  items[1].element_count = 1;
+  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 1");
+  items[1].array = "geom_contype";
+  items[1].element_count = 2;
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "integers");
+  items[1].array = "body_inertia";
+  items[1].element_count = 1;
+  items[0].shared = 1;
+  assert_ok(mjenv_randomize(env, items, 2));
+  double range[2] = {1, 2};
+  int64_t count;
+  assert_refused(MJENV_E_NAME, mjenv_read(env, 0, "draws[1]", range, 2, &count), "\"body_inertia\" repeats");
+  range[0] = -1;
+  assert_refused(MJENV_E_VALUE, mjenv_write(env, NULL, "draws[0]", range, 2), "row 0", "body_mass");
   mjenv_destroy(env);
 }
 
@@ -562,6 +648,9 @@ static void test_refused_perturbations(void** state) {
   REFUSED(MJENV_E_SIZE, (given.observation_noise = noise, given.observation_noise_count = 3), "observation_noise");
   REFUSED(MJENV_E_VALUE, given.action_delay = -1, "action_delay");
   REFUSED(MJENV_E_VALUE, given.observation_delay = INT64_MAX, "observation_delay");
+  REFUSED(MJENV_E_VALUE, (given.action_delay = 3, given.max_action_delay = 2), "max_action_delay is 2, not 3");
+  REFUSED(MJENV_E_VALUE, given.max_action_delay = -1, "max_action_delay is -1");
+  REFUSED(MJENV_E_VALUE, given.max_observation_delay = 1000001, "max_observation_delay is 1000001");
   REFUSED(MJENV_E_ARGUMENT, given.pushes = NULL, "pushes");
   REFUSED(MJENV_E_SIZE, given.push_count = -1, "push_count");
   REFUSED(MJENV_E_SIZE, given.push_count = INT64_MAX, "push_count");
@@ -631,6 +720,8 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_observe),
       cmocka_unit_test(test_images),
       cmocka_unit_test(test_forged),
+      cmocka_unit_test(test_refused_ranges),
+      cmocka_unit_test(test_refused_repeats),
       cmocka_unit_test(test_refused_draws),
       cmocka_unit_test(test_refused_draws_beside_the_models_own),
       cmocka_unit_test(test_refused_randomizations),

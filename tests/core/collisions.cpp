@@ -23,6 +23,7 @@ extern "C" {
 #include "engine/lanes/model_tables.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
+#include "noise.hpp"
 #include "run.hpp"
 
 // MuJoCo's, which its headers do not declare.
@@ -32,16 +33,6 @@ namespace mjenv::core {
 namespace {
 
 constexpr int kRounds = 2000, kWidth = lanes::kWidth;
-
-class Noise {
- public:
-  double operator()() { return static_cast<double>(next() >> 11) * 0x1p-52 - 1; }  // in [-1, 1)
-  std::uint64_t below(std::uint64_t count) { return (next() >> 33) % count; }
-
- private:
-  std::uint64_t state_ = 7;
-  std::uint64_t next() { return state_ = state_ * 6364136223846793005u + 1442695040888963407u; }
-};
 
 using Pose = std::pair<std::array<double, 3>, std::array<double, 9>>;
 

@@ -30,6 +30,7 @@ extern "C" {
 #include "engine/model.hpp"
 #include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
+#include "noise.hpp"
 #include "run.hpp"
 
 namespace mjenv::core {
@@ -38,25 +39,6 @@ namespace {
 constexpr int kRows = 120, kFewRows = 48;  // of each kind of state
 int share = 1;                             // of these rows, one of so many is stepped
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
-
-class Noise {
- public:
-  // In [-1, 1), the same on every machine.
-  double operator()() {
-    next();
-    return static_cast<double>(state_ >> 11) * 0x1p-52 - 1;
-  }
-  std::uint64_t below(std::uint64_t count) { return (next() >> 33) % count; }
-  // One of the values on which code branches.
-  double odd() {
-    const double values[] = {0.0, -0.0, 1, -1, 1e-16, -1e-16, 5e-324, -5e-324, 1e-310, 0.5};
-    return values[below(std::size(values))];
-  }
-
- private:
-  std::uint64_t state_ = 42;
-  std::uint64_t next() { return state_ = state_ * 6364136223846793005u + 1442695040888963407u; }
-};
 
 // How wild the random states are. Lanes compute the tame ones themselves, except where MuJoCo warns.
 enum class Kind { at_rest, tame, odd, fast, bad };
@@ -757,3 +739,9 @@ int run(bool few) {
 }  // namespace mjenv::core
 
 int run_lanes(bool few) { return mjenv::core::run(few); }
+
+// Random models have few rows, of which more than usual may be left to MuJoCo.
+std::string compare_in_lanes(const std::shared_ptr<const mjenv::core::Model>& model, int rows) {
+  mjenv::core::share = 2;
+  return mjenv::core::compare(model, 2 * rows);
+}

@@ -22,7 +22,10 @@ std::string odd_model(const std::string& name) {
 }
 
 int main(int argc, char** argv) {
-  const std::string_view topic = argc == 2 || argc == 3 ? argv[1] : "";
+  const std::string_view topic = argc > 1 ? argv[1] : "";
+#ifdef LANES
+  if (topic == "random-models") return run_random_models(argc, argv);
+#endif
   if (argc == 3) cmocka_set_test_filter(argv[2]);
   if (topic == "chars") return run_chars();
   if (topic == "cpus") return run_cpus();
@@ -37,7 +40,9 @@ int main(int argc, char** argv) {
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
-  std::fputs("usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker [TESTS]\n",
-             stderr);
+  std::fputs(
+      "usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|worker [TESTS]\n"
+      "       test_core random-models [FIRST COUNT | print SEED]\n",
+      stderr);
   return 2;
 }

@@ -1,7 +1,16 @@
 // What each file tests; 0 if all is well.
 #pragma once
 
+#include <memory>
 #include <string>
+
+namespace mjenv::core {
+class Model;
+}
+
+// Steps random states of a model in lanes and one by one: so many of each kind, with each number of lanes. Says where they
+// part, "" if nowhere.
+std::string compare_in_lanes(const std::shared_ptr<const mjenv::core::Model>& model, int rows);
 
 // The text of a model in tests/core/odd.
 std::string odd_model(const std::string& name);
@@ -15,4 +24,5 @@ int run_info();
 int run_lanes(bool few);  // few: with a fifth of the states, for emulators
 int run_levers();
 int run_numpy();
+int run_random_models(int argc, char** argv);
 int run_worker();

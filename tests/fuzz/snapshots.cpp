@@ -37,6 +37,7 @@ void perturb(mjenv_env* env) {
   perturbation.action_noise = perturbation.observation_noise = numbers;
   perturbation.action_noise_count = perturbation.observation_noise_count = 1;
   perturbation.action_delay = perturbation.observation_delay = 2;
+  perturbation.max_observation_delay = 4;
   perturbation.pushes = &push;
   perturbation.push_count = 1;
   REQUIRE(mjenv_perturb(env, &perturbation) == MJENV_OK);

@@ -44,7 +44,7 @@ EnvHandle env_of(std::size_t kind, std::int64_t threads) {
 }
 
 std::vector<std::string> array_names(const mjenv_env* env) {
-  std::vector<std::string> names{"", "no_such_array"};
+  std::vector<std::string> names{"", "no_such_array", "draws[0]", "draws[1]"};
   for (const mjenv_role role : {MJENV_ROLE_MODEL, MJENV_ROLE_DATA})
     for (std::int64_t i = 0; i < mjenv_field_count(env, role); ++i) {
       mjenv_field field = MJENV_FIELD_INIT;
@@ -229,6 +229,8 @@ class Writes {
       item.effect = static_cast<mjenv_effect>(bytes_.below(5));
       item.shared = bytes_.flag();
       item.constants = bytes_.flag();
+      item.repeats = bytes_.below(3) == 0;
+      item.factor = bytes_.flag() ? value(1) : 0;
     }
     replace([&] { return mjenv_randomize(env_.get(), items.data(), items.size()); });
   }
@@ -253,6 +255,9 @@ class Writes {
     perturbation.observation_noise_count = static_cast<std::int64_t>(observation_noise.size());
     perturbation.action_delay = bytes_.take<std::int8_t>() % 5;
     perturbation.observation_delay = bytes_.take<std::int8_t>() % 5;
+    perturbation.max_action_delay = bytes_.take<std::int8_t>() % 6;
+    perturbation.max_observation_delay = bytes_.take<std::int8_t>() % 6;
+    perturbation.redraws_delays = bytes_.flag();
     perturbation.pushes = pushes.data();
     perturbation.push_count = static_cast<std::int64_t>(pushes.size());
     const bool any = bytes_.below(5) != 0;

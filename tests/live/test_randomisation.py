@@ -16,7 +16,7 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv import Delay, Noise, Offset, Push, Scale, Value
+from mjenv import Delay, Noise, Offset, Push, Same, Scale, Value
 from mjenv.verify import check_same
 
 IDS = mjenv.ids()
@@ -29,14 +29,14 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
     def __init__(
         self,
         env: gymnasium.Env[Any, Any],
-        randomize: Mapping[str, Value] | None = None,
+        randomize: Mapping[str, Value | Same] | None = None,
         noise: Noise | None = None,
         delay: Delay | None = None,
         push: list[Push] | None = None,
     ) -> None:
         super().__init__(env)
         self.base: Any = env.unwrapped
-        self.draws, self.noise, self.delay = randomize or {}, noise or Noise(), delay or Delay()
+        self.draws, self.noise, self.delay = dict(randomize or {}), noise or Noise(), delay or Delay()
         self.pushes = push or []
         self.bodies = [self.number("body", push.body) for push in self.pushes]
         self.own = {name: np.array(getattr(*self.place(name)), np.float64) for name in self.draws}
@@ -51,7 +51,7 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
         owner, _, member = name.rpartition(".")
         return self.base.model.opt if owner == "opt" else self.base.model, member
 
-    def elements(self, name: str, draw: Value) -> Any:
+    def elements(self, name: str, draw: Value | Same) -> Any:
         """The numbers of the elements that are drawn."""
         numbers = np.arange(self.own[name].size).reshape(self.own[name].shape)
         if draw.elements is not None:
@@ -82,15 +82,16 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         obs, info = self.env.reset(**options)
+        drawn, kind = np.zeros(0), "value"
         for name, draw in self.draws.items():
             elements, own = self.elements(name, draw), self.own[name].reshape(-1)
-            values = self.drawn(draw, 1 if draw.shared else len(elements))
+            if isinstance(draw, Same):
+                values = drawn * draw.factor
+            else:
+                values = drawn = self.drawn(draw, 1 if draw.shared else len(elements))
+                kind = draw.kind
             values = (
-                values
-                if draw.kind == "value"
-                else own[elements] * values
-                if draw.kind == "scale"
-                else own[elements] + values
+                values if kind == "value" else own[elements] * values if kind == "scale" else own[elements] + values
             )
             owner, member = self.place(name)
             if self.own[name].ndim == 0:
@@ -103,20 +104,39 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
         self.left = [rng.integers(push.every[0], push.every[1] + 1) for push in self.pushes]
         self.pushed = [False for _ in self.pushes]
         first = np.zeros(self.base.model.nu) + self.delay.first_action
-        self.actions = deque([first] * self.delay.action)
-        self.observations = deque([np.zeros_like(obs)] * self.delay.observation)
+        if self.delay.redraw == "reset":
+            self.delays = {name: self.drawn_delay(name) for name in ("action", "observation")}
+        else:
+            self.delays = {}
+        self.actions = deque([first] * np.max(self.delay.action))
+        self.observations = deque([np.zeros_like(obs)] * np.max(self.delay.observation))
         return self.observed(obs), info
 
+    def drawn_delay(self, name: str) -> int:
+        """The delay of an episode; of a step, if each draws one."""
+        given = getattr(self.delay, name)
+        return given if isinstance(given, int) else int(self.base.np_random.integers(given[0], given[1] + 1))
+
+    def delayed(self, name: str, waiting: Any) -> Any:
+        """The newest of those that wait, which is the last one, or an older one."""
+        found = waiting[-1 - self.delays[name]]
+        waiting.popleft()
+        return found
+
     def observed(self, obs: Array) -> Array:
+        if self.delay.redraw == "step":
+            self.delays["observation"] = self.drawn_delay("observation")
         if np.any(self.noise.observation):
             obs = obs + self.base.np_random.normal(0, self.noise.observation, obs.shape)
         self.observations.append(obs)
-        return self.observations.popleft()
+        return self.delayed("observation", self.observations)
 
     def step(self, action: Array) -> Any:
         rng, dtype = self.base.np_random, action.dtype
         self.actions.append(action.copy())
-        action = self.actions.popleft().astype(dtype)
+        if self.delay.redraw == "step":
+            self.delays["action"] = self.drawn_delay("action")
+        action = self.delayed("action", self.actions).astype(dtype)
         if np.any(self.noise.action):
             action = (action + rng.normal(0, self.noise.action, action.shape)).astype(dtype)
         forces = self.base.data.xfrc_applied
@@ -225,3 +245,119 @@ def test_vector(id: str, mode: AutoresetMode) -> None:
             mask = {"reset_mask": done}
             check_same(f"step {t}: reset", ours.reset(options=mask)[0], theirs.reset(options=mask)[0])
     ours.close()
+
+
+DELAYS = [
+    Delay((0, 3), (1, 2), first_action=0.25),
+    Delay((1, 1), (0, 4)),
+    Delay(2, (0, 2)),
+    Delay((0, 2), 0, first_action=-0.5, redraw="step"),
+    Delay((0, 3), (0, 3), redraw="step"),
+]
+
+
+@pytest.mark.parametrize("delay", DELAYS, ids=str)
+@pytest.mark.parametrize("noise", [None, Noise(0.05, 0.02)], ids=["calm", "noisy"])
+def test_delays_with_a_range(delay: Delay, noise: Noise | None) -> None:
+    """One environment, and images in the middle of episodes."""
+    settings: dict[str, Any] = {"delay": delay, "noise": noise, "push": [Push(1, ((-9, 9),) * 3, every=(2, 5))]}
+    ours, theirs = mjenv.make("Hopper-v5", **settings), Perturbed(gymnasium.make("Hopper-v5"), **settings)
+    rng = np.random.default_rng(1)
+    check_same("reset", ours.reset(seed=5), theirs.reset(seed=5))
+    for t in range(60):
+        action = rng.uniform(-1, 1, 3).astype(np.float32 if t % 3 else np.float64)
+        a, b = ours.step(action), theirs.step(action)
+        check_same(f"step {t}", (*a[:4], numbers(a[4])), (*b[:4], numbers(b[4])))
+        if t % 7 == 3:
+            other = mjenv.make("Hopper-v5", **settings)
+            other.restore(ours.snapshot())
+            ours = other
+        if b[2] or b[3] or t % 11 == 10:
+            check_same("reset", ours.reset(), theirs.reset())
+
+
+@pytest.mark.parametrize("options", [{"num_threads": 2}, {"lanes": 0}, {"num_threads": 1}], ids=str)
+@pytest.mark.parametrize("redraw", ["reset", "step"])
+def test_delays_with_a_range_in_rows(redraw: Any, options: dict[str, Any]) -> None:
+    rows = 7
+    settings: dict[str, Any] = {"delay": Delay((0, 2), (0, 3), 0.1, redraw), "noise": Noise(0.0, 0.01)}
+    limits: dict[str, Any] = {"max_episode_steps": 9, "autoreset_mode": AutoresetMode.SAME_STEP}
+    ours = mjenv.make_vec("HalfCheetah-v5", rows, **limits, **options, **settings)
+    makers = [lambda: Perturbed(gymnasium.make("HalfCheetah-v5", max_episode_steps=9), **settings)] * rows
+    theirs = gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=AutoresetMode.SAME_STEP)
+    check_same("reset", ours.reset(seed=1)[0], theirs.reset(seed=1)[0])
+    for t in range(30):
+        actions = np.random.default_rng(t).uniform(-1, 1, (rows, 6)).astype(np.float32)
+        check_same(f"step {t}", ours.step(actions)[:4], theirs.step(actions)[:4])
+        check_same(f"observe {t}", ours.observe(), ours.observe())
+
+
+SAME: list[dict[str, Any]] = [
+    {"actuator_gainprm": Value(20, 40, columns=0), "actuator_biasprm": Same(factor=-1, columns=1)},
+    {"actuator_gainprm": Scale(0.5, 2, "log_uniform", columns=0), "actuator_biasprm": Same(columns=1)},
+    {"body_mass": Scale(0.8, 1.2, shared=True), "body_inertia": Same(set_constants=True), "geom_friction": Same(0.5)},
+    {"dof_damping": Offset(distribution="normal", mean=1.0, std=0.1), "dof_armature": Same(factor=0.25)},
+    {"dof_damping": Value(choices=(1.0, 2.0)), "dof_armature": Same(factor=0.5), "opt.gravity": Offset(-0.5, 0.5)},
+]
+
+
+@pytest.mark.parametrize("randomize", SAME, ids=range(len(SAME)))
+def test_one_draw_for_several_arrays(randomize: dict[str, Any]) -> None:
+    ours = mjenv.make("Ant-v5", randomize=randomize)
+    theirs = Perturbed(gymnasium.make("Ant-v5"), randomize)
+    for seed in (3, None, None):
+        check_same("reset", ours.reset(seed=seed), theirs.reset(seed=seed))
+        for t in range(5):
+            action = np.random.default_rng(t).uniform(-1, 1, 8)
+            a, b = ours.step(action), theirs.step(action)
+            check_same(f"step {t}", a[:4], b[:4])
+            if b[2]:
+                break
+        for name in randomize:
+            owner: Any = ours.model.opt if "opt." in name else ours.model
+            place, member = theirs.place(name)
+            check_same(name, np.array(getattr(owner, member)), np.array(getattr(place, member)))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ranges_of_rows(threads: int) -> None:
+    """A curriculum: rows draw from other ranges while they run. An image holds them."""
+    rows = 5
+    randomize: dict[str, Any] = {
+        "geom_friction": Scale(0.9, 1.1, columns=0),
+        "actuator_gear": Scale(0.5, 2, "log_uniform", columns=0),
+        "body_mass": Scale(distribution="truncated_normal", mean=1.0, std=0.1, low=0.8, high=1.2),
+    }
+    ours = mjenv.make_vec("Hopper-v5", rows, num_threads=threads, randomize=randomize)
+    wrappers = [Perturbed(gymnasium.make("Hopper-v5"), randomize) for _ in range(rows)]
+
+    def check_resets(seed: int | None) -> None:
+        found = ours.reset(seed=seed)[0]
+        for row, wrapper in enumerate(wrappers):
+            obs = wrapper.reset(seed=None if seed is None else seed + row)[0]
+            check_same(f"row {row}", found[row], obs)
+            for name in randomize:
+                theirs = np.array(getattr(wrapper.base.model, name))
+                check_same(f"row {row}: {name}", getattr(ours.model, name)[row], theirs)
+
+    check_resets(1)
+    assert ours.draw_range("actuator_gear").tolist() == [[0.5, 2]] * rows
+    ours.set_draw_range("geom_friction", (0.2, 3))
+    for wrapper in wrappers:
+        wrapper.draws["geom_friction"] = Scale(0.2, 3, columns=0)
+    check_resets(None)
+    mask = np.arange(rows) % 2 == 1
+    ranges = np.stack([1 + np.arange(rows) / 10, 2 + np.arange(rows) / 10], axis=1)
+    ours.set_draw_range("actuator_gear", ranges, mask)
+    ours.set_draw_range("body_mass", (1.0, 0.2, 0.5, 1.5), mask)
+    for row in np.flatnonzero(mask):
+        wrappers[row].draws["actuator_gear"] = Scale(*ranges[row].tolist(), "log_uniform", columns=0)
+        wrappers[row].draws["body_mass"] = Scale(0.5, 1.5, "truncated_normal", mean=1.0, std=0.2)
+    check_resets(None)
+    other = mjenv.make_vec("Hopper-v5", rows, randomize=randomize)
+    other.restore(ours.snapshot())
+    assert np.array_equal(other.draw_range("body_mass"), ours.draw_range("body_mass"))
+    ours = other
+    check_resets(None)
+    ours.copy_row(1, np.arange(rows) == 0)
+    assert ours.draw_range("actuator_gear")[0].tolist() == ranges[1].tolist()

@@ -40,7 +40,19 @@ MODEL = """
   </sensor>
 </mujoco>
 """
-FEW = ("qpos", "qvel", "act", "xpos", "xquat", "site_xpos", "cvel", "subtree_com", "sensordata", "actuator_force", "qacc")
+FEW = (
+    "qpos",
+    "qvel",
+    "act",
+    "xpos",
+    "xquat",
+    "site_xpos",
+    "cvel",
+    "subtree_com",
+    "sensordata",
+    "actuator_force",
+    "qacc",
+)
 # With these, lanes leave all of mjData in memory.
 ALL = (*FEW, "geom_xpos", "cfrc_ext", "contacts")
 FRAMES, ROWS = 3, 5

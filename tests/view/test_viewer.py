@@ -171,8 +171,9 @@ def test_sliders_write_the_model() -> None:
         assert np.array_equal(session.envs.envs[1].state_vector(), state)
 
 
-def test_a_recording_has_the_states() -> None:
-    with still("Swimmer-v5", 1) as session:
+@pytest.mark.parametrize("observation", ["flat", "dict"])
+def test_a_recording_has_the_states(observation: str) -> None:
+    with still("Swimmer-v5", 1, {"observation": observation}) as session:
         recorder = session.controls.files.recorder
         session.ask(recorder.begin)
         states = [session.envs.envs[0].data.qpos.copy()]
@@ -181,6 +182,7 @@ def test_a_recording_has_the_states() -> None:
             states.append(session.envs.envs[0].data.qpos.copy())
         found = np.load(io.BytesIO(session.ask(recorder.trajectory)))
         assert np.array_equal(found["qpos"], states)
+        assert np.array_equal(found["obs"][:, :3], found["qpos"][:, 2:])
         assert str(found["id"]) == "Swimmer-v5"
 
 
@@ -358,6 +360,7 @@ def test_jupyter_shows_spaces_and_options(make: Any) -> None:
     for part in ("Ant-v5", "<b>0.125</b>", "(105,)", "qvel [13:27]", "healthy_z_range"):
         assert part in html
     assert env.snapshot() == before
+    assert "qpos: Box (13,) float64, qvel: Box (14,) float64" in html_of(make("Ant-v5", observation="dict"))
     with mjenv.view(env, port=0, quiet=True) as view:
         assert f'<iframe src="{view.address}"' in view._repr_html_()
 

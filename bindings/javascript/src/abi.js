@@ -168,7 +168,7 @@ export const mjenv_batch = struct(96, {
   arrays: { offset: 88, type: "uint32", length: 0 },
 });
 
-export const mjenv_randomization = struct(56, {
+export const mjenv_randomization = struct(64, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   distribution: { offset: 4, type: "int32", length: 0 },
   array: { offset: 8, type: "uint32", length: 0 },
@@ -179,7 +179,8 @@ export const mjenv_randomization = struct(56, {
   effect: { offset: 40, type: "int32", length: 0 },
   shared: { offset: 44, type: "int32", length: 0 },
   constants: { offset: 48, type: "int32", length: 0 },
-  reserved: { offset: 52, type: "int32", length: 0 },
+  repeats: { offset: 52, type: "int32", length: 0 },
+  factor: { offset: 56, type: "float64", length: 0 },
 });
 
 export const mjenv_push = struct(120, {
@@ -191,7 +192,7 @@ export const mjenv_push = struct(120, {
   high: { offset: 72, type: "float64", length: 6 },
 });
 
-export const mjenv_perturbation = struct(88, {
+export const mjenv_perturbation = struct(112, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   reserved: { offset: 4, type: "int32", length: 0 },
   action_noise: { offset: 8, type: "uint32", length: 0 },
@@ -204,6 +205,10 @@ export const mjenv_perturbation = struct(88, {
   push_count: { offset: 64, type: "int64", length: 0 },
   first_action: { offset: 72, type: "uint32", length: 0 },
   first_action_count: { offset: 80, type: "int64", length: 0 },
+  max_action_delay: { offset: 88, type: "int64", length: 0 },
+  max_observation_delay: { offset: 96, type: "int64", length: 0 },
+  redraws_delays: { offset: 104, type: "int32", length: 0 },
+  reserved_end: { offset: 108, type: "int32", length: 0 },
 });
 
 /**

@@ -45,12 +45,14 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  *
  * @typedef {object} Randomization
  * @property {string} array the array's name in MuJoCo: "geom_friction"
- * @property {Lowercase<keyof typeof Distribution>} distribution
- * @property {readonly number[]} parameters of the distribution, in the order that mjenv.h gives
+ * @property {Lowercase<keyof typeof Distribution>} [distribution] "uniform" if left out
+ * @property {readonly number[]} [parameters] of the distribution, in the order that mjenv.h gives
  * @property {Lowercase<keyof typeof Effect>} [effect] what becomes of the drawn value; "value" if left out
  * @property {readonly number[]} [elements] which elements of the array; all if left out
  * @property {boolean} [shared] one draw for all elements
  * @property {boolean} [constants] MuJoCo then computes the model's constants anew
+ * @property {boolean} [repeats] draws nothing, but takes what the item before takes; parameters may be left out
+ * @property {number} [factor] each draw is multiplied by it; 1 if left out
  */
 
 /**
@@ -70,8 +72,9 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  * @typedef {object} Perturbation
  * @property {number | readonly number[]} [actionNoise] standard deviations
  * @property {number | readonly number[]} [observationNoise] standard deviations
- * @property {number} [actionDelay] steps
- * @property {number} [observationDelay] steps
+ * @property {number | readonly number[]} [actionDelay] steps; or the least and the most, from which resets draw it
+ * @property {number | readonly number[]} [observationDelay] steps, or the least and the most
+ * @property {boolean} [redrawDelays] such delays are drawn anew for each step
  * @property {number | readonly number[]} [firstAction] what reaches the task until the first delayed action does
  * @property {readonly Push[]} [pushes]
  */
@@ -786,7 +789,7 @@ export class Env {
    * @param {readonly Randomization[]} items replaces the list; an empty one: nothing
    */
   randomize(items) {
-    const given = Array.from(items, ({ elements, parameters, ...others }) => ({
+    const given = Array.from(items, ({ elements, parameters = [], ...others }) => ({
       ...others,
       elements: elements && BigInt64Array.from(elements, (element) => int64(element, "an element")),
       parameters: doubles(parameters, "parameters"),
@@ -795,7 +798,9 @@ export class Env {
     const library = this.#library;
     library.scope((scratch) => {
       const list = scratch.allocate(mjenv_randomization.size * given.length);
-      given.forEach(({ array, distribution, parameters, effect = "value", elements, shared, constants }, index) =>
+      given.forEach((item, index) => {
+        const { array, distribution = "uniform", parameters, effect = "value", elements, shared, constants } = item;
+        const { repeats, factor = 1 } = item;
         library.write(list + index * mjenv_randomization.size, mjenv_randomization, {
           distribution: numberOf(Distribution, distribution, "distribution"),
           array: scratch.text(String(array)),
@@ -806,8 +811,10 @@ export class Env {
           effect: numberOf(Effect, effect, "effect"),
           shared: Number(Boolean(shared)),
           constants: Number(Boolean(constants)),
-        }),
-      );
+          repeats: Number(Boolean(repeats)),
+          factor,
+        });
+      });
       library.check(library.functions.mjenv_randomize(handle, list, BigInt(given.length)));
     });
   }
@@ -821,7 +828,16 @@ export class Env {
     const library = this.#library;
     if (perturbation === null) return library.check(library.functions.mjenv_perturb(this.#open, 0));
     const { actionNoise = [], observationNoise = [], actionDelay = 0, observationDelay = 0 } = perturbation;
-    const { firstAction = [] } = perturbation;
+    const { firstAction = [], redrawDelays = false } = perturbation;
+    const delay = (/** @type {number | readonly number[]} */ given, /** @type {string} */ what) => {
+      const steps = typeof given === "number" ? [given] : Array.from(given);
+      if (steps.length !== 1) checkLength(steps, 2, what, "numbers are wanted: the least and the most steps");
+      return steps.map((step) => int64(step, what));
+    };
+    const [ofActions, ofObservations] = [
+      delay(actionDelay, "actionDelay"),
+      delay(observationDelay, "observationDelay"),
+    ];
     const noise = (/** @type {number | ArrayLike<number>} */ given) =>
       doubles(typeof given === "number" ? [given] : given, "standard deviations");
     const [onActions, onObservations] = [noise(actionNoise), noise(observationNoise)];
@@ -840,8 +856,11 @@ export class Env {
     const members = {
       action_noise_count: onActions.length,
       observation_noise_count: onObservations.length,
-      action_delay: int64(actionDelay, "actionDelay"),
-      observation_delay: int64(observationDelay, "observationDelay"),
+      action_delay: ofActions[0],
+      observation_delay: ofObservations[0],
+      max_action_delay: ofActions[1] ?? 0n,
+      max_observation_delay: ofObservations[1] ?? 0n,
+      redraws_delays: Number(Boolean(redrawDelays)),
       push_count: pushes.length,
       first_action_count: first.length,
     };

@@ -206,7 +206,8 @@ Base.@kwdef struct mjenv_randomization
     effect::Int32 = 0
     shared::Int32 = 0
     constants::Int32 = 0
-    reserved::Int32 = 0
+    repeats::Int32 = 0
+    factor::Float64 = 0
 end
 
 Base.@kwdef struct mjenv_push
@@ -231,6 +232,10 @@ Base.@kwdef struct mjenv_perturbation
     push_count::Int64 = 0
     first_action::Ptr{Float64} = Ptr{Float64}(C_NULL)
     first_action_count::Int64 = 0
+    max_action_delay::Int64 = 0
+    max_observation_delay::Int64 = 0
+    redraws_delays::Int32 = 0
+    reserved_end::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_render_settings

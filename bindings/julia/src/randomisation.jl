@@ -1,7 +1,8 @@
 # What resets draw for the model; noise, delays and pushes.
 
 """
-    MJEnv.Draw(array, effect, numbers...; distribution = :uniform, elements = :, shared = false, constants = false)
+    MJEnv.Draw(array, effect, numbers...; distribution = :uniform, elements = :, shared = false, constants = false,
+               factor = 1)
 
 What resets draw for an array of the mjModel, see [`randomize!`](@ref). `effect` is `:value` (what is drawn), `:scale`
 (the model's own value times what is drawn) or `:offset` (the model's own value plus what is drawn). `numbers` are
@@ -12,7 +13,7 @@ What resets draw for an array of the mjModel, see [`randomize!`](@ref). `effect`
 - the values of `:choice`
 
 `elements` are the numbers, from 1, of the elements that are drawn, in the order of the draws. With `shared` there is
-one draw for all elements. With `constants` mj_setConst follows the draws.
+one draw for all elements. With `constants` mj_setConst follows the draws. Each draw is multiplied by `factor`.
 """
 struct Draw
     array::String
@@ -22,7 +23,30 @@ struct Draw
     elements::Union{Nothing,Vector{Int64}}
     shared::Bool
     constants::Bool
+    repeats::Bool
+    factor::Float64
 end
+
+"""
+    MJEnv.Same(array, effect; factor = 1, elements = :, constants = false)
+
+An item of [`randomize!`](@ref) that draws nothing: element i takes what element i of the item before takes, or the draw
+that is shared, times `factor`. So an actuator's kp is drawn for `:actuator_gainprm` and, with the factor -1, taken for
+`:actuator_biasprm`.
+"""
+function Same(
+    array::Union{Symbol,AbstractString},
+    effect::Symbol;
+    factor::Real = 1,
+    elements::Union{Colon,Integer,AbstractVector{<:Integer}} = (:),
+    constants::Bool = false,
+)
+    how, from = number_of("effect", effect, EFFECTS), Int32(MJENV_DISTRIBUTION_UNIFORM)
+    return Draw(text(array), how, from, Float64[], chosen(elements), false, constants, true, factor)
+end
+
+chosen(::Colon) = nothing
+chosen(elements) = Int64[element - 1 for element in elements]
 
 const EFFECTS = (value = MJENV_EFFECT_VALUE, scale = MJENV_EFFECT_SCALE, offset = MJENV_EFFECT_OFFSET)
 const DISTRIBUTIONS = (
@@ -47,10 +71,10 @@ function Draw(
     elements::Union{Colon,Integer,AbstractVector{<:Integer}} = (:),
     shared::Bool = false,
     constants::Bool = false,
+    factor::Real = 1,
 )
     from, how = number_of("distribution", distribution, DISTRIBUTIONS), number_of("effect", effect, EFFECTS)
-    chosen = elements isa Colon ? nothing : Int64[element - 1 for element in elements]
-    return Draw(text(array), how, from, Float64[numbers...], chosen, shared, constants)
+    return Draw(text(array), how, from, Float64[numbers...], chosen(elements), shared, constants, false, factor)
 end
 
 """
@@ -58,7 +82,8 @@ end
 
 Replaces what each reset of a row draws for its model: a vector of [`MJEnv.Draw`](@ref), in this order, from the row's
 random stream, after the task's own draws. An empty vector draws nothing. It counts from each row's next reset on.
-mjenv.h describes it. Returns `env`.
+mjenv.h describes it. Later, `write!(env, "draws[0]", [low, high]; rows)` changes the parameters of the first item for some
+rows, and `read` reads them; these numbers count from 0. Returns `env`.
 
 ```julia
 friction = MJEnv.Draw(:geom_friction, :scale, 0.5, 1.5)
@@ -79,6 +104,8 @@ function randomize!(env::Env, draws::AbstractVector{Draw})
                 effect = draw.effect,
                 shared = draw.shared,
                 constants = draw.constants,
+                repeats = draw.repeats,
+                factor = draw.factor,
             ) for draw in kept
         ]
         check(env.handle, inside(handle -> mjenv_randomize(handle, items, length(items)), env))
@@ -113,10 +140,11 @@ deviations(noise::Numbers) = collect(Float64, noise)
 
 """
     perturb!(env; action_noise = 0, observation_noise = 0, action_delay = 0, observation_delay = 0, pushes = [],
-             first_action = 0)
+             first_action = 0, redraw_delays = false)
 
 Replaces noise, delays and pushes, from each row's next reset on. The noise is one standard deviation, or one for each
-actuator or element of the observation. The delays are numbers of steps. Until the first delayed action reaches the task,
+actuator or element of the observation. The delays are numbers of steps, or ranges such as `0:2`, from which resets
+draw them, or with `redraw_delays` each step. Until the first delayed action reaches the task,
 `first_action` does: one number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), each of
 another body. mjenv.h describes what happens in a step. Returns `env`.
 """
@@ -124,11 +152,16 @@ function perturb!(
     env::Env;
     action_noise::Union{Real,Numbers} = 0,
     observation_noise::Union{Real,Numbers} = 0,
-    action_delay::Integer = 0,
-    observation_delay::Integer = 0,
+    action_delay::Union{Integer,UnitRange{<:Integer}} = 0,
+    observation_delay::Union{Integer,UnitRange{<:Integer}} = 0,
     pushes::AbstractVector = Push[],
     first_action::Union{Real,Numbers} = 0,
+    redraw_delays::Bool = false,
 )
+    greatest(delay) = delay isa UnitRange ? last(delay) : 0
+    for delay in (action_delay, observation_delay)
+        delay isa UnitRange && isempty(delay) && throw(ArgumentError("the range $delay of a delay is empty"))
+    end
     of_actions, of_observations = deviations(action_noise), deviations(observation_noise)
     first_one = deviations(first_action)
     structs = mjenv_push[
@@ -147,8 +180,11 @@ function perturb!(
                 action_noise_count = length(of_actions),
                 observation_noise = pointer(of_observations),
                 observation_noise_count = length(of_observations),
-                action_delay = action_delay,
-                observation_delay = observation_delay,
+                action_delay = first(action_delay),
+                observation_delay = first(observation_delay),
+                max_action_delay = greatest(action_delay),
+                max_observation_delay = greatest(observation_delay),
+                redraws_delays = redraw_delays,
                 pushes = pointer(structs),
                 push_count = length(structs),
                 first_action = pointer(first_one),

@@ -30,7 +30,8 @@ function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer =
         check(handle, mjenv_read(handle, index, name, values, length(values), count))
         values
     end
-    field = arrays_of(env)[name]
+    field = get(arrays_of(env), name, nothing)
+    field === nothing && return values  # the parameters from which resets draw
     return shaped(values, field, julia_type(field.dtype, Float64))
 end
 

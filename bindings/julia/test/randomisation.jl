@@ -12,7 +12,7 @@ function drawing_hopper(rows)
     )
     push = MJEnv.Push(object_index(env, :body, "torso"), fill(-1, 6), ones(6); every = (1, 1))
     noise = (action_noise = 0.1, observation_noise = 0.01)
-    perturb!(env; noise..., action_delay = 1, observation_delay = 2, pushes = [push])
+    perturb!(env; noise..., action_delay = 1:2, observation_delay = 2, pushes = [push])
     return seed!(env, 3)
 end
 
@@ -34,6 +34,23 @@ end
     @test randomize!(many, []) === many
     @test perturb!(many) === many
     @test refuses(() -> restore!(many, image), MJEnv.MJENV_E_SNAPSHOT, "randomisation")
+end
+
+@testset "one draw for several arrays, from ranges of rows" begin
+    env = Env("Hopper-v5"; rows = 3)
+    gain = MJEnv.Draw(:actuator_gainprm, :value, 20, 40; elements = [1, 11, 21])
+    randomize!(env, [gain, MJEnv.Same(:actuator_biasprm, :value; factor = -1, elements = [2, 12, 22])])
+    write!(env, "draws[0]", [50, 60]; rows = 2)
+    @test read(env, "draws[0]"; row = 2) == [50, 60]
+    reset!(seed!(env, 1))
+    for row in 1:3
+        low, high = row == 2 ? (50, 60) : (20, 40)
+        gains = read(env, :actuator_gainprm; row)[1, :]
+        @test gains == -read(env, :actuator_biasprm; row)[2, :] && all(low .<= gains .<= high)
+    end
+    @test refuses(() -> write!(env, "draws[0]", [2, 1]; rows = 3), MJEnv.MJENV_E_VALUE, "draws[0]", "above high")
+    @test_throws ArgumentError perturb!(env; action_delay = 2:1)
+    @test perturb!(env; action_delay = 0:2, observation_delay = 1:3, redraw_delays = true) === env
 end
 
 @testset "what cannot be drawn" begin

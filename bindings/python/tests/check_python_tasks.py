@@ -327,6 +327,51 @@ def test_groups_that_change(monkeypatch: pytest.MonkeyPatch) -> None:
         mjenv.make("Grouped1-v0")
 
 
+class Reach(mjenv.Task):
+    """A goal's task: the pole has to reach an angle."""
+
+    model = PENDULUM
+    state = {"goal": (1,)}  # noqa: RUF012
+    time_limit = 5
+
+    def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
+        return rng.normal(0, 0.1, (rows, 1)), np.zeros((rows, 1)), {"goal": rng.uniform(-1, 1, (rows, 1))}
+
+    def observe(self, sim: Sim) -> Any:
+        return {"observation": sim.qvel, "achieved_goal": sim.qpos, "desired_goal": sim.goal}
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        return -np.linalg.norm(achieved_goal - desired_goal, axis=-1)
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        return self.compute_reward(sim.qpos, sim.goal, {}), sim.qpos[:, 0] > 9, {}
+
+
+mjenv.register("Reach-v0", Reach)
+
+
+def test_rewards_of_goals() -> None:
+    envs, env = mjenv.make_vec("Reach-v0", 4), mjenv.make("Reach-v0")
+    envs.reset(seed=1), env.reset(seed=1)
+    history = []
+    for action in np.random.default_rng(0).uniform(-1, 1, (4, 4, 1)):
+        obs, rewards = envs.step(action)[:2]
+        assert np.array_equal(envs.compute_reward(obs["achieved_goal"], obs["desired_goal"], {}), rewards)
+        one, reward = env.step(action[0])[:2]
+        assert env.compute_reward(one["achieved_goal"], one["desired_goal"], {}) == reward == rewards[0]
+        assert envs.envs[1].compute_reward(obs["achieved_goal"][1], obs["desired_goal"][1], {}) == rewards[1]
+        history.append((obs, rewards))
+    achieved = np.stack([obs["achieved_goal"] for obs, _ in history], axis=1)  # (rows, steps, 1)
+    later = np.broadcast_to(achieved[:, -1:], achieved.shape)
+    assert np.array_equal(envs.compute_reward(achieved, later, {}), -np.abs(achieved - later)[..., 0])
+    with pytest.raises(
+        mjenv.InvalidValueError, match=r"Reach-v0: compute_reward: the goals have the shapes \(4, 1\) and \(3"
+    ):
+        envs.compute_reward(achieved[:, 0], achieved[:3, 0], {})
+    with pytest.raises(mjenv.TaskError, match="Hopper-v5 has no compute_reward"):
+        mjenv.make("Hopper-v5").compute_reward(achieved, achieved, {})
+
+
 class Pendulum(mjenv.Task):
     """Fails as its attribute `fault` says."""
 

@@ -16,7 +16,7 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 
 import mjenv
-from mjenv import Delay, Noise, Offset, Push, Scale, Value
+from mjenv import Delay, Noise, Offset, Push, Same, Scale, Value
 from mjenv.cli import main
 
 SETTINGS: dict[str, Any] = {
@@ -24,9 +24,11 @@ SETTINGS: dict[str, Any] = {
         "geom_friction": Scale(0.5, 1.5, columns=0),
         "body_mass": [Scale(0.8, 1.2, "log_uniform", shared=True), Offset(-0.5, 0.5, body="torso", set_constants=True)],
         "opt.gravity": Value(choices=(-9.0, -10.0), elements=[2]),
+        "actuator_gear": Scale(0.9, 1.1, columns=0),
+        "dof_armature": [Same(elements=[3, 4, 5]), Same(factor=0.5, elements=[0, 1, 2])],
     },
     "noise": Noise(0.1, 0.01),
-    "delay": Delay(1, 2),
+    "delay": Delay(1, (1, 2)),
     "push": Push("torso", ((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0)), every=(2, 5)),
 }
 
@@ -156,6 +158,13 @@ def test_the_stream_is_one() -> None:
         ({"delay": Delay(1, first_action=(0.1, 0.2))}, mjenv.InvalidValueError, "first_action_count"),
         ({"delay": Delay(1, first_action=float("inf"))}, mjenv.InvalidValueError, r"first_action\[0\] is inf"),
         ({"delay": Delay(1.5)}, mjenv.OptionError, "integers"),  # type: ignore[arg-type]
+        ({"delay": Delay((2, 1))}, mjenv.InvalidValueError, "wrong order"),
+        ({"delay": Delay(1, (0, -1))}, mjenv.InvalidValueError, "wrong order"),
+        ({"delay": Delay((0, 1, 2))}, mjenv.OptionError, "an int, or two"),  # type: ignore[arg-type]
+        ({"delay": Delay((0, 2), redraw="episode")}, mjenv.OptionError, "'reset' or 'step'"),  # type: ignore[arg-type]
+        ({"randomize": {"body_mass": Same()}}, mjenv.InvalidValueError, "there is none"),
+        ({"randomize": {"body_mass": [Scale(1, 2), Same(factor=0.0)]}}, mjenv.InvalidValueError, "not 0"),
+        ({"randomize": {"body_mass": [Scale(1, 2), Same(body=1)]}}, mjenv.InvalidValueError, "element_count is 1"),
         ({"push": Push("arm")}, mjenv.Error, "arm"),
         ({"push": Push("torso", every=(0, 1))}, mjenv.InvalidValueError, "min_steps is 0"),
         ({"push": Push("torso", ((1, 0), (0, 0), (0, 0)))}, mjenv.InvalidValueError, "low"),
@@ -166,6 +175,30 @@ def test_the_stream_is_one() -> None:
 def test_refusals(settings: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         mjenv.make("Hopper-v5", **settings)
+
+
+def test_ranges_of_rows() -> None:
+    envs = mjenv.make_vec("Hopper-v5", 3, randomize={"body_mass": [Scale(0.9, 1.1), Offset(0.0, 0.1, body=1)]})
+    envs.set_draw_range("body_mass", [0.2, 0.3], number=1, mask=np.array([False, True, False]))
+    assert envs.draw_range("body_mass", 1).tolist() == [[0.0, 0.1], [0.2, 0.3], [0.0, 0.1]]
+    envs.set_draw_range("body_mass", [[1, 2], [1, 3], [1, 4]])
+    assert envs.draw_range("body_mass").tolist() == [[1, 2], [1, 3], [1, 4]]
+    with pytest.raises(mjenv.InvalidValueError, match=r"row 2: draws\[0\] of \"body_mass\": low is 1, above high, 0"):
+        envs.set_draw_range("body_mass", [[1, 2], [1, 3], [1, 0]])
+    with pytest.raises(mjenv.UnknownNameError, match="resets draw body_mass, but no item 2 of 'body_mass'"):
+        envs.draw_range("body_mass", 2)
+    with pytest.raises(mjenv.UnknownNameError, match="resets draw nothing"):
+        mjenv.make("Hopper-v5").set_draw_range("body_mass", [1, 2])
+    env = mjenv.make(
+        "Hopper-v5", randomize={"body_mass": Scale(0.9, 1.1), "opt.timestep": Value(choices=(0.001, 0.002))}
+    )
+    env.set_draw_range("body_mass", (2, 2))
+    own = np.array(env.model.body_mass)
+    env.reset(seed=1)
+    assert np.array_equal(env.model.body_mass, 2 * own)
+    assert pickle.loads(pickle.dumps(env)).draw_range("body_mass").tolist() == [2, 2]
+    with pytest.raises(mjenv.UnknownNameError, match="is a choice"):
+        env.draw_range("opt.timestep")
 
 
 def test_command_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -290,7 +290,10 @@ typedef struct mjenv_randomization {
   mjenv_effect effect;
   int32_t shared;    /* 1: one draw for all elements; 0: one draw each */
   int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
-  int32_t reserved;  /* 0 */
+  int32_t repeats;   /* 1: draws nothing: element i takes what element i of the item before takes, or the draw that is
+                        shared. So an actuator's kp is drawn for gainprm and, with the factor -1, for biasprm.
+                        distribution, parameters and shared are not used */
+  double factor;     /* each draw is multiplied by it; 0: 1 */
 } mjenv_randomization;
 
 /* A force that pushes a body now and then, for one step each time (mjenv_perturb). */
@@ -316,8 +319,13 @@ typedef struct mjenv_perturbation {
   int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
   const mjenv_push *pushes;        /* [push_count], each of another body */
   int64_t push_count;
-  const double *first_action; /* [first_action_count] what reaches the task until the first delayed action does */
-  int64_t first_action_count; /* 0: zeros; 1: the same for all actuators; or one for each */
+  const double *first_action;    /* [first_action_count] what reaches the task until the first delayed action does */
+  int64_t first_action_count;    /* 0: zeros; 1: the same for all actuators; or one for each */
+  int64_t max_action_delay;      /* 0: the delay is action_delay. Else it is drawn:
+                                 integers(action_delay, max_action_delay + 1) */
+  int64_t max_observation_delay; /* the same for the observation */
+  int32_t redraws_delays;        /* 1: such delays are drawn anew for each step; 0: at each reset */
+  int32_t reserved_end;          /* 0 */
 } mjenv_perturbation;
 
 /* The library that provides OpenGL. */
@@ -398,9 +406,9 @@ typedef struct mjenv_render_settings {
   {sizeof(mjenv_batch), MJENV_DTYPE_FLOAT64, 0, 0, 0, 0, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, \
    NULL, NULL}
 #define MJENV_RANDOMIZATION_INIT \
-  {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0}
+  {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0, 1}
 #define MJENV_PUSH_INIT {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}}
-#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0}
+#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0, 0, 0, 0, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
@@ -602,7 +610,8 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * which a reset clears. */
 
 /* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live
- * parameter of the task ("parameters.speed"), which stays after resets.
+ * parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw item 0
+ * of mjenv_randomize ("draws[0]").
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
  *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */

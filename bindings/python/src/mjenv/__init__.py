@@ -37,7 +37,7 @@ from mjenv.errors import (
     UnknownIdError,
     UnknownNameError,
 )
-from mjenv.randomization import Delay, Noise, Offset, Push, Scale, Value
+from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
 from mjenv.registration import (
     engine,
     engines,
@@ -87,6 +87,7 @@ __all__ = [
     "RenderError",
     "RenderSettingError",
     "ResetNeeded",
+    "Same",
     "Scale",
     "SnapshotError",
     "Status",

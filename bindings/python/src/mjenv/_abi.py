@@ -232,7 +232,8 @@ class mjenv_randomization(Structure):
         ("effect", c_int32),
         ("shared", c_int32),
         ("constants", c_int32),
-        ("reserved", c_int32),
+        ("repeats", c_int32),
+        ("factor", c_double),
     )
 
 
@@ -261,6 +262,10 @@ class mjenv_perturbation(Structure):
         ("push_count", c_int64),
         ("first_action", POINTER(c_double)),
         ("first_action_count", c_int64),
+        ("max_action_delay", c_int64),
+        ("max_observation_delay", c_int64),
+        ("redraws_delays", c_int32),
+        ("reserved_end", c_int32),
     )
 
 

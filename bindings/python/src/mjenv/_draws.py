@@ -15,7 +15,7 @@ from mjenv import _abi
 from mjenv._abi import Distribution, Effect, Role, Status
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError, UnknownNameError
-from mjenv.randomization import Delay, Noise, Offset, Push, Scale, Value
+from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
 
 # The keywords that select elements by objects, and MuJoCo's array that tells which object an element belongs to, by
 # the beginning of the array's name.
@@ -32,7 +32,7 @@ _OWNERS = {
     ("jnt_", "body"): "jnt_bodyid",
     ("dof_", "body"): "dof_bodyid",
 }
-_KINDS: dict[str, type[Value]] = {"value": Value, "scale": Scale, "offset": Offset}
+_KINDS: dict[str, type[Value | Same]] = {"value": Value, "scale": Scale, "offset": Offset, "same": Same}
 _EFFECTS = {"value": Effect.VALUE, "scale": Effect.SCALE, "offset": Effect.OFFSET}
 Made = TypeVar("Made")
 
@@ -66,7 +66,7 @@ def _several(value: Any) -> Sequence[Any]:
     return value if isinstance(value, (list, tuple)) else [value]
 
 
-def draws_of(given: Any) -> list[tuple[str, Value]]:
+def draws_of(given: Any) -> list[tuple[str, Value | Same]]:
     """The draws of the keyword randomize, in their order."""
     if given is None:
         return []
@@ -78,7 +78,8 @@ def draws_of(given: Any) -> list[tuple[str, Value]]:
             kind = value.get("kind") if isinstance(value, Mapping) else None
             if kind is not None and kind not in _KINDS:
                 raise OptionError(f"randomize[{array!r}]: no kind {kind!r}; there are {', '.join(_KINDS)}")
-            found.append((array, _made(_KINDS.get(str(kind), Value), value, f"randomize[{array!r}]")))
+            where, wanted = f"randomize[{array!r}]", _KINDS.get(str(kind), Value)
+            found.append((array, value if isinstance(value, Same) else _made(wanted, value, where)))
     return found
 
 
@@ -107,19 +108,30 @@ class Lists:
         self._kept.append(array)
         return array.ctypes.data_as(POINTER(kind))
 
-    def items(self, rows: Rows, draws: Sequence[tuple[str, Value]]) -> Any:
+    def items(self, rows: Rows, draws: Sequence[tuple[str, Value | Same]]) -> Any:
         """An array of mjenv_randomization."""
         items = (_abi.mjenv_randomization * len(draws))()
+        effect, distribution = Effect.VALUE, Distribution.UNIFORM
         for item, (array, draw) in zip(items, draws, strict=True):
-            parameters, distribution = _parameters(array, draw)
             item.struct_size = ctypes.sizeof(item)
-            item.distribution, item.effect = distribution, _EFFECTS[draw.kind]
+            if isinstance(draw, Same):
+                factor = _numbers(draw.factor, f"randomize[{array!r}]: factor")
+                if factor.size != 1 or not factor[0]:
+                    raise InvalidValueError(
+                        f"randomize[{array!r}]: factor is a number that is not 0, not {draw.factor!r}", Status.E_VALUE
+                    )
+                item.repeats, item.factor = 1, factor[0]
+            else:
+                parameters, distribution = _parameters(array, draw)
+                effect = _EFFECTS[draw.kind]
+                item.parameters, item.parameter_count = self.pointer(parameters, c_double), parameters.size
+                item.shared = int(draw.shared)
+            item.distribution, item.effect = distribution, effect
             item.array = rows.text(array)
-            item.parameters, item.parameter_count = self.pointer(parameters, c_double), parameters.size
             elements = _elements(rows, array, draw)
             if elements is not None:
                 item.elements, item.element_count = self.pointer(elements, c_int64), elements.size
-            item.shared, item.constants = int(draw.shared), int(draw.set_constants)
+            item.constants = int(draw.set_constants)
         return items
 
     def perturbation(self, rows: Rows, noise: Any, delay: Any, push: Any) -> Any:
@@ -139,7 +151,17 @@ class Lists:
             if deviations.any():
                 setattr(found, f"{name}_noise", self.pointer(deviations, c_double))
                 setattr(found, f"{name}_noise_count", deviations.size)
-            setattr(found, f"{name}_delay", _int64(getattr(delay, name), f"delay: {name}"))
+            steps = _integers(getattr(delay, name), f"delay: {name}")
+            if steps.size not in (1, 2):
+                raise OptionError(f"delay: {name} is an int, or two, not {getattr(delay, name)!r}", Status.E_TYPE)
+            setattr(found, f"{name}_delay", int(steps[0]))
+            if steps.size == 2:
+                if steps[1] < steps[0]:
+                    raise InvalidValueError(f"delay: {name} is {steps.tolist()}, in the wrong order", Status.E_VALUE)
+                setattr(found, f"max_{name}_delay", int(steps[1]))
+        if delay.redraw not in ("reset", "step"):
+            raise OptionError(f"delay: redraw is 'reset' or 'step', not {delay.redraw!r}", Status.E_VALUE)
+        found.redraws_delays = int(delay.redraw == "step")
         first = _numbers(delay.first_action, "delay: first_action")
         if first.any():
             found.first_action, found.first_action_count = self.pointer(first, c_double), first.size
@@ -201,7 +223,7 @@ def _object(rows: Rows, kind: str, name: Any) -> int:
     return _int64(name, kind)
 
 
-def _elements(rows: Rows, array: str, draw: Value) -> NDArray[np.int64] | None:
+def _elements(rows: Rows, array: str, draw: Value | Same) -> NDArray[np.int64] | None:
     """The numbers of the elements that are drawn, in their order; None for all."""
     where = f"randomize[{array!r}]"
     kinds = ("body", "geom", "joint", "actuator", "site", "tendon")

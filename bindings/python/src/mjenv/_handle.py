@@ -25,7 +25,15 @@ from mjenv._keywords import Rendering
 from mjenv._owned import Owned
 from mjenv._schema import Field, Option
 from mjenv._turns import Turn, Turns
-from mjenv.errors import BusyError, ClosedError, InvalidValueError, OptionError, UnknownIdError
+from mjenv.errors import (
+    BusyError,
+    ClosedError,
+    InvalidValueError,
+    OptionError,
+    TaskError,
+    UnknownIdError,
+    UnknownNameError,
+)
 from mjenv.randomization import KEYWORDS
 
 Float64Array = NDArray[np.float64]
@@ -318,6 +326,10 @@ class Rows:
         address, code = actions.ctypes.data, FLOATS[actions.dtype]
         self.check(self.engine.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
 
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
+        """The rewards of goals; of NumPy tasks that compute them."""
+        raise TaskError(f"{self.id} has no compute_reward, which a NumPy task defines", Status.E_TASK)
+
     def check_sendable(self) -> None:
         """Raises if rows cannot be stepped one by one, which send does."""
 
@@ -486,6 +498,28 @@ class Rows:
         self.call(self.engine.mjenv_randomize, items, len(found))
         self.options["randomize"] = draws
 
+    def _draw_of(self, array: str, number: int) -> tuple[str, int]:
+        """The library's name of what resets draw for an array, and how many parameters it has. number: which of the
+        array's items in randomize."""
+        draws = _draws.draws_of(self.options.get("randomize"))
+        found = [index for index, (name, _) in enumerate(draws) if name == array]
+        if not 0 <= number < len(found):
+            names = ", ".join(dict.fromkeys(name for name, _ in draws)) or "nothing"
+            raise UnknownNameError(f"resets draw {names}, but no item {number} of {array!r}", Status.E_NAME)
+        name, count = f"draws[{found[number]}]", c_int64()
+        self.call(self.engine.mjenv_read, 0, name.encode(), None, 0, byref(count))
+        return name, count.value
+
+    def draw_range(self, array: str, number: int) -> Float64Array:
+        """The parameters from which each row draws: (rows, n)."""
+        name, count = self._draw_of(array, number)
+        return np.stack([self._read(row, name, count) for row in range(self.count)])
+
+    def set_draw_range(self, array: str, parameters: Any, number: int, mask: NDArray[np.bool_] | None) -> None:
+        """Replaces the parameters of the masked rows, of all without a mask: (n,), or (rows, n)."""
+        name, _ = self._draw_of(array, number)
+        self.write_rows(mask, name, parameters)
+
     def perturb(self, noise: Any, delay: Any, push: Any) -> None:
         """Replaces noise, delays and pushes."""
         lists = _draws.Lists()
@@ -494,8 +528,8 @@ class Rows:
 
     @property
     def draws_in_steps(self) -> bool:
-        """Whether noise or pushes move the random streams in steps."""
-        return any(self.options.get(name) is not None for name in ("noise", "push"))
+        """Whether noise, pushes or delays move the random streams in steps."""
+        return any(self.options.get(name) is not None for name in ("noise", "push", "delay"))
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))

@@ -25,9 +25,9 @@ from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer
 from mjenv._registered import Checked, Registered, out_of_bounds
 from mjenv._step import views
 from mjenv._turns import Turn
-from mjenv.errors import OptionError, ResetNeeded, SnapshotError, TaskError
+from mjenv.errors import InvalidValueError, OptionError, ResetNeeded, SnapshotError, TaskError
 from mjenv.randomization import KEYWORDS
-from mjenv.task import Random, Sim
+from mjenv.task import Random, Sim, Task
 
 BoolArray = NDArray[np.bool_]
 
@@ -150,6 +150,24 @@ class NumpyRows(Rows):
 
     def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
         self._refuse("rollout")
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
+        if type(self._task).compute_reward is Task.compute_reward:
+            return super().compute_reward(achieved_goal, desired_goal, info)
+        achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
+        if achieved.shape != desired.shape or not achieved.ndim:
+            raise InvalidValueError(
+                f"{self.id}: compute_reward: the goals have the shapes {achieved.shape} and {desired.shape}, which must"
+                " be equal",
+                Status.E_SIZE,
+            )
+        rewards = np.asarray(self._task.compute_reward(achieved, desired, info))
+        if rewards.shape != achieved.shape[:-1]:
+            raise TaskError(
+                f"{self.id}: compute_reward: returned the shape {rewards.shape}, not {achieved.shape[:-1]}",
+                Status.E_TASK,
+            )
+        return rewards
 
     def check_sendable(self) -> None:
         self._refuse("send")

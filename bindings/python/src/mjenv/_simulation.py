@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import operator
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._handle import Float64Array, Rows
@@ -49,6 +50,10 @@ class Simulation:
     def parameters(self) -> Parameters:
         """The live parameters of the task: ``env.unwrapped.parameters["speed"] = 0.5``. Resets leave them."""
         return Parameters(lambda role, prefix: Arrays(self._rows, self._row, role, self._changed, prefix))
+
+    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: Any) -> NDArray[Any]:
+        """The rewards (...) of goals (..., n) by the task's compute_reward, as gymnasium-robotics' GoalEnv has it."""
+        return self._rows.compute_reward(achieved_goal, desired_goal, info)
 
     def set_constants(self) -> None:
         """Calls mj_setConst(model, data): computes anew what MuJoCo derives from masses, sizes and qpos0.

@@ -247,6 +247,18 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         """Replaces what resets draw, the keyword randomize of make; None for nothing."""
         self._rows.randomize(draws)
 
+    def draw_range(self, array: str, number: int = 0) -> Float64Array:
+        """The parameters from which resets draw an array: (n,), low and high of "uniform".
+
+        number: which of the array's items in randomize.
+        """
+        parameters: Float64Array = self._rows.draw_range(array, number)[0]
+        return parameters
+
+    def set_draw_range(self, array: str, parameters: ArrayLike, number: int = 0) -> None:
+        """Replaces these parameters from the next reset on, for a curriculum. A later randomize replaces them again."""
+        self._rows.set_draw_range(array, parameters, number, None)
+
     def perturb(
         self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
     ) -> None:

@@ -1,4 +1,5 @@
-"""What resets draw for arrays of the model (Value, Scale, Offset), and noise, delays and pushes (Noise, Delay, Push).
+"""What resets draw for arrays of the model (Value, Scale, Offset, Same); and noise, delays and pushes (Noise, Delay,
+Push).
 
 make, make_vec and gymnasium.make take them as the keywords randomize, noise, delay and push. All are plain values:
 they can be pickled, and the JSON that gymnasium.spec(...).to_json() makes of them is understood as well.
@@ -64,6 +65,29 @@ class Offset(Value):
 
 
 @dataclass(frozen=True)
+class Same:
+    """Takes for another array what the item before it in randomize draws.
+
+    Element i takes draw i, or the one that is shared, times factor, as a value, scale or offset, as the item before
+    does. An actuator's kp is drawn for gainprm, and taken for biasprm:
+    {"actuator_gainprm": Value(20, 40, columns=0), "actuator_biasprm": Same(factor=-1, columns=1)}. body, geom, joint,
+    actuator, site, tendon, elements, columns and set_constants are those of Value.
+    """
+
+    factor: float = 1.0
+    body: Names = None
+    geom: Names = None
+    joint: Names = None
+    actuator: Names = None
+    site: Names = None
+    tendon: Names = None
+    elements: Sequence[int] | None = None
+    columns: int | Sequence[int] | None = None
+    set_constants: bool = False
+    kind: str = field(default="same", init=False, repr=False)
+
+
+@dataclass(frozen=True)
 class Noise:
     """Standard deviations of the normal noise that is added to actions and observations: one for all elements, or one
     for each."""
@@ -75,11 +99,16 @@ class Noise:
 @dataclass(frozen=True)
 class Delay:
     """How many steps actions and observations are late. Until the first one arrives, there are zeros, or for actions
-    first_action: one number for all actuators, or one for each."""
+    first_action: one number for all actuators, or one for each.
 
-    action: int = 0
-    observation: int = 0
+    A pair such as (0, 2) is a range with both ends, from which the delay is drawn: at each reset, or with
+    redraw="step" anew for each step.
+    """
+
+    action: int | tuple[int, int] = 0
+    observation: int | tuple[int, int] = 0
     first_action: float | Sequence[float] = 0.0
+    redraw: Literal["reset", "step"] = "reset"
 
 
 @dataclass(frozen=True)
@@ -96,4 +125,4 @@ class Push:
     every: tuple[int, int] = (100, 200)
 
 
-Draws = Mapping[str, Value | Sequence[Value]]
+Draws = Mapping[str, Value | Same | Sequence[Value | Same]]

@@ -138,6 +138,12 @@ class Task:
         """Writes into the arrays of the state in sim what the next step needs to know of the present simulation.
         Called after each reset and step, and after set_state. Must depend on nothing but sim."""
 
+    def compute_reward(self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: Any) -> NDArray[Any]:
+        """NumPy: returns the rewards (...) of goals (..., n), for tasks whose observation has the groups observation,
+        achieved_goal and desired_goal. env.compute_reward returns them, as in gymnasium-robotics: hindsight experience
+        replay calls it. step may call it, too."""
+        raise NotImplementedError
+
     def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
         """Returns the infos of resets: a dict of arrays (rows, ...)."""
         return {}
@@ -149,8 +155,8 @@ class Sim:
     (rows, n), read-only.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
-    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the task
-    is `current`, positions, velocities, contacts and their sensors belong to the new state.
+    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the
+    task is `current`, positions, velocities, contacts and their sensors belong to the new state.
     """
 
     parameters: Mapping[str, Float64Array]

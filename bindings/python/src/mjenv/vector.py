@@ -408,10 +408,30 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         self._pool.rows.set_constants(ALL_ROWS)
         self._changed()
 
+    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: Any) -> Array:
+        """The rewards (...) of goals (..., n) by the task's compute_reward, as gymnasium-robotics' GoalEnv has it."""
+        return self._pool.rows.compute_reward(achieved_goal, desired_goal, info)
+
     def randomize(self, draws: Draws | None) -> None:
         """Replaces what resets draw, the keyword randomize of make_vec; None for nothing."""
         self._pool.check_settled()
         self._pool.rows.randomize(draws)
+
+    def draw_range(self, array: str, number: int = 0) -> Float64Array:
+        """The parameters from which resets draw an array in each row: (num_envs, n), low and high of "uniform".
+
+        number: which of the array's items in randomize.
+        """
+        return self._pool.rows.draw_range(array, number)
+
+    def set_draw_range(self, array: str, parameters: ArrayLike, mask: BoolArray | None = None, number: int = 0) -> None:
+        """Replaces these parameters from the next reset on, for a curriculum: (n,), or (num_envs, n).
+
+        mask: the rows, None for all. A later call of randomize gives all rows those of its draws.
+        """
+        chosen = None if mask is None else bool_mask(mask, self.num_envs, "mask")
+        self._pool.check_settled()
+        self._pool.rows.set_draw_range(array, parameters, number, chosen)
 
     def perturb(
         self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None

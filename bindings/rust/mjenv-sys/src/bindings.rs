@@ -356,8 +356,12 @@ pub struct mjenv_randomization {
     pub shared: i32,
     #[doc = " 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants"]
     pub constants: i32,
-    #[doc = " 0"]
-    pub reserved: i32,
+    #[doc = " 1: draws nothing: element i takes what element i of the item before takes, or the draw that is"]
+    #[doc = "shared. So an actuator's kp is drawn for gainprm and, with the factor -1, for biasprm."]
+    #[doc = "distribution, parameters and shared are not used"]
+    pub repeats: i32,
+    #[doc = " each draw is multiplied by it; 0: 1"]
+    pub factor: f64,
 }
 impl Default for mjenv_randomization {
     fn default() -> Self {
@@ -415,6 +419,15 @@ pub struct mjenv_perturbation {
     pub first_action: *const f64,
     #[doc = " 0: zeros; 1: the same for all actuators; or one for each"]
     pub first_action_count: i64,
+    #[doc = " 0: the delay is action_delay. Else it is drawn:"]
+    #[doc = "integers(action_delay, max_action_delay + 1)"]
+    pub max_action_delay: i64,
+    #[doc = " the same for the observation"]
+    pub max_observation_delay: i64,
+    #[doc = " 1: such delays are drawn anew for each step; 0: at each reset"]
+    pub redraws_delays: i32,
+    #[doc = " 0"]
+    pub reserved_end: i32,
 }
 impl Default for mjenv_perturbation {
     fn default() -> Self {
@@ -856,7 +869,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live"]
-    #[doc = " parameter of the task (\"parameters.speed\"), which stays after resets."]
+    #[doc = " parameter of the task (\"parameters.speed\"), which stays after resets; or the parameters from which resets draw item 0"]
+    #[doc = " of mjenv_randomize (\"draws[0]\")."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
     #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
     #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]

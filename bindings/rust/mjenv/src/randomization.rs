@@ -99,13 +99,35 @@ pub struct Randomization {
     pub shared: bool,
     /// Whether mj_setConst follows the draws: MuJoCo then computes anew what it derives from masses and sizes.
     pub constants: bool,
+    /// Whether nothing is drawn, but element i takes what element i of the item before takes, or the draw that is shared.
+    /// The distribution is then not used. See [`Randomization::same`].
+    pub repeats: bool,
+    /// Each draw is multiplied by it.
+    pub factor: f64,
 }
 
 impl Randomization {
     /// One draw for each element of the array.
     #[must_use]
     pub fn new(array: &str, effect: Effect, distribution: Distribution) -> Self {
-        Self { array: array.to_owned(), effect, distribution, elements: None, shared: false, constants: false }
+        Self {
+            array: array.to_owned(),
+            effect,
+            distribution,
+            elements: None,
+            shared: false,
+            constants: false,
+            repeats: false,
+            factor: 1.0,
+        }
+    }
+
+    /// What the item before draws, times a factor, for another array. So an actuator's kp is drawn for
+    /// `actuator_gainprm` and, with the factor -1, taken for `actuator_biasprm`.
+    #[must_use]
+    pub fn same(array: &str, effect: Effect, factor: f64) -> Self {
+        let unused = Distribution::Choice(Vec::new());
+        Self { repeats: true, factor, ..Self::new(array, effect, unused) }
     }
 }
 
@@ -138,12 +160,19 @@ pub struct Perturbation {
     /// What reaches the task until the first delayed action does: zeros if it is empty, one number for all actuators, or
     /// one for each.
     pub first_action: Vec<f64>,
+    /// 0: the delay is `action_delay`. Else it is drawn: `integers(action_delay, max_action_delay + 1)`.
+    pub max_action_delay: usize,
+    /// The same for the observation.
+    pub max_observation_delay: usize,
+    /// Whether such delays are drawn anew for each step, and not at each reset.
+    pub redraws_delays: bool,
 }
 
 impl Env {
     /// Replaces what each reset draws for the model, also an automatic one: after the task's own draws, from the row's
     /// random stream, in this order. An empty list draws nothing. It counts from each row's next reset on. mjenv.h
-    /// describes it.
+    /// describes it. Later, `env.write(&rows, "draws[0]", &[low, high])` changes the parameters of the first item for
+    /// some rows.
     ///
     /// ```
     /// # fn main() -> Result<(), mjenv::Error> {
@@ -184,7 +213,8 @@ impl Env {
                 effect: item.effect.raw(),
                 shared: item.shared.into(),
                 constants: item.constants.into(),
-                reserved: 0,
+                repeats: item.repeats.into(),
+                factor: item.factor,
             })
             .collect();
         // SAFETY: all pointers are valid for the call, which copies what they point to.
@@ -222,6 +252,10 @@ impl Env {
             push_count: int64(pushes.len()),
             first_action: perturbation.first_action.as_ptr(),
             first_action_count: int64(perturbation.first_action.len()),
+            max_action_delay: int64(perturbation.max_action_delay),
+            max_observation_delay: int64(perturbation.max_observation_delay),
+            redraws_delays: perturbation.redraws_delays.into(),
+            reserved_end: 0,
         };
         // SAFETY: all pointers are valid for the call, which copies what they point to.
         check(unsafe { sys::mjenv_perturb(self.raw(), &raw) })

@@ -24,6 +24,8 @@ fn perturbation() -> Perturbation {
         observation_delay: 2,
         pushes: vec![push],
         first_action: vec![0.2],
+        max_action_delay: 2,
+        ..Default::default()
     }
 }
 
@@ -56,6 +58,29 @@ fn rows_draw_as_environments_of_one_row() {
     let image = many.snapshot(0).unwrap();
     one.restore(0, &image).unwrap();
     assert_eq!(one.read(0, "geom_friction").unwrap(), many.read(0, "geom_friction").unwrap());
+}
+
+#[test]
+fn several_arrays_take_one_draw_from_ranges_of_rows() {
+    let mut env = Env::new(&Options::new("Hopper-v5").unwrap(), 3).unwrap();
+    let mut gain =
+        Randomization::new("actuator_gainprm", Effect::Value, Distribution::Uniform { low: 20.0, high: 40.0 });
+    gain.elements = Some(vec![0, 10, 20]);
+    let mut bias = Randomization::same("actuator_biasprm", Effect::Value, -1.0);
+    bias.elements = Some(vec![1, 11, 21]);
+    env.randomize(&[gain, bias]).unwrap();
+    env.seed(.., &[1, 2, 3]).unwrap();
+    env.write(&[1], "draws[0]", &[50.0, 60.0]).unwrap();
+    assert_eq!(env.read(1, "draws[0]").unwrap(), [50.0, 60.0]);
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
+    for row in 0..3 {
+        let (low, high) = if row == 1 { (50.0, 60.0) } else { (20.0, 40.0) };
+        let (gain, bias) = (env.read(row, "actuator_gainprm").unwrap(), env.read(row, "actuator_biasprm").unwrap());
+        assert!((0..3).all(|i| gain[10 * i] == -bias[10 * i + 1] && (low..=high).contains(&gain[10 * i])));
+    }
+    let error = env.write(&[2], "draws[0]", &[2.0, 1.0]).unwrap_err();
+    assert!(error.kind() == ErrorKind::Value && error.message().contains("row 2: draws[0]"), "{error}");
 }
 
 #[test]
