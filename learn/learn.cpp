@@ -216,12 +216,12 @@ mjenv_status mjenv_learner_load(mjenv_learner* learner, const char* path) {
   return change(learner, [&](Learner& held) { held.load(&need(path, "path")); });
 }
 
-mjenv_status mjenv_learner_policy(const mjenv_learner* learner, mjenv_learn_which which, char* text,
-                                  std::int64_t capacity, std::int64_t* size) {
+mjenv_status mjenv_learner_policy(const mjenv_learner* learner, mjenv_learned which, char* text, std::int64_t capacity,
+                                  std::int64_t* size) {
   return read(learner, [&](const Learner& held) { deliver(held.policy(which), text, capacity, size); });
 }
 
-mjenv_status mjenv_learner_save_policy(const mjenv_learner* learner, mjenv_learn_which which, const char* path) {
+mjenv_status mjenv_learner_save_policy(const mjenv_learner* learner, mjenv_learned which, const char* path) {
   return read(learner, [&](const Learner& held) {
     const std::string text = held.policy(which);
     replace_file(&need(path, "path"), text.data(), text.size());

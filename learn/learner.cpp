@@ -380,10 +380,10 @@ mjenv_learn_report Learner::report_at(std::int64_t update) const {
   return curve_[static_cast<std::size_t>(update - 1)];
 }
 
-std::string Learner::policy(mjenv_learn_which which) const {
-  if (which != MJENV_LEARN_LAST && which != MJENV_LEARN_BEST)
-    core::fail(MJENV_E_VALUE, "which is " + std::to_string(which) + ", not MJENV_LEARN_LAST or MJENV_LEARN_BEST");
-  const bool best = which == MJENV_LEARN_BEST && best_.mean_return > -__builtin_inf();
+std::string Learner::policy(mjenv_learned which) const {
+  if (which != MJENV_LEARNED_LAST && which != MJENV_LEARNED_BEST)
+    core::fail(MJENV_E_VALUE, "which is " + std::to_string(which) + ", not MJENV_LEARNED_LAST or MJENV_LEARNED_BEST");
+  const bool best = which == MJENV_LEARNED_BEST && best_.mean_return > -__builtin_inf();
   std::vector<double> mean = best_.mean, scale = best_.scale;
   if (!best && observations_.enabled())
     for (std::size_t j = 0; j < mean.size(); ++j) {

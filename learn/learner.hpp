@@ -46,7 +46,7 @@ class Learner {
   mjenv_learn_report report_at(std::int64_t update) const;
   void save(const std::string& path) const;
   void load(const std::string& path);
-  std::string policy(mjenv_learn_which which) const;
+  std::string policy(mjenv_learned which) const;
 
  private:
   // The parameters and normalisation of the policy with the greatest mean return so far.

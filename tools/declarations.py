@@ -14,7 +14,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,6 +38,8 @@ PYTHON_TYPES = {
 def python_type(api: header.Header, ctype: header.CType) -> str:
     """The ctypes expression of a type."""
     kind, pointers = api.kind(ctype.base), ctype.pointers
+    if ctype.callback:
+        return "c_void_p"
     if (ctype.base in ("void", "char") or kind == "opaque") and pointers:
         text, pointers = ("c_char_p" if ctype.base == "char" else "c_void_p"), pointers - 1
     elif ctype.base == "void":
@@ -74,22 +76,66 @@ def python_module(api: header.Header) -> str:
         "",
         *(f"{name.removeprefix('MJENV_')} = {value}" for name, value in api.constants),
     ]
+    lines += [*python_enums(api), *python_structs(api, api.structs), *python_library(api, functions)]
+    return "\n".join(lines) + "\n"
+
+
+def python_enums(api: header.Header) -> Iterator[str]:
     for enum in api.enums:
-        lines += ["", "", f"class {enum.name.removeprefix('mjenv_').capitalize()}(IntEnum):"]
-        lines += [f"    {enum.short(name)} = {value}" for name, value in enum.values]
-    for struct in api.structs:
-        lines += ["", "", f"class {struct.name}(Structure):", "    _fields_ = ("]
-        lines += [f'        ("{field.name}", {python_type(api, field.type)}),' for field in struct.fields]
-        lines += ["    )"]
-    lines += ["", "", "class Library(CDLL):", "    def __init__(self, path: str) -> None:"]
-    lines += ["        super().__init__(path)"]
+        name = "".join(part.capitalize() for part in enum.name.split("_")[1:])
+        yield from ("", "", f"class {name}(IntEnum):")
+        yield from (f"    {enum.short(value)} = {number}" for value, number in enum.values)
+
+
+def python_structs(api: header.Header, structs: Sequence[header.Struct]) -> Iterator[str]:
+    for struct in structs:
+        yield from ("", "", f"class {struct.name}(Structure):", "    _fields_ = (")
+        yield from (f'        ("{field.name}", {python_type(api, field.type)}),' for field in struct.fields)
+        yield "    )"
+
+
+def python_library(api: header.Header, functions: Sequence[header.Function]) -> Iterator[str]:
+    yield from ("", "", "class Library(CDLL):", "    def __init__(self, path: str) -> None:")
+    yield "        super().__init__(path)"
     for function in functions:
         types = [python_type(api, parameter.type) for parameter in function.parameters]
         arguments = f"({types[0]},)" if len(types) == 1 else f"({', '.join(types)})"
         line = f"        self.{function.name}.argtypes = {arguments}"
         if len(line) > 120:
             line = "\n".join([line.partition("(")[0] + "(", *(f"            {name}," for name in types), "        )"])
-        lines += [line, f"        self.{function.name}.restype = {python_type(api, function.result)}"]
+        yield from (line, f"        self.{function.name}.restype = {python_type(api, function.result)}")
+
+
+def python_learn_module(api: header.Header) -> str:
+    """The text of _learn_abi.py."""
+    both = header.parse(header.PATH, header.LEARN)
+    own = header.Header(
+        tuple(one for one in both.constants if one not in api.constants),
+        (),
+        tuple(one for one in both.enums if one not in api.enums),
+        tuple(one for one in both.structs if one not in api.structs),
+        tuple(one for one in both.functions if one not in api.functions),
+    )
+    known = replace(own, opaques=both.opaques, enums=both.enums, structs=both.structs)
+    lines = [
+        '"""learn.h in ctypes. Written by tools/declarations.py: do not edit."""',
+        "# ruff: noqa: N801",
+        "",
+        "from ctypes import (",
+        "    CDLL,",
+        "    POINTER,",
+        "    Structure,",
+        *(f"    {name}," for name in ("c_char_p", "c_double", "c_float", "c_int32", "c_int64")),
+        *(f"    {name}," for name in ("c_uint8", "c_uint32", "c_uint64", "c_void_p")),
+        ")",
+        "from enum import IntEnum",
+        "",
+        "from mjenv._abi import mjenv_batch, mjenv_space",
+        "",
+        *(f"{name.removeprefix('MJENV_LEARN_')} = {value}" for name, value in own.constants),
+        *python_enums(own),
+    ]
+    lines += [*python_structs(known, own.structs), *python_library(known, own.functions)]
     return "\n".join(lines) + "\n"
 
 
@@ -320,6 +366,7 @@ def javascript_module(api: header.Header) -> str:
 
 LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
     "python": ("bindings/python/src/mjenv/_abi.py", python_module),
+    "python-learn": ("bindings/python/src/mjenv/_learn_abi.py", python_learn_module),
     "julia": ("bindings/julia/src/capi.jl", julia_module),
     "javascript": ("bindings/javascript/src/abi.js", javascript_module),
     "rust": ("bindings/rust/mjenv-sys/src/bindings.rs", rust_module),

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import svg
+from mjenv import _svg as svg
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "python"
 IDS = ("InvertedPendulum-v5", "Reacher-v5", "Hopper-v5")

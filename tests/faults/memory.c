@@ -173,9 +173,9 @@ static mjenv_status first_snapshot(void) {
 
 static const double half[2] = {0.5, 1.5};
 static const mjenv_randomization items[2] = {
-    {sizeof items[0], MJENV_DISTRIBUTION_UNIFORM, "geom_friction", NULL, 0, half, 2, MJENV_EFFECT_SCALE, 0, 1, 0},
+    {sizeof items[0], MJENV_DISTRIBUTION_UNIFORM, "geom_friction", NULL, 0, half, 2, MJENV_EFFECT_SCALE, 0, 1, 0, 1},
     {sizeof items[0], MJENV_DISTRIBUTION_NORMAL, "body_mass", NULL, 0, (const double[]){1, 0}, 2, MJENV_EFFECT_SCALE, 0,
-     0, 0},
+     0, 0, 1},
 };
 
 static mjenv_status randomize(void) { return mjenv_randomize(s.random, items, 2); }
@@ -188,7 +188,8 @@ static mjenv_status bad_randomize(void) {
 
 static mjenv_status perturb(void) {
   const mjenv_push push = {sizeof push, 1, 1, 1, {0}, {1, 2, 3}};
-  const mjenv_perturbation perturbation = {sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1, NULL, 0};
+  const mjenv_perturbation perturbation = {
+      sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1, NULL, 0, 0, 0, 0, 0};
   return mjenv_perturb(s.random, &perturbation);
 }
 

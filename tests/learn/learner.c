@@ -60,9 +60,9 @@ static mjenv_learner* learner_of(mjenv_env* env, const mjenv_learn_settings* set
 // The policy's text, to be freed.
 static char* policy_of(const mjenv_learner* learner) {
   int64_t size = 0;
-  ok(mjenv_learner_policy(learner, MJENV_LEARN_LAST, NULL, 0, &size));
+  ok(mjenv_learner_policy(learner, MJENV_LEARNED_LAST, NULL, 0, &size));
   char* text = allocate((size_t)size);
-  ok(mjenv_learner_policy(learner, MJENV_LEARN_LAST, text, size, &size));
+  ok(mjenv_learner_policy(learner, MJENV_LEARNED_LAST, text, size, &size));
   assert_int_equal(strlen(text) + 1, size);
   return text;
 }
@@ -107,7 +107,7 @@ static void test_learns(void** state) {
   assert_true(first.steps == 2048 && first.mean_return < 100 && first.learning_rate == settings.learning_rate);
   refused(MJENV_E_VALUE, mjenv_learner_report_at(learner, report.updates + 1, &first), "not 1 to");
 
-  ok(mjenv_learner_save_policy(learner, MJENV_LEARN_BEST, path_of("policy.txt")));
+  ok(mjenv_learner_save_policy(learner, MJENV_LEARNED_BEST, path_of("policy.txt")));
   mjenv_policy* policy = NULL;
   ok(mjenv_policy_load(path_of("policy.txt"), &policy));
   assert_string_equal(mjenv_policy_id(policy), "InvertedPendulum-v5");
@@ -385,7 +385,7 @@ static void test_full_disk(void** state) {
   mjenv_env* env = env_of("Hopper-v5", settings.rows, 1, "same_step");
   mjenv_learner* learner = learner_of(env, &settings);
   ok(mjenv_learner_save(learner, path_of("kept")));
-  ok(mjenv_learner_save_policy(learner, MJENV_LEARN_LAST, path_of("kept.txt")));
+  ok(mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, path_of("kept.txt")));
   ok(mjenv_learner_train(learner, 500));
   struct rlimit before, small;
   assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -396,7 +396,7 @@ static void test_full_disk(void** state) {
   const mjenv_status saved = mjenv_learner_save(learner, path_of("kept"));
   char reason[1000];
   snprintf(reason, sizeof reason, "%s", mjenv_learn_last_error());
-  const mjenv_status policy = mjenv_learner_save_policy(learner, MJENV_LEARN_LAST, path_of("kept.txt"));
+  const mjenv_status policy = mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, path_of("kept.txt"));
   assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
   signal(SIGXFSZ, handler);
   assert_int_equal(saved, MJENV_E_FILE);
@@ -677,7 +677,7 @@ static void test_handles(void** state) {
   ok(mjenv_learner_train(learner, 0));
   refused(MJENV_E_VALUE, mjenv_learner_policy(learner, 3, NULL, 0, &size), "which is 3");
   char little[4];
-  refused(MJENV_E_SIZE, mjenv_learner_policy(learner, MJENV_LEARN_LAST, little, 4, &size), "room for 4");
+  refused(MJENV_E_SIZE, mjenv_learner_policy(learner, MJENV_LEARNED_LAST, little, 4, &size), "room for 4");
   refused(MJENV_E_ARGUMENT, mjenv_learner_save(learner, NULL), "path is NULL");
   mjenv_learner_destroy(learner);
   mjenv_learner_destroy(learner);

@@ -42,7 +42,7 @@ static mjenv_status set_env(void) { return mjenv_learner_set_env(s.learner, s.en
 static mjenv_status set(void) { return mjenv_learner_set(s.learner, &s.settings); }
 
 static mjenv_status policy(void) {
-  return mjenv_learner_policy(s.learner, MJENV_LEARN_LAST, s.text, sizeof s.text, &s.size);
+  return mjenv_learner_policy(s.learner, MJENV_LEARNED_LAST, s.text, sizeof s.text, &s.size);
 }
 
 static mjenv_status parse(void) {
@@ -151,7 +151,7 @@ static void test_the_bits_are_the_same(void** state) {
   assert_int_equal(load(), MJENV_OK);
   assert_int_equal(mjenv_learner_train(learner, 1), MJENV_OK);
   assert_int_equal(train(), MJENV_OK);
-  assert_int_equal(mjenv_learner_policy(learner, MJENV_LEARN_LAST, wanted, sizeof s.text, &size), MJENV_OK);
+  assert_int_equal(mjenv_learner_policy(learner, MJENV_LEARNED_LAST, wanted, sizeof s.text, &size), MJENV_OK);
   assert_int_equal(policy(), MJENV_OK);
   assert_string_equal(s.text, wanted);
   mjenv_learner_destroy(learner);

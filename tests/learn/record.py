@@ -1,4 +1,4 @@
-"""Records the loss of PPO and its gradients by PyTorch's autograd in float64, with which parts.cpp compares the learner's.
+"""Records the loss of PPO and its gradients by PyTorch's autograd in float64, for parts.cpp to compare.
 
     record.py            writes gradients.txt
     record.py --check    compares it with what PyTorch computes now

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::Command;
 
-const SOURCES: [&str; 5] = ["CMakeLists.txt", "assets", "capi", "cmake", "core"];
+const SOURCES: [&str; 6] = ["CMakeLists.txt", "assets", "capi", "cmake", "core", "learn"];
 const NEEDS: &str =
     "building libmjenv needs CMake 3.22, make or ninja and a C++17 compiler, and in a checkout what tools/setup build \
     installs on Debian 12; or set MJENV_LIB_DIR to the folder of a library that is built";

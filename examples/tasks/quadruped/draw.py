@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path.append(str(HERE.parents[2] / "benchmarks" / "training"))
+from mjenv import _svg as svg
 
-import svg  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 
 def drawing(table: Path) -> str:

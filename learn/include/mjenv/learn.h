@@ -11,7 +11,7 @@
  *     mjenv_create(options, settings.rows, &env);
  *     mjenv_learner_create(&calls, env, &settings, &learner);
  *     mjenv_learner_train(learner, settings.steps);
- *     mjenv_learner_save_policy(learner, MJENV_LEARN_LAST, "policy.txt");
+ *     mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, "policy.txt");
  *     mjenv_learner_destroy(learner);
  *
  * Networks are float32. The same settings, seed and environment give the same bits for any number of threads and any
@@ -82,10 +82,10 @@ enum mjenv_instructions_value {
 };
 
 /* Which policy of a learner is meant. */
-typedef int32_t mjenv_learn_which;
-enum mjenv_learn_which_value {
-  MJENV_LEARN_LAST = 1, /* that of the last update */
-  MJENV_LEARN_BEST = 2  /* that of the update after which the mean return of the last episodes was greatest */
+typedef int32_t mjenv_learned;
+enum mjenv_learned_value {
+  MJENV_LEARNED_LAST = 1, /* that of the last update */
+  MJENV_LEARNED_BEST = 2  /* that of the update after which the mean return of the last episodes was greatest */
 };
 
 /* The precision in which a policy is evaluated. */
@@ -240,11 +240,11 @@ MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const ch
 /* Writes a policy as text (docs/training.md) into text[capacity], with a NUL.
  *   size      receives the bytes that all of it needs, also with text NULL and capacity 0
  * Errors: SIZE (capacity), VALUE (which). */
-MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, mjenv_learn_which which, char *text,
+MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, mjenv_learned which, char *text,
                                                   int64_t capacity, int64_t *size);
 
 /* Writes the same text to a file, which is replaced at once. Errors: FILE, VALUE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learn_which which,
+MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learned which,
                                                        const char *path);
 
 /* ---- Policies ---- */

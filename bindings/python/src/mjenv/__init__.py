@@ -51,6 +51,7 @@ from mjenv.registration import (
     version,
 )
 from mjenv.task import Task
+from mjenv.training import evaluate, train
 from mjenv.vector import VectorEnv
 from mjenv.viewer import view
 
@@ -99,6 +100,7 @@ __all__ = [
     "VectorEnv",
     "engine",
     "engines",
+    "evaluate",
     "ids",
     "load_tasks",
     "make",
@@ -107,6 +109,7 @@ __all__ = [
     "options",
     "register",
     "spec",
+    "train",
     "version",
     "view",
 ]

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,12 @@ from mjenv._abi import Status
 from mjenv.errors import InvalidValueError
 
 HEAD = "mjenv-policy 1"
-ACTIVATIONS: dict[str, Callable[[float], float]] = {"tanh": math.tanh, "identity": float}
+ACTIVATIONS: dict[str, Callable[[float], float]] = {
+    "tanh": math.tanh,
+    "relu": lambda x: max(x, 0.0),
+    "elu": lambda x: x if x > 0 else math.expm1(x),
+    "identity": float,
+}
 
 
 @dataclass(frozen=True)
@@ -66,30 +71,38 @@ class Policy:
         bounded = [min(max(x, low), high) for x, low, high in zip(values, self.low, self.high, strict=True)]
         return np.array(bounded, np.float32)
 
+    def text(self) -> str:
+        """The policy as text; parse gives back every bit."""
+        lines = [HEAD, f"id {self.id}"]
+        lines += [_line(name, getattr(self, name)) for name in ("mean", "scale", "low", "high")]
+        lines += [_line("clip", [self.clip])]
+        for layer in self.layers:
+            lines += [f"layer {len(layer.bias)} {len(layer.weights[0])} {layer.activation}", _line("bias", layer.bias)]
+            lines += [_line("weights", row) for row in layer.weights]
+        return "\n".join([*lines, ""])
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the policy; load gives back every bit."""
-        with Path(path).open("w") as file:
-            print(HEAD, file=file)
-            print("id", self.id, file=file)
-            for name in ("mean", "scale", "low", "high"):
-                _write(file, name, getattr(self, name))
-            _write(file, "clip", [self.clip])
-            for layer in self.layers:
-                print("layer", len(layer.bias), len(layer.weights[0]), layer.activation, file=file)
-                _write(file, "bias", layer.bias)
-                for row in layer.weights:
-                    _write(file, "weights", row)
+        Path(path).write_text(self.text())
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
         """Reads a policy. Raises InvalidValueError if the file holds none."""
         try:
             text = Path(path).read_text()
-            policy = cls._parse(text.splitlines())
-        except (KeyError, IndexError, TypeError, UnicodeDecodeError, ValueError) as error:
+        except UnicodeDecodeError as error:
             raise InvalidValueError(f"{path} is no policy: {error}", Status.E_VALUE) from error
+        return cls.parse(text, str(path))
+
+    @classmethod
+    def parse(cls, text: str, name: str = "the text") -> Policy:
+        """Reads a policy from text. name: of the text, in error messages."""
+        try:
+            policy = cls._parse(text.splitlines())
+        except (KeyError, IndexError, TypeError, ValueError) as error:
+            raise InvalidValueError(f"{name} is no policy: {error}", Status.E_VALUE) from error
         if not policy._fits():
-            raise InvalidValueError(f"{path} is no policy: its arrays do not fit each other", Status.E_SIZE)
+            raise InvalidValueError(f"{name} is no policy: its arrays do not fit each other", Status.E_SIZE)
         return policy
 
     @classmethod
@@ -121,9 +134,9 @@ class Policy:
         return len(self.scale) == len(self.mean) and len(self.low) == len(self.high) == width
 
 
-def _write(file: TextIO, name: str, numbers: Sequence[float]) -> None:
-    """Writes a name, and numbers as the shortest decimals that read back as the same float64."""
-    print(name, *map(repr, numbers), file=file)
+def _line(name: str, numbers: Sequence[float]) -> str:
+    """A name, and numbers as the shortest decimals that read back as the same float64."""
+    return " ".join([name, *map(repr, numbers)])
 
 
 def layers_of(*modules: Any) -> list[Layer]:

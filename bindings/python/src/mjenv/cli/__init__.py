@@ -12,7 +12,20 @@ import sys
 from collections.abc import Sequence
 
 import mjenv
-from mjenv.cli import bench, catalogue, completion, convert, gallery, play, randomize, snapshots, tasks, verify, view
+from mjenv.cli import (
+    bench,
+    catalogue,
+    completion,
+    convert,
+    gallery,
+    play,
+    randomize,
+    snapshots,
+    tasks,
+    train,
+    verify,
+    view,
+)
 from mjenv.cli.arguments import known_engine, plugin
 
 EPILOG = """\
@@ -45,7 +58,7 @@ def parser() -> argparse.ArgumentParser:
         "tells which can be used",
     )
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (catalogue, randomize, view, play, gallery, bench, verify, convert, snapshots, tasks):
+    for module in (catalogue, train, randomize, view, play, gallery, bench, verify, convert, snapshots, tasks):
         module.add(commands)
     completion.add(commands, made)
     return made

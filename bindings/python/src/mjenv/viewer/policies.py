@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv.policy import Policy
+from mjenv.policy import ACTIVATIONS, Policy
 
 Array = NDArray[Any]
 
@@ -23,7 +22,9 @@ def in_all_rows(policy: Policy) -> Callable[[Array], Array]:
     layers = [(np.array(layer.weights), np.array(layer.bias), layer.activation) for layer in policy.layers]
     mean, scale = np.array(policy.mean), np.array(policy.scale)
     low, high = np.array(policy.low), np.array(policy.high)
-    tanh = np.frompyfunc(math.tanh, 1, 1)  # NumPy's own has other bits
+    functions = {
+        name: np.frompyfunc(function, 1, 1) for name, function in ACTIVATIONS.items()
+    }  # NumPy's have other bits
 
     def act(observations: Array) -> Array:
         values = np.minimum(np.maximum((observations - mean) / scale, -policy.clip), policy.clip)
@@ -31,7 +32,7 @@ def in_all_rows(policy: Policy) -> Callable[[Array], Array]:
             total = np.tile(bias, (len(values), 1))
             for index in range(weights.shape[1]):
                 total += weights[:, index] * values[:, index, None]
-            values = tanh(total).astype(float) if activation == "tanh" else total
+            values = total if activation == "identity" else functions[activation](total).astype(float)
         bounded: Array = np.minimum(np.maximum(values, low), high).astype(np.float32)
         return bounded
 

@@ -9,7 +9,7 @@ from html import escape
 
 WIDTH, HEIGHT = 300, 220  # of a panel's plot
 LEFT, RIGHT, TOP, BOTTOM = 62, 18, 34, 46
-COLOURS = ("#0a7d6c", "#c2571a")
+COLOURS = ("#0a7d6c", "#c2571a", "#4a5fc1", "#8a8a8a")
 TICKS = 5
 
 
@@ -47,7 +47,9 @@ def drawing(panels: Sequence[Panel], columns: int = 3) -> str:
 def _panel(panel: Panel) -> Iterator[str]:
     xs, ys = ([point[axis] for line in panel.lines for point in line.points] for axis in (0, 1))
     x_ticks, y_ticks = _ticks(0.0, max(xs)), _ticks(min(ys), max(ys))
-    x_end, low, high = max(xs), min(y_ticks[0], min(ys)), max(y_ticks[-1], max(ys))
+    x_end, low, high = max(xs) or 1.0, min(y_ticks[0], min(ys)), max(y_ticks[-1], max(ys))
+    if high == low:  # a line without ups and downs
+        high = low + 1.0
 
     def place(x: float, y: float) -> tuple[float, float]:
         return WIDTH * x / x_end, HEIGHT * (high - y) / (high - low)

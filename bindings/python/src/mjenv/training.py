@@ -1,0 +1,550 @@
+"""Training by the native learner (libmjenv-learn), and playing policies: mjenv.train and mjenv.evaluate."""
+
+from __future__ import annotations
+
+import csv
+import ctypes
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from ctypes import c_int64, c_uint8
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import _svg
+from mjenv._abi import Status
+from mjenv._arguments import AutoresetMode
+from mjenv._handle import Float64Array, Rows, encoded
+from mjenv._learn_abi import Activation, Learned, Precision
+from mjenv._learner import Learner, PolicyHandle, defaults_of
+from mjenv.errors import InvalidValueError, OptionError
+from mjenv.policy import Policy
+from mjenv.registration import spec as spec_of
+from mjenv.vector import VectorEnv, make_vec
+
+CHECKPOINT, CURVE, PICTURE, POLICY, DESCRIPTION = "checkpoint", "curve.csv", "curve.svg", "policy.txt", "training.json"
+SAVE_SECONDS = 10.0  # how often a training with a folder saves
+
+_ACTIVATIONS = {"tanh": Activation.TANH, "relu": Activation.RELU, "elu": Activation.ELU}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a learner learns: PPO's settings, as learn.h describes them. Settings.of(id) has those that suit an id."""
+
+    steps: int  # of all rows together
+    rows: int
+    rollout_steps: int  # the steps of each row between two updates
+    epochs: int
+    minibatch_size: int
+    decay_steps: int  # in how many steps the learning rate falls to final_learning_rate; 0: in all
+    learning_rate: float
+    final_learning_rate: float
+    gamma: float
+    gae_lambda: float
+    clip: float
+    value_clip: float  # 0: values are not clipped
+    value_coef: float
+    entropy_coef: float
+    max_grad_norm: float  # 0: gradients are not clipped
+    target_kl: float  # 0: no limit
+    initial_std: float
+    obs_clip: float
+    reward_clip: float
+    normalize_obs: bool
+    normalize_reward: bool
+    normalize_advantage: bool
+    scale_actions: bool  # True: -1 .. 1 of the network's outputs are the bounds of the action
+    window: int  # of how many last episodes the curve has the mean return
+    hidden: tuple[int, ...] = (64, 64)
+    activation: str = "tanh"  # or "relu", "elu"
+    actor_obs: tuple[bool, ...] | None = None  # which elements of the observation the actor sees; None: all
+    critic_obs: tuple[bool, ...] | None = None  # the same for the critic
+
+    @classmethod
+    def of(cls, id: str) -> Settings:
+        """Tuned settings for the robots of Gymnasium's v5; for other ids those that serve most tasks of movement."""
+        struct = defaults_of(id)
+        values: dict[str, Any] = {name: getattr(struct, name) for name in _NUMBERS}
+        values.update((name, bool(getattr(struct, name))) for name in _FLAGS)
+        values["hidden"] = tuple(struct.hidden[: struct.hidden_count])
+        values["activation"] = next(name for name, value in _ACTIVATIONS.items() if value == struct.activation)
+        return cls(**values)
+
+    def with_values(self, values: Mapping[str, Any]) -> Settings:
+        """These settings with some others. Raises OptionError if there is no such setting."""
+        known = {one.name for one in fields(self)}
+        for name in values:
+            if name not in known:
+                raise OptionError(f"there is no setting {name!r}; there are {', '.join(sorted(known))}", Status.E_NAME)
+        return replace(self, **values)
+
+    def struct(self, id: str, seed: int, threads: int) -> tuple[Any, list[Any]]:
+        """The mjenv_learn_settings, and what has to live as long."""
+        struct = defaults_of(id)
+        kept: list[Any] = [encoded(id, "the id")]
+        struct.id = kept[0]
+        for name in (*_NUMBERS, *_FLAGS):
+            value = getattr(self, name)
+            try:
+                setattr(struct, name, value)
+            except TypeError:
+                raise OptionError(f"the setting {name} is a number, not {value!r}", Status.E_TYPE) from None
+        if self.activation not in _ACTIVATIONS:
+            raise InvalidValueError(f"activation is {self.activation!r}, not one of {', '.join(_ACTIVATIONS)}")
+        struct.activation = _ACTIVATIONS[self.activation]
+        hidden = (c_int64 * len(self.hidden))(*self.hidden)
+        struct.hidden, struct.hidden_count = hidden, len(self.hidden)
+        kept.append(hidden)
+        for name in ("actor_obs", "critic_obs"):
+            mask = getattr(self, name)
+            if mask is None:
+                continue
+            array = (c_uint8 * len(mask))(*map(bool, mask))
+            kept.append(array)
+            setattr(struct, name, ctypes.cast(array, type(getattr(struct, name))))
+            if struct.obs_count not in (0, len(mask)):
+                raise InvalidValueError("actor_obs and critic_obs have different lengths", Status.E_SIZE)
+            struct.obs_count = len(mask)
+        struct.seed, struct.threads = seed, threads
+        return struct, kept
+
+
+_FLAGS = ("normalize_obs", "normalize_reward", "normalize_advantage", "scale_actions")
+_NUMBERS = tuple(
+    one.name for one in fields(Settings) if one.name not in (*_FLAGS, "hidden", "activation", "actor_obs", "critic_obs")
+)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of the learning curve: what one update did, and the episodes before it."""
+
+    updates: int
+    steps: int
+    episodes: int
+    mean_return: float  # of the last episodes, which explored; nan if none has ended
+    mean_length: float
+    learning_rate: float
+    policy_loss: float
+    value_loss: float
+    entropy: float
+    approx_kl: float
+    clip_fraction: float
+    grad_norm: float
+    explained_variance: float
+    std: float
+    epochs: int
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A part of a training: a number of steps, and the options of the environments in it."""
+
+    steps: int
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Episodes that a policy has played."""
+
+    returns: Float64Array
+    lengths: NDArray[np.int64]
+
+    @property
+    def mean_return(self) -> float:
+        return float(self.returns.mean())
+
+    @property
+    def std_return(self) -> float:
+        return float(self.returns.std())
+
+
+class Training:
+    """A training: its environments, its learner and its curve. mjenv.train makes and runs one.
+
+    envs: the VectorEnv; a callback may write its live parameters and rows. settings: those of now. curve: a Point for
+    each update.
+    """
+
+    def __init__(
+        self,
+        envs: VectorEnv,
+        settings: Settings,
+        *,
+        seed: int = 1,
+        threads: int = 1,
+        stepped_here: bool = False,
+    ) -> None:
+        """stepped_here: the environments are stepped by Python, as for mjenv.view, with the same bits."""
+        self.envs, self.settings, self.seed, self.threads = envs, settings, seed, threads
+        self.stopped = False
+        self.interrupted = False  # whether an error or Ctrl-C ended it
+        self._struct, self._kept = settings.struct(_id_of(envs), seed, threads)
+        rows = envs._pool.rows
+        self._here = stepped_here or type(rows) is not Rows
+        _check_mode(envs)
+        self._learner = Learner(rows, self._struct, self._first(envs) if self._here else None)
+        self.curve: list[Point] = []
+
+    def close(self) -> None:
+        self._learner.close()
+
+    @property
+    def id(self) -> str:
+        return _id_of(self.envs)
+
+    @property
+    def steps(self) -> int:
+        """The steps of all rows so far."""
+        return self.curve[-1].steps if self.curve else 0
+
+    def update(self) -> Point:
+        """Plays a rollout and updates the networks."""
+        if self._here:
+            self._play()
+        else:
+            self._learner.train()
+        self.curve.append(_point(self._learner.report()))
+        return self.curve[-1]
+
+    def set(self, **values: Any) -> None:
+        """Changes settings from the next rollout on; the networks and the number of rows cannot change."""
+        settings = self.settings.with_values(values)
+        struct, kept = settings.struct(self.id, self.seed, self.threads)
+        self._learner.set(struct)
+        self.settings, self._struct, self._kept = settings, struct, kept
+
+    def set_options(self, **options: Any) -> None:
+        """Continues in new environments with other options: the next lesson of a curriculum."""
+        spec = self.envs.spec
+        assert spec is not None
+        given = {name: value for name, value in spec.kwargs.items() if name not in ("vectorization_mode", "num_envs")}
+        self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
+
+    def set_envs(self, envs: VectorEnv) -> None:
+        """Continues in other environments with the same spaces and number of rows."""
+        _check_mode(envs)
+        if self._here:
+            self._learner.restart(self._first(envs))
+        else:
+            self._learner.set_rows(envs._pool.rows)
+        self.envs = envs
+
+    def stop(self) -> None:
+        """Ends the training after this update."""
+        self.stopped = True
+
+    def policy(self, *, best: bool = False) -> Policy:
+        """The deterministic policy of the last update; best: of the rollout with the greatest mean return."""
+        return Policy.parse(self._learner.policy(Learned.BEST if best else Learned.LAST))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Saves a checkpoint, with the image of all rows unless Python steps them."""
+        self._learner.save(path)
+
+    def load(self, path: str | os.PathLike[str]) -> None:
+        """Continues from a checkpoint. Where Python steps the rows, new episodes begin."""
+        self._learner.load(path)
+        if self._here:
+            self._learner.restart(self._first(self.envs))
+        count = _point(self._learner.report()).updates
+        self.curve[:] = [_point(self._learner.report(update)) for update in range(1, count + 1)]
+
+    def write(self, folder: Path) -> None:
+        """Writes the checkpoint, the policy, and the curve as CSV and as a picture."""
+        self.save(folder / CHECKPOINT)
+        _replace(folder / POLICY, self._learner.policy(Learned.BEST if self.interrupted else Learned.LAST))
+        names = [one.name for one in fields(Point)]
+        with (folder / f"{CURVE}.partial").open("w", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(names)
+            writer.writerows([getattr(point, name) for name in names] for point in self.curve)
+        os.replace(folder / f"{CURVE}.partial", folder / CURVE)
+        _replace(folder / PICTURE, self._picture())
+
+    def _picture(self) -> str:
+        played = [(point.steps / 1e6, point.mean_return) for point in self.curve if not math.isnan(point.mean_return)]
+        line = _svg.Line(self.id, played or [(self.steps / 1e6 or 1.0, 0.0)])
+        return _svg.drawing(
+            [_svg.Panel(self.id, "steps, million", f"mean return of {self.settings.window} episodes", [line])]
+        )
+
+    def _first(self, envs: VectorEnv) -> Float64Array:
+        """The first observations of new episodes, which begin as the library's."""
+        obs, _ = envs.reset(seed=self.seed)
+        return np.ascontiguousarray(obs, np.float64)
+
+    def _play(self) -> None:
+        outputs = self.envs._pool.outputs
+        try:
+            for _ in range(self.settings.rollout_steps):
+                self.envs.step(self._learner.act())
+                self._learner.feed(
+                    outputs.obs, outputs.final_obs, outputs.reward, outputs.terminated, outputs.truncated
+                )
+        except BaseException:  # also KeyboardInterrupt: the rollout under way is given up
+            self._learner.restart(self._first(self.envs))
+            raise
+
+
+def train(
+    id: str | VectorEnv,
+    *,
+    steps: int | None = None,
+    seconds: float | None = None,
+    seed: int = 1,
+    threads: int = 1,
+    settings: Settings | Mapping[str, Any] | None = None,
+    stages: Sequence[Stage] = (),
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    callback: Callable[[Training], None] | None = None,
+    every: int = 1,
+    view: bool = False,
+    **options: Any,
+) -> Training:
+    """Trains a policy by PPO in the library's own learner, and returns the Training, with its curve and policy.
+
+    id: one of ids(), or a VectorEnv whose autoreset_mode is SAME_STEP. steps: of all rows together; the default is the
+    id's. seconds: stop after so many of them. threads: of the environments and the networks; they change no bit.
+    settings: a Settings, or some of its values. stages: parts of the training, whose options are added to `options`;
+    their steps replace `steps`. out: a folder, which receives policy.txt, curve.csv, curve.svg and a checkpoint now
+    and then, and at the end, also when Ctrl-C or an error ends the training: then policy.txt is the best policy so far.
+    resume: continue from the checkpoint in `out`, with its settings and seed. callback: called with the Training after
+    each `every` updates; it may change its settings, options and environments, or stop it. view: show the environments
+    in a browser. options: those of make_vec.
+    """
+    envs = id if isinstance(id, VectorEnv) else None
+    if envs is not None and (options or stages):
+        raise OptionError("options and stages need an id, not environments", Status.E_TYPE)
+    name = _id_of(envs) if envs is not None else spec_of(str(id), options.get("engine")).id
+    folder = Path(out) if out is not None else None
+    chosen, seed = _settings_of(name, settings, seed, folder if resume else None)
+    if resume and folder is None:
+        raise OptionError("resume needs the folder `out`", Status.E_TYPE)
+    if envs is not None:
+        size = min(chosen.minibatch_size, envs.num_envs * chosen.rollout_steps)
+        chosen = replace(chosen, rows=envs.num_envs, minibatch_size=size)
+    parts = [*stages] or [Stage(chosen.steps if steps is None else steps)]
+    if any(part.steps < 1 for part in parts):
+        raise InvalidValueError("a training, and each of its stages, needs at least one step")
+    chosen = replace(chosen, steps=sum(part.steps for part in parts))
+
+    def make(part: Stage) -> VectorEnv:
+        if envs is not None:
+            return envs
+        return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options})
+
+    first = _stage_at(_steps_done(folder), parts) if resume and folder is not None else 0
+    training = Training(make(parts[first]), chosen, seed=seed, threads=threads, stepped_here=view)
+    if folder is not None:
+        _prepare(folder, training, resume)
+    _Run(training, parts, first, make, seconds, callback, every, folder, view).run()
+    return training
+
+
+class _Run:
+    """What one call of train does."""
+
+    def __init__(
+        self,
+        training: Training,
+        parts: Sequence[Stage],
+        first: int,
+        make: Callable[[Stage], VectorEnv],
+        seconds: float | None,
+        callback: Callable[[Training], None] | None,
+        every: int,
+        folder: Path | None,
+        view: bool,
+    ) -> None:
+        self.training, self._parts, self._make, self._callback = training, parts, make, callback
+        self._first, self._every, self._folder, self._view = first, max(1, every), folder, view
+        self._end = math.inf if seconds is None else time.perf_counter() + seconds
+        self._next_save = time.perf_counter() + SAVE_SECONDS
+
+    def run(self) -> None:
+        try:
+            self._stages()
+        except BaseException:
+            self.training.interrupted = True
+            raise
+        finally:
+            if self._folder is not None:
+                self.training.write(self._folder)
+
+    def _stages(self) -> None:
+        for index in range(self._first, len(self._parts)):
+            if index > self._first:
+                self.training.set_envs(self._make(self._parts[index]))
+            end = sum(part.steps for part in self._parts[: index + 1])
+            with _shown(self.training.envs, self._view):
+                while self.training.steps < end and not self._is_over():
+                    self._update()
+
+    def _is_over(self) -> bool:
+        return self.training.stopped or time.perf_counter() >= self._end
+
+    def _update(self) -> None:
+        point = self.training.update()
+        if self._folder is not None and time.perf_counter() >= self._next_save:
+            self.training.write(self._folder)
+            self._next_save = time.perf_counter() + SAVE_SECONDS
+        if self._callback is not None and point.updates % self._every == 0:
+            self._callback(self.training)
+
+
+def evaluate(
+    policy: Policy | str | os.PathLike[str],
+    episodes: int = 1000,
+    *,
+    id: str | None = None,
+    seed: int = 0,
+    rows: int = 64,
+    threads: int = 1,
+    precision: str = "float64",
+    **options: Any,
+) -> Evaluation:
+    """Plays whole episodes of a deterministic policy without Python between the steps.
+
+    policy: a Policy, or the path of a policy.txt. id: another id than the policy's. Episode k begins with
+    reset(seed=seed + k), so that the result does not depend on rows and threads. precision: "float64" gives the bits of
+    Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
+    """
+    chosen = policy if isinstance(policy, Policy) else Policy.load(policy)
+    precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
+    if precision not in precisions:
+        raise InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
+    if episodes < 1:
+        raise InvalidValueError(f"episodes is {episodes}, less than 1")
+    handle = PolicyHandle(chosen.text())
+    envs = VectorEnv(
+        spec_of(id or chosen.id, options.get("engine")).id,
+        max(1, min(rows, episodes)),
+        num_threads=threads,
+        autoreset_mode=AutoresetMode.DISABLED,
+        **options,
+    )
+    try:
+        plays = _evaluate if type(envs._pool.rows) is Rows else _evaluate_here
+        return Evaluation(*plays(envs, handle, precisions[precision], seed, episodes))
+    finally:
+        envs.close()
+
+
+def _evaluate(
+    envs: VectorEnv, handle: PolicyHandle, precision: Precision, seed: int, episodes: int
+) -> tuple[Float64Array, NDArray[np.int64]]:
+    return handle.evaluate(envs._pool.rows, precision, seed, episodes)
+
+
+def _evaluate_here(
+    envs: VectorEnv, handle: PolicyHandle, precision: Precision, seed: int, episodes: int
+) -> tuple[Float64Array, NDArray[np.int64]]:
+    """The same in Python, for tasks in NumPy: groups of episodes, one in each row."""
+    returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
+    actuators = envs.single_action_space.shape[0]
+    for first in range(0, episodes, envs.num_envs):
+        count = min(envs.num_envs, episodes - first)
+        obs, _ = envs.reset(seed=[seed + first + min(row, count - 1) for row in range(envs.num_envs)])
+        playing = np.arange(envs.num_envs) < count
+        while playing.any():
+            obs, reward, terminated, truncated, _ = envs.step(handle.act(obs, actuators, precision))
+            returns[first : first + count] += np.where(playing, reward, 0)[:count]
+            lengths[first : first + count] += playing[:count]
+            ended = terminated | truncated
+            playing &= ~ended
+            if ended.any():  # rows that are done play on, so that all can be stepped
+                obs, _ = envs.reset(options={"reset_mask": ended})
+    return returns, lengths
+
+
+def _point(report: Any) -> Point:
+    return Point(**{one.name: getattr(report, one.name) for one in fields(Point)})
+
+
+def _id_of(envs: VectorEnv) -> str:
+    return envs._pool.rows.id
+
+
+def _check_mode(envs: VectorEnv) -> None:
+    if envs.autoreset_mode != AutoresetMode.SAME_STEP:
+        raise OptionError(
+            f"the environments have the autoreset mode {envs.autoreset_mode.name}; training needs SAME_STEP",
+            Status.E_VALUE,
+        )
+    if envs._pool.outputs.obs.dtype != np.float64:
+        raise OptionError("training needs observations of dtype float64", Status.E_VALUE)
+
+
+def _made(id: str, rows: int, options: Mapping[str, Any]) -> VectorEnv:
+    return make_vec(id, rows, **{**options, "autoreset_mode": AutoresetMode.SAME_STEP})
+
+
+def _shown(envs: VectorEnv, view: bool) -> Any:
+    """A context in which a browser shows the environments, if it is to."""
+    if view:
+        from mjenv.viewer import view as shown
+
+        return shown(envs)
+    return nullcontext()
+
+
+def _replace(path: Path, text: str) -> None:
+    """Writes a file, which is replaced at once."""
+    partial = path.with_name(f"{path.name}.partial")
+    partial.write_text(text)
+    os.replace(partial, path)
+
+
+def _settings_of(
+    id: str, given: Settings | Mapping[str, Any] | None, seed: int, resumed: Path | None
+) -> tuple[Settings, int]:
+    """The settings and the seed of a training; resumed: the folder of one that continues, whose own they are."""
+    if isinstance(given, Settings):
+        return given, seed
+    if resumed is None:
+        return Settings.of(id).with_values(given or {}), seed
+    try:
+        description = json.loads((resumed / DESCRIPTION).read_text())
+        lists = {name: tuple(value) for name, value in description["settings"].items() if isinstance(value, list)}
+        settings, seed, trained = (
+            Settings(**{**description["settings"], **lists}),
+            description["seed"],
+            description["id"],
+        )
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise InvalidValueError(f"{resumed / DESCRIPTION} describes no training: {error}") from None
+    if trained != id:
+        raise InvalidValueError(f"{resumed} holds a training of {trained}, not of {id}")
+    return settings.with_values(given or {}), seed
+
+
+def _steps_done(folder: Path) -> int:
+    """How many steps the training in a folder has done."""
+    lines = (folder / CURVE).read_text().splitlines()
+    return int(lines[-1].split(",")[lines[0].split(",").index("steps")]) if len(lines) > 1 else 0
+
+
+def _stage_at(done: int, parts: Sequence[Stage]) -> int:
+    """The stage in which a training is after so many steps."""
+    ends = np.cumsum([part.steps for part in parts])
+    return min(int(np.searchsorted(ends, done)), len(parts) - 1)
+
+
+def _prepare(folder: Path, training: Training, resume: bool) -> None:
+    """Makes the folder of a training, which continues from the checkpoint there if it is to."""
+    if resume:
+        training.load(folder / CHECKPOINT)
+    folder.mkdir(parents=True, exist_ok=True)
+    description = {"id": training.id, "seed": training.seed, "settings": asdict(training.settings)}
+    _replace(folder / DESCRIPTION, json.dumps(description, indent=2) + "\n")
