@@ -49,8 +49,10 @@ static mjenv_status randomize_with(mjenv_env* env, void* given) {
                                     MJENV_EFFECT_SCALE,
                                     0,
                                     0,
-                                    0};
-  memcpy(given, &item, item.struct_size < sizeof item ? item.struct_size : sizeof item);
+                                    0,
+                                    1};
+  const size_t size = item.struct_size / sizeof(void*) * sizeof(void*);  // the library reads whole words
+  memcpy(given, &item, size < sizeof item ? size : sizeof item);
   return mjenv_randomize(env, given, 1);
 }
 

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 import mjenv
-from mjenv._engine import name_of
 from mjenv.cli import terminal
 from mjenv.cli.arguments import Commands, add_json, not_negative, print_json
 
@@ -55,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     except ImportError as error:
         print(f"mjenv: {error}. {INSTALL}", file=sys.stderr)
         return 2
-    if name_of(mujoco.__version__) != NEEDED:
+    if not f"{mujoco.__version__}.".startswith(f"{NEEDED}."):
         print(f"mjenv: the package mujoco has the version {mujoco.__version__}. {INSTALL}", file=sys.stderr)
         return 2
     if not arguments.model.is_file():
