@@ -1,9 +1,8 @@
-// The forces between bodies and the sensors of several rows at once, as mj_rnePostConstraint and engine_sensor.c compute them. What functions.hpp says of bits holds here, too.
+// The forces between bodies and the sensors of several rows at once, as mj_rnePostConstraint and engine_sensor.c compute them.
+// What functions.hpp says of bits holds here, too.
 #pragma once
 
 #include <mujoco/mujoco.h>
-
-#include <algorithm>
 
 #include "engine/lanes/constraints.hpp"
 
@@ -492,8 +491,9 @@ class Sensors : Forces {
   }
 
   bool has_forces() const {
-    return std::any_of(m_.sensor_type, m_.sensor_type + m_.nsensor,
-                       [](int type) { return type == mjSENS_FORCE || type == mjSENS_TORQUE; });
+    for (int i = 0; i < m_.nsensor; ++i)
+      if (m_.sensor_type[i] == mjSENS_FORCE || m_.sensor_type[i] == mjSENS_TORQUE) return true;
+    return false;
   }
 };
 
