@@ -163,12 +163,17 @@ class Agent(nn.Module):
         return self.critic(observations).squeeze(-1)
 
     def log_probability(self, observations: Tensor, actions: Tensor) -> Tensor:
-        distance = (actions - self.actor(observations)) / self.log_deviation.exp()
+        return self._log_probability(self.actor(observations), actions)
+
+    def _log_probability(self, mean: Tensor, actions: Tensor) -> Tensor:
+        distance = (actions - mean) / self.log_deviation.exp()
         return (-0.5 * distance**2 - self.log_deviation - 0.5 * np.log(2 * np.pi)).sum(-1)
 
-    def sample(self, observations: Tensor, noise: torch.Generator | None = None) -> Tensor:
+    def sample(self, observations: Tensor, noise: torch.Generator | None = None) -> tuple[Tensor, Tensor]:
+        """Actions and the logarithms of their probabilities, by one evaluation of the actor."""
         mean = self.actor(observations)
-        return mean + self.log_deviation.exp() * torch.randn(mean.shape, generator=noise)
+        action = mean + self.log_deviation.exp() * torch.randn(mean.shape, generator=noise)
+        return action, self._log_probability(mean, action)
 
 
 class Experience:
@@ -217,10 +222,10 @@ class Rollout:
         low, high = self._envs.single_action_space.low, self._envs.single_action_space.high
         kept, watched = self.experience, 0.0
         for step in range(self._settings.rollout):
-            action = self._agent.sample(self._now)
+            action, log_probability = self._agent.sample(self._now)
             kept.observations[step], kept.actions[step] = self._now, action
             kept.values[step] = self._agent.value(self._now)
-            kept.log_probabilities[step] = self._agent.log_probability(self._now, action)
+            kept.log_probabilities[step] = log_probability
             after, rewards, terminated, truncated, infos = self._envs.step(action.numpy().clip(low, high))
             ended = terminated | truncated
             self._note_returns(rewards, ended)

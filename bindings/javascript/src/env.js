@@ -830,7 +830,7 @@ export class Env {
     const { actionNoise = [], observationNoise = [], actionDelay = 0, observationDelay = 0 } = perturbation;
     const { firstAction = [], redrawDelays = false } = perturbation;
     const delay = (/** @type {number | readonly number[]} */ given, /** @type {string} */ what) => {
-      const steps = typeof given === "number" ? [given] : Array.from(given);
+      const steps = typeof given === "object" ? Array.from(given) : [given];
       if (steps.length !== 1) checkLength(steps, 2, what, "numbers are wanted: the least and the most steps");
       return steps.map((step) => int64(step, what));
     };

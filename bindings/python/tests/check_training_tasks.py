@@ -40,7 +40,15 @@ class Slide(mjenv.Task):
         return reward, np.zeros(len(reward), bool), {}
 
 
+class Blind(Slide):
+    """The policy does not see the speed, the critic does."""
+
+    def observe(self, sim: Any) -> Any:
+        return {"policy": sim.qpos, "critic": np.concatenate([sim.qpos, sim.qvel], 1)}
+
+
 mjenv.register("Slide-v0", Slide)
+mjenv.register("Blind-v0", Blind)
 
 
 def test_own_task() -> None:
@@ -55,6 +63,18 @@ def test_own_task() -> None:
     assert (evaluation.lengths == 200).all()
     again = mjenv.evaluate(training.policy(), 40, rows=16)
     assert np.array_equal(again.returns, evaluation.returns)
+
+
+def test_groups() -> None:
+    """Each network sees its own group of the observation, unless the settings say what it sees."""
+    training = mjenv.train("Blind-v0", steps=BATCH, settings=SHORT)
+    weights = np.array(training.policy().layers[0].weights)
+    assert (weights[:, 0] != 0).any()
+    assert (weights[:, 1:] == 0).all()
+    assert training.settings.critic_obs == (False, True, True)
+    assert mjenv.evaluate(training.policy(), 3).lengths.tolist() == [200] * 3
+    told = mjenv.train("Blind-v0", steps=1, settings={**SHORT, "actor_obs": (True, True, True)})
+    assert (np.array(told.policy().layers[0].weights)[:, 2] != 0).any()
 
 
 def test_a_suite_task_and_randomisation() -> None:

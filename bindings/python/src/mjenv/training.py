@@ -19,11 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import _svg
-from mjenv._abi import Status
+from mjenv._abi import Role, Status
 from mjenv._arguments import AutoresetMode
 from mjenv._handle import Float64Array, Rows, encoded
 from mjenv._learn_abi import Activation, Learned, Precision
 from mjenv._learner import Learner, PolicyHandle, defaults_of
+from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError
 from mjenv.policy import Policy
 from mjenv.registration import spec as spec_of
@@ -280,8 +281,8 @@ class Training:
 
     def _first(self, envs: VectorEnv) -> Float64Array:
         """The first observations of new episodes, which begin as the library's."""
-        obs, _ = envs.reset(seed=self.seed)
-        return np.ascontiguousarray(obs, np.float64)
+        envs.reset(seed=self.seed)
+        return np.array(envs._pool.outputs.obs)
 
     def _play(self) -> None:
         outputs = self.envs._pool.outputs
@@ -345,7 +346,9 @@ def train(
         return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options})
 
     first = _stage_at(_steps_done(folder), parts) if resume and folder is not None else 0
-    training = Training(make(parts[first]), chosen, seed=seed, threads=threads, stepped_here=view)
+    first_envs = make(parts[first])
+    chosen = _with_groups(chosen, first_envs)
+    training = Training(first_envs, chosen, seed=seed, threads=threads, stepped_here=view)
     if folder is not None:
         _prepare(folder, training, resume)
     _Run(training, parts, first, make, seconds, callback, every, folder, view).run()
@@ -452,24 +455,43 @@ def _evaluate_here(
 ) -> tuple[Float64Array, NDArray[np.int64]]:
     """The same in Python, for tasks in NumPy: groups of episodes, one in each row."""
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
-    actuators = envs.single_action_space.shape[0]
+    actuators, obs = envs.single_action_space.shape[0], envs._pool.outputs.obs
     for first in range(0, episodes, envs.num_envs):
         count = min(envs.num_envs, episodes - first)
-        obs, _ = envs.reset(seed=[seed + first + min(row, count - 1) for row in range(envs.num_envs)])
+        envs.reset(seed=[seed + first + min(row, count - 1) for row in range(envs.num_envs)])
         playing = np.arange(envs.num_envs) < count
         while playing.any():
-            obs, reward, terminated, truncated, _ = envs.step(handle.act(obs, actuators, precision))
+            _, reward, terminated, truncated, _ = envs.step(handle.act(obs, actuators, precision))
             returns[first : first + count] += np.where(playing, reward, 0)[:count]
             lengths[first : first + count] += playing[:count]
             ended = terminated | truncated
             playing &= ~ended
             if ended.any():  # rows that are done play on, so that all can be stepped
-                obs, _ = envs.reset(options={"reset_mask": ended})
+                envs.reset(options={"reset_mask": ended})
     return returns, lengths
 
 
 def _point(report: Any) -> Point:
     return Point(**{one.name: getattr(report, one.name) for one in fields(Point)})
+
+
+def _with_groups(settings: Settings, envs: VectorEnv) -> Settings:
+    """Where the observation has the groups policy (or actor) and critic, each network sees its own group, unless the
+    settings say what it sees."""
+    groups = {group.name: group for group in envs._pool.rows.fields(Role.GROUPS)}
+    policy, critic = groups.get("policy", groups.get("actor")), groups.get("critic")
+    if policy is None or critic is None:
+        return settings
+    count = envs._pool.outputs.obs.shape[1]
+
+    def mask(group: Field) -> tuple[bool, ...]:
+        return tuple(group.offset <= index < group.offset + group.count for index in range(count))
+
+    return replace(
+        settings,
+        actor_obs=settings.actor_obs or mask(policy),
+        critic_obs=settings.critic_obs or mask(critic),
+    )
 
 
 def _id_of(envs: VectorEnv) -> str:
