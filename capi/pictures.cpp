@@ -63,6 +63,18 @@ mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8
   });
 }
 
+mjenv_status mjenv_render_segmentation(mjenv_renderer* renderer, std::int64_t row, std::int32_t* objects,
+                                       std::int64_t count) {
+  return change(renderer, [&](Painting<Renderer>& held) {
+    Renderer& r = held.painter;
+    r.check_here();
+    need(objects, "objects");
+    check_room("objects", objects, count, 2 * r.pixels());
+    look_at(*held.link, row, r);
+    r.draw_segmentation(objects);
+  });
+}
+
 mjenv_status mjenv_window_create(mjenv_env* env, const mjenv_render_settings* settings, mjenv_window** window) {
   return read(env, [&](const HeldEnv& held) {
     need(window, "window");

@@ -59,6 +59,14 @@ std::vector<Array> arrays_of(const mjModel* m) {
   add("stat.meansize", &m->stat.meansize, {});
   add("stat.extent", &m->stat.extent, {});
   add("stat.center", m->stat.center, {3});
+  const auto& view = m->vis.global;
+  add("vis.global.fovy", &view.fovy, {});
+  add("vis.global.azimuth", &view.azimuth, {});
+  add("vis.global.elevation", &view.elevation, {});
+  add("vis.global.offwidth", &view.offwidth, {});
+  add("vis.global.offheight", &view.offheight, {});
+  add("vis.map.znear", &m->vis.map.znear, {});
+  add("vis.map.zfar", &m->vis.map.zfar, {});
   for_each_array(*m, [&](const char* name, const auto* data, std::int64_t rows, std::int64_t columns, bool is_vector) {
     add(name, data, is_vector ? std::vector{rows} : std::vector{rows, columns});
   });

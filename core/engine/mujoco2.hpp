@@ -194,6 +194,8 @@ void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 
 // The index in mjvOption.flags of a flag of mjenv_render_settings.visual.
 constexpr int visual_flag(int flag) { return flag; }
+// The mjtLabel of an mjenv_label.
+constexpr int label_kind(int label) { return label; }
 
 inline void move_camera(const mjModel& m, int action, double dx, double dy, const mjvScene& scene, mjvCamera& camera) {
   mjv_moveCamera(&m, action, dx, dy, &scene, &camera);

@@ -222,6 +222,10 @@ void for_each_more_input(const mjModel& m, const mjData& d, const Visit& visit) 
 
 // The index in mjvOption.flags of a flag of mjenv_render_settings.visual, which lists those of MuJoCo 2.2.2.
 constexpr int visual_flag(int flag) { return flag < mjVIS_ISLAND ? flag : flag + 1; }
+// The mjtLabel of an mjenv_label, of which MuJoCo 2.2.2 has neither those of flexes nor those of contact points.
+constexpr int label_kind(int label) {
+  return label < mjLABEL_FLEX ? label : label + 1 < mjLABEL_CONTACTPOINT ? label + 1 : label + 2;
+}
 
 inline void move_camera(const mjModel& m, int action, double dx, double dy, const mjvScene&, mjvCamera& camera) {
   mjv_moveCamera(&m, action, dx, dy, &camera);

@@ -16,7 +16,7 @@ namespace {
 using Names = std::vector<const char*>;
 
 // Numbers that are shared by all rows because they are large, or that MuJoCo uses as indices.
-const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_"};
+const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_", "vis."};
 
 // The integers that are neither sizes nor indices, with their bounds.
 struct IntegerRule {

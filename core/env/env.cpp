@@ -19,6 +19,7 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMaxThreads = 1024;
+constexpr std::int64_t kStateWords = np::RandomState::kStateWords;
 
 int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   const std::int64_t chosen = options.get("num_threads").integer;
@@ -34,8 +35,10 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
 }
 
-void check_stream(std::int64_t count) {
-  if (count != 4 && count != 6) fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6");
+void check_stream(std::int64_t count, bool has_random_state) {
+  if (count == 4 || count == 6 || (has_random_state && count == kStateWords)) return;
+  fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6" +
+                         (has_random_state ? ", or " + std::to_string(kStateWords) + " of RandomState" : ""));
 }
 
 void check_finite(const std::string& array, const double* values, std::size_t count) {
@@ -140,9 +143,10 @@ void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_
 void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const {
   check_settled();
   rows_.check(row);
-  check_stream(count);
+  check_stream(count, rows_.has_random_state());
   const Rows::Head& head = rows_.head(row);
   if (!head.seeded) fail(MJENV_E_NOT_RESET, in_row(row, "it was never seeded or reset, so it has no random stream"));
+  if (count == kStateWords) return rows_.random_state(row).save(words);
   const auto stream = head.rng.words();
   std::copy_n(stream.begin(), count, words);
 }
@@ -150,7 +154,14 @@ void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count)
 void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count) {
   check_settled();
   rows_.check(row);
-  check_stream(count);
+  check_stream(count, rows_.has_random_state());
+  if (count == kStateWords) {
+    np::RandomState state = rows_.random_state(row);
+    if (!state.load(words)) fail(MJENV_E_VALUE, "words are no state of RandomState, as mjenv_get_stream reads it");
+    rows_.set_random_state(row, state);
+    rows_.head(row).seeded = true;
+    return;
+  }
   if (words[2] % 2 == 0)
     fail(MJENV_E_VALUE, "the increment words[2] is " + std::to_string(words[2]) + ", but must be odd");
   rows_.head(row).rng =

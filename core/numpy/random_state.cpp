@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "numpy/shared_draws.hpp"
 
@@ -39,6 +40,25 @@ RandomState RandomState::from_seed(const std::uint64_t* words, std::size_t count
   for (std::size_t i = 1; i < kWords; ++i) mix(1566083941, -static_cast<std::uint32_t>(at));
   mixed[0] = 0x80000000U;
   return made;
+}
+
+void RandomState::save(std::uint64_t* words) const {
+  words = std::copy(words_.begin(), words_.end(), words);
+  *words++ = static_cast<std::uint64_t>(position_);
+  *words++ = has_gauss_ + 2U * is_new_;
+  std::memcpy(words, &gauss_, sizeof gauss_);
+}
+
+bool RandomState::load(const std::uint64_t* words) {
+  const std::uint64_t position = words[kWords], flags = words[kWords + 1];
+  if (position > kWords || flags > 3) return false;
+  if (std::any_of(words, words + kWords, [](std::uint64_t word) { return word > 0xffffffffU; })) return false;
+  for (std::size_t i = 0; i < kWords; ++i) words_[i] = static_cast<std::uint32_t>(words[i]);
+  position_ = static_cast<std::int32_t>(position);
+  has_gauss_ = flags & 1;
+  is_new_ = flags >> 1 & 1;
+  std::memcpy(&gauss_, words + kWords + 2, sizeof gauss_);
+  return true;
 }
 
 std::uint32_t RandomState::next() {

@@ -14,6 +14,13 @@ class RandomState {
   // than 32 bits; here they give RandomState of the list of their 32-bit words.
   static RandomState from_seed(const std::uint64_t* words, std::size_t count);
 
+  // What get_state() of NumPy returns: the key, its position, whether a normal number is kept, and that number's bits. The
+  // word before the last has 2 more if no number was drawn since the stream was seeded.
+  static constexpr std::size_t kStateWords = 627;
+  void save(std::uint64_t* words) const;
+  // Takes words that save has written. False, and nothing changes, if they are none.
+  bool load(const std::uint64_t* words);
+
   bool is_seeded() const { return position_ > 0; }
   // No number was drawn since it was seeded.
   bool is_new() const { return is_new_ != 0; }

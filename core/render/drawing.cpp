@@ -9,6 +9,9 @@ namespace {
 constexpr int kMaxPixelsPerSide = 1 << 16, kMaxGeoms = 1 << 20;
 static_assert(MJENV_VISUAL_SKIN < sizeof(mjenv_render_settings::visual));
 static_assert(visual_flag(MJENV_VISUAL_SKIN) == mjVIS_SKIN);
+static_assert(label_kind(MJENV_LABEL_SELPNT) == mjLABEL_SELPNT);
+static_assert(label_kind(MJENV_LABEL_CONTACTFORCE) == mjLABEL_CONTACTFORCE);
+static_assert(int{MJENV_FRAME_WORLD} == int{mjFRAME_WORLD});
 
 // A copy of the model with the settings applied to its visual options.
 mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
@@ -16,6 +19,8 @@ mjModel set(const mjModel& shared, const mjenv_render_settings& settings) {
   check_range("height", settings.height, 1, kMaxPixelsPerSide);
   check_range("max_geom", settings.max_geom, 0, kMaxGeoms);
   check_range("samples", settings.samples, 0, kMaxSamples);
+  check_range("label", settings.label, MJENV_LABEL_NONE, MJENV_LABEL_CONTACTFORCE);
+  check_range("frame", settings.frame, MJENV_FRAME_NONE, MJENV_FRAME_WORLD);
   mjModel model = shared;
   model.vis.global.offwidth = settings.width;
   model.vis.global.offheight = settings.height;
@@ -36,12 +41,28 @@ constexpr Groups kGroups[] = {{&mjenv_render_settings::geomgroup, &mjvOption::ge
                               {&mjenv_render_settings::actuatorgroup, &mjvOption::actuatorgroup},
                               {&mjenv_render_settings::skingroup, &mjvOption::skingroup}};
 
+// Each setting that turns a flag of mjvScene on or off.
+struct Flag {
+  std::int32_t mjenv_render_settings::*setting;
+  mjtRndFlag flag;
+};
+constexpr Flag kFlags[] = {{&mjenv_render_settings::shadows, mjRND_SHADOW},
+                           {&mjenv_render_settings::wireframe, mjRND_WIREFRAME},
+                           {&mjenv_render_settings::reflections, mjRND_REFLECTION},
+                           {&mjenv_render_settings::additive, mjRND_ADDITIVE},
+                           {&mjenv_render_settings::skybox, mjRND_SKYBOX},
+                           {&mjenv_render_settings::fog, mjRND_FOG},
+                           {&mjenv_render_settings::haze, mjRND_HAZE},
+                           {&mjenv_render_settings::cull_face, mjRND_CULL_FACE}};
+
 mjvOption options_of(const mjenv_render_settings& settings) {
   mjvOption options;
   mjv_defaultOption(&options);
   for (int i = 0; i <= MJENV_VISUAL_SKIN; ++i) options.flags[visual_flag(i)] = settings.visual[i] != 0;
   for (const auto& [setting, option] : kGroups)
     for (int i = 0; i < mjNGROUP; ++i) (options.*option)[i] = (settings.*setting)[i] != 0;
+  options.label = label_kind(settings.label);
+  options.frame = settings.frame;
   return options;
 }
 
@@ -75,8 +96,7 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
   // MuJoCo would sort through a null pointer if the scene had no room for any geom.
   drawing([&] { mjv_makeScene(&model, &scene, std::max(settings.max_geom, 1)); });
   scene.maxgeom = settings.max_geom;
-  scene.flags[mjRND_SHADOW] = settings.shadows != 0;
-  scene.flags[mjRND_REFLECTION] = settings.reflections != 0;
+  for (const auto& [setting, flag] : kFlags) scene.flags[flag] = settings.*setting != 0;
 }
 
 Drawing::~Drawing() {

@@ -114,6 +114,34 @@ void Renderer::look_at(const mjModel_& model, mjData_* data) {
   drawing_->update(model, data);
 }
 
+// MuJoCo draws each geom of the scene in one colour, which is its number in the scene, segid + 1; black is the background.
+void Renderer::draw_segmentation(std::int32_t* objects) {
+  mjvScene& scene = drawing_->scene;
+  segmentation_.resize(3 * pixels());
+  scene.flags[mjRND_SEGMENT] = scene.flags[mjRND_IDCOLOR] = 1;
+  const auto restore = [&] { scene.flags[mjRND_SEGMENT] = scene.flags[mjRND_IDCOLOR] = 0; };
+  try {
+    draw(segmentation_.data(), nullptr);
+  } catch (...) {
+    restore();
+    throw;
+  }
+  restore();
+  object_of_.assign(static_cast<std::size_t>(scene.ngeom) + 1, {-1, -1});
+  for (int i = 0; i < scene.ngeom; ++i) {
+    const mjvGeom& geom = scene.geoms[i];
+    const auto number = static_cast<std::size_t>(geom.segid + 1);
+    if (geom.segid >= 0 && number < object_of_.size()) object_of_[number] = {geom.objid, geom.objtype};
+  }
+  for (std::size_t i = 0; i < pixels(); ++i) {
+    const std::uint8_t* colour = segmentation_.data() + 3 * i;
+    const std::size_t number = colour[0] + (std::size_t{colour[1]} << 8) + (std::size_t{colour[2]} << 16);
+    const auto& [index, type] = object_of_[number < object_of_.size() ? number : 0];
+    objects[2 * i] = index;
+    objects[2 * i + 1] = type;
+  }
+}
+
 void Renderer::draw(std::uint8_t* rgb, float* depth) {
   Drawing& d = *drawing_;
   const mjrRect viewport{0, 0, width_, height_};

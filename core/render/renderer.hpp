@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/model.hpp"
@@ -33,6 +34,8 @@ class Renderer {
   void look_at(const mjModel_& model, mjData_* data);
   // Writes the picture to rgb[height][width][3] and depth[height][width]. Either may be null.
   void draw(std::uint8_t* rgb, float* depth);
+  // Writes the index and the type of the object that each pixel shows to objects[height][width][2].
+  void draw_segmentation(std::int32_t* objects);
 
  private:
   std::shared_ptr<const Model> model_;
@@ -45,6 +48,8 @@ class Renderer {
   std::unique_ptr<Drawing> drawing_;
   std::vector<std::uint8_t> rgb_;  // in OpenGL's order: the bottom row first
   std::vector<float> depth_;
+  std::vector<std::uint8_t> segmentation_;
+  std::vector<std::pair<std::int32_t, std::int32_t>> object_of_;  // index and type, by the number of a colour
 
   void check_size() const;
   void place_camera(const mjModel_& model, const mjData_& data);

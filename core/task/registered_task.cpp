@@ -23,7 +23,8 @@ constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
 
-// The folder of the shared object or program that contains the code. If that is unknown, the current folder.
+}  // namespace
+
 std::string folder_of(const void* code) {
   std::string path = platform::file_of(code);
   if (!path.empty()) path = platform::real_path(path);
@@ -31,8 +32,6 @@ std::string folder_of(const void* code) {
   path = platform::real_path(".");
   return path.empty() ? "./" : path + "/";
 }
-
-}  // namespace
 
 RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const void* plugin)
     : built_in_(origin == Origin::built_in), given_(given), camera_ MJENV_TASK_CAMERA_INIT, plugin_(plugin) {

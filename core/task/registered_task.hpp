@@ -23,6 +23,10 @@ struct Outline {
   mjenv_task_camera camera;
 };
 
+// The folder of the shared object or program that contains the code, with a "/" at its end. If that is unknown, the current
+// folder.
+std::string folder_of(const void* code);
+
 // Copies the description. Only the callbacks' code and the memory that `user` points to remain the caller's.
 class RegisteredTask {
  public:

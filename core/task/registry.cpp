@@ -66,12 +66,31 @@ constexpr Pointers first_ids = pointers_to_built_in();
 constexpr List first_list{first_ids.ids, first_ids.count, nullptr};
 std::atomic<const List*> latest{&first_list};
 
+// dm_control's suite, whose ids begin with this, is a plug-in beside this library. It is loaded when one of them is asked
+// for, so that programs that use none neither load nor hold it.
+constexpr std::string_view kSuite = "dm_control/";
+#ifdef _WIN32
+constexpr const char* kSuiteFile = "libmjenv-suite.dll";
+#else
+constexpr const char* kSuiteFile = "libmjenv-suite.so";
+#endif
+
 bool is_before(const Id* a, const std::string& name) { return a->name < name; }
 
 const Id* find(const List& list, const std::string& name) {
   const auto end = list.ids + list.count;
   const auto found = std::lower_bound(list.ids, end, name, is_before);
   return found != end && (*found)->name == name ? *found : nullptr;
+}
+
+// Loads the suite's plug-in; returns why that failed, or "".
+std::string load_suite() {
+  try {
+    load_tasks(folder_of(&built_in) + kSuiteFile);
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
 }
 
 }  // namespace
@@ -91,8 +110,13 @@ const Id& id_at(std::int64_t index) {
 
 const Id& id_of(const std::string& name) {
   load_tasks_of_environment();
+  if (const Id* found = find(*latest.load(), name)) return *found;
+  if (name.compare(0, kSuite.size(), kSuite) == 0) {
+    if (const std::string why = load_suite(); !why.empty())
+      fail(MJENV_E_NAME, "no environment " + quoted(name) + ", because dm_control's suite cannot be loaded: " + why);
+    if (const Id* found = find(*latest.load(), name)) return *found;
+  }
   const List& list = *latest.load();
-  if (const Id* found = find(list, name)) return *found;
   if (name == unlisted.name) return unlisted;
   if (name == kOfMujoco2)
     fail(MJENV_E_NAME, "Pusher-v4 is only supported on mujoco<3, as in Gymnasium, but this library is for MuJoCo " +

@@ -246,6 +246,30 @@ int main(void) {
   VALUE(MJENV_VISUAL_SELECT);
   VALUE(MJENV_VISUAL_STATIC);
   VALUE(MJENV_VISUAL_SKIN);
+  ENUM(mjenv_label);
+  VALUE(MJENV_LABEL_NONE);
+  VALUE(MJENV_LABEL_BODY);
+  VALUE(MJENV_LABEL_JOINT);
+  VALUE(MJENV_LABEL_GEOM);
+  VALUE(MJENV_LABEL_SITE);
+  VALUE(MJENV_LABEL_CAMERA);
+  VALUE(MJENV_LABEL_LIGHT);
+  VALUE(MJENV_LABEL_TENDON);
+  VALUE(MJENV_LABEL_ACTUATOR);
+  VALUE(MJENV_LABEL_CONSTRAINT);
+  VALUE(MJENV_LABEL_SKIN);
+  VALUE(MJENV_LABEL_SELECTION);
+  VALUE(MJENV_LABEL_SELPNT);
+  VALUE(MJENV_LABEL_CONTACTFORCE);
+  ENUM(mjenv_frame);
+  VALUE(MJENV_FRAME_NONE);
+  VALUE(MJENV_FRAME_BODY);
+  VALUE(MJENV_FRAME_GEOM);
+  VALUE(MJENV_FRAME_SITE);
+  VALUE(MJENV_FRAME_CAMERA);
+  VALUE(MJENV_FRAME_LIGHT);
+  VALUE(MJENV_FRAME_CONTACT);
+  VALUE(MJENV_FRAME_WORLD);
 
   STRUCT(mjenv_render_settings);
   FIELD(mjenv_render_settings, struct_size);
@@ -271,6 +295,14 @@ int main(void) {
   FIELD(mjenv_render_settings, actuatorgroup);
   FIELD(mjenv_render_settings, skingroup);
   FIELD(mjenv_render_settings, reserved_bytes);
+  FIELD(mjenv_render_settings, label);
+  FIELD(mjenv_render_settings, frame);
+  FIELD(mjenv_render_settings, wireframe);
+  FIELD(mjenv_render_settings, additive);
+  FIELD(mjenv_render_settings, skybox);
+  FIELD(mjenv_render_settings, fog);
+  FIELD(mjenv_render_settings, haze);
+  FIELD(mjenv_render_settings, cull_face);
   check_no_padding();
 
   STRUCT(mjenv_task_option);

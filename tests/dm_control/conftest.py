@@ -10,7 +10,7 @@ from typing import Any
 
 # Before NumPy is imported: its AVX-512 kernels of exp, log1p and arctan2 differ from the C library's in the last bits.
 os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL")
-os.environ.setdefault("MUJOCO_GL", "disabled")
+os.environ.setdefault("MUJOCO_GL", "egl")
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "models"))  # compiled_model.py
 
@@ -21,10 +21,19 @@ from dm_control import suite
 # dog has meshes, and escape a terrain that SciPy makes.
 ABSENT = {("dog", task) for task in suite.TASKS_BY_DOMAIN["dog"]} | {("quadruped", "escape")}
 TASKS = [task for task in suite.ALL_TASKS if task not in ABSENT]
+# Of each kind of what is drawn: lines, tendons, height fields, targets that move, and many lights.
+DRAWN = {"cartpole-swingup", "point_mass-easy", "quadruped-fetch", "reacher-hard", "humanoid_CMU-stand"}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="5 seeds and full episodes")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """drawn_task: the tasks whose pictures are compared, which takes long."""
+    if "drawn_task" in metafunc.fixturenames:
+        drawn = TASKS if metafunc.config.getoption("--long") else [task for task in TASKS if "-".join(task) in DRAWN]
+        metafunc.parametrize("drawn_task", drawn, ids="-".join)
 
 
 @pytest.fixture

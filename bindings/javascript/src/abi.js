@@ -89,6 +89,34 @@ export const Effect = /** @type {const} */ ({
   OFFSET: 3,
 });
 
+export const Label = /** @type {const} */ ({
+  NONE: 0,
+  BODY: 1,
+  JOINT: 2,
+  GEOM: 3,
+  SITE: 4,
+  CAMERA: 5,
+  LIGHT: 6,
+  TENDON: 7,
+  ACTUATOR: 8,
+  CONSTRAINT: 9,
+  SKIN: 10,
+  SELECTION: 11,
+  SELPNT: 12,
+  CONTACTFORCE: 13,
+});
+
+export const Frame = /** @type {const} */ ({
+  NONE: 0,
+  BODY: 1,
+  GEOM: 2,
+  SITE: 3,
+  CAMERA: 4,
+  LIGHT: 5,
+  CONTACT: 6,
+  WORLD: 7,
+});
+
 export const mjenv_option = struct(48, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   kind: { offset: 4, type: "int32", length: 0 },

@@ -116,6 +116,34 @@ end
     MJENV_VISUAL_SKIN = 22
 end
 
+@enum mjenv_label::Int32 begin
+    MJENV_LABEL_NONE = 0
+    MJENV_LABEL_BODY = 1
+    MJENV_LABEL_JOINT = 2
+    MJENV_LABEL_GEOM = 3
+    MJENV_LABEL_SITE = 4
+    MJENV_LABEL_CAMERA = 5
+    MJENV_LABEL_LIGHT = 6
+    MJENV_LABEL_TENDON = 7
+    MJENV_LABEL_ACTUATOR = 8
+    MJENV_LABEL_CONSTRAINT = 9
+    MJENV_LABEL_SKIN = 10
+    MJENV_LABEL_SELECTION = 11
+    MJENV_LABEL_SELPNT = 12
+    MJENV_LABEL_CONTACTFORCE = 13
+end
+
+@enum mjenv_frame::Int32 begin
+    MJENV_FRAME_NONE = 0
+    MJENV_FRAME_BODY = 1
+    MJENV_FRAME_GEOM = 2
+    MJENV_FRAME_SITE = 3
+    MJENV_FRAME_CAMERA = 4
+    MJENV_FRAME_LIGHT = 5
+    MJENV_FRAME_CONTACT = 6
+    MJENV_FRAME_WORLD = 7
+end
+
 Base.@kwdef struct mjenv_option
     struct_size::UInt32 = sizeof(mjenv_option)
     kind::Int32 = 0
@@ -262,6 +290,14 @@ Base.@kwdef struct mjenv_render_settings
     actuatorgroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
     skingroup::NTuple{6, UInt8} = (0, 0, 0, 0, 0, 0)
     reserved_bytes::NTuple{4, UInt8} = (0, 0, 0, 0)
+    label::Int32 = 0
+    frame::Int32 = 0
+    wireframe::Int32 = 0
+    additive::Int32 = 0
+    skybox::Int32 = 0
+    fog::Int32 = 0
+    haze::Int32 = 0
+    cull_face::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_task_option
@@ -544,6 +580,7 @@ const FUNCTIONS = (
     :mjenv_renderer_destroy,
     :mjenv_renderer_gl,
     :mjenv_render,
+    :mjenv_render_segmentation,
     :mjenv_window_create,
     :mjenv_window_destroy,
     :mjenv_window_is_open,
@@ -1049,8 +1086,18 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
     depth_count,
 )
 
+mjenv_render_segmentation(renderer, row, objects, count) = ccall(
+    address(renderer, 56),
+    mjenv_status,
+    (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
+    renderer,
+    row,
+    objects,
+    count,
+)
+
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 56),
+    address(env, 57),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1059,21 +1106,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 57),
+    address(window, 58),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 58),
+    address(window, 59),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 59),
+    address(window, 60),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1081,21 +1128,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 60),
+    address(engine, 61),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 61),
+    address(engine, 62),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 62),
+    address(engine, 63),
     Ptr{mjenv_task_api},
     (),
 )

@@ -3,11 +3,19 @@
 # The settings with the names of mjvOption's arrays that say which groups of objects are drawn.
 const GROUPS = (:geomgroup, :sitegroup, :jointgroup, :tendongroup, :actuatorgroup, :skingroup)
 
+# The settings that turn something on or off, beside those of the groups.
+const SWITCHES = (:shadows, :reflections, :wireframe, :additive, :skybox, :fog, :haze, :cull_face)
+# MuJoCo's mjtLabel and mjtFrame, from 0.
+const LABELS = (
+    :none, :body, :joint, :geom, :site, :camera, :light, :tendon, :actuator, :constraint, :skin, :selection, :selpnt, :contactforce,
+)
+const FRAMES = (:none, :body, :geom, :site, :camera, :light, :contact, :world)
+
 # Returns the settings with the changes that the keywords ask for, and the camera's name or nothing.
 function render_settings(env; kwargs...)
     settings = Ref(mjenv_render_settings())
     check(env.handle, inside(handle -> mjenv_render_defaults(handle, settings), env))
-    names = (:width, :height, :max_geom, :samples, :shadows, :reflections, :distance, :azimuth, :elevation)
+    names = (:width, :height, :max_geom, :samples, :distance, :azimuth, :elevation, SWITCHES...)
     fields = Dict{Symbol,Any}(name => getfield(settings[], name) for name in fieldnames(mjenv_render_settings))
     camera_name = nothing
     for (name, value) in pairs(kwargs)
@@ -22,6 +30,10 @@ function render_settings(env; kwargs...)
         elseif name === :gl
             value in (:auto, :egl, :osmesa, :glfw) || throw(ArgumentError("gl is :auto, :egl, :osmesa or :glfw"))
             fields[:gl] = findfirst(==(value), (:auto, :egl, :osmesa, :glfw)) - 1
+        elseif name === :label || name === :frame
+            known = name === :label ? LABELS : FRAMES
+            value in known || throw(ArgumentError("$name is one of $(join(known, ", "))"))
+            fields[name] = findfirst(==(value), known) - 1
         elseif name === :fast
             value && (fields[:samples] = fields[:shadows] = 0)
         elseif name === :lookat
@@ -44,11 +56,11 @@ function render_settings(env; kwargs...)
         elseif name in names
             fields[name] = value
         else
-            others = (:camera, :gl, :fast, :lookat, :visual_options, GROUPS..., names...)
+            others = (:camera, :gl, :fast, :label, :frame, :lookat, :visual_options, GROUPS..., names...)
             throw(ArgumentError("there is no setting $name; the settings are $(join(others, ", "))"))
         end
     end
-    integers = (:width, :height, :max_geom, :samples, :shadows, :reflections, :camera)
+    integers = (:width, :height, :max_geom, :samples, :camera, SWITCHES...)
     for name in integers
         fields[name] = Int32(clamp(fields[name], typemin(Int32), typemax(Int32)))
     end
@@ -81,6 +93,9 @@ The settings are Gymnasium's, with Gymnasium's defaults:
   a group, 0 to 5, and a `Bool`; by default 0 to 2, so `geomgroup = (3 => true,)` adds group 3
 - `max_geom`: how many geoms are drawn at most, 1000
 - `samples` (per pixel), `shadows`, `reflections`; `fast = true` turns multisampling and shadows off
+- `wireframe`, `additive`, `skybox`, `fog`, `haze`, `cull_face`: MuJoCo's mjtRndFlag of these names
+- `label` and `frame`: which objects have labels, and of which the frames are drawn, as MuJoCo's mjtLabel and mjtFrame name
+  them: `:none`, `:body`, `:geom`, `:site`, ...
 - `gl`: `:auto`, `:egl`, `:osmesa` or `:glfw`
 
 `close(renderer)` frees the renderer at once; without it the garbage collector frees it at some time. Several renderers
@@ -158,6 +173,21 @@ function render_both(renderer::Renderer; row::Integer = 1)
     rgb, depth = Vector{UInt8}(undef, 3 * pixels), Vector{Float32}(undef, pixels)
     draw(renderer, row, rgb, depth)
     return rgb_array(renderer, rgb), depth_array(renderer, depth)
+end
+
+"""
+    render_segmentation(renderer; row = 1)
+
+Draws which object each pixel shows: a new `Array{Int32,3}` of size (2, height, width), with the object's index in the
+model, from 0, and its type, MuJoCo's mjtObj; -1 and -1 where nothing is.
+"""
+function render_segmentation(renderer::Renderer; row::Integer = 1)
+    objects = Vector{Int32}(undef, 2 * renderer.width * renderer.height)
+    GC.@preserve renderer objects begin
+        handle = renderer.handle
+        check(handle, mjenv_render_segmentation(handle, row - 1, pointer(objects), length(objects)))
+    end
+    return permutedims(reshape(objects, 2, renderer.width, renderer.height), (1, 3, 2))
 end
 
 # The library writes lines of pixels; Julia stores columns.

@@ -366,6 +366,38 @@ enum mjenv_visual_value {
   MJENV_VISUAL_SKIN = 22
 };
 
+/* Which objects have labels: MuJoCo 2.2.2's mjtLabel, also in the build for 4.0. */
+typedef int32_t mjenv_label;
+enum mjenv_label_value {
+  MJENV_LABEL_NONE = 0,
+  MJENV_LABEL_BODY = 1,
+  MJENV_LABEL_JOINT = 2,
+  MJENV_LABEL_GEOM = 3,
+  MJENV_LABEL_SITE = 4,
+  MJENV_LABEL_CAMERA = 5,
+  MJENV_LABEL_LIGHT = 6,
+  MJENV_LABEL_TENDON = 7,
+  MJENV_LABEL_ACTUATOR = 8,
+  MJENV_LABEL_CONSTRAINT = 9,
+  MJENV_LABEL_SKIN = 10,
+  MJENV_LABEL_SELECTION = 11,
+  MJENV_LABEL_SELPNT = 12,
+  MJENV_LABEL_CONTACTFORCE = 13
+};
+
+/* Of which objects the frames are drawn: MuJoCo's mjtFrame. */
+typedef int32_t mjenv_frame;
+enum mjenv_frame_value {
+  MJENV_FRAME_NONE = 0,
+  MJENV_FRAME_BODY = 1,
+  MJENV_FRAME_GEOM = 2,
+  MJENV_FRAME_SITE = 3,
+  MJENV_FRAME_CAMERA = 4,
+  MJENV_FRAME_LIGHT = 5,
+  MJENV_FRAME_CONTACT = 6,
+  MJENV_FRAME_WORLD = 7
+};
+
 /* How a renderer draws. The initialiser has MuJoCo's defaults, mjenv_render_defaults those of Gymnasium. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
@@ -393,6 +425,15 @@ typedef struct mjenv_render_settings {
   uint8_t actuatorgroup[6];
   uint8_t skingroup[6];
   uint8_t reserved_bytes[4]; /* 0 */
+  mjenv_label label;         /* default: MJENV_LABEL_NONE */
+  mjenv_frame frame;         /* default: MJENV_FRAME_NONE */
+  /* MuJoCo's mjtRndFlag of these names, 0 or 1; default: skybox, haze and cull_face */
+  int32_t wireframe;
+  int32_t additive;
+  int32_t skybox;
+  int32_t fog;
+  int32_t haze;
+  int32_t cull_face;
 } mjenv_render_settings;
 
 /* What a struct is initialised with: mjenv_batch out = MJENV_BATCH_INIT; all values are valid. */
@@ -413,7 +454,8 @@ typedef struct mjenv_render_settings {
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
    {0, 1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, \
-   {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {0, 0, 0, 0}}
+   {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {0, 0, 0, 0}, \
+   MJENV_LABEL_NONE, MJENV_FRAME_NONE, 0, 0, 1, 0, 1, 1}
 /* clang-format on */
 
 /* ---- Library ---- */
@@ -521,11 +563,13 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of
- * inc, and, if count is 6 instead of 4, has_uint32 and uinteger. Errors: VALUE (row), SIZE, NOT_RESET (neither
- * seeded nor reset). */
+ * inc, and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads
+ * its get_state(): the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since it was seeded) and the
+ * bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
-/* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or inc is even), SIZE. */
+/* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such
+ * as an even inc), SIZE. */
 MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, int64_t count);
 
 /* Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does. */
@@ -676,6 +720,13 @@ MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
  * PHYSICS, RENDER. */
 MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8_t *rgb, int64_t rgb_count,
                                     float *depth, int64_t depth_count);
+
+/* Draws which object each pixel shows.
+ *   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 where nothing is;
+ *             count >= height * width * 2
+ * Errors: as mjenv_render. */
+MJENV_API mjenv_status mjenv_render_segmentation(mjenv_renderer *renderer, int64_t row, int32_t *objects,
+                                                 int64_t count);
 
 /* ---- Window ----
  * What Gymnasium's render mode "human" shows; mjenv_window_draw follows each reset and step. Windows belong to the main

@@ -453,6 +453,10 @@ class Renderer {
   void draw(std::int64_t row, Span<std::uint8_t> rgb, Span<float> depth) {
     check(mjenv_render(handle(), row, rgb.data(), int64(rgb.size()), depth.data(), int64(depth.size())));
   }
+  /* Writes the index and the mjtObj of the object that each pixel shows into objects[height][width][2]. */
+  void draw_segmentation(std::int64_t row, Span<std::int32_t> objects) {
+    check(mjenv_render_segmentation(handle(), row, objects.data(), int64(objects.size())));
+  }
 
   mjenv_renderer *handle() const { return handle_.get(); }
 

@@ -129,6 +129,34 @@ class Visual(IntEnum):
     SKIN = 22
 
 
+class Label(IntEnum):
+    NONE = 0
+    BODY = 1
+    JOINT = 2
+    GEOM = 3
+    SITE = 4
+    CAMERA = 5
+    LIGHT = 6
+    TENDON = 7
+    ACTUATOR = 8
+    CONSTRAINT = 9
+    SKIN = 10
+    SELECTION = 11
+    SELPNT = 12
+    CONTACTFORCE = 13
+
+
+class Frame(IntEnum):
+    NONE = 0
+    BODY = 1
+    GEOM = 2
+    SITE = 3
+    CAMERA = 4
+    LIGHT = 5
+    CONTACT = 6
+    WORLD = 7
+
+
 class mjenv_option(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
@@ -294,6 +322,14 @@ class mjenv_render_settings(Structure):
         ("actuatorgroup", c_uint8 * 6),
         ("skingroup", c_uint8 * 6),
         ("reserved_bytes", c_uint8 * 4),
+        ("label", c_int32),
+        ("frame", c_int32),
+        ("wireframe", c_int32),
+        ("additive", c_int32),
+        ("skybox", c_int32),
+        ("fog", c_int32),
+        ("haze", c_int32),
+        ("cull_face", c_int32),
     )
 
 
@@ -418,6 +454,8 @@ class Library(CDLL):
         self.mjenv_renderer_gl.restype = c_char_p
         self.mjenv_render.argtypes = (c_void_p, c_int64, POINTER(c_uint8), c_int64, POINTER(c_float), c_int64)
         self.mjenv_render.restype = c_int32
+        self.mjenv_render_segmentation.argtypes = (c_void_p, c_int64, POINTER(c_int32), c_int64)
+        self.mjenv_render_segmentation.restype = c_int32
         self.mjenv_window_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))
         self.mjenv_window_create.restype = c_int32
         self.mjenv_window_destroy.argtypes = (c_void_p,)

@@ -296,18 +296,34 @@ class Data(_Named):
         return [name for name in _DATA[kind] if self._part(kind, name)]
 
 
-class Model(_Named):
-    """mjModel: sizes (nq), arrays (body_mass), and opt and stat."""
+class Visual(_Attributes):
+    """model.vis, as far as pictures need it: vis.global_.azimuth, vis.map.znear and so on. Read-only."""
 
-    __slots__ = ("opt", "stat")
+    __slots__ = ("global_", "map")
+
+    global_: Arrays
+    map: Arrays
+
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+        for name in ("global", "map"):
+            arrays = Arrays(rows, row, Role.MODEL, changed, f"vis.{name}.")
+            object.__setattr__(self, "global_" if name == "global" else name, arrays)
+
+
+class Model(_Named):
+    """mjModel: sizes (nq), arrays (body_mass), and opt, stat and vis."""
+
+    __slots__ = ("opt", "stat", "vis")
 
     opt: Arrays
     stat: Arrays
+    vis: Visual
 
     def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
         super().__init__(rows, row, Role.MODEL, changed)
         for name in ("opt", "stat"):
             object.__setattr__(self, name, Arrays(rows, row, Role.MODEL, changed, f"{name}."))
+        object.__setattr__(self, "vis", Visual(rows, row, changed))
 
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
         if kind == "joint" and name in _QPOS_OF_MODEL:

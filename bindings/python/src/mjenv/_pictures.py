@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Mapping, Sequence
-from ctypes import byref, c_float, c_uint8, c_void_p
+from ctypes import byref, c_float, c_int32, c_uint8, c_void_p
 from typing import Any, get_args
 
 import numpy as np
@@ -37,6 +37,23 @@ _FLAGS: dict[str, tuple[_abi.Visual | None, ...]] = {
 }
 _NUMBERS = ("distance", "azimuth", "elevation")
 _WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
+
+
+def visual_flags(engine: Engine) -> tuple[_abi.Visual | None, ...]:
+    """The flags of the library in the order of the engine's mjtVisFlag; None for those that it does not draw."""
+    return _FLAGS.get(engine.name, tuple(_abi.Visual))
+
+
+def label_of(engine: Engine, kind: int) -> _abi.Label:
+    """The library's label for one of the engine's mjtLabel."""
+    labels: list[_abi.Label | None] = list(_abi.Label)
+    if engine.name != "2.2.2":  # MuJoCo 4.0 has put flexes and contact points between the others
+        labels.insert(_abi.Label.SKIN, None)
+        labels.insert(len(labels) - 1, None)
+    found = labels[kind] if 0 <= kind < len(labels) else None
+    if found is None:
+        raise UnknownNameError(f"label is {kind}, which mjenv does not draw", Status.E_NAME)
+    return found
 
 
 class Pictures:
@@ -72,7 +89,7 @@ class Pictures:
         self.fast, self.groups = bool(render_fast), groups
         self._rows = rows
         self._camera: int | None = None
-        self._renderers: dict[int, _Renderer] = {}
+        self._renderers: dict[int, Renderer] = {}
         self._windows: dict[int, _Window] = {}
 
     def draw(self, row: int = 0) -> Picture | None:
@@ -108,7 +125,7 @@ class Pictures:
             if place not in self._renderers:
                 env = self._rows.pointer
                 settings = self._settings(env, self._camera)
-                self._renderers[place] = _Renderer(self._rows.engine, env, settings)
+                self._renderers[place] = Renderer(self._rows.engine, env, settings)
             rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
             self._renderers[place].draw(row, rgb, depth)
@@ -150,7 +167,7 @@ class Pictures:
         if self.fast:
             settings.samples, settings.shadows = 0, 0
         self._place_camera(settings)
-        flags = _FLAGS.get(self._rows.engine.name, tuple(_abi.Visual))
+        flags = visual_flags(self._rows.engine)
         for flag, value in (self.visual_options or {}).items():
             index = _index("a key of visual_options", flag)
             if not 0 <= index < len(flags):
@@ -178,7 +195,7 @@ class Pictures:
             raise RenderSettingError(f"default_camera_config has the key {next(iter(config))!r}; a camera has {known}")
 
 
-class _Renderer:
+class Renderer:
     """An owned mjenv_renderer."""
 
     def __init__(self, engine: Engine, env: int, settings: Any) -> None:
@@ -191,6 +208,11 @@ class _Renderer:
         colours = (None, 0) if rgb is None else (pointer_to(rgb, c_uint8), rgb.size)
         depths = (None, 0) if depth is None else (pointer_to(depth, c_float), depth.size)
         self._engine.check(self._engine.mjenv_render(self._pointer, row, *colours, *depths))
+
+    def draw_segmentation(self, row: int, objects: NDArray[np.int32]) -> None:
+        """Writes the index and the mjtObj of the object that each pixel shows to objects[height, width, 2]."""
+        pixels = pointer_to(objects, c_int32)
+        self._engine.check(self._engine.mjenv_render_segmentation(self._pointer, row, pixels, objects.size))
 
 
 class _Window:

@@ -43,6 +43,7 @@ class _Exchange:
         self.observations = Observations(rows, _FLOAT64)
         self._batch = Batch(1, self.observations.shape, counts[Role.INFO])
         self._reset_batch = Batch(1, self.observations.shape, counts[Role.RESET_INFO])
+        self.status: NDArray[np.int32] = self._batch.status
         exported = np.zeros(counts[Role.ARRAYS])
         fields = rows.fields(Role.ARRAYS)
         self.arrays = {field.name: view[0] for field, view in zip(fields, views(exported, fields, 1), strict=True)}

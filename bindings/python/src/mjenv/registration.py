@@ -7,7 +7,6 @@ import math
 import os
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from mjenv.errors import EngineError, InvalidValueError, OptionError
 from mjenv.task import Task
 
 NAMESPACE = "mjenv"
+SUITE = "dm_control/"  # how the ids of dm_control's suite begin
 UNLISTED = "Model-v0"  # an id that ids() leaves out, because it needs the option xml_file or xml_string
 # Where make_vec has another default than the library.
 VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
@@ -127,8 +127,6 @@ def _own(id: Any) -> str:
     if not isinstance(id, str):
         hint = "; make builds environments itself" if hasattr(id, "step") else ""
         raise OptionError(f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE)
-    if id.startswith("dm_control/"):
-        import_module("mjenv.dm_control")  # loads the plug-in, which programs without its ids need not have
     return id.removeprefix(f"{NAMESPACE}/")
 
 
@@ -152,8 +150,10 @@ def register(id: str, task: type[Task]) -> None:
 
 def register_ids() -> None:
     """Makes gymnasium.make("mjenv/Ant-v5"), gymnasium.make_vec and gymnasium.spec know all ids. An id that has a
-    namespace of its own, such as "dm_control/cheetah-run-v0", keeps it."""
+    namespace of its own, such as "lab/Reach-v0", keeps it. mjenv.dm_control registers those of dm_control's suite."""
     for id in (*ids(), UNLISTED):
+        if id.startswith(SUITE):
+            continue
         name = id if "/" in id else f"{NAMESPACE}/{id}"
         if name in gymnasium.registry:
             continue

@@ -475,6 +475,32 @@ pub const MJENV_VISUAL_COM: mjenv_visual = 19;
 pub const MJENV_VISUAL_SELECT: mjenv_visual = 20;
 pub const MJENV_VISUAL_STATIC: mjenv_visual = 21;
 pub const MJENV_VISUAL_SKIN: mjenv_visual = 22;
+#[doc = " Which objects have labels: MuJoCo 2.2.2's mjtLabel, also in the build for 4.0."]
+pub type mjenv_label = i32;
+pub const MJENV_LABEL_NONE: mjenv_label = 0;
+pub const MJENV_LABEL_BODY: mjenv_label = 1;
+pub const MJENV_LABEL_JOINT: mjenv_label = 2;
+pub const MJENV_LABEL_GEOM: mjenv_label = 3;
+pub const MJENV_LABEL_SITE: mjenv_label = 4;
+pub const MJENV_LABEL_CAMERA: mjenv_label = 5;
+pub const MJENV_LABEL_LIGHT: mjenv_label = 6;
+pub const MJENV_LABEL_TENDON: mjenv_label = 7;
+pub const MJENV_LABEL_ACTUATOR: mjenv_label = 8;
+pub const MJENV_LABEL_CONSTRAINT: mjenv_label = 9;
+pub const MJENV_LABEL_SKIN: mjenv_label = 10;
+pub const MJENV_LABEL_SELECTION: mjenv_label = 11;
+pub const MJENV_LABEL_SELPNT: mjenv_label = 12;
+pub const MJENV_LABEL_CONTACTFORCE: mjenv_label = 13;
+#[doc = " Of which objects the frames are drawn: MuJoCo's mjtFrame."]
+pub type mjenv_frame = i32;
+pub const MJENV_FRAME_NONE: mjenv_frame = 0;
+pub const MJENV_FRAME_BODY: mjenv_frame = 1;
+pub const MJENV_FRAME_GEOM: mjenv_frame = 2;
+pub const MJENV_FRAME_SITE: mjenv_frame = 3;
+pub const MJENV_FRAME_CAMERA: mjenv_frame = 4;
+pub const MJENV_FRAME_LIGHT: mjenv_frame = 5;
+pub const MJENV_FRAME_CONTACT: mjenv_frame = 6;
+pub const MJENV_FRAME_WORLD: mjenv_frame = 7;
 #[doc = " How a renderer draws. The initialiser has MuJoCo's defaults, mjenv_render_defaults those of Gymnasium."]
 #[repr(C)]
 pub struct mjenv_render_settings {
@@ -517,6 +543,17 @@ pub struct mjenv_render_settings {
     pub skingroup: [u8; 6usize],
     #[doc = " 0"]
     pub reserved_bytes: [u8; 4usize],
+    #[doc = " default: MJENV_LABEL_NONE"]
+    pub label: mjenv_label,
+    #[doc = " default: MJENV_FRAME_NONE"]
+    pub frame: mjenv_frame,
+    #[doc = " MuJoCo's mjtRndFlag of these names, 0 or 1; default: skybox, haze and cull_face"]
+    pub wireframe: i32,
+    pub additive: i32,
+    pub skybox: i32,
+    pub fog: i32,
+    pub haze: i32,
+    pub cull_face: i32,
 }
 impl Default for mjenv_render_settings {
     fn default() -> Self {
@@ -978,6 +1015,18 @@ extern "C" {
         rgb_count: i64,
         depth: *mut f32,
         depth_count: i64,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Draws which object each pixel shows."]
+    #[doc = "   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 where nothing is;"]
+    #[doc = "             count >= height * width * 2"]
+    #[doc = " Errors: as mjenv_render."]
+    pub fn mjenv_render_segmentation(
+        renderer: *mut mjenv_renderer,
+        row: i64,
+        objects: *mut i32,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {

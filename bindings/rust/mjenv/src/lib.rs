@@ -114,7 +114,7 @@ pub use {
     options::{Kind, OptionInfo, Options, Value},
     randomization::{Distribution, Effect, Perturbation, Push, Randomization},
     registration::{load_tasks, register},
-    render::{Camera, Gl, Image, RenderSettings, Renderer, Window},
+    render::{Camera, Frame, Gl, Image, Label, RenderSettings, Renderer, Window},
     rows::Rows,
     spec::{ids, spec, version, Spec},
 };

@@ -53,6 +53,46 @@ pub enum Camera {
     Name(String),
 }
 
+/// Which objects have labels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+#[allow(missing_docs)] // the names are those of MuJoCo's mjtLabel
+#[repr(i32)]
+pub enum Label {
+    #[default]
+    None = sys::MJENV_LABEL_NONE,
+    Body = sys::MJENV_LABEL_BODY,
+    Joint = sys::MJENV_LABEL_JOINT,
+    Geom = sys::MJENV_LABEL_GEOM,
+    Site = sys::MJENV_LABEL_SITE,
+    Camera = sys::MJENV_LABEL_CAMERA,
+    Light = sys::MJENV_LABEL_LIGHT,
+    Tendon = sys::MJENV_LABEL_TENDON,
+    Actuator = sys::MJENV_LABEL_ACTUATOR,
+    Constraint = sys::MJENV_LABEL_CONSTRAINT,
+    Skin = sys::MJENV_LABEL_SKIN,
+    Selection = sys::MJENV_LABEL_SELECTION,
+    SelectionPoint = sys::MJENV_LABEL_SELPNT,
+    ContactForce = sys::MJENV_LABEL_CONTACTFORCE,
+}
+
+/// Of which objects the frames are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+#[allow(missing_docs)] // the names are those of MuJoCo's mjtFrame
+#[repr(i32)]
+pub enum Frame {
+    #[default]
+    None = sys::MJENV_FRAME_NONE,
+    Body = sys::MJENV_FRAME_BODY,
+    Geom = sys::MJENV_FRAME_GEOM,
+    Site = sys::MJENV_FRAME_SITE,
+    Camera = sys::MJENV_FRAME_CAMERA,
+    Light = sys::MJENV_FRAME_LIGHT,
+    Contact = sys::MJENV_FRAME_CONTACT,
+    World = sys::MJENV_FRAME_WORLD,
+}
+
 /// How pictures are drawn. The fields are Gymnasium's arguments of the same names; [`Env::render_settings`] returns
 /// Gymnasium's defaults.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,6 +137,22 @@ pub struct RenderSettings {
     pub actuatorgroup: [bool; RenderSettings::GROUPS],
     /// Which groups of skins are drawn: mjvOption's `skingroup`.
     pub skingroup: [bool; RenderSettings::GROUPS],
+    /// Which objects have labels.
+    pub label: Label,
+    /// Of which objects the frames are drawn.
+    pub frame: Frame,
+    /// Whether only the edges are drawn.
+    pub wireframe: bool,
+    /// Whether transparent colours are added up.
+    pub additive: bool,
+    /// Whether the sky is drawn.
+    pub skybox: bool,
+    /// Whether there is fog.
+    pub fog: bool,
+    /// Whether infinite planes fade into haze.
+    pub haze: bool,
+    /// Whether the backs of faces are left out.
+    pub cull_face: bool,
 }
 
 impl RenderSettings {
@@ -155,6 +211,14 @@ impl RenderSettings {
             tendongroup: flags(raw.tendongroup),
             actuatorgroup: flags(raw.actuatorgroup),
             skingroup: flags(raw.skingroup),
+            label: Label::None,
+            frame: Frame::None,
+            wireframe: raw.wireframe != 0,
+            additive: raw.additive != 0,
+            skybox: raw.skybox != 0,
+            fog: raw.fog != 0,
+            haze: raw.haze != 0,
+            cull_face: raw.cull_face != 0,
         }
     }
 
@@ -180,6 +244,13 @@ impl RenderSettings {
         raw.tendongroup = self.tendongroup.map(u8::from);
         raw.actuatorgroup = self.actuatorgroup.map(u8::from);
         raw.skingroup = self.skingroup.map(u8::from);
+        (raw.label, raw.frame) = (self.label as i32, self.frame as i32);
+        raw.wireframe = self.wireframe.into();
+        raw.additive = self.additive.into();
+        raw.skybox = self.skybox.into();
+        raw.fog = self.fog.into();
+        raw.haze = self.haze.into();
+        raw.cull_face = self.cull_face.into();
         raw.camera = match &self.camera {
             Camera::Track => sys::MJENV_CAMERA_DEFAULT,
             Camera::Free => sys::MJENV_CAMERA_FREE,
@@ -318,6 +389,19 @@ impl Renderer {
         let (mut colours, mut depth) = (Image::new(self.width, self.height), Image::new(self.width, self.height));
         self.draw(row, Some(&mut colours), Some(&mut depth))?;
         Ok((colours, depth))
+    }
+
+    /// Draws which object each pixel shows: its index in the model and its type, MuJoCo's mjtObj; -1 and -1 where nothing
+    /// is.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
+    pub fn render_segmentation(&mut self, row: usize) -> Result<Image<[i32; 2]>> {
+        let mut objects = Image::new(self.width, self.height);
+        let (pixels, count) = (objects.pixels.as_mut_ptr(), int64(2 * objects.pixels.len()));
+        // SAFETY: the handle is alive, the buffer has the length given.
+        check(unsafe { sys::mjenv_render_segmentation(self.raw.as_ptr(), int64(row), pixels.cast(), count) })?;
+        Ok(objects)
     }
 
     fn draw(&mut self, row: usize, rgb: Option<&mut Image<[u8; 3]>>, depth: Option<&mut Image<f32>>) -> Result<()> {

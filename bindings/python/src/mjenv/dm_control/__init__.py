@@ -1,12 +1,16 @@
-"""dm_control's suite. Importing it loads the plug-in with the tasks, whose ids are "dm_control/cheetah-run-v0" and so
-on, and makes Gymnasium know those that no other package has registered."""
+"""dm_control's suite. Importing it makes Gymnasium's "dm_control/cheetah-run-v0" and so on mjenv's: the same
+environments as Shimmy's of these ids, in whose place they come."""
 
-import sys
-from pathlib import Path
+import gymnasium
 
-from mjenv._engine import ENGINES
-from mjenv.registration import load_tasks
+from mjenv.registration import SUITE, ids, spec
 
-_FILE = "libmjenv-suite.dll" if sys.platform == "win32" else "libmjenv-suite.so"
-
-load_tasks(Path(ENGINES.get().path).absolute().with_name(_FILE))
+spec(f"{SUITE}cheetah-run-v0")  # the library loads the tasks when it is first asked for one of them
+for _id in ids():
+    if _id.startswith(SUITE):
+        _task = _id.removeprefix(SUITE).removesuffix("-v0")
+        gymnasium.registry.pop(_id, None)
+        # The environment itself ends its episodes.
+        gymnasium.register(
+            _id, f"mjenv.dm_control.gym:{_task}", vector_entry_point=spec(_id).vector_entry_point
+        )

@@ -17,6 +17,8 @@ from dm_env import specs
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role
+from mjenv._handle import Rows
+from mjenv.dm_control.physics import Physics
 from mjenv.registration import make
 
 Observation = OrderedDict[str, Any]
@@ -71,14 +73,14 @@ def load(
 ) -> dm_env.Environment:
     """Builds the environment of a task, as dm_control's suite.load does.
 
-    task_kwargs: random (a seed; None: any), time_limit (s), fully_observable (manipulator, stacker), sparse (cartpole's
-    three_poles). environment_kwargs: flat_observation, n_sub_steps, control_timestep. Tasks that mjenv lacks, other
-    numbers of poles than 3, a numpy.random.RandomState as random, and rewards in colour come from dm_control, which
-    must be installed then.
+    task_kwargs: random (a seed, a numpy.random.RandomState that resets then draw from, or None for any seed),
+    time_limit (s), fully_observable (manipulator, stacker), sparse (cartpole's three_poles). environment_kwargs:
+    flat_observation, n_sub_steps, control_timestep. Tasks that mjenv lacks, other numbers of poles than 3, and rewards
+    in colour come from dm_control, which must be installed then.
     """
     kwargs = dict(task_kwargs or {})
     is_ours = (domain_name, task_name) in ALL_TASKS and kwargs.get("num_poles", 3) == 3
-    if not is_ours or isinstance(kwargs.get("random"), np.random.RandomState) or visualize_reward:
+    if not is_ours or visualize_reward:
         return _original(domain_name, task_name)(
             domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward
         )
@@ -105,14 +107,57 @@ def _original(domain: str, task: str) -> Any:
     raise ValueError(f"{message}{hint} mjenv has {', '.join(known)}; others need dm_control (pip install dm_control).")
 
 
+class Task:
+    """env.task: the random numbers of the episodes."""
+
+    visualize_reward = False
+
+    def __init__(self, rows: Rows, random: int | np.random.RandomState | None) -> None:
+        self._rows = rows
+        # The library holds the stream. Once a RandomState is known outside, its state goes to the library before each
+        # reset and comes back after it.
+        self._random: np.random.RandomState | None = None
+        if isinstance(random, np.random.RandomState):
+            self._random, self._is_new = random, True
+        else:
+            # NumPy refuses what is no seed of RandomState.
+            rows.seed(0, int(np.random.SeedSequence().generate_state(1)[0]) if random is None else _checked_seed(random))
+
+    @property
+    def random(self) -> np.random.RandomState:
+        """The stream that resets draw from; numbers drawn here move it."""
+        if self._random is None:
+            self._random = np.random.RandomState(0)
+            self.take_stream()
+        return self._random
+
+    @random.setter
+    def random(self, value: np.random.RandomState) -> None:
+        self._random, self._is_new = value, False
+
+    def give_stream(self) -> None:
+        """Gives the library the stream, if it may have moved outside."""
+        if self._random is not None:
+            self._rows.set_random_state(0, self._random.get_state(), self._is_new)
+
+    def take_stream(self) -> None:
+        """Takes over what the library has drawn."""
+        if self._random is not None:
+            state, self._is_new = self._rows.random_state(0)
+            self._random.set_state(state)
+
+
 class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
-    """A task of the suite, as dm_control.rl.control.Environment."""
+    """A task of the suite, as dm_control.rl.control.Environment.
+
+    physics: the simulation. task: the random numbers. mjenv: the environment of the library that computes it.
+    """
 
     def __init__(
         self,
         domain_name: str,
         task_name: str,
-        random: int | None = None,
+        random: int | np.random.RandomState | None = None,
         time_limit: float | None = None,
         n_sub_steps: int | None = None,
         control_timestep: float | None = None,
@@ -140,16 +185,18 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         seconds = natural if time_limit is None else time_limit
         self._limit = seconds / (timestep * self.mjenv.frame_skip)
         self._flat = flat_observation
-        # NumPy refuses what is no seed of RandomState.
-        self._seed = int(np.random.SeedSequence().generate_state(1)[0]) if random is None else _checked_seed(random)
-        self._is_seeded = False
+        self._physics: Physics | None = None
+        self.task = Task(self.mjenv._rows, random)
+        self.mjenv._seed = 0  # the task's stream is seeded: resets go on with it
         self._steps = 0
-        self._ended = True
+        self._ended, self._is_begun = True, False
 
     def reset(self) -> dm_env.TimeStep:
         """Begins an episode."""
-        values, _ = self.mjenv.reset(seed=None if self._is_seeded else self._seed)
-        self._is_seeded, self._ended, self._steps = True, False, 0
+        self.task.give_stream()
+        values, _ = self.mjenv.reset()
+        self.task.take_stream()
+        self._ended, self._is_begun, self._steps = False, True, 0
         return dm_env.restart(self._observation(values))
 
     def step(self, action: ArrayLike) -> dm_env.TimeStep:
@@ -158,7 +205,11 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             return self.reset()
         controls = np.empty(self.mjenv.action_space.shape)
         np.copyto(controls, action)
+        if not np.isfinite(controls).all():
+            self.physics.fail("Warning(s) raised: mjWARN_BADCTRL")
         values, reward, terminated, _, _ = self.mjenv.step(controls)
+        if self.mjenv._exchange.status[0]:
+            self.physics.fail("MuJoCo found bad numbers in it, and reset the simulation")
         self._steps += 1
         observation = self._observation(values)
         if self._steps >= self._limit:
@@ -183,12 +234,26 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         terms = self._observation(np.zeros(self.mjenv.observation_space.shape))
         return OrderedDict((name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in terms.items())
 
+    @property
+    def physics(self) -> Physics:
+        """The simulation."""
+        if self._physics is None:
+            self._physics = Physics(self.mjenv)
+            if not self._is_begun:
+                self._physics.reset()
+        return self._physics
+
     def control_timestep(self) -> float:
         """The seconds between two actions."""
         return float(self.mjenv.dt)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_physics": None}  # OpenGL stays in its process
+
     def close(self) -> None:
         """Frees the simulation."""
+        if self._physics is not None:
+            self._physics.free()
         self.mjenv.close()
 
     def _observation(self, values: NDArray[np.float64]) -> Observation:

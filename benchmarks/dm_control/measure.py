@@ -1,0 +1,104 @@
+"""Measures CPU seconds per step of dm_control's suite for mjenv and its peers in turns; benchmarks/dm_control/run calls it.
+
+For each task every peer is opened in a process of its own, and then they take turns in short blocks, round after round, so
+that whatever else the machine does meets all of them alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import datetime
+import os
+from pathlib import Path
+from statistics import geometric_mean, median
+
+from common import Worker, cpu_model, rates_in_turns
+
+HERE = Path(__file__).resolve().parent
+TASKS = (
+    "acrobot-swingup acrobot-swingup_sparse ball_in_cup-catch cartpole-balance cartpole-balance_sparse cartpole-swingup "
+    "cartpole-swingup_sparse cartpole-two_poles cartpole-three_poles cheetah-run finger-spin finger-turn_easy "
+    "finger-turn_hard fish-upright fish-swim hopper-stand hopper-hop humanoid-stand humanoid-walk humanoid-run "
+    "humanoid-run_pure_state humanoid_CMU-stand humanoid_CMU-run lqr-lqr_2_1 lqr-lqr_6_2 manipulator-bring_ball "
+    "manipulator-bring_peg manipulator-insert_ball manipulator-insert_peg pendulum-swingup point_mass-easy "
+    "point_mass-hard quadruped-walk quadruped-run quadruped-fetch reacher-easy reacher-hard stacker-stack_2 "
+    "stacker-stack_4 swimmer-swimmer6 swimmer-swimmer15 walker-stand walker-walk walker-run"
+).split()
+# Each comparison: mjenv's peer, the other one, and what the table calls it.
+PAIRS = (
+    ("mjenv-suite", "dm_control", "one environment, `suite.load`"),
+    ("mjenv-single", "dm_control", "one environment, `make`"),
+    ("mjenv-64", "envpool-64", "64 rows, one thread"),
+)
+PEERS = ("dm_control", "mjenv-suite", "mjenv-single", "mjenv-64", "envpool-64")
+
+
+def parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="benchmarks/dm_control/run", description=__doc__)
+    add = parser.add_argument
+    add("--tasks", nargs="+", default=TASKS, help="DOMAIN-TASK; default: all")
+    add("--seconds", type=float, default=0.3, help="CPU seconds of a block")
+    add("--rounds", type=int, default=5, help="blocks of each peer")
+    add("--output", type=Path, default=Path("build/dm_control"), help="a folder")
+    add("--package", help=argparse.SUPPRESS)
+    add("--dm-control-python", help=argparse.SUPPRESS)
+    add("--peers-python", help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def main() -> None:
+    arguments = parse()
+    environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disabled", "TASKS": " ".join(TASKS)}
+    workers = {}
+    for peer in PEERS:
+        python = arguments.peers_python if peer.startswith("envpool") else arguments.dm_control_python
+        own = {"PYTHONPATH": arguments.package} if peer.startswith("mjenv") else {}
+        workers[peer] = Worker(peer, [python, str(HERE / "worker.py"), peer], environment | own)
+    has = {peer: set(worker.ask("tasks").split()) for peer, worker in workers.items()}
+    rows = []
+    for task in arguments.tasks:
+        chosen = [workers[peer] for peer in PEERS if task in has[peer]]
+        rates = rates_in_turns(chosen, task, arguments.seconds, arguments.rounds)
+        microseconds = {peer: 1e6 / median(found) for peer, found in rates.items()}
+        rows.append({"task": task, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in PEERS}})
+        print(task, *(f"{peer} {value:.1f}" for peer, value in microseconds.items()), flush=True)
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    with (arguments.output / "dm_control.csv").open("w", newline="") as file:
+        table = csv.DictWriter(file, ["task", *PEERS])
+        table.writeheader()
+        table.writerows(rows)
+    text = report(rows, [worker.about for worker in workers.values()], arguments)
+    (arguments.output / "dm_control.md").write_text(text)
+    print(text)
+    for worker in workers.values():
+        worker.end()
+
+
+def report(rows: list[dict[str, str]], about: list[str], arguments: argparse.Namespace) -> str:
+    date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    lines = [
+        f"CPU microseconds per environment step; medians of {arguments.rounds} blocks of {arguments.seconds} s, in turns.",
+        f"{cpu_model()}, {len(os.sched_getaffinity(0))} CPUs, {date}. " + "; ".join(sorted(set(about))) + ".",
+        "",
+        "| task | " + " | ".join(PEERS) + " |",
+        "|---|" + "---:|" * len(PEERS),
+        *(f"| {row['task']} | " + " | ".join(row[peer] or "-" for peer in PEERS) + " |" for row in rows),
+        "",
+        "| how many times as fast as the other | geometric mean | least | most | tasks |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    for mine, other, name in PAIRS:
+        ratios = {row["task"]: float(row[other]) / float(row[mine]) for row in rows if row[mine] and row[other]}
+        if not ratios:
+            continue
+        least, most = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
+        lines.append(
+            f"| {name}, against {other.removesuffix('-64')} | {geometric_mean(ratios.values()):.2f} | "
+            f"{ratios[least]:.2f} ({least}) | {ratios[most]:.2f} ({most}) | {len(ratios)} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,309 @@
+"""env.physics of mjenv.dm_control.suite: what dm_control.mujoco.Physics offers of a simulation."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjenv import _abi
+from mjenv._abi import Role, Status
+from mjenv._engine import Engine
+from mjenv._mujoco import Data, Model
+from mjenv._pictures import GROUPS, Pictures, Renderer, label_of, visual_flags
+from mjenv.dm_control._named import Named, Names
+from mjenv.env import MujocoEnv
+from mjenv.errors import InvalidValueError, OptionError, PhysicsError, UnknownNameError
+
+# As many as a scene of the suite can have, with all that can be shown of it.
+_MAX_GEOM = 10_000
+# How many renderers a simulation keeps, one for each size, camera and set of options.
+_MAX_RENDERERS = 8
+# MuJoCo's mjtRndFlag by their names in render_flag_overrides, as settings of the library.
+_RENDER_FLAGS = {
+    "shadow": "shadows",
+    "wireframe": "wireframe",
+    "reflection": "reflections",
+    "additive": "additive",
+    "skybox": "skybox",
+    "fog": "fog",
+    "haze": "haze",
+    "cull_face": "cull_face",
+}
+_KINDS = {"camera": "cam", "joint": "jnt", "material": "mat", "texture": "tex", "equality": "eq"}
+
+
+class NamedStructs(NamedTuple):
+    """physics.named."""
+
+    model: Named
+    data: Named
+
+
+class PhysicsModel(Model):
+    """physics.model: mjModel by MuJoCo's names, and the names of its objects."""
+
+    __slots__ = ("_names",)
+
+    def __init__(self, model: Model) -> None:
+        super().__init__(model._rows, model._row, model._changed)
+        object.__setattr__(self, "_names", Names(model))
+
+    def name2id(self, name: str, object_type: str) -> int:
+        """The index of the object of that name. object_type: "body", "joint", "material" and so on."""
+        names = self._names_of(object_type)
+        if name not in names:
+            raise UnknownNameError(f"there is no {object_type} {name!r}, but {', '.join(filter(None, names))}")
+        return names.index(name)
+
+    def id2name(self, object_id: int, object_type: str) -> str:
+        """The name of the object with that index; "" if it has none."""
+        names = self._names_of(object_type)
+        if not 0 <= object_id < len(names):
+            raise UnknownNameError(f"there is no {object_type} {object_id}; there are {len(names)}")
+        return names[object_id]
+
+    def _names_of(self, object_type: str) -> list[str]:
+        try:
+            return self._names.of(_KINDS.get(object_type, object_type))
+        except AttributeError:
+            raise UnknownNameError(f"there are no objects of type {object_type!r}", Status.E_NAME) from None
+
+
+class Physics:
+    """The simulation of an environment.
+
+    data, model: mjData and mjModel by MuJoCo's names; each access of an array reads a copy, and assignments to it or to
+    its elements write what MuJoCo does not compute itself.
+    """
+
+    def __init__(self, env: MujocoEnv) -> None:
+        self._env = env
+        self._raises = True
+        self.model = PhysicsModel(env.model)
+        self.data: Data = env.data
+        self.named = NamedStructs(
+            Named(self.model, Role.MODEL, self.model._names), Named(self.data, Role.DATA, self.model._names)
+        )
+        self._renderers: dict[Any, Renderer] = {}
+
+    # ---- the state ----
+
+    def timestep(self) -> float:
+        """The seconds that one mj_step simulates."""
+        return float(self.model.opt.timestep)
+
+    def time(self) -> float:
+        """The seconds of the episode."""
+        return float(self.data.time)
+
+    def control(self) -> NDArray[np.float64]:
+        """A copy of the controls, float64[nu]."""
+        return np.array(self.data.ctrl)
+
+    def activation(self) -> NDArray[np.float64]:
+        """A copy of the states of actuators, float64[na]."""
+        return np.array(self.data.act)
+
+    def position(self) -> NDArray[np.float64]:
+        """A copy of the positions, float64[nq]."""
+        return np.array(self.data.qpos)
+
+    def velocity(self) -> NDArray[np.float64]:
+        """A copy of the velocities, float64[nv]."""
+        return np.array(self.data.qvel)
+
+    def state(self) -> NDArray[np.float64]:
+        """qpos, qvel and act, one after the other: float64[nq + nv + na]."""
+        return np.concatenate([self.data.qpos, self.data.qvel, self.data.act])
+
+    get_state = state
+
+    def set_state(self, physics_state: NDArray[np.float64]) -> None:
+        """Writes what state() returned. forward() then computes what follows from it."""
+        sizes = [len(getattr(self.data, name)) for name in ("qpos", "qvel", "act")]
+        if np.shape(physics_state) != (sum(sizes),):
+            shape = np.shape(physics_state)
+            raise InvalidValueError(f"Input physics state has shape {shape}. Expected {(sum(sizes),)}.", Status.E_SIZE)
+        parts = np.split(np.asarray(physics_state, np.float64), np.cumsum(sizes)[:-1])
+        for name, values in zip(("qpos", "qvel", "act"), parts, strict=True):
+            if len(values):
+                setattr(self.data, name, values)
+
+    def set_control(self, control: ArrayLike) -> None:
+        """Writes the controls that the next steps take, float64[nu]."""
+        self.data.ctrl = np.broadcast_to(np.asarray(control, np.float64), self.data.ctrl.shape)
+
+    def step(self, nstep: int = 1) -> None:
+        """Simulates nstep timesteps under the present controls."""
+        self._env.do_simulation(np.array(self.data.ctrl), nstep)
+        self.check_divergence()
+
+    def forward(self) -> None:
+        """Computes what follows from positions and velocities, with the actuators switched off."""
+        self._env.set_state(np.array(self.data.qpos), np.array(self.data.qvel))
+
+    def after_reset(self) -> None:
+        """Computes what follows from the state that was written in reset_context."""
+        self.forward()
+
+    def reset(self, keyframe_id: int | None = None) -> None:
+        """Sets the simulation to the model's initial state, as mj_resetData does."""
+        if keyframe_id is not None:
+            raise InvalidValueError("the suite's models have no keyframes; keyframe_id must be None")
+        self.data.time = 0
+        for name in ("act", "ctrl", "qacc_warmstart", "qfrc_applied", "xfrc_applied"):
+            if getattr(self.data, name).size:
+                setattr(self.data, name, np.zeros(getattr(self.data, name).shape))
+        self._env.set_state(np.array(self.model.qpos0), np.zeros(self.model.nv))
+
+    @contextmanager
+    def reset_context(self) -> Iterator[Physics]:
+        """with physics.reset_context(): begins with the initial state, and ends with what follows from the state that
+        was written inside."""
+        self.reset()
+        yield self
+        self.after_reset()
+
+    @contextmanager
+    def suppress_physics_errors(self) -> Iterator[None]:
+        """with physics.suppress_physics_errors(): a simulation that diverges goes on."""
+        before, self._raises = self._raises, False
+        try:
+            yield
+        finally:
+            self._raises = before
+
+    def check_divergence(self) -> None:
+        """Raises PhysicsError if the state has numbers with which MuJoCo cannot go on."""
+        if not np.isfinite(self.state()).all():
+            self.fail("the state has numbers that are not finite")
+
+    def fail(self, reason: str) -> None:
+        """Raises dm_control's PhysicsError, if dm_control is loaded, which is also mjenv's; or does nothing inside
+        suppress_physics_errors."""
+        if self._raises:
+            raise _error_class()(f"Physics state is invalid. {reason}", Status.DIVERGED)
+
+    def free(self) -> None:
+        """Frees the simulation."""
+        self._renderers.clear()
+        self._env.close()
+
+    # ---- pictures ----
+
+    def render(
+        self,
+        height: int = 240,
+        width: int = 320,
+        camera_id: int | str = -1,
+        overlays: Any = (),
+        depth: bool = False,
+        segmentation: bool = False,
+        scene_option: Any = None,
+        render_flag_overrides: Mapping[Any, bool] | None = None,
+        scene_callback: Any = None,
+    ) -> NDArray[Any]:
+        """The picture of a camera, in a new array, the top row first.
+
+        Returns uint8[height, width, 3]; with depth=True float32[height, width], in metres; with segmentation=True
+        int32[height, width, 2], the index and the mjtObj of the object that each pixel shows, -1 and -1 where nothing
+        is. camera_id: an index or a name; -1 is the free camera. scene_option: a mujoco.MjvOption or an object with its
+        attributes. render_flag_overrides: {"wireframe": True} and the like, or with mujoco's mjtRndFlag as keys.
+        overlays and scene_callback need dm_control's own Physics.
+        """
+        if len(overlays) or scene_callback is not None:
+            raise OptionError("overlays and scene_callback need dm_control's own Physics", Status.E_NAME)
+        if depth and segmentation:
+            raise InvalidValueError("`segmentation` and `depth` cannot both be `True`.")
+        if render_flag_overrides and (depth or segmentation):
+            raise InvalidValueError("`render_flag_overrides` are not supported for depth or segmentation rendering.")
+        camera = self.model.name2id(camera_id, "camera") if isinstance(camera_id, str) else int(camera_id)
+        if not -1 <= camera < self.model.ncam:
+            raise InvalidValueError(f"camera_id is {camera}; the model has {self.model.ncam} cameras, and -1 is free")
+        flags = tuple(sorted(_flag(key, value) for key, value in (render_flag_overrides or {}).items()))
+        renderer = self._renderer((height, width, camera, _shown(scene_option), flags))
+        rows = self._env._rows
+        turn = rows.enter()
+        try:
+            if segmentation:
+                objects = np.empty((height, width, 2), np.int32)
+                renderer.draw_segmentation(self._env._row, objects)
+                return objects
+            if not depth:
+                rgb = np.empty((height, width, 3), np.uint8)
+                renderer.draw(self._env._row, rgb, None)
+                return rgb
+            buffer = np.empty((height, width), np.float32)
+            renderer.draw(self._env._row, None, buffer)
+        finally:
+            rows.leave(turn)
+        extent, planes = self.model.stat.extent, self.model.vis.map
+        near, far = planes.znear * extent, planes.zfar * extent
+        metres: NDArray[np.float32] = near / (1 - buffer * (1 - near / far))
+        return metres
+
+    def _renderer(self, key: tuple[int, int, int, Any, Any]) -> Renderer:
+        """The renderer for a size, a camera, mjvOption and flags. The last ones used are kept."""
+        found = self._renderers.pop(key, None)
+        if found is None:
+            found = self._make_renderer(*key)
+            if len(self._renderers) >= _MAX_RENDERERS:
+                self._renderers.pop(next(iter(self._renderers)))
+        self._renderers[key] = found
+        return found
+
+    def _make_renderer(self, height: int, width: int, camera: int, shown: Any, flags: Any) -> Renderer:
+        view, stat = self.model.vis.global_, self.model.stat
+        free = {"lookat": stat.center, "distance": 1.5 * stat.extent}
+        free |= {"azimuth": view.azimuth, "elevation": view.elevation}
+        rows = self._env._rows
+        pictures = Pictures(rows, "rgb_array", width, height, max_geom=_MAX_GEOM, default_camera_config=free)
+        turn = rows.enter()
+        try:
+            settings = pictures._settings(rows.pointer, camera)
+            if shown is None:
+                settings.visual[_abi.Visual.RANGEFINDER] = 0  # as dm_control's MjvOption
+            else:
+                _show(settings, rows.engine, *shown)
+            for name, value in flags:
+                setattr(settings, name, value)
+            return Renderer(rows.engine, rows.pointer, settings)
+        finally:
+            rows.leave(turn)
+
+
+def _shown(option: Any) -> Any:
+    """What an mjvOption says, as a key."""
+    if option is None:
+        return None
+    groups = tuple(tuple(map(bool, getattr(option, name))) for name in GROUPS if hasattr(option, name))
+    return tuple(map(bool, option.flags)), groups, int(option.label), int(option.frame)
+
+
+def _show(settings: Any, engine: Engine, flags: tuple[bool, ...], groups: Any, label: int, frame: int) -> None:
+    """Sets what an mjvOption says."""
+    for flag, value in zip(visual_flags(engine), flags, strict=False):
+        if flag is not None:
+            settings.visual[flag] = value
+    for name, shown in zip(GROUPS, groups, strict=True):
+        getattr(settings, name)[:] = [*map(int, shown)]
+    settings.label, settings.frame = label_of(engine, label), frame
+
+
+def _flag(key: Any, value: bool) -> tuple[str, int]:
+    """The setting of a flag in render_flag_overrides, and its value."""
+    name = key if isinstance(key, str) else getattr(key, "name", "").removeprefix("mjRND_").lower()
+    if name not in _RENDER_FLAGS:
+        raise UnknownNameError(f"render_flag_overrides has {key!r}; there are {', '.join(_RENDER_FLAGS)}")
+    return _RENDER_FLAGS[name], int(bool(value))
+
+
+def _error_class() -> type[PhysicsError]:
+    """PhysicsError, also as the one that programs which use dm_control expect."""
+    control = sys.modules.get("dm_control.rl.control")
+    return PhysicsError if control is None else type("PhysicsError", (PhysicsError, control.PhysicsError), {})

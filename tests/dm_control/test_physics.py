@@ -1,0 +1,198 @@
+"""env.physics in the place of dm_control's: values, names, writes, errors, and dm_control's wrappers on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import dm_env
+import numpy as np
+import pytest
+from dm_control import suite as theirs
+from dm_control.mujoco.index import RaggedNamedAxis, RegularNamedAxis
+from dm_control.rl.control import PhysicsError
+from dm_control.suite.wrappers import action_noise, action_scale
+
+import mjenv
+from conftest import actions
+from mjenv.dm_control import suite as ours
+from test_suite import assert_same_episodes, assert_same_step
+
+# Of each kind: free joints, tendons, mocap bodies, actuators with a state, sensors.
+TASKS = [("humanoid", "walk"), ("quadruped", "fetch"), ("manipulator", "bring_peg"), ("cartpole", "three_poles"), ("fish", "swim")]
+# What the library and dm_control need not have in common: memory that MuJoCo has not written in the last step, and forces
+# (cacc, cfrc_int, cfrc_ext), which the library computes when they are read, and dm_control where a sensor asks for them.
+UNCOMPARED = ("cacc", "cfrc_", "efc_", "qLD", "qM", "qH", "qDeriv", "D_", "B_", "moment", "iefc", "wrap_", "ten_J", "contact", "actuator_moment")
+
+
+def pair(task: tuple[str, str], seed: int = 3, steps: int = 5) -> tuple[Any, Any]:
+    """The environments of the library and of dm_control after some steps."""
+    envs = ours.load(*task, {"random": seed}), theirs.load(*task, {"random": seed})
+    assert_same_episodes(*envs, seed, steps)
+    return envs
+
+
+def keys(axis: Any) -> list[Any]:
+    """Indices of an axis of dm_control's: each name, and a list of them."""
+    names = [name for name in axis.names if name] if isinstance(axis, (RegularNamedAxis, RaggedNamedAxis)) else []
+    return [*names, names[::-1], slice(None), 0] if names else [slice(None), 0]
+
+
+@pytest.mark.parametrize("task", TASKS, ids="-".join)
+def test_named(task: tuple[str, str]) -> None:
+    envs = pair(task)  # dm_control's named arrays do not keep their simulation
+    got, want = (env.physics.named for env in envs)
+    compared = 0
+    for part in ("model", "data"):
+        for name, field in getattr(want, part)._asdict().items():
+            if name.startswith(UNCOMPARED) or field.size == 0 or not hasattr(getattr(got, part)._arrays, name):
+                continue
+            mine = getattr(getattr(got, part), name)
+            assert mine.shape == field.shape, name
+            for key in keys(field.axes.row):
+                np.testing.assert_array_equal(mine[key], field[key], f"{name}[{key!r}]")
+                compared += 1
+                if field.ndim > 1 and not isinstance(key, list):
+                    for column in keys(field.axes.col):
+                        np.testing.assert_array_equal(mine[key, column], field[key, column], f"{name}[{key!r}, {column!r}]")
+    assert compared > 300
+
+
+def test_names_of_objects() -> None:
+    envs = pair(("quadruped", "fetch"), steps=0)
+    got, want = (env.physics.model for env in envs)
+    for kind in ("body", "joint", "geom", "site", "camera", "material", "tendon", "actuator", "sensor"):
+        for index in range({"body": want.nbody, "camera": want.ncam}.get(kind, 3)):
+            name = want.id2name(index, kind)
+            assert got.id2name(index, kind) == name
+            assert not name or got.name2id(name, kind) == want.name2id(name, kind) == index
+
+
+@pytest.mark.parametrize("task", TASKS, ids="-".join)
+def test_values(task: tuple[str, str]) -> None:
+    envs = pair(task)
+    got, want = (env.physics for env in envs)
+    for name in ("timestep", "time", "control", "activation", "position", "velocity", "state", "get_state"):
+        mine, wanted = getattr(got, name)(), getattr(want, name)()
+        np.testing.assert_array_equal(mine, wanted, name)
+    assert got.model.opt.timestep == want.model.opt.timestep
+    assert got.model.opt.gravity.tolist() == want.model.opt.gravity.tolist()
+    assert got.model.ncam == want.model.ncam
+
+
+@pytest.mark.parametrize("task", [("cheetah", "run"), ("cartpole", "swingup"), ("humanoid", "stand"), ("quadruped", "walk")], ids="-".join)
+def test_writes(task: tuple[str, str]) -> None:
+    """A state that is written in reset_context, controls, and steps of the simulation."""
+    envs = pair(task)
+    for physics in (env.physics for env in envs):
+        random = np.random.RandomState(7)
+        with physics.reset_context():
+            physics.named.data.qpos[:] = physics.named.data.qpos + random.uniform(0, 0.1, physics.model.nq)
+            physics.data.qvel[:] = random.uniform(-1, 1, physics.model.nv)
+    np.testing.assert_array_equal(envs[0].physics.data.xpos, envs[1].physics.data.xpos)
+    for _ in range(20):
+        for physics in (env.physics for env in envs):
+            physics.set_control(random.uniform(-1, 1, physics.model.nu) if physics is envs[0].physics else control)
+            control = physics.control()
+            physics.step(2)
+        np.testing.assert_array_equal(envs[0].physics.state(), envs[1].physics.state())
+    draw = actions(envs[1], 1)
+    for _ in range(10):
+        action = draw()
+        assert_same_step(envs[0].step(action), envs[1].step(action))
+
+
+def test_writes_of_the_model() -> None:
+    envs = pair(("cheetah", "run"))
+    for physics in (env.physics for env in envs):
+        physics.named.model.dof_damping["bthigh"] = 30
+        physics.named.model.geom_friction["ffoot", 0] = 2
+        physics.model.opt.timestep = 0.005
+        physics.named.model.body_mass[["torso", "ffoot"]] *= 1.5
+    assert envs[0].physics.timestep() == 0.005
+    assert_same_episodes(*envs, 4, 30)
+
+
+def test_state_is_written() -> None:
+    """set_state and forward, as programs that plan use them."""
+    envs = pair(("cheetah", "run"))
+    states = [env.physics.get_state() for env in envs]
+    for env in envs:
+        env.step(np.ones(6))
+    for env, state in zip(envs, states, strict=True):
+        env.physics.set_state(state)
+        with pytest.raises(ValueError, match="Input physics state has shape"):
+            env.physics.set_state(state[1:])
+    np.testing.assert_array_equal(envs[0].physics.state(), envs[1].physics.state())
+
+
+@pytest.mark.parametrize("task", [("cheetah", "run"), ("lqr", "lqr_2_1")], ids="-".join)
+def test_random_state(task: tuple[str, str]) -> None:
+    """A RandomState of the caller is drawn from as dm_control does, and numbers that others draw move it."""
+    randoms = [np.random.RandomState(11) for _ in range(2)]
+    envs = [suite.load(*task, {"random": random}) for suite, random in zip((ours, theirs), randoms, strict=True)]
+    assert all(env.task.random is random for env, random in zip(envs, randoms, strict=True))
+    for _ in range(3):
+        assert_same_step(envs[0].reset(), envs[1].reset())
+        assert randoms[0].randn() == randoms[1].randn()
+
+
+def test_random_of_the_task() -> None:
+    envs = pair(("cartpole", "balance"))
+    for _ in range(3):
+        assert envs[0].task.random.uniform() == envs[1].task.random.uniform()
+        assert_same_step(envs[0].reset(), envs[1].reset())
+
+
+@pytest.mark.parametrize("wrap", [lambda env: action_scale.Wrapper(env, -0.5, 2.0), lambda env: action_noise.Wrapper(env, 0.1)])
+def test_wrappers(wrap: Any) -> None:
+    got, want = (wrap(suite.load("walker", "walk", {"random": 5})) for suite in (ours, theirs))
+    assert got.action_spec() == want.action_spec()
+    for _ in range(2):
+        assert_same_episodes(got, want, 5, 10)
+
+
+def test_order() -> None:
+    """A step before the first reset, and one after the last step of an episode, begin an episode."""
+    got, want = (suite.load("cartpole", "swingup", {"random": 1, "time_limit": 0.03}) for suite in (ours, theirs))
+    types = []
+    for _ in range(9):
+        steps = [env.step([0.5]) for env in (got, want)]
+        assert_same_step(*steps)
+        types.append(steps[0].step_type)
+    assert types == 2 * [dm_env.StepType.FIRST, *2 * [dm_env.StepType.MID], dm_env.StepType.LAST] + [dm_env.StepType.FIRST]
+
+
+def test_physics_errors() -> None:
+    for suite in (ours, theirs):
+        env = suite.load("cheetah", "run", {"random": 1})
+        env.reset()
+        with pytest.raises(PhysicsError, match="BADCTRL"):
+            env.step(np.full(6, np.nan))
+        env.reset()
+        env.physics.data.qvel[:] = 1e11
+        with pytest.raises(PhysicsError, match="Physics state is invalid"):
+            env.step(np.zeros(6))
+        env.reset()
+        assert np.isfinite(env.step(np.zeros(6)).reward)
+
+
+def test_errors() -> None:
+    physics = ours.load("cheetah", "run", {"random": 1}).physics
+    with pytest.raises(KeyError, match="no name 'torsi' here; there are torso"):
+        physics.named.data.xpos["torsi"]
+    with pytest.raises(IndexError, match="1 dimension"):
+        physics.named.data.qpos["bthigh", "z"]
+    with pytest.raises(IndexError, match="no index"):
+        physics.named.data.qpos[...]
+    with pytest.raises(AttributeError, match="has no 'xposs'"):
+        physics.named.data.xposs["torso"]
+    with pytest.raises(mjenv.errors.UnknownNameError, match="no camera 'front', but side, back"):
+        physics.render(camera_id="front")
+    with pytest.raises(ValueError, match="the model has 2 cameras"):
+        physics.render(camera_id=2)
+    with pytest.raises(ValueError, match="cannot both be"):
+        physics.render(depth=True, segmentation=True)
+    with pytest.raises(KeyError, match="render_flag_overrides has 'wires'"):
+        physics.render(render_flag_overrides={"wires": True})
+    with pytest.raises(TypeError, match="overlays"):
+        physics.render(overlays=["text"])
