@@ -62,4 +62,5 @@ MJENV_TASK("dm_control/humanoid-walk-v0", r) { suite::humanoid(r, suite::kSimple
 MJENV_TASK("dm_control/humanoid-run-v0", r) { suite::humanoid(r, suite::kSimple, 10); }
 MJENV_TASK("dm_control/humanoid-run_pure_state-v0", r) { suite::humanoid(r, suite::kSimple, 10, true); }
 MJENV_TASK("dm_control/humanoid_CMU-stand-v0", r) { suite::humanoid(r, suite::kCmu, 0); }
+MJENV_TASK("dm_control/humanoid_CMU-walk-v0", r) { suite::humanoid(r, suite::kCmu, 1); }
 MJENV_TASK("dm_control/humanoid_CMU-run-v0", r) { suite::humanoid(r, suite::kCmu, 10); }

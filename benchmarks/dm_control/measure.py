@@ -1,7 +1,7 @@
-"""Measures CPU seconds per step of dm_control's suite for mjenv and its peers in turns; benchmarks/dm_control/run calls it.
+"""Measures CPU seconds per step of dm_control's suite for mjenv and its peers; benchmarks/dm_control/run calls it.
 
-For each task every peer is opened in a process of its own, and then they take turns in short blocks, round after round, so
-that whatever else the machine does meets all of them alike.
+For each task every peer is opened in a process of its own, and then they take turns in short blocks, round after round,
+so that whatever else the machine does meets all of them alike.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from common import Worker, cpu_model, rates_in_turns
 
 HERE = Path(__file__).resolve().parent
 TASKS = (
-    "acrobot-swingup acrobot-swingup_sparse ball_in_cup-catch cartpole-balance cartpole-balance_sparse cartpole-swingup "
-    "cartpole-swingup_sparse cartpole-two_poles cartpole-three_poles cheetah-run finger-spin finger-turn_easy "
+    "acrobot-swingup acrobot-swingup_sparse ball_in_cup-catch cartpole-balance cartpole-balance_sparse "
+    "cartpole-swingup cartpole-swingup_sparse "
+    "cartpole-two_poles cartpole-three_poles cheetah-run finger-spin finger-turn_easy "
     "finger-turn_hard fish-upright fish-swim hopper-stand hopper-hop humanoid-stand humanoid-walk humanoid-run "
     "humanoid-run_pure_state humanoid_CMU-stand humanoid_CMU-run lqr-lqr_2_1 lqr-lqr_6_2 manipulator-bring_ball "
     "manipulator-bring_peg manipulator-insert_ball manipulator-insert_peg pendulum-swingup point_mass-easy "
@@ -49,7 +50,12 @@ def parse() -> argparse.Namespace:
 
 def main() -> None:
     arguments = parse()
-    environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disabled", "TASKS": " ".join(TASKS)}
+    environment = {
+        "OMP_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+        "MUJOCO_GL": "disabled",
+        "TASKS": " ".join(TASKS),
+    }
     workers = {}
     for peer in PEERS:
         python = arguments.peers_python if peer.startswith("envpool") else arguments.dm_control_python
@@ -61,7 +67,9 @@ def main() -> None:
         chosen = [workers[peer] for peer in PEERS if task in has[peer]]
         rates = rates_in_turns(chosen, task, arguments.seconds, arguments.rounds)
         microseconds = {peer: 1e6 / median(found) for peer, found in rates.items()}
-        rows.append({"task": task, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in PEERS}})
+        rows.append(
+            {"task": task, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in PEERS}}
+        )
         print(task, *(f"{peer} {value:.1f}" for peer, value in microseconds.items()), flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
     with (arguments.output / "dm_control.csv").open("w", newline="") as file:
@@ -78,7 +86,8 @@ def main() -> None:
 def report(rows: list[dict[str, str]], about: list[str], arguments: argparse.Namespace) -> str:
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     lines = [
-        f"CPU microseconds per environment step; medians of {arguments.rounds} blocks of {arguments.seconds} s, in turns.",
+        "CPU microseconds per environment step; "
+        f"medians of {arguments.rounds} blocks of {arguments.seconds} s, in turns.",
         f"{cpu_model()}, {len(os.sched_getaffinity(0))} CPUs, {date}. " + "; ".join(sorted(set(about))) + ".",
         "",
         "| task | " + " | ".join(PEERS) + " |",

@@ -1,7 +1,7 @@
-"""Steps the suite's tasks for one peer on request: worker.py PEER. Reads commands from stdin and writes answers to stdout.
+"""Steps the suite's tasks for one peer on request: worker.py PEER. Reads commands from stdin and answers on stdout.
 
-about -> what runs here | tasks -> the tasks that the peer has | open DOMAIN-TASK -> ok | run SECONDS -> env steps and CPU
-seconds taken | close -> ok
+about -> what runs here | tasks -> the tasks that the peer has | open DOMAIN-TASK -> ok | run SECONDS -> env steps and
+CPU seconds taken | close -> ok
 Each peer plays its own episodes under random actions drawn beforehand.
 """
 

@@ -225,6 +225,10 @@ static void test_defaults(void** state) {
   assert_memory_equal(settings.tendongroup, groups, sizeof groups);
   assert_memory_equal(settings.actuatorgroup, groups, sizeof groups);
   assert_memory_equal(settings.skingroup, groups, sizeof groups);
+  const int32_t drawn[] = {settings.label,  settings.frame, settings.wireframe, settings.additive,
+                           settings.skybox, settings.fog,   settings.haze,      settings.cull_face};
+  const int32_t mujocos[] = {MJENV_LABEL_NONE, MJENV_FRAME_NONE, 0, 0, 1, 0, 1, 1};  // mjv_makeScene's
+  assert_memory_equal(drawn, mujocos, sizeof drawn);
   mjenv_destroy(env);
 }
 
@@ -265,6 +269,10 @@ static void test_refused_settings(void** state) {
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "max_geom");
   s = good, s.samples = -1;
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "samples");
+  s = good, s.label = MJENV_LABEL_CONTACTFORCE + 1;
+  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "label", "0..13");
+  s = good, s.frame = -1;
+  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "frame", "0..7");
   s = good, s.gl = 9;
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "9");
   s = good, s.gl = MJENV_GL_WGL;
@@ -296,6 +304,10 @@ static void test_refused_pictures(void** state) {
   assert_refused(MJENV_E_SIZE, mjenv_render(renderer, 0, picture.rgb[0], 3 * PIXELS - 1, NULL, 0), "rgb", "7869");
   assert_refused(MJENV_E_SIZE, mjenv_render(renderer, 0, picture.rgb[0], 3 * PIXELS, picture.depth, PIXELS - 1),
                  "depth", "2623");
+  static int32_t objects[PIXELS][2];
+  assert_refused(MJENV_E_ARGUMENT, mjenv_render_segmentation(renderer, 0, NULL, 0), "objects is NULL");
+  assert_refused(MJENV_E_SIZE, mjenv_render_segmentation(renderer, 0, objects[0], 2 * PIXELS - 1), "objects", "5246");
+  assert_refused(MJENV_E_VALUE, mjenv_render_segmentation(renderer, 2, objects[0], 2 * PIXELS), "row 2");
   assert_memory_equal(&picture, &before, sizeof picture);
 
   assert_null(mjenv_renderer_gl(NULL));

@@ -11,17 +11,39 @@ from dm_control import suite as theirs
 from dm_control.mujoco.index import RaggedNamedAxis, RegularNamedAxis
 from dm_control.rl.control import PhysicsError
 from dm_control.suite.wrappers import action_noise, action_scale
+from test_suite import assert_same_episodes, assert_same_step
 
 import mjenv
 from conftest import actions
 from mjenv.dm_control import suite as ours
-from test_suite import assert_same_episodes, assert_same_step
 
 # Of each kind: free joints, tendons, mocap bodies, actuators with a state, sensors.
-TASKS = [("humanoid", "walk"), ("quadruped", "fetch"), ("manipulator", "bring_peg"), ("cartpole", "three_poles"), ("fish", "swim")]
-# What the library and dm_control need not have in common: memory that MuJoCo has not written in the last step, and forces
-# (cacc, cfrc_int, cfrc_ext), which the library computes when they are read, and dm_control where a sensor asks for them.
-UNCOMPARED = ("cacc", "cfrc_", "efc_", "qLD", "qM", "qH", "qDeriv", "D_", "B_", "moment", "iefc", "wrap_", "ten_J", "contact", "actuator_moment")
+TASKS = [
+    ("humanoid", "walk"),
+    ("quadruped", "fetch"),
+    ("manipulator", "bring_peg"),
+    ("cartpole", "three_poles"),
+    ("fish", "swim"),
+]
+# What the library and dm_control need not have in common: memory that MuJoCo has not written in the last step, and
+# forces (cacc, cfrc_int, cfrc_ext), which the library computes when they are read, and dm_control for some sensors.
+UNCOMPARED = (
+    "cacc",
+    "cfrc_",
+    "efc_",
+    "qLD",
+    "qM",
+    "qH",
+    "qDeriv",
+    "D_",
+    "B_",
+    "moment",
+    "iefc",
+    "wrap_",
+    "ten_J",
+    "contact",
+    "actuator_moment",
+)
 
 
 def pair(task: tuple[str, str], seed: int = 3, steps: int = 5) -> tuple[Any, Any]:
@@ -53,7 +75,9 @@ def test_named(task: tuple[str, str]) -> None:
                 compared += 1
                 if field.ndim > 1 and not isinstance(key, list):
                     for column in keys(field.axes.col):
-                        np.testing.assert_array_equal(mine[key, column], field[key, column], f"{name}[{key!r}, {column!r}]")
+                        np.testing.assert_array_equal(
+                            mine[key, column], field[key, column], f"{name}[{key!r}, {column!r}]"
+                        )
     assert compared > 300
 
 
@@ -79,7 +103,9 @@ def test_values(task: tuple[str, str]) -> None:
     assert got.model.ncam == want.model.ncam
 
 
-@pytest.mark.parametrize("task", [("cheetah", "run"), ("cartpole", "swingup"), ("humanoid", "stand"), ("quadruped", "walk")], ids="-".join)
+@pytest.mark.parametrize(
+    "task", [("cheetah", "run"), ("cartpole", "swingup"), ("humanoid", "stand"), ("quadruped", "walk")], ids="-".join
+)
 def test_writes(task: tuple[str, str]) -> None:
     """A state that is written in reset_context, controls, and steps of the simulation."""
     envs = pair(task)
@@ -90,10 +116,10 @@ def test_writes(task: tuple[str, str]) -> None:
             physics.data.qvel[:] = random.uniform(-1, 1, physics.model.nv)
     np.testing.assert_array_equal(envs[0].physics.data.xpos, envs[1].physics.data.xpos)
     for _ in range(20):
-        for physics in (env.physics for env in envs):
-            physics.set_control(random.uniform(-1, 1, physics.model.nu) if physics is envs[0].physics else control)
-            control = physics.control()
-            physics.step(2)
+        control = random.uniform(-1, 1, envs[0].physics.model.nu)
+        for env in envs:
+            env.physics.set_control(control)
+            env.physics.step(2)
         np.testing.assert_array_equal(envs[0].physics.state(), envs[1].physics.state())
     draw = actions(envs[1], 1)
     for _ in range(10):
@@ -143,7 +169,9 @@ def test_random_of_the_task() -> None:
         assert_same_step(envs[0].reset(), envs[1].reset())
 
 
-@pytest.mark.parametrize("wrap", [lambda env: action_scale.Wrapper(env, -0.5, 2.0), lambda env: action_noise.Wrapper(env, 0.1)])
+@pytest.mark.parametrize(
+    "wrap", [lambda env: action_scale.Wrapper(env, -0.5, 2.0), lambda env: action_noise.Wrapper(env, 0.1)]
+)
 def test_wrappers(wrap: Any) -> None:
     got, want = (wrap(suite.load("walker", "walk", {"random": 5})) for suite in (ours, theirs))
     assert got.action_spec() == want.action_spec()
@@ -159,7 +187,9 @@ def test_order() -> None:
         steps = [env.step([0.5]) for env in (got, want)]
         assert_same_step(*steps)
         types.append(steps[0].step_type)
-    assert types == 2 * [dm_env.StepType.FIRST, *2 * [dm_env.StepType.MID], dm_env.StepType.LAST] + [dm_env.StepType.FIRST]
+    assert types == 2 * [dm_env.StepType.FIRST, *2 * [dm_env.StepType.MID], dm_env.StepType.LAST] + [
+        dm_env.StepType.FIRST
+    ]
 
 
 def test_physics_errors() -> None:

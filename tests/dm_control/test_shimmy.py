@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import pickle
 from typing import Any
 
@@ -10,10 +11,14 @@ import numpy as np
 import pytest
 from dm_control import suite
 from shimmy import DmControlCompatibilityV0
-
-import mjenv.dm_control
-from conftest import TASKS
 from test_suite import assert_same_types
+
+import mjenv
+from conftest import TASKS
+from mjenv.dm_control import gym
+
+# Shimmy registers the same ids when it is imported. The one that is imported last has them.
+importlib.reload(mjenv.dm_control)
 
 SIZE = {"height": 48, "width": 64}
 
@@ -23,7 +28,9 @@ def pair(task: tuple[str, str], **keywords: Any) -> tuple[gymnasium.Env, gymnasi
     load = {name: keywords[name] for name in ("task_kwargs", "environment_kwargs") if name in keywords}
     drawn = {name: keywords[name] for name in ("render_mode", "render_kwargs") if name in keywords}
     want = DmControlCompatibilityV0(suite.load(*task, **load), **drawn)
-    return gymnasium.make(f"dm_control/{'-'.join(task)}-v0", **keywords), want
+    got = gymnasium.make(f"dm_control/{'-'.join(task)}-v0", **keywords)
+    assert isinstance(got.unwrapped, gym.DmControlEnv)
+    return got, want
 
 
 def assert_same(got: Any, want: Any) -> None:
@@ -112,9 +119,9 @@ def test_pickle() -> None:
 def test_registry() -> None:
     spec = gymnasium.spec("dm_control/cheetah-run-v0")
     assert spec.max_episode_steps is None
-    assert isinstance(gymnasium.make(spec).unwrapped, mjenv.dm_control.gym.DmControlEnv)
+    assert isinstance(gymnasium.make(spec).unwrapped, gym.DmControlEnv)
     assert isinstance(gymnasium.make_vec(spec.id, 2).unwrapped, mjenv.VectorEnv)
     with pytest.raises(ValueError, match="render_mode is one of human, rgb_array"):
-        mjenv.dm_control.gym.DmControlEnv("cheetah", "run", render_mode="rgb")
-    with pytest.raises(ValueError):
+        gym.DmControlEnv("cheetah", "run", render_mode="rgb")
+    with pytest.raises(ValueError, match="Seed must be between 0 and"):
         gymnasium.make(spec.id).reset(seed=2**32)

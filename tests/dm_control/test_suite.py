@@ -76,24 +76,23 @@ def test_arguments(domain: str, task: str, task_kwargs: dict[str, Any], environm
 
 
 def test_names() -> None:
+    # dm_control 1.0.7 does not yet have humanoid_CMU-walk.
     def known(tasks: Any) -> list[tuple[str, str]]:
-        return [task for task in tasks if task not in ABSENT]
+        return [task for task in tasks if task not in {*ABSENT, ("humanoid_CMU", "walk")}]
 
     for name in ("ALL_TASKS", "BENCHMARKING", "EASY", "HARD", "EXTRA"):
-        assert [*getattr(ours, name)] == known(getattr(theirs, name)), name
-    assert {
-        domain: tuple(task for task in tasks if (domain, task) not in ABSENT)
-        for domain, tasks in theirs.TASKS_BY_DOMAIN.items()
-        if domain != "dog"
-    } == ours.TASKS_BY_DOMAIN
+        assert known(getattr(ours, name)) == known(getattr(theirs, name)), name
+    for domain, tasks in ours.TASKS_BY_DOMAIN.items():
+        of_domain = [(domain, task) for task in tasks]
+        assert known(of_domain) == known((domain, task) for task in theirs.TASKS_BY_DOMAIN[domain])
+    assert {*ours.TASKS_BY_DOMAIN} == {*theirs.TASKS_BY_DOMAIN} - {"dog"}
 
 
 def test_dm_control_has_the_rest() -> None:
     assert (
         type(ours.load("cartpole", "three_poles", {"num_poles": 4, "random": 1})).__module__ == "dm_control.rl.control"
     )
-    random = np.random.RandomState(1)
-    assert ours.load("cartpole", "balance", {"random": random}).task.random is random
+    assert ours.load("cartpole", "balance", visualize_reward=True).task.visualize_reward
 
 
 def both_refuse(error: type[Exception], load: Callable[[Any], Any]) -> None:

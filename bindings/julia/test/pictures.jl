@@ -27,6 +27,15 @@ end
         @test reinterpret(UInt32, permutedims(depth)) == reinterpret(UInt32, expected.depth)
         @test render(renderer) == rgb
         @test render_depth(renderer) == depth
+        # Each pixel shows a geom (mjOBJ_GEOM) of the model, or nothing.
+        objects = render_segmentation(renderer)
+        @test size(objects) == (2, expected.height, expected.width)
+        @test all(in(((-1, -1), ((i, 5) for i in 0:object_count(env, "geom")-1)...)), zip(objects[1, :, :], objects[2, :, :]))
+        @test any(>(0), objects[1, :, :])
+        plain = Renderer(env; width = expected.width, height = expected.height, wireframe = 1, label = :geom)
+        @test render(plain) != rgb
+        close(plain)
+        @test_throws ArgumentError Renderer(env; label = :gem)
         @test occursin(r"^(egl|osmesa|glfw), ", MJEnv.gl(renderer))
         close(renderer)
         @test !isopen(renderer)

@@ -36,6 +36,10 @@ class Vector(TypedDict, total=False):
     autoreset_mode: AutoresetMode | str
     dtype: DTypeLike
     copy: bool
+    pixels: tuple[int, int] | None
+    camera: int | str | None
+    action_repeat: int
+    frame_stack: int
 
 class AntV4(Common, total=False):
     xml_file: str | PathLike[str]

@@ -62,7 +62,8 @@ def make_vec(
     num_threads: 0 for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to
     nearest). copy=False: observations are views of an array that the next call overwrites. max_episode_steps,
     disable_env_checker, options: as in make, engine="4.0" and randomize too; arrays="xpos sensordata" exports these
-    arrays of mjData with each step.
+    arrays of mjData with each step. pixels=(height, width): observations are pictures, of the camera `camera`, after
+    action_repeat repetitions of the actions, the last frame_stack of them (PixelVectorEnv).
     """
     asked = spec_asked(id, options.get("engine"))
     given = copying.deepcopy(asked.kwargs)
@@ -83,7 +84,12 @@ def make_vec(
         chosen.setdefault("max_episode_steps", -1)  # where gymnasium.make_vec would take the id's own limit
 
     own = spec_of(asked.id, chosen.get("engine"))
-    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen})
+    kind: type[VectorEnv] = VectorEnv
+    if chosen.get("pixels") is not None:
+        from mjenv._pixels import PixelVectorEnv  # which derives from VectorEnv
+
+        kind = PixelVectorEnv
+    made = kind(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen})
     # By this spec gymnasium.make_vec builds the same.
     own.max_episode_steps = asked.max_episode_steps
     own.kwargs = {**chosen, "vectorization_mode": "vector_entry_point"}

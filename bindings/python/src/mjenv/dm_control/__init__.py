@@ -11,6 +11,4 @@ for _id in ids():
         _task = _id.removeprefix(SUITE).removesuffix("-v0")
         gymnasium.registry.pop(_id, None)
         # The environment itself ends its episodes.
-        gymnasium.register(
-            _id, f"mjenv.dm_control.gym:{_task}", vector_entry_point=spec(_id).vector_entry_point
-        )
+        gymnasium.register(_id, f"mjenv.dm_control.gym:{_task}", vector_entry_point=spec(_id).vector_entry_point)

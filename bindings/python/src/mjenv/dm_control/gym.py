@@ -58,14 +58,18 @@ class DmControlEnv(gymnasium.Env[Observation, NDArray[Any]]):
         self.metadata = {"render_modes": list(_MODES), "render_fps": self._env.control_timestep() * 1000}
         self.render_mode, self.render_kwargs = render_mode, dict(render_kwargs or {})
         self._window: Pictures | None = None
-        if domain_name == "lqr":
-            self._env.reset()  # draws the springs, which a seed leaves as they are
+        # Springs that the first reset draws, and that a later seed leaves as they are.
+        self._lacks_springs = domain_name == "lqr"
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, Info]:
         """Begins an episode. seed: an int of 32 bits, or None to go on with the random numbers. options: ignored."""
         super().reset(seed=seed)
         if seed is not None:
-            self.np_random = np.random.RandomState(seed)
+            random = np.random.RandomState(seed)
+            if self._lacks_springs:
+                self._env.reset()
+            self.np_random = random
+        self._lacks_springs = False
         observation, _, _, _, info = self._results(self._env.reset())
         return observation, info
 
@@ -144,10 +148,10 @@ def _space(spec: specs.Array) -> Box:
 
 
 def __getattr__(name: str) -> Callable[..., DmControlEnv]:
-    task = tuple(name.split("-"))
-    if task not in ALL_TASKS:
+    domain, _, task = name.partition("-")
+    if (domain, task) not in ALL_TASKS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    creator = functools.partial(DmControlEnv, *task)
+    creator = functools.partial(DmControlEnv, domain, task)
     # By these, gymnasium.make adds wrappers for other render modes.
     creator.metadata = DmControlEnv.metadata  # type: ignore[attr-defined]
     return creator

@@ -47,11 +47,13 @@ class NamedStructs(NamedTuple):
 class PhysicsModel(Model):
     """physics.model: mjModel by MuJoCo's names, and the names of its objects."""
 
-    __slots__ = ("_names",)
+    __slots__ = ("objects",)
+
+    objects: Names
 
     def __init__(self, model: Model) -> None:
         super().__init__(model._rows, model._row, model._changed)
-        object.__setattr__(self, "_names", Names(model))
+        object.__setattr__(self, "objects", Names(model))
 
     def name2id(self, name: str, object_type: str) -> int:
         """The index of the object of that name. object_type: "body", "joint", "material" and so on."""
@@ -69,7 +71,7 @@ class PhysicsModel(Model):
 
     def _names_of(self, object_type: str) -> list[str]:
         try:
-            return self._names.of(_KINDS.get(object_type, object_type))
+            return self.objects.of(_KINDS.get(object_type, object_type))
         except AttributeError:
             raise UnknownNameError(f"there are no objects of type {object_type!r}", Status.E_NAME) from None
 
@@ -87,7 +89,7 @@ class Physics:
         self.model = PhysicsModel(env.model)
         self.data: Data = env.data
         self.named = NamedStructs(
-            Named(self.model, Role.MODEL, self.model._names), Named(self.data, Role.DATA, self.model._names)
+            Named(self.model, Role.MODEL, self.model.objects), Named(self.data, Role.DATA, self.model.objects)
         )
         self._renderers: dict[Any, Renderer] = {}
 

@@ -34,7 +34,7 @@ _TASKS = {
     "fish": "upright* swim*",
     "hopper": "stand* hop*",
     "humanoid": "stand* walk* run* run_pure_state",
-    "humanoid_CMU": "stand run",
+    "humanoid_CMU": "stand walk run",
     "lqr": "lqr_2_1 lqr_6_2",
     "manipulator": "bring_ball* bring_peg insert_ball insert_peg",
     "pendulum": "swingup*",
@@ -121,7 +121,9 @@ class Task:
             self._random, self._is_new = random, True
         else:
             # NumPy refuses what is no seed of RandomState.
-            rows.seed(0, int(np.random.SeedSequence().generate_state(1)[0]) if random is None else _checked_seed(random))
+            rows.seed(
+                0, int(np.random.SeedSequence().generate_state(1)[0]) if random is None else _checked_seed(random)
+            )
 
     @property
     def random(self) -> np.random.RandomState:

@@ -47,6 +47,11 @@ fn assert_recorded(id: &str) {
     assert!(bits.eq(depth.iter().copied()));
     assert!(renderer.render(0).unwrap() == colours);
     assert!(renderer.render_depth(0).unwrap() == depths);
+    // Each pixel shows a geom (mjOBJ_GEOM) of the model, or nothing.
+    let objects = renderer.render_segmentation(0).unwrap();
+    let geoms = i32::try_from(env.object_count("geom").unwrap()).unwrap();
+    assert!(objects.pixels().iter().all(|&[index, kind]| kind == 5 && index < geoms || [index, kind] == [-1, -1]));
+    assert!(objects.pixels().iter().any(|&[index, _]| index > 0));
 }
 
 #[test]
