@@ -120,8 +120,25 @@ def test_registry() -> None:
     spec = gymnasium.spec("dm_control/cheetah-run-v0")
     assert spec.max_episode_steps is None
     assert isinstance(gymnasium.make(spec).unwrapped, gym.DmControlEnv)
-    assert isinstance(gymnasium.make_vec(spec.id, 2).unwrapped, mjenv.VectorEnv)
     with pytest.raises(ValueError, match="render_mode is one of human, rgb_array"):
         gym.DmControlEnv("cheetah", "run", render_mode="rgb")
     with pytest.raises(ValueError, match="Seed must be between 0 and"):
         gymnasium.make(spec.id).reset(seed=2**32)
+
+
+def test_vector() -> None:
+    """Row i of a vector is Shimmy's environment of the seed 5 + i, with its terms as vectors."""
+    envs = gymnasium.make_vec("dm_control/walker-walk-v0", 2)
+    assert isinstance(envs.unwrapped, mjenv.VectorEnv)
+    originals = [pair(("walker", "walk"))[1] for _ in range(2)]
+    got, _ = envs.reset(seed=5)
+    want = [original.reset(seed=5 + i)[0] for i, original in enumerate(originals)]
+    for _ in range(3):
+        assert [*got] == [*want[0]]
+        for name in want[0]:
+            np.testing.assert_array_equal(got[name], [np.ravel(terms[name]) for terms in want])
+        actions = np.array([original.action_space.sample() for original in originals])
+        got, rewards, *_ = envs.step(actions)
+        steps = [original.step(action) for original, action in zip(originals, actions, strict=True)]
+        want = [step[0] for step in steps]
+        np.testing.assert_array_equal(rewards, [step[1] for step in steps])

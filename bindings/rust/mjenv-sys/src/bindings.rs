@@ -745,8 +745,9 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of"]
-    #[doc = " inc, and, if count is 6 instead of 4, has_uint32 and uinteger. Errors: VALUE (row), SIZE, NOT_RESET (neither"]
-    #[doc = " seeded nor reset)."]
+    #[doc = " inc, and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads"]
+    #[doc = " its get_state(): the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since it was seeded) and the"]
+    #[doc = " bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -755,7 +756,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or inc is even), SIZE."]
+    #[doc = " Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such"]
+    #[doc = " as an even inc), SIZE."]
     pub fn mjenv_set_stream(
         env: *mut mjenv_env,
         row: i64,

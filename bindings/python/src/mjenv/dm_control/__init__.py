@@ -8,7 +8,7 @@ from mjenv.registration import SUITE, ids, spec
 spec(f"{SUITE}cheetah-run-v0")  # the library loads the tasks when it is first asked for one of them
 for _id in ids():
     if _id.startswith(SUITE):
-        _task = _id.removeprefix(SUITE).removesuffix("-v0")
+        _entry = f"mjenv.dm_control.gym:{_id.removeprefix(SUITE).removesuffix('-v0')}"
         gymnasium.registry.pop(_id, None)
-        # The environment itself ends its episodes.
-        gymnasium.register(_id, f"mjenv.dm_control.gym:{_task}", vector_entry_point=spec(_id).vector_entry_point)
+        # Without a limit of steps: the environment itself ends its episodes.
+        gymnasium.register(_id, _entry, vector_entry_point=f"{_entry}/vector")

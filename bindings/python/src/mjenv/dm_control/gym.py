@@ -1,6 +1,7 @@
 """The suite's tasks as Gymnasium environments with the interface of Shimmy's: Dict observations of dm_control's terms.
 
-Attributes of this module by the names of tasks, "cheetah-run" for example, are what gymnasium.make calls.
+Attributes of this module by the names of tasks are what gymnasium.make calls, "cheetah-run" for example, and
+gymnasium.make_vec, "cheetah-run/vector".
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from mjenv._pictures import Pictures
 from mjenv.dm_control import suite
 from mjenv.dm_control.suite import ALL_TASKS
 from mjenv.errors import InvalidValueError
+from mjenv.vector import VectorEnv
 
 Observation = dict[str, Any]
 Info = dict[str, Any]
@@ -147,10 +149,12 @@ def _space(spec: specs.Array) -> Box:
     return Box(low, high, spec.shape, spec.dtype)
 
 
-def __getattr__(name: str) -> Callable[..., DmControlEnv]:
-    domain, _, task = name.partition("-")
+def __getattr__(name: str) -> Callable[..., Any]:
+    domain, _, task = name.removesuffix("/vector").partition("-")
     if (domain, task) not in ALL_TASKS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name.endswith("/vector"):
+        return functools.partial(VectorEnv, f"dm_control/{domain}-{task}-v0", observation="dict")
     creator = functools.partial(DmControlEnv, domain, task)
     # By these, gymnasium.make adds wrappers for other render modes.
     creator.metadata = DmControlEnv.metadata  # type: ignore[attr-defined]
