@@ -14,8 +14,8 @@ from conftest import TASKS, actions
 from mjenv.dm_control import suite as ours
 
 STEPS = 8
-# Tasks whose rewards no position of the joints alone reaches: they need a ball, a peg or boxes in certain places, a speed
-# or a time in the target.
+# Domains whose rewards a random position of the joints does not reach: they need a ball, a peg or boxes in certain places,
+# a height or a cost below 1.
 UNREACHED = {"manipulator", "stacker", "hopper", "lqr"}
 
 
