@@ -397,7 +397,7 @@ impl Renderer {
     /// # Errors
     /// Those of [`Renderer::render`].
     pub fn render_segmentation(&mut self, row: usize) -> Result<Image<[i32; 2]>> {
-        let mut objects = Image::new(self.width, self.height);
+        let mut objects = Image::<[i32; 2]>::new(self.width, self.height);
         let (pixels, count) = (objects.pixels.as_mut_ptr(), int64(2 * objects.pixels.len()));
         // SAFETY: the handle is alive, the buffer has the length given.
         check(unsafe { sys::mjenv_render_segmentation(self.raw.as_ptr(), int64(row), pixels.cast(), count) })?;
