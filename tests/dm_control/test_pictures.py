@@ -70,8 +70,8 @@ VIS, LABEL, FRAME, RND = mujoco.mjtVisFlag, mujoco.mjtLabel, mujoco.mjtFrame, mu
         options(flags={VIS.mjVIS_TRANSPARENT: True, VIS.mjVIS_CONTACTPOINT: True, VIS.mjVIS_LIGHT: True}),
         options(geomgroup={0: False, 3: True, 4: True}, sitegroup={3: True, 4: True}, tendongroup={1: False}),
         options(label=LABEL.mjLABEL_BODY.value),
-        options(label=LABEL.mjLABEL_CONTACTFORCE.value, frame=FRAME.mjFRAME_GEOM.value),
-        options(frame=FRAME.mjFRAME_WORLD.value, flags={VIS.mjVIS_INERTIA: True, VIS.mjVIS_CONTACTFORCE: True}),
+        options(label=LABEL.mjLABEL_SITE.value, frame=FRAME.mjFRAME_GEOM.value),
+        options(frame=FRAME.mjFRAME_WORLD.value, flags={VIS.mjVIS_INERTIA: True}),
     ],
     ids=["joints", "transparent", "groups", "labels", "frames", "inertia"],
 )
