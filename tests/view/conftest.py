@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,6 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
+
+from waiting import HANGS
 
 # Draws without a graphics card, and asks nothing of the network.
 ARGUMENTS = [
@@ -26,7 +29,8 @@ ARGUMENTS = [
 ]
 # What viser's page says while a body is dragged, which changes nothing.
 HARMLESS = "Unable to preventDefault inside passive event listener invocation."
-SIZE = {"width": 640, "height": 300}  # the fewer pixels, the less time
+SIZE = {"width": 640, "height": 300}
+PIXELS = 0.5  # for each of these, in both directions: the fewer, the less time
 
 
 @pytest.fixture(scope="session")
@@ -43,7 +47,9 @@ class Tab:
     def __init__(self, browser: Browser, address: str, width: int = SIZE["width"]) -> None:
         self.errors: list[str] = []
         self.strangers: list[str] = []
-        self.page: Page = browser.new_page(viewport={"width": width, "height": SIZE["height"]})
+        size = {"width": width, "height": SIZE["height"]}
+        self.page: Page = browser.new_page(viewport=size, device_scale_factor=PIXELS)  # type: ignore[arg-type]
+        self.page.set_default_timeout(1000 * HANGS)
         self.page.on("console", lambda message: self._said(message.type, message.text))
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("request", lambda request: self._asked(request.url, address))
@@ -60,13 +66,14 @@ class Tab:
 
     def picture(self) -> Any:
         """The page without its panel: uint8[height, width, 3]."""
-        return np.array(Image.open(io.BytesIO(self.page.screenshot())).convert("RGB"))[:, :240]
+        return np.array(Image.open(io.BytesIO(self.page.screenshot())).convert("RGB"))[:, : int(240 * PIXELS)]
 
-    def wait_for_picture(self, seconds: float = 30) -> Any:
+    def wait_for_picture(self) -> Any:
         """The first picture with more than a background: a robot and a floor have many colours."""
-        for _ in range(int(seconds / 0.25)):
+        end = time.monotonic() + HANGS
+        while time.monotonic() < end:
             found = self.picture()
-            if len(np.unique(found[120:].reshape(-1, 3), axis=0)) > 60:
+            if len(np.unique(found[int(120 * PIXELS) :].reshape(-1, 3), axis=0)) > 60:
                 return found
             self.page.wait_for_timeout(250)
         raise AssertionError("nothing was drawn")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +13,14 @@ import mjenv
 from mjenv.policy import Policy
 from mjenv.viewer.policies import in_all_rows
 from mjenv.viewer.session import Session
+from waiting import wait_until
 
 POLICIES = Path(__file__).parents[2] / "examples" / "policies"
 
 
-def wait_until(condition: Callable[[], Any], what: str, seconds: float = 30) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, f"not within {seconds} s: {what}"
-        time.sleep(0.02)
-
-
-@pytest.mark.parametrize("id", [id for id in mjenv.ids() if id.endswith("-v5")])
-def test_every_robot_appears(id: str, tab: Any) -> None:
+# The other ids appear in long/check_pages.py. These have planes, capsules, spheres, cylinders and textures.
+@pytest.mark.parametrize("id", ["Ant-v5", "Reacher-v5"])
+def test_robots_appear(id: str, tab: Any) -> None:
     with Session(id, 2, port=0) as session:
         page = tab(session.address)
         page.wait_for_picture()
@@ -44,12 +37,12 @@ def test_buttons_pause_step_back_and_reset(tab: Any) -> None:
         steps = int(session.steps[0])
         for _ in range(3):
             before = int(session.steps[0])
-            page.get_by_text("Forward", exact=True).click()
+            page.get_by_role("button", name="+1", exact=True).click()
             wait_until(lambda before=before: session.steps[0] == before + 1, "a step")
             states.append(session.ask(lambda: session.envs.snapshot(0)))
         for state in states[-2::-1]:
             before = int(session.steps[0])
-            page.get_by_text("Back", exact=True).click()
+            page.get_by_role("button", name="-1", exact=True).click()
             wait_until(lambda before=before: session.steps[0] == before - 1, "a step back")
             assert session.ask(lambda: session.envs.snapshot(0)) == state
         assert session.steps[0] == steps

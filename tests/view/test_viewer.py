@@ -6,6 +6,7 @@ import contextlib
 import copy
 import io
 import math
+import os
 import pickle
 import subprocess
 import sys
@@ -17,16 +18,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image, ImageSequence
 
 import mjenv
+import mjenv.dm_control  # its ids are viewed as well
 from mjenv.policy import Policy
 from mjenv.viewer.notebook import html_of
 from mjenv.viewer.policies import in_all_rows
 from mjenv.viewer.poses import along, forces_of, quaternions
 from mjenv.viewer.scene import scene_of
 from mjenv.viewer.server import Server
-from mjenv.viewer.session import Session
+from mjenv.viewer.session import HISTORY, Session
+from waiting import wait_until
 
+PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
 POLICIES = Path(__file__).parents[2] / "examples" / "policies"
 
 # All geom types, a site, a spatial tendon, a height field, a mesh, textures, and groups.
@@ -59,9 +64,13 @@ def still(*arguments: Any) -> Iterator[Session]:
 
 @pytest.mark.parametrize("id", mjenv.ids())
 def test_every_id_can_be_viewed(id: str) -> None:
-    with Session(id, 3, port=0) as session:
-        wait_until(lambda: session.steps[0] > 0)
-        session.ask(lambda: session.picture.show(session.picture.read()))
+    with still(id, 3) as session:
+        for switch in session.picture.switches:
+            session.picture.switches[switch] = True
+        session.source = "random"
+        session.step()
+        assert session.steps.tolist() == [1, 1, 1]
+        session.picture.show(session.picture.read())
         assert session.picture.scene.batches
 
 
@@ -141,14 +150,47 @@ def test_going_back_restores_every_bit() -> None:
         assert session.envs.snapshot(1) == other
 
 
+def test_going_back_by_many_steps_keeps_to_the_history() -> None:
+    with still("Swimmer-v5", 1, {"max_episode_steps": 2000}) as session:
+        images = []
+        recorder, plots = session.controls.files.recorder, session.controls.plots
+        for _ in range(HISTORY + 20):
+            images.append(session.envs.snapshot(0))
+            session.step()
+        recorder.begin()
+        for _ in range(30):
+            images.append(session.envs.snapshot(0))
+            session.step()
+        assert len(recorder) == 31
+        session.back(10)
+        assert session.envs.snapshot(0) == images[-10]
+        assert session.steps[0] == HISTORY + 40
+        assert len(recorder) == 21
+        assert plots.times[-1] == HISTORY + 40
+        session.back(5000)
+        assert session.envs.snapshot(0) == images[50]
+        assert session.steps[0] == 50
+        assert len(recorder) == 1  # it begins anew
+        assert not session.history
+        session.back(10)
+        assert session.steps[0] == 50
+
+
 def test_snapshots_return_to_a_state() -> None:
-    with still("Ant-v5", 1) as session:
-        saved = session.envs.snapshot(0)
-        name = session.ask(session.save)
-        session.ask(session.step)
+    with still("Ant-v5", 2) as session:
+        session.step()
+        saved, total = session.envs.snapshot(0), session.totals[0]
+        name = session.save()
+        assert name == "1: row 0, step 1"
+        session.step()
+        session.step()
         assert session.envs.snapshot(0) != saved
-        session.ask(lambda: session.restore(name))
+        session.restore(name)
         assert session.envs.snapshot(0) == saved
+        assert (session.steps[0], session.totals[0]) == (1, total)
+        session.choose_row(1)  # into another row
+        session.restore(name)
+        assert session.envs.snapshot(1) == saved
 
 
 def test_sliders_write_the_model() -> None:
@@ -169,6 +211,82 @@ def test_sliders_write_the_model() -> None:
         assert np.array_equal(model.geom_friction[:, 1:], friction[:, 1:])
         assert not np.any(model.opt.gravity)
         assert np.array_equal(session.envs.envs[1].state_vector(), state)
+
+
+def test_live_parameters_are_written() -> None:
+    mjenv.load_tasks(PLUGINS / "liblive.so")
+    with still("CppLive-v0", 3) as session:
+        panel = session.controls.parameters
+        labels = [handle.label for handle in panel.inputs.values()]
+        assert labels == ["speed", "gains[0]", "gains[1]", "gains[2]"]
+        speed = panel.inputs["speed", 0]
+        assert (speed.min, speed.max, speed.value) == (-2, 2, 0.5)
+        panel.write("speed", 0, 1.5)
+        assert session.envs.parameters["speed"].tolist() == [1.5, 1.5, 1.5]
+        assert session.obs[:, 0].tolist() == [1.5, 1.5, 1.5]
+        session.choose_row(1)
+        panel.everywhere.value = False
+        panel.write("gains", 2, 7.0)
+        assert session.envs.parameters["gains"].tolist() == [[1, 2, 3], [1, 2, 7], [1, 2, 3]]
+        assert panel.inputs["gains", 2].value == 7
+        session.choose_row(0)
+        assert panel.inputs["gains", 2].value == 3
+        with pytest.raises(mjenv.InvalidValueError, match="speed"):
+            panel.write("speed", 0, 9.0)
+        assert speed.value == 1.5
+        session.step()
+        panel.write("speed", 0, -0.5)  # of row 0 alone
+        session.back()
+        assert speed.value == 1.5  # snapshots contain them
+        session.rebuild({"speed": 0.25})
+        assert (speed.value, panel.inputs["gains", 2].value) == (0.25, 3)
+
+
+def test_skins_move_with_the_bodies() -> None:
+    with still("Model-v0", 2, {"xml_string": SKIN}) as session:
+        row = session.envs.envs[0]
+        row.set_state(np.array([0, 0, 5, 1, 0, 0, 0]), np.zeros(6))
+        session.picture.show(session.picture.read())
+        node = session.picture.stage.skins[0]
+        assert node.color == (255, 0, 0)
+        heights = np.asarray(node.vertices)[:, 2].tolist()
+        assert heights == [5, 5, 5]
+        session.picture.stage.show_group("skin", 1, False)
+        session.picture.show(session.picture.read())
+        assert not node.visible
+        session.picture.stage.show_group("skin", 1, True)
+        session.picture.show(session.picture.read())
+        assert node.visible
+
+
+SKIN = """
+<mujoco><asset><material name="red" rgba="1 0 0 1"/>
+<skin vertex="0 0 0  1 0 0  0 1 0" face="0 1 2" group="1" material="red">
+<bone body="carrier" bindpos="0 0 0" bindquat="1 0 0 0" vertid="0 1 2" vertweight="1 1 1"/></skin></asset>
+<worldbody><body name="carrier"><freejoint/><geom size=".1"/></body></worldbody></mujoco>"""
+
+
+def test_a_video_has_a_picture_for_each_state() -> None:
+    with still("Ant-v5", 1) as session:
+        recorder = session.controls.files.recorder
+        recorder.begin()
+        session.source = "random"
+        for _ in range(4):
+            session.step()
+        state = session.envs.snapshot(0)
+        suffix, content = recorder.video()
+        assert session.envs.snapshot(0) == state
+        assert suffix == ".gif"
+        video = Image.open(io.BytesIO(content))
+        pictures = [np.array(frame.convert("RGB")) for frame in ImageSequence.Iterator(video)]
+        assert len(pictures) == 5
+        with mjenv.make("Ant-v5", render_mode="rgb_array") as env:
+            env.reset(seed=0)
+            for picture, frame in zip(pictures, recorder.frames, strict=True):
+                env.set_state(frame["qpos"], frame["qvel"])
+                # A GIF has 256 colours.
+                assert np.abs(picture.astype(int) - env.render()).mean() < 4
+        assert np.abs(pictures[0].astype(int) - pictures[-1]).max() > 50
 
 
 @pytest.mark.parametrize("observation", ["flat", "dict"])
@@ -236,6 +354,16 @@ def count_calls(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> list[
     return calls
 
 
+def test_live_parameters_of_a_program() -> None:
+    mjenv.load_tasks(PLUGINS / "liblive.so")
+    envs = mjenv.make_vec("CppLive-v0", 4)
+    with mjenv.view(envs, rows=2, port=0, quiet=True) as view:
+        envs.reset(seed=0)
+        view.do(lambda: view.panel.parameters.write("speed", 0, 1.5))
+        obs, *_ = envs.step(np.zeros((4, 1)))
+        assert obs[:, 0].tolist() == [1.5] * 4  # also of rows that are not drawn
+
+
 def test_a_single_environment_inside_wrappers() -> None:
     import gymnasium
 
@@ -257,7 +385,7 @@ def test_a_pause_waits_and_steps_once() -> None:
         time.sleep(0.3)
         assert view.steps == 0
         view.do(view.go_one_step)
-        wait_until(lambda: view.steps == 1)
+        wait_until(lambda: view.steps == 1, "a step")
         time.sleep(0.2)
         assert view.steps == 1
         view.do(lambda: setattr(view, "paused", False))
@@ -289,7 +417,7 @@ def test_a_port_in_use_is_refused() -> None:
     before = threading.active_count()
     with pytest.raises(mjenv.InvalidValueError, match=f"port {server.port} "):
         Server(server.port)
-    wait_until(lambda: threading.active_count() <= before)
+    wait_until(lambda: threading.active_count() <= before, "the end of the threads")
     done = run("view", "Ant-v5", "--port", str(server.port), "--no-browser")
     assert done.returncode == 2
     assert f"port {server.port} " in done.stderr
@@ -322,7 +450,7 @@ def test_a_model_without_geoms_is_refused() -> None:
     before = threading.active_count()
     with pytest.raises(mjenv.InvalidValueError, match="no geoms"):
         Session("Model-v0", 1, {"xml_string": "<mujoco><worldbody/></mujoco>"}, port=0)
-    wait_until(lambda: threading.active_count() <= before)
+    wait_until(lambda: threading.active_count() <= before, "the end of the threads")
 
 
 def test_a_task_in_a_python_file(tmp_path: Path) -> None:
@@ -369,10 +497,3 @@ def test_a_radius_is_that_of_the_robot_alone() -> None:
     with mjenv.make("Ant-v5") as env:
         env.reset(seed=0)
         assert 0.8 < scene_of(env.model, env.data).radius < 1.6  # the floor is 40 m wide
-
-
-def wait_until(condition: Any, seconds: float = 30) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not happen"
-        time.sleep(0.02)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+import mjenv
 from mjenv.viewer.panels.draw import DrawPanel
 from mjenv.viewer.panels.files import FilesPanel
 from mjenv.viewer.panels.options import OptionsPanel
+from mjenv.viewer.panels.parameters import ParametersPanel
 from mjenv.viewer.panels.plots import PlotsPanel
 from mjenv.viewer.panels.run import RunPanel
 from mjenv.viewer.panels.values import ValuesPanel
@@ -34,6 +36,14 @@ class Controls:
         with tabs.add_tab("Options"):
             self.options = OptionsPanel(gui, session)
         with tabs.add_tab("Model"):
+            self.parameters = ParametersPanel(
+                gui,
+                mjenv.options(session.id, session.envs.engine),
+                lambda: session.picture.rows,
+                lambda: session.picture.follow,
+                session.do,
+                session.changed,
+            )
             self.values = ValuesPanel(gui, session)
         with tabs.add_tab("Plots"):
             self.plots = PlotsPanel(gui, session)
@@ -41,8 +51,8 @@ class Controls:
             self.files = FilesPanel(gui, session)
         session.on_step.append(self._stepped)
         session.on_change = self._changed
+        session.on_back = self._went_back
         session.on_tick = self._tick
-        session.on_report = lambda text: report(session.server.viser, text)
         self.run.refresh()
 
     def _stepped(self) -> None:
@@ -60,6 +70,13 @@ class Controls:
             self.values.forget()
             self.files.forget()
         self.plots.forget()
+        self.parameters.refresh()
+        self.run.refresh()
+
+    def _went_back(self, steps: int) -> None:
+        self.plots.drop(steps)
+        self.files.recorder.drop(steps)
+        self.parameters.refresh()
         self.run.refresh()
 
     def _tick(self) -> None:
@@ -70,9 +87,3 @@ class Controls:
         self.run.refresh()
         self.plots.refresh()
         self.files.refresh()
-
-
-def report(server: Any, text: str) -> None:
-    """Shows a message on every page."""
-    for client in server.get_clients().values():
-        client.add_notification("mjenv", text, color="red", auto_close_seconds=20)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,6 +21,7 @@ from mjenv.viewer.stage import Stage
 
 Array = NDArray[Any]
 
+_FIELD_OF_VIEW = math.radians(45)  # MuJoCo's default
 # MuJoCo's switches, and whether each is on at first.
 SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contacts": False, "contact forces": False}
 
@@ -42,7 +44,6 @@ class Picture:
         self.pull = Pull()
         self.follow = 0  # the number of a row
         self.tracks = True  # whether the picture moves with that row
-        self._skins = True
         model, data = self.rows[0].model, self.rows[0].data
         self.scene = scene_of(model, data)
         if not self.scene.batches:
@@ -51,7 +52,7 @@ class Picture:
         self._root = int(moves[0]) if moves.size else 0
         self.scale = self.scene.radius / 2
         self._has_tendons = int(model.ntendon) > 0 and bool(np.asarray(data.ten_wrapnum).sum())
-        self._has_skins = int(getattr(model, "nskin", 0)) > 0
+        self._skins = skins_of(model)
         self.stage = Stage(server.viser, self.scene, len(self.rows))
         self.stage.grabbed = lambda row, body, event: do(lambda: self._drag(row, body, event))
         self._look_at()
@@ -61,8 +62,9 @@ class Picture:
     def _look_at(self) -> None:
         """Where the camera is at first: before the rows, and above them."""
         height = float(np.asarray(self.rows[0].data.xpos)[self._root][2])
-        distance = 2.2 * self.scene.radius + 1.2 * float(np.abs(self.stage.offsets).max(initial=0))
+        distance = 2.6 * self.scene.radius + 1.8 * float(np.abs(self.stage.offsets).max(initial=0))
         camera = self.server.viser.initial_camera
+        camera.fov = _FIELD_OF_VIEW
         camera.position = (0.35 * distance, -1.2 * distance, height + 0.6 * distance)
         camera.look_at = (0.0, 0.0, height / 2)
         camera.up = (0.0, 0.0, 1.0)
@@ -111,5 +113,7 @@ class Picture:
         if self.tracks:
             origin[:2] = (found[self.follow].root + self.stage.offsets[self.follow])[:2]
         self.stage.show(found, origin)
-        if self._has_skins:
-            self.stage.show_skins(skins_of(self.rows[self.follow], self.stage.offsets[self.follow] - origin))
+        if self._skins:
+            data = self.rows[self.follow].data
+            positions, turns = np.asarray(data.xpos), np.asarray(data.xmat).reshape(-1, 3, 3)
+            self.stage.show_skins(self._skins, positions, turns, self.stage.offsets[self.follow] - origin)

@@ -22,7 +22,6 @@ class Pose:
     turn: dict[str, Array]  # quaternions [n, 4]
     root: Array  # where the robot is
     marks: dict[str, Marks] = field(default_factory=dict)
-    bones: tuple[Array, Array] | None = None  # positions and quaternions of the bodies, for skins
 
 
 @dataclass(frozen=True)

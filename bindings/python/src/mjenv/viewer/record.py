@@ -26,13 +26,13 @@ class Recorder:
     def __init__(self, session: Session) -> None:
         self._session = session
         self.on = False
-        self._frames: list[dict[str, Any]] = []
+        self.frames: list[dict[str, Any]] = []
 
     def __len__(self) -> int:
-        return len(self._frames)
+        return len(self.frames)
 
     def begin(self) -> None:
-        self._frames = []
+        self.frames = []
         self.on = True
         self.add()
 
@@ -41,7 +41,7 @@ class Recorder:
 
     def add(self) -> None:
         """Keeps the present moment."""
-        if not self.on or len(self._frames) >= _LONGEST:
+        if not self.on or len(self.frames) >= _LONGEST:
             return
         session = self._session
         row = session.picture.follow
@@ -52,12 +52,19 @@ class Recorder:
         frame |= {"obs": session.flat_obs[row].copy(), "reward": float(session.rewards[row])}
         frame |= {"ended": bool(session.ended[row]), "step": int(session.steps[row])}
         frame |= {f"mocap_{name}": np.array(getattr(data, f"mocap_{name}")) for name in ("pos", "quat")}
-        self._frames.append(frame)
+        self.frames.append(frame)
+
+    def drop(self, steps: int) -> None:
+        """After steps back: forgets the moments that these steps led to."""
+        if self.on and steps:
+            self.frames = self.frames[:-steps]
+            if not self.frames:
+                self.add()
 
     def trajectory(self) -> bytes:
         """The arrays as .npz: time, qpos, qvel and the like, each [moments, ...]."""
         file = io.BytesIO()
-        arrays: dict[str, Any] = {name: np.stack([frame[name] for frame in self._frames]) for name in self._frames[0]}
+        arrays: dict[str, Any] = {name: np.stack([frame[name] for frame in self.frames]) for name in self.frames[0]}
         np.savez_compressed(file, id=np.array(self._session.id), dt=np.array(self._session.envs.dt), **arrays)
         return file.getvalue()
 
@@ -76,7 +83,7 @@ class Recorder:
             is_mp4 = importlib.util.find_spec("imageio_ffmpeg") is not None
             every = 1 if is_mp4 else math.ceil(rate / _GIF_RATE)
             pictures = []
-            for frame in self._frames[::every]:
+            for frame in self.frames[::every]:
                 for name in ("mocap_pos", "mocap_quat"):
                     if frame[name].size:
                         getattr(env.data, name)[...] = frame[name]

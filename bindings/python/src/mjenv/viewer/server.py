@@ -47,6 +47,11 @@ class Server:
         with _silent():
             self.viser.stop()
 
+    def report(self, text: str) -> None:
+        """Shows a message on every page."""
+        for client in self.viser.get_clients().values():
+            client.add_notification("mjenv", text, color="red", auto_close_seconds=20)
+
     @property
     def is_watched(self) -> bool:
         """Whether a browser shows the page."""

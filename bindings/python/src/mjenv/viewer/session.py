@@ -64,10 +64,10 @@ class Session:
         self.source = "policy" if policy else "zero"
         self.sliders: Array = np.zeros(self.envs.single_action_space.shape)
         self.random = np.random.default_rng(seed)
-        self.images: dict[str, bytes] = {}  # what the user has saved
+        self.saved: dict[str, Moment] = {}
         self.on_step: list[Callable[[], None]] = []
-        self.on_report: Callable[[str], None] = lambda text: None
         self.on_change: Callable[[], None] = lambda: None
+        self.on_back: Callable[[int], None] = lambda steps: None
         self.on_tick: Callable[[], None] = lambda: None
         self._commands: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._closing = False
@@ -202,7 +202,7 @@ class Session:
         try:
             yield
         except Exception as error:
-            self.on_report(f"{type(error).__name__}: {error}")
+            self.server.report(f"{type(error).__name__}: {error}")
 
     def _draw(self, now: float, interval: float) -> None:
         """Between two steps that are long, the rows are drawn on their way from one to the other."""
@@ -242,8 +242,7 @@ class Session:
                 raise
 
     def _step(self) -> None:
-        row = self.picture.follow
-        moment = Moment(self.envs.snapshot(row), int(self.steps[row]), float(self.totals[row]), bool(self.ended[row]))
+        moment = self._moment()
         self.picture.pull.apply(self.picture.rows, self.envs.dt)
         self.obs, self.rewards, terminated, truncated, self.infos = self.envs.step(self.actions())
         self.history.append(moment)
@@ -272,17 +271,26 @@ class Session:
             found[row] = np.clip(found[row] + self.sliders, space.low, space.high)
         return found
 
-    def back(self) -> None:
-        """Goes back one step in the row that is followed."""
-        if not self.history:
-            self.playing = False
-            return
-        moment = self.history.pop()
+    def _moment(self) -> Moment:
+        """The row that is followed, as it is now."""
+        row = self.picture.follow
+        return Moment(self.envs.snapshot(row), int(self.steps[row]), float(self.totals[row]), bool(self.ended[row]))
+
+    def _return_to(self, moment: Moment) -> None:
         row = self.picture.follow
         self.envs.restore(moment.image, row)
         self.steps[row], self.totals[row], self.ended[row] = moment.steps, moment.total, moment.ended
         self.changed()
-        self.on_change()
+
+    def back(self, steps: int = 1) -> None:
+        """Goes back by up to so many steps in the row that is followed, as far as its history reaches."""
+        steps = min(steps, len(self.history))
+        if not steps:
+            return
+        for _ in range(steps):
+            moment = self.history.pop()
+        self._return_to(moment)
+        self.on_back(steps)
 
     def reset(self, seed: int | None = None) -> None:
         """Begins episodes in all rows: row i with seed + i."""
@@ -303,16 +311,14 @@ class Session:
     def save(self) -> str:
         """Saves the row that is followed, and returns the name under which it can be restored."""
         row = self.picture.follow
-        name = f"{len(self.images) + 1}: row {row}, step {int(self.steps[row])}"
-        self.images[name] = self.envs.snapshot(row)
+        name = f"{len(self.saved) + 1}: row {row}, step {int(self.steps[row])}"
+        self.saved[name] = self._moment()
         return name
 
     def restore(self, name: str) -> None:
-        row = self.picture.follow
-        self.envs.restore(self.images[name], row)
-        self.steps[row], self.totals[row], self.ended[row] = 0, 0.0, False
+        """Returns to a saved state in the row that is followed, whose history begins now."""
+        self._return_to(self.saved[name])
         self.history.clear()
-        self.changed()
         self.on_change()
 
     def rebuild(self, options: dict[str, Any]) -> None:
@@ -333,6 +339,6 @@ class Session:
         self.picture.switches, self.picture.tracks = settings.switches, settings.tracks
         self.picture.follow = settings.follow
         self.options = dict(options)
-        self.images.clear()  # snapshots belong to the options that they were taken with
+        self.saved.clear()  # snapshots belong to the options that they were taken with
         old.close()
         self.on_change()

@@ -14,6 +14,7 @@ from mjenv.viewer import shapes
 from mjenv.viewer.poses import Marks, Pose
 from mjenv.viewer.scene import GROUPS, Batch, Look, Scene, Texture, cube_colours
 from mjenv.viewer.shapes import Shape
+from mjenv.viewer.skins import Skin
 
 Array = NDArray[Any]
 
@@ -40,9 +41,9 @@ class Stage:
         self._nodes: list[tuple[Batch, Any, NDArray[np.intp]]] = []
         self._marks: dict[str, Any] = {}
         self._capacity: dict[str, int] = {}
-        self._skins: list[Any] = []
+        self.skins: dict[int, Any] = {}
         self.groups = {
-            kind: [group < _SHOWN for group in range(GROUPS)] for kind in ("geom", "site", "tendon", "joint")
+            kind: [group < _SHOWN for group in range(GROUPS)] for kind in ("geom", "site", "tendon", "joint", "skin")
         }
         columns = math.ceil(math.sqrt(rows))
         self.spacing = 2.4 * scene.radius
@@ -170,17 +171,26 @@ class Stage:
         )
         self._capacity[name] = capacity
 
-    def show_skins(self, skins: Sequence[tuple[Array, Array, Any]]) -> None:
-        """Draws skins of one row: vertices, faces and colour of each."""
-        for number, (vertices, faces, colour) in enumerate(skins):
-            if number == len(self._skins):
-                node = self._server.scene.add_mesh_simple(
-                    f"{_ROOT}/skin{number}", vertices, faces, color=_bytes(colour), side="double"
+    def show_skins(self, skins: Sequence[Skin], positions: Array, turns: Array, offset: Array) -> None:
+        """Draws the skins of one row, whose bodies have these positions and rotation matrices."""
+        for number, skin in enumerate(skins):
+            if not self.groups["skin"][skin.group] or skin.colour[3] <= 0:
+                if number in self.skins:
+                    self.skins[number].visible = False
+                continue
+            vertices = (skin.vertices(positions, turns) + offset).astype(np.float32)
+            if number not in self.skins:
+                opacity = float(skin.colour[3])
+                self.skins[number] = self._server.scene.add_mesh_simple(
+                    f"{_ROOT}/skin{number}",
+                    vertices,
+                    skin.faces,
+                    color=_bytes(skin.colour),
+                    opacity=opacity if opacity < 1 else None,
+                    side="double",
                 )
-                self._skins.append(node)
-            self._skins[number].vertices = vertices.astype(np.float32)
-        for number, node in enumerate(self._skins):
-            node.visible = number < len(skins)
+            self.skins[number].vertices = vertices
+            self.skins[number].visible = True
 
     def show_group(self, kind: str, group: int, shown: bool) -> None:
         self.groups[kind][group] = shown

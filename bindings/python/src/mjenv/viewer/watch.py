@@ -55,11 +55,13 @@ class View:
         self._due = self._looked = self._stepped = 0.0
         self._closed = self._watched = False
         self._clock = _Clock()
-        self.server = Server(port, host, label="mjenv")
+        owner = self._env if hasattr(self._env, "spec") else self._env.envs  # Stable-Baselines3's have no spec
+        self.id: str = owner.spec.id
+        self.server = Server(port, host, label=f"mjenv: {self.id}")
         try:
             self._clock.measure_new_threads()
             self.picture = Picture(self.server, self._env, rows, self.do)
-            self._panel = WatchPanel(self)
+            self.panel = WatchPanel(self)
             self.picture.show(self.picture.read())
         except BaseException:
             self.server.close()
@@ -76,9 +78,9 @@ class View:
         return self.server.address
 
     @property
-    def count(self) -> int:
-        """How many rows are drawn."""
-        return len(self.picture.rows)
+    def rows(self) -> tuple[Any, ...]:
+        """All rows, also those that are not drawn."""
+        return rows_of(self._env)
 
     def do(self, function: Callable[[], None]) -> None:
         """Runs a function on the program's thread, between two steps."""
@@ -118,7 +120,7 @@ class View:
         while self.paused and not self._closed and not self._single:
             self._draw(force=True)
             with contextlib.suppress(queue.Empty):
-                self._commands.get(timeout=1 / 30)()
+                self._run(self._commands.get(timeout=1 / 30))
         self._single = 0
         if self._closed:
             return
@@ -142,8 +144,13 @@ class View:
                 command = self._commands.get_nowait()
             except queue.Empty:
                 return
-            with contextlib.suppress(Error):
-                command()
+            self._run(command)
+
+    def _run(self, command: Callable[[], None]) -> None:
+        try:
+            command()
+        except Error as error:
+            self.server.report(f"{type(error).__name__}: {error}")
 
     def _draw(self, force: bool = False) -> None:
         now = time.monotonic()
@@ -155,7 +162,7 @@ class View:
         self._clock.start()
         with contextlib.suppress(Error):  # of rows that are between send and recv, for example
             self.picture.show(self.picture.read())
-        self._panel.refresh()
+        self.panel.refresh()
         spent = self._clock.stop()
         self._due = now + max(1 / PICTURES, 0.0 if force else spent / self._share)
 

@@ -13,7 +13,7 @@ from mjenv.viewer.scene import GROUPS
 
 Do = Callable[[Callable[[], None]], None]
 
-_COUNTS = {"geom": "ngeom", "site": "nsite", "tendon": "ntendon", "joint": "njnt"}
+_COUNTS = {"geom": "ngeom", "site": "nsite", "tendon": "ntendon", "joint": "njnt", "skin": "nskin"}
 
 
 class DrawPanel:

@@ -35,11 +35,11 @@ class FilesPanel:
 
     def _save(self) -> None:
         name = self._session.save()
-        self._names.options = tuple(self._session.images)
+        self._names.options = tuple(self._session.saved)
         self._names.value = name
 
     def _restore(self) -> None:
-        if self._names.value in self._session.images:
+        if self._names.value in self._session.saved:
             self._session.restore(self._names.value)
 
     def _switch(self) -> None:
@@ -71,7 +71,7 @@ class FilesPanel:
 
     def _is_empty(self) -> bool:
         if not len(self.recorder):
-            self._session.on_report("there is nothing recorded yet")
+            self._session.server.report("there is nothing recorded yet")
             return True
         return False
 

@@ -26,7 +26,7 @@ class PlotsPanel:
     def __init__(self, gui: Any, session: Session) -> None:
         self._gui, self._session = gui, session
         self._past: dict[str, deque[float]] = {}
-        self._times: deque[int] = deque(maxlen=LENGTH)
+        self.times: deque[int] = deque(maxlen=LENGTH)
         self._plots: dict[tuple[Any, ...], Any] = {}  # by place, title and series
         self._shown: list[tuple[Any, ...]] = []
         names = tuple(self._choices())
@@ -78,12 +78,12 @@ class PlotsPanel:
         """After a step."""
         session = self._session
         row = session.picture.follow
-        self._times.append(int(session.steps[row]))
+        self.times.append(int(session.steps[row]))
         values = {"reward": float(session.rewards[row])}
         values |= {name: float(array[row]) for name, array in _scalars(session.infos).items()}
         for part, place in self._parts.items():
             values |= {f"{part}[{i}]": float(value) for i, value in enumerate(session.flat_obs[row, place][:_LINES])}
-        count = len(self._times)
+        count = len(self.times)
         for name, value in values.items():
             past = self._past.setdefault(name, deque([np.nan] * (count - 1), maxlen=LENGTH))
             past.append(value)
@@ -91,17 +91,17 @@ class PlotsPanel:
             if name not in values:
                 past.append(np.nan)
 
-    def drop(self) -> None:
-        """After a step back."""
-        if self._times:
-            self._times.pop()
+    def drop(self, steps: int) -> None:
+        """After steps back."""
+        for _ in range(min(steps, len(self.times))):
+            self.times.pop()
             for past in self._past.values():
                 past.pop()
         self.refresh()
 
     def forget(self) -> None:
         """Another episode, row or environment."""
-        self._times.clear()
+        self.times.clear()
         self._past.clear()
         self._parts = observation_parts(self._session.envs.envs[0])
 
@@ -116,9 +116,9 @@ class PlotsPanel:
         self._choose()
 
     def refresh(self) -> None:
-        if not self._times:
+        if not self.times:
             return
-        times = np.array(self._times, float)
+        times = np.array(self.times, float)
         if (np.diff(times) <= 0).any():  # a reset lies between
             times = np.arange(len(times), dtype=float)
         for key in self._shown:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 SPEEDS = {"1/16": 1 / 16, "1/8": 1 / 8, "1/4": 1 / 4, "1/2": 1 / 2, "1": 1.0, "2": 2.0, "4": 4.0, "8": 8.0}
 PLAY, PAUSE = "Play", "Pause"
+STEPS = ("-100", "-10", "-1", "+1", "+10")
 
 
 class RunPanel:
@@ -20,7 +21,9 @@ class RunPanel:
         self._session = session
         self._status = gui.add_markdown("")
         self._play = gui.add_button(PAUSE, hint="Stop the time, and let it go on")
-        self._steps = gui.add_button_group("Step", ("Back", "Forward"), hint="One step; back up to 1,000 steps")
+        self._steps = gui.add_button_group(
+            "Steps", STEPS, hint="The row goes back, by up to 1,000 steps in all; all rows go on"
+        )
         self._seed = gui.add_number("Seed", session.seed, min=0, step=1, hint="Row i gets this seed + i")
         self._reset = gui.add_button("Reset", hint="Begin episodes with this seed")
         self._speed = gui.add_dropdown("Speed", tuple(SPEEDS), initial_value="1", hint="1 is real time")
@@ -51,7 +54,7 @@ class RunPanel:
     def _connect(self, zero: Any) -> None:
         session = self._session
         on_click(self._play, lambda: session.do(self._switch))
-        on_click(self._steps, lambda: self._go(self._steps.value))
+        on_click(self._steps, lambda: self._go(int(self._steps.value)))
         on_click(self._reset, lambda: session.do(lambda: session.reset(int(self._seed.value))))
         on_user(self._speed, lambda value: session.do(lambda: setattr(session, "speed", SPEEDS[value])))
         if self._row is not None:
@@ -66,14 +69,13 @@ class RunPanel:
         self._session.playing = not self._session.playing
         self.refresh()
 
-    def _go(self, where: str) -> None:
+    def _go(self, steps: int) -> None:
         session = self._session
 
         def go() -> None:
             session.playing = False
-            if where == "Back":
-                session.back()
-            else:
+            session.back(max(-steps, 0))
+            for _ in range(steps):
                 session.step()
             self.refresh()
 
