@@ -66,7 +66,14 @@ class Tab:
 
     def picture(self) -> Any:
         """The page without its panel: uint8[height, width, 3]."""
-        return np.array(Image.open(io.BytesIO(self.page.screenshot())).convert("RGB"))[:, : int(240 * PIXELS)]
+        return self._screenshot()[:, : int(240 * PIXELS)]
+
+    def pixel(self, x: float, y: float) -> Any:
+        """The colour of a place of the page: int[3]."""
+        return self._screenshot()[int(y * PIXELS), int(x * PIXELS)].astype(int)
+
+    def _screenshot(self) -> Any:
+        return np.array(Image.open(io.BytesIO(self.page.screenshot())).convert("RGB"))
 
     def wait_for_picture(self) -> Any:
         """The first picture with more than a background: a robot and a floor have many colours."""

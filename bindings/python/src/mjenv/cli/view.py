@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +121,6 @@ def acting(arguments: argparse.Namespace, options: dict[str, Any]) -> Any:
 
     with mjenv.make(arguments.id, **options) as env:
         act = policy_of(arguments.policy, env, arguments.algorithm, arguments.normalizer)
-    if arguments.policy.suffix == ".zip":
+    if zipfile.is_zipfile(arguments.policy):
         return act  # Stable-Baselines3's policies take observations of many rows as well
     return in_all_rows(Policy.load(arguments.policy))

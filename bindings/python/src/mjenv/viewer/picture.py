@@ -40,11 +40,13 @@ class Picture:
         """shown: how many rows are drawn, the first ones. do: runs a function on the thread that steps."""
         self.server = server
         self.rows = rows_of(env)[:shown]
-        self.switches = dict(SWITCHES)
         self.pull = Pull()
         self.follow = 0  # the number of a row
         self.tracks = True  # whether the picture moves with that row
         model, data = self.rows[0].model, self.rows[0].data
+        self.switches = dict(SWITCHES)
+        if not hasattr(data, "efc_force"):  # MuJoCo 4.0 has no arrays of constraints that can be read
+            del self.switches["contact forces"]
         self.scene = scene_of(model, data)
         if not self.scene.batches:
             raise InvalidValueError("the model has no geoms and no sites, so there is nothing to draw")
@@ -55,6 +57,7 @@ class Picture:
         self._skins = skins_of(model)
         self.stage = Stage(server.viser, self.scene, len(self.rows))
         self.stage.grabbed = lambda row, body, event: do(lambda: self._drag(row, body, event))
+        self._puller = -1  # the number of the browser whose user pulls
         self._look_at()
         # viser's lights suit darker materials than MuJoCo's models have.
         server.viser.scene.configure_environment_map("warehouse", environment_intensity=0.35)
@@ -72,10 +75,13 @@ class Picture:
     def _drag(self, row: int, body: int, event: Any) -> None:
         here = self.stage.origin - self.stage.offsets[row]
         if event.phase == "start":
+            self._puller = event.client_id
             self.pull.grab(row, body, self.rows[row].data, event.start_position + here, event.end_position + here)
+        elif event.client_id != self._puller:
+            return  # another user has taken a body since then
         elif event.phase == "update":
             self.pull.move(event.end_position + here)
-        else:
+        else:  # the user lets go, or the browser is closed
             self.pull.release()
 
     def read(self) -> list[Pose]:
@@ -97,7 +103,7 @@ class Picture:
             marks["centres of mass"] = poses.centres_of_mass(model, data, self.scale)
         if self.switches["contacts"]:
             marks["contacts"] = poses.contacts(data, self.scale)
-        if self.switches["contact forces"]:
+        if self.switches.get("contact forces"):
             marks["contact forces"] = poses.contact_forces(model, data, self.scale)
         return marks
 
