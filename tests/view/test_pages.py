@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import Browser
 
 import mjenv
+from commands import Command
 from mjenv.policy import Policy
 from mjenv.viewer.policies import in_all_rows
 from mjenv.viewer.session import Session
-from waiting import wait_until
+from waiting import HANGS, wait_until
 
+PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
 POLICIES = Path(__file__).parents[2] / "examples" / "policies"
 
 
@@ -105,6 +109,40 @@ def test_the_policy_walks_with_the_bits_of_play() -> None:
     assert np.array_equal(found[0], obs)
     assert found[1] == total
     assert found[2] > 5  # it has run
+
+
+def test_the_command_shows_a_task_of_a_file_and_its_policy(tab: Any) -> None:
+    folder = Path(__file__).parents[2] / "examples" / "tasks" / "reach"
+    task, policy = folder / "reach.py", folder / "policy.txt"
+    with Command("Reach-v0", "--tasks", task, "--policy", policy, "--rows", 4, "--option", "effort=0.02") as command:
+        page = tab(command.address)
+        page.wait_for_picture()
+        page.page.get_by_text("Reach-v0").first.wait_for()
+        assert page.field("Actions").input_value() == "policy"
+
+
+def test_live_parameters_are_sliders(tab: Any) -> None:
+    mjenv.load_tasks(PLUGINS / "liblive.so")
+    with Session("CppLive-v0", 2, port=0) as session:
+        page = tab(session.address)
+        page.open("Model")
+        page.field("gains\\[1\\]").fill("4.5")
+        page.field("gains\\[1\\]").press("Enter")
+        wait_until(lambda: session.envs.parameters["gains"][:, 1].tolist() == [4.5, 4.5], "the new numbers")
+
+
+def test_a_notebook_shows_the_page_in_a_frame(tab: Any, browser: Browser) -> None:
+    envs = mjenv.make_vec("Swimmer-v5", 2)
+    with mjenv.view(envs, port=0, quiet=True) as view:
+        envs.reset(seed=0)
+        page = browser.new_page()
+        page.set_default_timeout(1000 * HANGS)
+        # What Jupyter writes into its own page.
+        page.set_content(f"<h1>A cell</h1>{envs._repr_html_()}{view._repr_html_()}")
+        page.frame_locator("iframe").get_by_role("tab", name="Draw").wait_for()
+        page.get_by_text("healthy_reward").or_(page.get_by_text("forward_reward_weight")).first.wait_for()
+        assert page.locator("img").count() == 1
+        page.close()
 
 
 def test_options_are_applied_or_refused(tab: Any) -> None:

@@ -23,6 +23,7 @@ from PIL import Image, ImageSequence
 import mjenv
 import mjenv.dm_control  # its ids are viewed as well
 from mjenv.policy import Policy
+from mjenv.viewer import watch
 from mjenv.viewer.notebook import html_of
 from mjenv.viewer.policies import in_all_rows
 from mjenv.viewer.poses import along, forces_of, quaternions
@@ -362,6 +363,23 @@ def test_live_parameters_of_a_program() -> None:
         view.do(lambda: view.panel.parameters.write("speed", 0, 1.5))
         obs, *_ = envs.step(np.zeros((4, 1)))
         assert obs[:, 0].tolist() == [1.5] * 4  # also of rows that are not drawn
+
+
+def test_a_busy_machine_counts_the_time_of_other_threads_for_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = watch._Clock()
+    times = {"perf_counter": 0.0, "thread_time": 0.0, "clock_gettime": 0.0}
+    for name in times:
+        monkeypatch.setattr(watch.time, name, lambda *_, name=name: times[name])
+    clock._clocks = [1]
+    clock.start()
+    times |= {"perf_counter": 0.010, "thread_time": 0.010, "clock_gettime": 0.003}
+    assert clock.stop() == pytest.approx(0.013)
+    for _ in range(200):
+        clock.start()
+        times = {name: value + 0.010 for name, value in times.items()}
+        times["perf_counter"] += 0.030  # four seconds pass for one of CPU time
+        found = clock.stop()
+    assert found == pytest.approx(0.040 + 4 * 0.010, rel=1e-4)
 
 
 def test_a_single_environment_inside_wrappers() -> None:

@@ -208,15 +208,17 @@ def _new(kind: type[Any], *arguments: Any) -> Any:
 
 
 class _Clock:
-    """The CPU time that the viewer takes: that of this thread while it draws, and that of viser's threads.
+    """The time that the viewer takes from the program: while its thread draws, and the CPU time of viser's threads.
 
-    Python runs one thread at a time, so what viser's threads take is taken from the program, too.
+    Python runs one thread at a time, so what viser's threads take is taken from the program, too. On a busy machine a
+    second of CPU time takes more than a second, and the program's time is measured in the latter.
     """
 
     def __init__(self) -> None:
         self._before = set(threading.enumerate())
         self._clocks: list[int] = []
-        self._others = self._begun = 0.0
+        self._others = self._begun = self._begun_cpu = 0.0
+        self._seconds = self._cpu = 0.0  # of the last pictures
 
     def measure_new_threads(self) -> None:
         """Counts the threads that have been started since this object was made."""
@@ -225,13 +227,14 @@ class _Clock:
             self._clocks = [time.pthread_getcpuclockid(ident) for ident in found if ident is not None]
 
     def start(self) -> None:
-        self._begun = time.perf_counter()
+        self._begun, self._begun_cpu = time.perf_counter(), time.thread_time()
 
     def stop(self) -> float:
         """The seconds since start, and those of the other threads since the last stop."""
+        seconds, cpu = time.perf_counter() - self._begun, time.thread_time() - self._begun_cpu
+        self._seconds, self._cpu = 0.9 * self._seconds + seconds, 0.9 * self._cpu + cpu
         others = 0.0
         with contextlib.suppress(OSError):  # a thread has ended
             others = sum(time.clock_gettime(clock) for clock in self._clocks)
-        spent = time.perf_counter() - self._begun + max(others - self._others, 0.0)
-        self._others = others
-        return spent
+        taken, self._others = max(others - self._others, 0.0), others
+        return seconds + taken * max(self._seconds / max(self._cpu, 1e-9), 1.0)

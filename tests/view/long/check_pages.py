@@ -1,0 +1,95 @@
+"""Every id in Chromium, tasks of one's own in every language, and trainings that are watched.
+
+Needs what tests/run view --long installs. The screenshots are in build/view-screenshots.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from stable_baselines3 import PPO
+
+import mjenv
+import mjenv.dm_control  # its ids are viewed as well
+from commands import Command
+from mjenv.cli.view import load
+from mjenv.sb3 import VecEnv
+from mjenv.viewer.session import Session
+
+ROOT = Path(__file__).parents[3]
+SCREENSHOTS = ROOT / "build" / "view-screenshots"
+TESTS = ROOT / "bindings" / "python" / "tests"
+PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
+
+
+@pytest.mark.parametrize("id", mjenv.ids())
+def test_every_id_appears(id: str, tab: Any) -> None:
+    SCREENSHOTS.mkdir(exist_ok=True)
+    with Session(id, 2, port=0) as session:
+        page = tab(session.address, width=900)
+        page.wait_for_picture()
+        page.page.screenshot(path=SCREENSHOTS / f"{id.replace('/', '-')}.png")
+
+
+def rust_plugin() -> Path:
+    """The plug-in that the tests of the crate build as users do."""
+    manifest = ROOT / "bindings/rust/mjenv/tests/plugin/hopper/Cargo.toml"
+    target = ROOT / "build/view-rust"
+    cargo = subprocess.run([ROOT / "tools/setup", "rust"], capture_output=True, text=True, check=True).stdout.strip()
+    command = [cargo, "build", "--offline", "--release", "--quiet", "--manifest-path", manifest, "--target-dir", target]
+    subprocess.run(command, check=True)
+    return target / "release/libhopper.so"
+
+
+@pytest.mark.parametrize(
+    ("id", "file"),
+    [
+        ("OwnHopper-v5", lambda: PLUGINS / "libhopper_c.so"),
+        ("CppAnt-v5", lambda: PLUGINS / "libant_cpp.so"),
+        ("RustHopper-v5", rust_plugin),
+        ("NumbaHopper-v5", lambda: TESTS / "check_numba_tasks.py"),
+    ],
+)
+def test_own_tasks_appear(id: str, file: Any, tab: Any) -> None:
+    with Command(id, "--tasks", file(), "--rows", 2) as command:
+        tab(command.address).wait_for_picture()
+
+
+def test_policies_of_stable_baselines3_act(tmp_path: Path, tab: Any) -> None:
+    model = PPO("MlpPolicy", VecEnv("Hopper-v5", 2), n_steps=64, batch_size=64, seed=0, device="cpu").learn(256)
+    model.save(tmp_path / "model.zip")
+    with Command("Hopper-v5", "--policy", tmp_path / "model.zip", "--rows", 3) as command:
+        tab(command.address).wait_for_picture()
+    from mjenv.cli import parser  # what follows acts as the command does, in this process
+    from mjenv.cli.view import acting
+
+    arguments = parser().parse_args(["view", "Hopper-v5", "--policy", str(tmp_path / "model.zip")])
+    observations = np.random.default_rng(0).normal(size=(3, 11))
+    assert np.array_equal(acting(arguments, {})(observations), model.predict(observations, deterministic=True)[0])
+
+
+def test_a_training_that_is_watched_learns_the_same(tmp_path: Path, tab: Any) -> None:
+    command = [sys.executable, ROOT / "examples/python/train_cleanrl.py", "Hopper-v5", "--steps", "40000", "--out"]
+    subprocess.run([*command, tmp_path / "plain"], check=True)
+    watched = subprocess.Popen([*command, tmp_path / "watched", "--view"], stderr=subprocess.PIPE, text=True)
+    assert watched.stderr
+    said = watched.stderr.readline()
+    assert said.startswith("mjenv view: ")
+    page = tab(said.split()[-1])
+    page.wait_for_picture()
+    assert watched.poll() is None  # it still trains
+    watched.communicate()
+    assert watched.returncode == 0
+    page.page.close()
+    assert (tmp_path / "plain/policy.txt").read_bytes() == (tmp_path / "watched/policy.txt").read_bytes()
+
+
+def test_numba_tasks_can_be_loaded() -> None:
+    load(TESTS / "check_numba_tasks.py")
+    assert "NumbaLive-v0" in mjenv.ids()
