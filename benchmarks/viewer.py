@@ -1,26 +1,24 @@
 """Measures what the live viewer costs: of a session in real time, and of a training that is shown.
 
     viewer.py session [--id Ant-v5] [--rows 1] [--seconds 20]
-    viewer.py training [--id Ant-v5] [--steps 200000] [--rounds 3]
+    viewer.py training [--id Ant-v5] [--steps 200000]
 
 Chromium shows the page in both, which playwright starts. A session: the pictures sent in a second, and the part of one
-CPU that the process takes for them and for the simulation. A training: examples/python/train_cleanrl.py, in turns with
-and without --view, by the CPU time of its process in the second half of the updates; both have to learn the same bits.
+CPU that the process takes for them and for the simulation. A training: examples/python/train_cleanrl.py, the part of
+its CPU time that the viewer takes, in its own thread and in viser's. It has to learn the same bits without the viewer.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import os
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 from playwright.sync_api import Browser, sync_playwright
@@ -80,82 +78,85 @@ def simulated(shown: Any) -> float:
 
 
 def training(arguments: argparse.Namespace) -> None:
-    with chromium() as browser, tempfile.TemporaryDirectory() as folder:
-        ratios = []
-        for round in range(arguments.rounds):
-            seconds = {}
-            for view in (False, True) if round % 2 else (True, False):
-                seconds[view] = trained(arguments, Path(folder) / str(view), browser if view else None)
-            ratios.append(seconds[True] / seconds[False])
-            print(
-                f"round {round + 1}: {seconds[False]:.1f} s of CPU, with the viewer {seconds[True]:.1f} s", flush=True
-            )
-            policies = [(Path(folder) / str(view) / "policy.txt").read_bytes() for view in (False, True)]
-            if policies[0] != policies[1]:
-                sys.exit("the policies differ")
-        more = 100 * (median(ratios) - 1)
-        print(
-            f"The second half of {arguments.steps} steps of {arguments.id}: {more:+.2f} % of CPU time"
-            f" in the median of {len(ratios)} rounds, the same policy; on {cpu_model()}"
-        )
+    sys.path.insert(0, str(ROOT / "examples/python"))
+    import torch
+
+    import train_cleanrl as example
+    from mjenv.viewer.watch import View
+
+    torch.set_num_threads(1)
+    settings = replace(example.SETTINGS[arguments.id], envs=64, rollout=64)
+    stages = [example.Stage(arguments.steps, {})]
+    policies = []
+    with tempfile.TemporaryDirectory() as folder:
+        for view in (False, True):
+            meter = Meter(View)
+            with meter if view else contextlib.nullcontext():
+                example.train(arguments.id, "mjenv", stages, 1, Path(folder), settings, view=view)
+            policies.append((Path(folder) / "policy.txt").read_bytes())
+    print(
+        f"{arguments.id}, {arguments.steps} steps: while a browser looked, {meter.pictures} pictures took"
+        f" {100 * meter.viewer / meter.total:.2f} % of the process's {meter.total:.1f} s of CPU time; on {cpu_model()}"
+    )
+    if policies[0] != policies[1]:
+        sys.exit("the policies differ")
+    print("The policy has the same bits without the viewer.")
 
 
-def trained(arguments: argparse.Namespace, out: Path, browser: Browser | None) -> float:
-    """Trains, and returns the CPU seconds that the process takes for the second half of the updates.
+class Meter:
+    """Opens a browser for the View that a program makes, and measures the CPU time from when it looks on."""
 
-    The first half leaves the browser time to load the page.
-    """
-    shutil.rmtree(out, ignore_errors=True)
-    command = [sys.executable, str(ROOT / "examples/python/train_cleanrl.py"), arguments.id, "--out", str(out)]
-    command += ["--steps", str(arguments.steps), *(["--view"] if browser else [])]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    assert process.stderr
-    page = None
-    if browser:
-        said = process.stderr.readline()
-        assert said.startswith("mjenv view: "), said
-        page = show(browser, said.split()[-1])
-        if steps_in(out / "curve.csv") >= arguments.steps / 2:
-            sys.exit("the page took longer than half of the training: choose more --steps")
-    half = None
-    while process.poll() is None:
-        if half is None and steps_in(out / "curve.csv") >= arguments.steps / 2:
-            half = cpu_of(process.pid)
-        last = cpu_of(process.pid) or 0.0
-        time.sleep(0.02)
-    if process.returncode or half is None:
-        sys.exit(process.stderr.read())
-    process.stderr.close()
-    if page:
-        page.close()
-    return last - half
+    def __init__(self, view: Any) -> None:
+        self._kind, self._draw = view, view._draw
+        self.pictures = 0
+        self.viewer = self.total = self._begun = self._own = self._threads = 0.0
+        self._browser: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> None:
+        self._kind._draw = lambda view, force=False: self._measured(view, force)
+
+    def _measured(self, view: Any, force: bool) -> None:
+        if self._browser is None:
+            self._browser = subprocess.Popen([sys.executable, __file__, "browser", "--address", view.address])
+        clocks = view._clock._clocks
+        if not self._begun:
+            if view.server.is_watched:
+                self._begun = time.process_time()
+                self._threads = sum(map(time.clock_gettime, clocks))
+            self._draw(view, force)
+            return
+        begun = time.thread_time()
+        self._draw(view, force)
+        self.pictures += 1
+        self._own += time.thread_time() - begun
+        self.total = time.process_time() - self._begun
+        self.viewer = self._own + sum(map(time.clock_gettime, clocks)) - self._threads
+
+    def __exit__(self, *_: Any) -> None:
+        self._kind._draw = self._draw
+        if self._browser:
+            self._browser.terminate()
+            self._browser.wait()
+        if not self.pictures:
+            sys.exit("the training ended before the browser showed it: choose more --steps")
 
 
-def steps_in(curve: Path) -> int:
-    """How many steps a training has written to its curve."""
-    lines = curve.read_text().splitlines() if curve.exists() else []
-    return int(lines[-1].split(",")[0]) if len(lines) > 1 and lines[-1] else 0
-
-
-def cpu_of(process: int) -> float | None:
-    """The CPU seconds of a process; None once it has ended."""
-    try:
-        user, system = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:13]
-    except OSError:
-        return None
-    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+def look(arguments: argparse.Namespace) -> None:
+    """The browser of a training, which ends it."""
+    with chromium() as browser:
+        show(browser, arguments.address).wait_for_timeout(1e9)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("session", "training"))
+    parser.add_argument("what", choices=("session", "training", "browser"))
     parser.add_argument("--id", default="Ant-v5")
     parser.add_argument("--rows", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=20)
     parser.add_argument("--steps", type=int, default=200_000)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--address", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    {"session": session, "training": training}[arguments.what](arguments)
+    {"session": session, "training": training, "browser": look}[arguments.what](arguments)
 
 
 if __name__ == "__main__":

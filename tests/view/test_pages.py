@@ -128,7 +128,8 @@ def test_live_parameters_are_sliders(tab: Any) -> None:
         page.open("Model")
         page.field("gains\\[1\\]").fill("4.5")
         page.field("gains\\[1\\]").press("Enter")
-        wait_until(lambda: session.envs.parameters["gains"][:, 1].tolist() == [4.5, 4.5], "the new numbers")
+        written = lambda: session.envs.parameters["gains"][:, 1].tolist() == [4.5, 4.5]  # noqa: E731
+        wait_until(lambda: session.ask(written), "the new numbers")
 
 
 def test_a_notebook_shows_the_page_in_a_frame(tab: Any, browser: Browser) -> None:
@@ -138,9 +139,11 @@ def test_a_notebook_shows_the_page_in_a_frame(tab: Any, browser: Browser) -> Non
         page = browser.new_page()
         page.set_default_timeout(1000 * HANGS)
         # What Jupyter writes into its own page.
-        page.set_content(f"<h1>A cell</h1>{envs._repr_html_()}{view._repr_html_()}")
+        page.set_content(f"<h1>Cells</h1>{view._repr_html_()}{envs._repr_html_()}")
         page.frame_locator("iframe").get_by_role("tab", name="Draw").wait_for()
-        page.get_by_text("healthy_reward").or_(page.get_by_text("forward_reward_weight")).first.wait_for()
+        assert not page.get_by_text("forward_reward_weight").is_visible()
+        page.get_by_text("Options with their defaults").click()
+        assert page.get_by_text("forward_reward_weight").is_visible()
         assert page.locator("img").count() == 1
         page.close()
 

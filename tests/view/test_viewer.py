@@ -30,7 +30,7 @@ from mjenv.viewer.poses import along, forces_of, quaternions
 from mjenv.viewer.scene import scene_of
 from mjenv.viewer.server import Server
 from mjenv.viewer.session import HISTORY, Session
-from waiting import wait_until
+from waiting import HANGS, wait_until
 
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
 POLICIES = Path(__file__).parents[2] / "examples" / "policies"
@@ -175,6 +175,16 @@ def test_going_back_by_many_steps_keeps_to_the_history() -> None:
         assert not session.history
         session.back(10)
         assert session.steps[0] == 50
+
+
+def test_the_page_answers_while_steps_take_longer_than_real_time() -> None:
+    with Session("Ant-v5", 2, port=0) as session:
+        session.do(lambda: setattr(session, "speed", 1e9))
+        before = session.ask(lambda: session.steps[0], HANGS)
+        drawn: list[Any] = []
+        session.ask(lambda: setattr(session, "on_tick", lambda: drawn.append(session.steps[0])), HANGS)
+        wait_until(lambda: len(drawn) > 1, "pictures")
+        assert session.ask(lambda: session.steps[0], HANGS) > before
 
 
 def test_snapshots_return_to_a_state() -> None:
@@ -503,7 +513,7 @@ def test_jupyter_shows_spaces_and_options(make: Any) -> None:
     before = env.snapshot()
     html = env._repr_html_()
     assert html == html_of(env)
-    for part in ("Ant-v5", "<b>0.125</b>", "(105,)", "qvel [13:27]", "healthy_z_range"):
+    for part in ("Ant-v5", "<td>ctrl_cost_weight</td><td>0.125</td>", "(105,)", "qvel [13:27]", "healthy_z_range"):
         assert part in html
     assert env.snapshot() == before
     assert "qpos: Box (13,) float64, qvel: Box (14,) float64" in html_of(make("Ant-v5", observation="dict"))

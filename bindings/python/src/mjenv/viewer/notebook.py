@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import struct
 import zlib
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
@@ -47,23 +48,24 @@ def html_of(env: Any) -> str:
     lines += [(name, _box(space)) for name, space in spaces]
     parts = ", ".join(f"{name} [{place.start}:{place.stop}]" for name, place in observation_parts(row).items())
     lines += [("observation", parts)]
-    lines += [
-        (name, _text(chosen[name], name in chosen) if name in chosen else _text(option.default, False))
-        for name, option in mjenv.options(id, env.engine).items()
-    ]
-    table = "".join(
-        f"<tr><td>{escape(name)}</td><td>{text if text[:1] == '<' else escape(text)}</td></tr>" for name, text in lines
-    )
+    schema = mjenv.options(id, env.engine)
+    lines += [(name, _short(chosen[name])) for name in schema if name in chosen]
+    defaults = [(name, _short(option.default)) for name, option in schema.items() if name not in chosen]
+    options = f"<details><summary>Options with their defaults</summary>{_table(defaults)}</details>"
     image = _image(row, id, chosen)
     picture = f'<img width="{_SIZE}" height="{_SIZE}" alt="" src="data:image/png;base64,{image}">' if image else ""
+    left, right = f"<b>{escape(id)}</b><br>{picture}", f"{_table(lines)}{options}"
+    return f'<div style="display: flex; gap: 1em"><div>{left}</div><div>{right}</div></div>'
+
+
+def _table(lines: Sequence[tuple[str, str]]) -> str:
     return (
-        f'<div style="display: flex; gap: 1em"><div><b>{escape(id)}</b><br>{picture}</div><table>{table}</table></div>'
+        f"<table>{''.join(f'<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>' for name, text in lines)}</table>"
     )
 
 
-def _text(value: Any, is_chosen: bool) -> str:
-    text = escape(str(value) if len(str(value)) < 60 else str(value)[:57] + "...")
-    return f"<b>{text}</b>" if is_chosen else f"<span>{text}</span>"
+def _short(value: Any) -> str:
+    return str(value) if len(str(value)) < 60 else str(value)[:57] + "..."
 
 
 def _image(row: Any, id: str, chosen: dict[str, Any]) -> str | None:

@@ -71,7 +71,9 @@ def _radius(model: Any, data: Any) -> float:
     if not geoms.size:
         return max(float(model.stat.extent), 0.5)
     away = np.asarray(data.geom_xpos)[geoms] - np.asarray(data.xpos)[moves[0]]
-    return float(np.max(np.linalg.norm(away, axis=1) + np.asarray(model.geom_rbound)[geoms]))
+    radius = float(np.max(np.linalg.norm(away, axis=1) + np.asarray(model.geom_rbound)[geoms]))
+    extent = float(model.stat.extent)
+    return radius if radius > extent / 20 else extent / 3  # a mass point is seen with what is around it
 
 
 def _batches(model: Any, kind: str, radius: float) -> list[Batch]:

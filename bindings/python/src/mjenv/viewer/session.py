@@ -26,6 +26,7 @@ Policy = Callable[[Array], Any]  # the actions of all rows for their observation
 HISTORY = 1000  # steps that one can go back
 PICTURES = 60  # a second at most
 _SHARE = 0.25  # of the time goes at most into pictures
+_STEPPING = 1 / 30  # seconds at most from picture to picture
 _LATE = 0.25  # seconds; what is later is not made up for
 _UNWATCHED = 1.0  # seconds from picture to picture while no browser looks
 
@@ -170,7 +171,9 @@ class Session:
             interval = self.envs.dt / self.speed
             if self.playing:
                 due = max(due, now - _LATE)
-                while self.playing and due <= now and not self._closing:
+                # Where steps take longer than what they simulate, time passes more slowly, and the page still answers.
+                end = now + _STEPPING
+                while self.playing and due <= now < end and not self._closing:
                     self.step()
                     due += interval
                     now = time.monotonic()

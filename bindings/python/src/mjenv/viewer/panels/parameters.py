@@ -56,7 +56,9 @@ class ParametersPanel:
                 if math.isfinite(low) and math.isfinite(high) and low < high:
                     handle = gui.add_slider(label, low, high, (high - low) / 200, value, hint=field.doc)
                 else:
-                    handle = gui.add_number(label, value, hint=field.doc)
+                    # The step also decides how many digits can be written.
+                    step = 10.0 ** (math.floor(math.log10(abs(value) or 1.0)) - 2)
+                    handle = gui.add_number(label, value, step=step, hint=field.doc)
                 yield name, index, handle
 
     def _asked(self, name: str, index: int, value: float) -> None:
