@@ -35,7 +35,6 @@ class Server:
             self.viser: Any = viser.ViserServer(
                 host=host, port=FIRST_PORT if port is None else port, label=label, verbose=False
             )
-        self.viser.gui.main_panel.dock_right()  # beside the picture, and not on it
         found = self.viser.get_port()
         if port not in (None, 0, found):  # another program has taken it in the meantime
             self.close()
