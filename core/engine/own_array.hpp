@@ -1,5 +1,5 @@
-// An array of which rows can have their own values: an array or option of mjModel, or an input of mjData that is no part
-// of a row's state; and with which values MuJoCo can compute.
+// An array of which rows can have their own values, and which values it takes: an array or option of mjModel, or an
+// input of mjData that is no part of a row's state.
 #pragma once
 
 #include <cstddef>

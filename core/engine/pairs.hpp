@@ -23,8 +23,8 @@ struct Pairs {
 // numbers, and could miss a contact of less than 1e-7 m. `trusted` says that this does not happen in this model.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
-// All pairs that MuJoCo's search can find, in its order, where it is left to lanes to see whether it finds them. Returns no
-// value if there are too many, or if a setting changes what it finds.
+// All pairs that MuJoCo's search can find, in its order; which of them it finds in a state is for the caller to see.
+// Returns no value if there are too many, or if a setting changes what the search finds.
 std::optional<Pairs> searched_pairs(const mjModel_& model);
 
 // Makes collision detection in a view of the model use the pairs alone. The view refers to them.

@@ -3,6 +3,7 @@
 #include "system/memory.hpp"
 
 namespace mjenv::core {
+
 Outputs::Outputs(const Schema& schema, const Episodes& episodes, std::int64_t rows) {
   const std::int64_t obs = schema.observation_count(), info = schema.count(MJENV_ROLE_INFO);
   const std::int64_t reset_info = schema.count(MJENV_ROLE_RESET_INFO), arrays = schema.count(MJENV_ROLE_ARRAYS);

@@ -48,8 +48,8 @@ class Floats {
 #endif
 };
 
-// Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise signals.
-// Then restores the host's settings, even if other code changed them meanwhile.
+// Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise
+// signals. Then restores the host's settings, even if other code changed them meanwhile.
 class DefaultFloats {
  public:
   DefaultFloats() : changed_(!Floats::is_default()) {
@@ -71,8 +71,8 @@ class DefaultFloats {
   std::fenv_t before_;
 };
 
-// Surrounds code of others that the library calls in the default environment, and that may change it: callbacks, and what
-// runs when a shared library is loaded. gcc -Ofast, for instance, makes a library that flushes subnormal numbers to zero.
+// Surrounds code of others that the library calls in the default environment, and that may change it: callbacks, and
+// what runs when a shared library is loaded. One that gcc -Ofast has made, for instance, flushes subnormal numbers to 0.
 class KeptFloats {
  public:
   KeptFloats() = default;

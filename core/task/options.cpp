@@ -7,6 +7,7 @@
 #include "error.hpp"
 
 namespace mjenv::core {
+
 std::vector<std::string> Option::list_of_choices() const {
   std::istringstream words(choices);
   return {std::istream_iterator<std::string>(words), {}};

@@ -71,8 +71,8 @@ mjenv_plugin call_entry(void* handle) {
 
 // ---- MJENV_TASKS ----
 
-// `tasks_read` is unread, done, or the ids of the process (upper half) and the thread that is reading. If a process forks
-// meanwhile, the child sees that the process id is not its own, and reads again.
+// `tasks_read` is unread, done, or the ids of the process (upper half) and the thread that is reading. If a process
+// forks meanwhile, the child sees that the process id is not its own, and reads again.
 constexpr std::uint64_t unread = 0, done = 1;
 std::atomic<std::uint64_t> tasks_read{unread};
 std::atomic<const std::string*> failure{nullptr};  // never freed, like the lists of ids in registry.cpp

@@ -1,5 +1,5 @@
-// What both solvers of constraints need. What functions.hpp says of bits holds
-// here, too: what MuJoCo's sums skip, and places without a constraint, add zeros to them.
+// What both solvers of constraints need. Bits are kept as functions.hpp says: what MuJoCo's sums skip adds zeros here,
+// as do places without a constraint.
 #pragma once
 
 #include "engine/lanes/functions.hpp"
@@ -64,8 +64,8 @@ class Constrained {
     d_.left |= rows;
     active_ &= ~rows;
   }
-  // Products with zeros, which the solvers leave out, are zeros only for finite numbers. The bound keeps products of four
-  // numbers finite.
+  // Products with zeros, which the solvers leave out, are zeros only for finite numbers. The bound keeps products of
+  // four numbers finite.
   void leave_huge(const double* numbers, int count) {
     constexpr double kMost = 1e75;
     const V* const x = vectors(numbers);
@@ -129,8 +129,8 @@ class Constrained {
         cone_force(i, jar);
   }
 
-  // A contact with an elliptic cone, as mj_constraintUpdate divides it into zones. Where a lane lacks it, all is 0, which
-  // is in the top zone.
+  // A contact with an elliptic cone, as mj_constraintUpdate divides it into zones. Where a lane lacks it, all is 0,
+  // which is in the top zone.
   struct Cone {
     V U[6], T, mu;  // U[0] is N
     Mask is_top, is_bottom;

@@ -22,7 +22,8 @@ class Memory {
  public:
   Memory(Struct& arrays, int width, const Counts<Struct>& counts) {
     std::size_t room = bytes(width, counts);
-    // Most rows have far fewer constraints than there is room for. The system gives calloc's pages when they are written to.
+    // Most rows have far fewer constraints than there is room for. The system gives calloc's pages when they are
+    // written to.
     block_.reset(std::calloc(1, room));
     if (!block_) throw std::bad_alloc();
     void* start = block_.get();

@@ -409,8 +409,8 @@ class Newton : Constrained {
     copy(quad, results, 9);
   }
 
-  // What CGeval adds to the cost and its derivatives in the middle zone. Returns in which lanes the contact is in the bottom
-  // zone.
+  // What CGeval adds to the cost and its derivatives in the middle zone. Returns in which lanes the contact is in the
+  // bottom zone.
   Mask evaluate_cone(int i, V alpha, V* sums) const {
     const V *const quad = of(c_.quad) + 3 * i, mu = of(c_.scale)[i], U0 = quad[3], V0 = quad[4], UU = quad[5],
                    UV = quad[6], VV = quad[7], Dm = quad[8];

@@ -1,4 +1,4 @@
-// Compiled where there is no lane code: it follows MuJoCo 2.2.2, for x86-64 and aarch64. CMake says in MJENV_NO_LANES why.
+// Compiled where there is no lane code: it follows MuJoCo 2.2.2, for x86-64 and aarch64. MJENV_NO_LANES says why.
 #include "engine/lanes/stepper.hpp"
 
 namespace mjenv::core::lanes {

@@ -30,9 +30,9 @@ class Pgs : Constrained {
  private:
   const int blocks_;  // places in whole blocks of four
 
-  // mju_dot of two vectors with a number for each place. A sum of zero is +0 here, where MuJoCo's may be -0. That changes no
-  // force of an inequality: none is -0, and subtracting either zero from another number gives the same. Others may be -0, so
-  // leave_negative_zeros leaves the lanes in which the sign of such a sum counts.
+  // mju_dot of two vectors with a number for each place. A sum of zero is +0 here, where MuJoCo's may be -0. That
+  // changes no force of an inequality: none is -0, and subtracting either zero from another number gives the same.
+  // Others may be -0, so leave_negative_zeros leaves the lanes in which the sign of such a sum counts.
   V dot_places(const V* a, const V* b) const {
     V res0{}, res1{}, res2{}, res3{};
     int j = 0;

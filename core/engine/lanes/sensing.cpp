@@ -73,7 +73,7 @@ void sense_state(const mjModel& m, mjData& d) {
   mj_sensorVel(&m, &d);
 }
 
-// Without constraints, mj_rnePostConstraint gives the right accelerations, which is all that the other sensors read of it.
+// The other sensors read only accelerations of mj_rnePostConstraint, which are right also without constraints.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
   const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;

@@ -74,8 +74,8 @@ Solver::Solver(const Code& code, const mjModel& m)
   constraints_.columns = columns_.data() + places_;
 }
 
-// Rows in which MuJoCo's stack may be too small for the making of constraints or the solver, which then fail, are left to
-// MuJoCo. They take less than this.
+// Rows in which MuJoCo's stack may be too small for the making of constraints or the solver, which then fail, are left
+// to MuJoCo. They take less than this.
 bool Solver::can_solve(const mjData& d, int constraints) const {
   const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
   return constraints <= kMost && d.nstack - d.pstack >= needed;

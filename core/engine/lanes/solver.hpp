@@ -36,8 +36,8 @@ class Solver {
   // The rows, as bits, in which mj_makeConstraint has run. Does the rest of what mj_forward does with constraints.
   // is_last: also writes what only readers of mjData need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
-  // Makes the constraints of these limits and contacts, and does the same. Writes to the rows' mjData only what the next
-  // frame needs, and the number of constraints.
+  // Makes the constraints of these limits and contacts, and does the same. Writes to the rows' mjData only what the
+  // next frame needs, and the number of constraints.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
 
  private:

@@ -1,5 +1,5 @@
-// Steps several rows of one model at once, in the lanes of the CPU's vector unit. The results are those of MuJoCo, bit for
-// bit. docs/lanes.md explains how.
+// Steps several rows of one model at once, in the lanes of the CPU's vector unit. The results are those of MuJoCo, bit
+// for bit. docs/lanes.md explains how.
 #pragma once
 
 #include <cstddef>

@@ -36,8 +36,8 @@ inline constexpr Limit kAllVertices{2'000'000, kNoLimit};
 inline constexpr Limit kAllTriangles{4'000'000, kNoLimit};
 // The square of the number of vertices of each hull, and more (cmake/engine/guards.c). This much work takes seconds.
 inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
-// With a shared library of MuJoCo: the sum of the cubes of the numbers of vertices of a stranger's hulls. The hulls that
-// take longest, of cones, take 4.4 s then, twice (benchmarks/meshes.py).
+// With a shared library of MuJoCo: the sum of the cubes of the numbers of vertices of a stranger's hulls. It computes
+// the slowest hulls of this size, those of cones, in 4.4 s, and computes each twice (benchmarks/meshes.py).
 inline constexpr std::int64_t kHullCubes = 500'000'000'000;
 inline constexpr double kMaxCoordinate = 1 << 30;  // MuJoCo's own limit, which it only checks in STL files
 inline constexpr Limit kFaceCorners{256, 256};

@@ -145,8 +145,8 @@ bool skip(const InputFile& file, std::uint64_t bytes) {
 
 }  // namespace
 
-// dlopen maps the segments into memory, where reading what the file lacks raises SIGBUS. It does so after it has checked
-// that the file is an ELF file for this machine, so other files are left to it.
+// dlopen maps the segments into memory, where reading what the file lacks raises SIGBUS. It does so after it has
+// checked that the file is an ELF file for this machine, so other files are left to it.
 bool is_cut_off(const InputFile& library) {
   constexpr unsigned char kClass = sizeof(void*) == 8 ? ELFCLASS64 : ELFCLASS32;
   const auto size = static_cast<std::uint64_t>(library.status().bytes);
