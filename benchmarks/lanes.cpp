@@ -8,8 +8,9 @@
 //                    functions, row by row
 //     solving        the share of a solver's work in lanes that is of use. Lanes wait for the row with the most
 //                    constraints and for the row with the most iterations.
-//   lanes stages [ID...]    prints CSV: id, number of lanes, stage, and the share of the time of the physics that the
-//     stage's function takes in lanes; `row by row` is what is neither in such a function nor in copying
+//   lanes stages [ID...]    prints CSV: id, number of lanes, stage, how it is computed for this model, and the share of the
+//     time of the physics that its functions take in lanes. Then what belongs to no stage: copying, and `row by row`, which
+//     is the rest.
 //   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run counts from outside
 //
 // Instead of an ID, FILE.xml or FILE.xml:FRAME_SKIP steps a model without a task, whose rows are reset after 50 steps.
@@ -18,10 +19,12 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "engine/lanes/lanes.hpp"
+#include "engine/lanes/stages.hpp"
 #include "engine/lanes/stepper.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
@@ -327,11 +330,22 @@ void print_stages(const Case& c, const std::vector<int>& widths) {
       player.step();
     }
     double rest = shares.all;
-    for (const auto& [stage, time] : stages) {
-      if (time > 0) std::printf("%s,%d,%s,%.3f\n", c.id.c_str(), width, stage.c_str(), time / shares.all);
+    const auto print = [&](const std::string& stage, const std::string& how, double time) {
+      std::printf("%s,%d,\"%s\",\"%s\",%.3f\n", c.id.c_str(), width, stage.c_str(), how.c_str(), time / shares.all);
+    };
+    for (const mjenv::core::lanes::Stage& stage : mjenv::core::lanes::stages()) {
+      double time = stages["solver"] * (stage.name == std::string("solver"));  // of both of its functions
+      std::istringstream functions(stage.functions);
+      for (std::string name; functions >> name; stages.erase(name)) time += stages[name];
+      print(stage.name, how(stage, *model), time);
       rest -= time;
     }
-    std::printf("%s,%d,row by row,%.3f\n", c.id.c_str(), width, rest / shares.all);
+    stages.erase("solver");
+    for (const auto& [name, time] : stages) {
+      if (time > 0) print(name, "", time);
+      rest -= time;
+    }
+    print("row by row", "", rest);
     std::fflush(stdout);
   }
 }
@@ -369,7 +383,7 @@ int main(int argc, char** argv) {
     chosen.clear();
     for (const std::string& name : names) chosen.push_back(case_of(name));
   }
-  std::printf(only_stages ? "id,lanes,stage,share" : "id,us");
+  std::printf(only_stages ? "id,lanes,stage,how,share" : "id,us");
   for (const int width : widths)
     for (const char* column : {"gain", "computing", "copying", "solving"})
       if (!only_stages) std::printf(",%d lanes: %s", width, column);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "env/env.hpp"
@@ -62,6 +63,7 @@ struct HeldEnv {
   std::shared_ptr<Link> link = std::make_shared<Link>();
   mjenv_options* options;    // those that the environment was built with
   std::string lanes_reason;  // the text that mjenv_info_of returned last
+  std::optional<std::string> lane_stages;
 
   HeldEnv(const Options& chosen, std::int64_t rows)
       : env(chosen, rows), options(handles<mjenv_options>.add(std::make_unique<Options>(env.options()))) {

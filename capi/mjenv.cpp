@@ -259,6 +259,15 @@ mjenv_status mjenv_info_of(mjenv_env* env, mjenv_info* info) {
   });
 }
 
+const char* mjenv_lane_stages_of(mjenv_env* env) {
+  const char* text = nullptr;
+  change(env, [&](HeldEnv& held) {
+    if (!held.lane_stages) held.lane_stages = held.env.lane_stages();
+    text = held.lane_stages->c_str();
+  });
+  return text;
+}
+
 const mjenv_options* mjenv_options_of(const mjenv_env* env) {
   return ask<const mjenv_options*>(nullptr, env, [](const HeldEnv& held) { return held.options; });
 }

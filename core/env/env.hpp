@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/lanes/stepper.hpp"
 #include "env/episodes.hpp"
 #include "env/image.hpp"
 #include "env/lane_choice.hpp"
@@ -39,6 +40,7 @@ class Env {
   const mjenv_task_camera& camera() const { return task_.camera; }
   // How many rows each thread steps together with the rows' present values. Forces count while no row is under way.
   LaneChoice lanes() const;
+  std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 
   // A null mask selects all rows. seeds: for each row, the words of an integer, the least significant first.
   void seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words);

@@ -121,6 +121,7 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_info_of(b->env, NULL), "info is NULL");
   // Functions that return no status leave the reason, too.
   assert_refused(MJENV_E_NAME, mjenv_options_create("no such id", &other), "no such id");
+  assert_null(mjenv_lane_stages_of(NULL));
   assert_null(mjenv_options_of(NULL));
   assert_string_equal(mjenv_last_error(), "env is NULL");
   assert_refused(MJENV_E_NAME, mjenv_options_create("no such id", &other), "no such id");

@@ -33,6 +33,7 @@ static void refuse_env(mjenv_env* env) {
   mjenv_info info = MJENV_INFO_INIT;
   assert_refused(wanted, mjenv_info_of(env, &info), why);
   assert_null(mjenv_options_of(env));
+  assert_null(mjenv_lane_stages_of(env));
   assert_int_equal(mjenv_field_count(env, MJENV_ROLE_INFO), 0);
   assert_refused(wanted, mjenv_space_of(env, MJENV_ROLE_ACTION, &space), why);
   assert_refused(wanted, mjenv_field_at(env, MJENV_ROLE_INFO, 0, &field), why);

@@ -125,6 +125,7 @@ class Calls {
     mjenv_info info = MJENV_INFO_INIT;
     info.struct_size = field.struct_size;
     check(mjenv_info_of(s.env.get(), maybe(&info)));
+    mjenv_lane_stages_of(s.env.get());
     mjenv_options_count(options());
     mjenv_id_at(integer());
     mjenv_status_name(static_cast<mjenv_status>(integer()));

@@ -265,6 +265,7 @@ export const mjenv_perturbation = struct(112, {
  * @property {(options: number, rows: bigint, env: number) => number} mjenv_create
  * @property {(env: number) => void} mjenv_destroy
  * @property {(env: number, info: number) => number} mjenv_info_of
+ * @property {(env: number) => number} mjenv_lane_stages_of
  * @property {(env: number) => number} mjenv_options_of
  * @property {(env: number, role: number, space: number) => number} mjenv_space_of
  * @property {(env: number, role: number) => bigint} mjenv_field_count

@@ -547,6 +547,7 @@ const FUNCTIONS = (
     :mjenv_create,
     :mjenv_destroy,
     :mjenv_info_of,
+    :mjenv_lane_stages_of,
     :mjenv_options_of,
     :mjenv_space_of,
     :mjenv_field_count,
@@ -766,15 +767,22 @@ mjenv_info_of(env, info) = ccall(
     info,
 )
 
-mjenv_options_of(env) = ccall(
+mjenv_lane_stages_of(env) = ccall(
     address(env, 23),
+    Cstring,
+    (Ptr{mjenv_env},),
+    env,
+)
+
+mjenv_options_of(env) = ccall(
+    address(env, 24),
     Ptr{mjenv_options},
     (Ptr{mjenv_env},),
     env,
 )
 
 mjenv_space_of(env, role, space) = ccall(
-    address(env, 24),
+    address(env, 25),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
     env,
@@ -783,7 +791,7 @@ mjenv_space_of(env, role, space) = ccall(
 )
 
 mjenv_field_count(env, role) = ccall(
-    address(env, 25),
+    address(env, 26),
     Int64,
     (Ptr{mjenv_env}, mjenv_role),
     env,
@@ -791,7 +799,7 @@ mjenv_field_count(env, role) = ccall(
 )
 
 mjenv_field_at(env, role, index, field) = ccall(
-    address(env, 26),
+    address(env, 27),
     mjenv_status,
     (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
     env,
@@ -801,7 +809,7 @@ mjenv_field_at(env, role, index, field) = ccall(
 )
 
 mjenv_seed(env, mask, seeds, words) = ccall(
-    address(env, 27),
+    address(env, 28),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{UInt64}, Int64),
     env,
@@ -811,16 +819,6 @@ mjenv_seed(env, mask, seeds, words) = ccall(
 )
 
 mjenv_get_stream(env, row, words, count) = ccall(
-    address(env, 28),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 29),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
@@ -830,8 +828,18 @@ mjenv_set_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_seed_actions(env, seed) = ccall(
+mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 30),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(env, 31),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -839,7 +847,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 31),
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Int64),
     env,
@@ -848,7 +856,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 32),
+    address(env, 33),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -857,7 +865,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 33),
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -869,7 +877,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 34),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
     env,
@@ -881,7 +889,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 35),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
     env,
@@ -894,7 +902,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 36),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -906,7 +914,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 37),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -914,7 +922,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 38),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     env,
@@ -926,7 +934,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 39),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -935,7 +943,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 40),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -945,7 +953,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 41),
+    address(env, 42),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -955,7 +963,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 42),
+    address(env, 43),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -967,7 +975,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_write(env, mask, array, values, count) = ccall(
-    address(env, 43),
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
     env,
@@ -978,7 +986,7 @@ mjenv_write(env, mask, array, values, count) = ccall(
 )
 
 mjenv_set_constants(env, mask) = ccall(
-    address(env, 44),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}),
     env,
@@ -986,7 +994,7 @@ mjenv_set_constants(env, mask) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 45),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
     env,
@@ -997,7 +1005,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, mask, from) = ccall(
-    address(env, 46),
+    address(env, 47),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
     env,
@@ -1006,7 +1014,7 @@ mjenv_copy_row(env, mask, from) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 47),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
     env,
@@ -1017,7 +1025,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 48),
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
     env,
@@ -1027,7 +1035,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 49),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
     env,
@@ -1036,7 +1044,7 @@ mjenv_randomize(env, items, count) = ccall(
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 50),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1044,7 +1052,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 51),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1052,7 +1060,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 52),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1061,21 +1069,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 53),
+    address(renderer, 54),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 54),
+    address(renderer, 55),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 55),
+    address(renderer, 56),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
     renderer,
@@ -1087,7 +1095,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_render_segmentation(renderer, row, objects, count) = ccall(
-    address(renderer, 56),
+    address(renderer, 57),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
     renderer,
@@ -1097,7 +1105,7 @@ mjenv_render_segmentation(renderer, row, objects, count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 57),
+    address(env, 58),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1106,21 +1114,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 58),
+    address(window, 59),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 59),
+    address(window, 60),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 60),
+    address(window, 61),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1128,21 +1136,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 61),
+    address(engine, 62),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 62),
+    address(engine, 63),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 63),
+    address(engine, 64),
     Ptr{mjenv_task_api},
     (),
 )

@@ -113,6 +113,22 @@ def test_model(id: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert np.array_equal(getattr(own, name), getattr(mjenv.make(id).model, name))
 
 
+def test_info_of_stages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """How lanes compute each stage, also of a model of one's own."""
+    stages = output(capsys, "info", "Hopper-v5")["lanes"]["stages"]
+    assert (stages["contacts"], stages["sensors"]) == ("lanes", "absent")
+    model = tmp_path / "model.xml"
+    model.write_text("<mujoco><option noslip_iterations='1'/><worldbody><geom type='plane' size='1 1 1'/>"
+                     "<body><freejoint/><geom size='1'/></body></worldbody></mujoco>")  # fmt: skip
+    found = output(capsys, "info", "--xml", model)
+    assert found["id"] == "Model-v0"
+    assert found["lanes"]["stages"]["solver"] == "row by row: noslip"
+    assert run("info", "--xml", model) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["solver", "row", "by", "row:", "noslip"] in lines
+    assert "not allowed with" in refusal(capsys, "info", "Hopper-v5", "--xml", model)
+
+
 def test_info_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("info", "Walker2d-v5", "--option", "healthy_z_range=0.5,inf", "--option", "frame_skip=2") == 0
     text = capsys.readouterr().out

@@ -541,6 +541,11 @@ MJENV_API void mjenv_destroy(mjenv_env *env);
 /* Describes an environment as it is now. The lanes can change when rows get values of their own. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
+/* Returns how lanes compute each stage of a step of the environment's model, NULL if it fails. A line is "STAGE: lanes",
+ * "STAGE: row by row: WHY", "STAGE: lanes; row by row: WHAT" or "STAGE: absent"; there is none if the library has no lane
+ * code. docs/lanes.md explains the stages. The text belongs to the environment. */
+MJENV_API const char *mjenv_lane_stages_of(mjenv_env *env);
+
 /* Returns the options that the environment was built with; NULL if it fails. They cannot be changed. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 

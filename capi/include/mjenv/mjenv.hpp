@@ -236,6 +236,13 @@ class Env {
     check(mjenv_info_of(handle(), &found));
     return found;
   }
+
+  // How lanes compute each stage of a step of the model: a line for each, as mjenv_lane_stages_of writes it.
+  std::string lane_stages() {
+    const char* text = mjenv_lane_stages_of(handle());
+    if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_last_error());
+    return text;
+  }
   /* A copy of the options that the environment was built with. */
   Options options() const { return Options(mjenv_options_of(handle())); }
   mjenv_space space(mjenv_role role) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/lanes/lanes.hpp"
@@ -16,6 +17,10 @@ struct SingleStages {
   bool actuation;  // tendons, actuators, their lengths, velocities and forces
   bool passive;    // passive forces
 };
+
+// What the model has because of which that is so, "" if nothing.
+std::string why_actuated_singly(const mjModel_& m);
+std::string why_resisted_singly(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

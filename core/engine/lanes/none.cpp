@@ -9,6 +9,8 @@ std::string absence() { return MJENV_NO_LANES; }
 
 std::string obstacle(const Model& /*model*/) { return absence(); }
 
+std::string stage_lines(const Model& /*model*/) { return ""; }
+
 bool computes_own(const std::string& /*array*/) { return false; }
 
 int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }

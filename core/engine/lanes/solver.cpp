@@ -29,11 +29,6 @@ Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual, boo
   return result;
 }
 
-bool is_solved(const mjModel& m) {
-  const bool is_known = m.opt.solver == mjSOL_NEWTON || (m.opt.solver == mjSOL_PGS && m.opt.cone == mjCONE_PYRAMIDAL);
-  return is_known && m.opt.noslip_iterations <= 0 && !mj_isSparse(&m);
-}
-
 // As dualState says it, of the forces of PGS.
 bool is_quadratic_of(const mjData& d, int i) {
   if (i < d.ne) return true;
@@ -43,12 +38,19 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
+std::string Solver::why_none(const mjModel& m) {
+  if (m.opt.solver == mjSOL_CG) return "the solver CG";
+  if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
+  if (m.opt.noslip_iterations > 0) return "noslip";
+  return mj_isSparse(&m) ? "sparse Jacobians" : "";
+}
+
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
-  return is_solved(m) ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
+  return why_none(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
-  if (!is_solved(m)) return 0;
+  if (!why_none(m).empty()) return 0;
   const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
   return Memory<Constraints>::bytes(width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv),
                                                   m.opt.solver == mjSOL_PGS, is_elliptic));

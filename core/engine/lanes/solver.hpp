@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/lanes/lanes.hpp"
@@ -17,7 +18,9 @@ using RowData = std::array<mjData*, kMaxWidth>;
 
 class Solver {
  public:
-  // Null if lanes cannot solve the constraints of this model.
+  // What the model has because of which lanes cannot solve its constraints, "" if nothing.
+  static std::string why_none(const mjModel& m);
+  // Null if there is something.
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
   // How much memory its arrays take.
   static std::size_t bytes(int width, const mjModel& m);

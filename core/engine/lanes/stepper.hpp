@@ -22,6 +22,8 @@ std::string absence();
 
 // What in the model has no lane code, "" if nothing.
 std::string obstacle(const Model& model);
+// A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.
+std::string stage_lines(const Model& model);
 
 // Whether rows of a model without obstacles can have their own values of this array of mjModel, or input of mjData.
 bool computes_own(const std::string& array);

@@ -380,6 +380,8 @@ class Library(CDLL):
         self.mjenv_destroy.restype = None
         self.mjenv_info_of.argtypes = (c_void_p, POINTER(mjenv_info))
         self.mjenv_info_of.restype = c_int32
+        self.mjenv_lane_stages_of.argtypes = (c_void_p,)
+        self.mjenv_lane_stages_of.restype = c_char_p
         self.mjenv_options_of.argtypes = (c_void_p,)
         self.mjenv_options_of.restype = c_void_p
         self.mjenv_space_of.argtypes = (c_void_p, c_int32, POINTER(mjenv_space))

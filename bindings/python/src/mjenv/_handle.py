@@ -350,6 +350,17 @@ class Rows:
         finally:
             self.leave(turn)
 
+    def lane_stages(self) -> dict[str, str]:
+        """How lanes compute each stage of a step."""
+        turn = self.enter()
+        try:
+            text = self.engine.mjenv_lane_stages_of(self.pointer)
+            if text is None:
+                raise self.engine.last_error(Status.E_ARGUMENT)
+            return dict(line.split(": ", 1) for line in _text(text).splitlines())
+        finally:
+            self.leave(turn)
+
     def _info(self) -> Any:
         """The mjenv_info; for who has the turn."""
         info = _struct(_abi.mjenv_info)

@@ -80,6 +80,12 @@ class Simulation:
         return self._rows.lanes()[1]
 
     @property
+    def lane_stages(self) -> dict[str, str]:
+        """How lanes compute each stage of a step of the model: "lanes", "row by row: WHY", "lanes; row by row: WHAT" or
+        "absent". Empty if the engine has no lanes."""
+        return self._rows.lane_stages()
+
+    @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
         return self._rows.timestep(self._row) * self.frame_skip

@@ -484,6 +484,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         return self._pool.rows.lanes()[1]
 
     @property
+    def lane_stages(self) -> dict[str, str]:
+        """How lanes compute each stage of a step of the model: "lanes", "row by row: WHY", "lanes; row by row: WHAT" or
+        "absent". Empty if the engine has no lanes."""
+        return self._pool.rows.lane_stages()
+
+    @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
         return self._pool.rows.timestep() * self.frame_skip

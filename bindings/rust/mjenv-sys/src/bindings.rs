@@ -706,6 +706,12 @@ extern "C" {
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Returns how lanes compute each stage of a step of the environment's model, NULL if it fails. A line is \"STAGE: lanes\","]
+    #[doc = " \"STAGE: row by row: WHY\", \"STAGE: lanes; row by row: WHAT\" or \"STAGE: absent\"; there is none if the library has no lane"]
+    #[doc = " code. docs/lanes.md explains the stages. The text belongs to the environment."]
+    pub fn mjenv_lane_stages_of(env: *mut mjenv_env) -> *const ::std::os::raw::c_char;
+}
+extern "C" {
     #[doc = " Returns the options that the environment was built with; NULL if it fails. They cannot be changed."]
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;
 }

@@ -7,6 +7,7 @@ import math
 import platform
 import sys
 import sysconfig
+from pathlib import Path
 from typing import Any
 
 from gymnasium.spaces import Dict, flatdim, flatten_space
@@ -44,7 +45,9 @@ def add(commands: Commands) -> None:
         description="Describes an environment: spaces, the parts of observation, action and info, constructor options "
         "with bounds and with the defaults of make, and of make_vec where it has others, and figures of its model.",
     )
-    command.add_argument("id", type=known_id, help="an id, Ant-v5 for instance")
+    described = command.add_mutually_exclusive_group(required=True)
+    described.add_argument("id", nargs="?", type=known_id, help="an id, Ant-v5 for instance")
+    described.add_argument("--xml", metavar="FILE", help="a model of your own, which Model-v0 steps")
     add_options(command)
     add_json(command)
     command.set_defaults(run=run_info)
@@ -172,7 +175,12 @@ def _lanes(engine: str | None) -> list[int]:
 def _lanes_of(id: str, options: dict[str, Any], engine: str | None) -> dict[str, Any]:
     """How many of LANE_ROWS rows step together on one thread, and why not."""
     envs = mjenv.make_vec(id, LANE_ROWS, engine=engine, **{**options, "num_threads": 1})
-    found = {"rows": LANE_ROWS, "together": envs.lanes, "reason": envs.lanes_reason}
+    found = {
+        "rows": LANE_ROWS,
+        "together": envs.lanes,
+        "reason": envs.lanes_reason,
+        "stages": envs.lane_stages,
+    }
     envs.close()
     return found
 
@@ -211,8 +219,11 @@ def _option(option: mjenv.Option, given: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_info(arguments: argparse.Namespace) -> int:
-    options = options_of(arguments.id, arguments.option, arguments.engine)
-    described = describe(arguments.id, options, arguments.engine)
+    id = arguments.id or "Model-v0"
+    options = options_of(id, arguments.option, arguments.engine)
+    if arguments.xml:
+        options["xml_file"] = str(Path(arguments.xml).absolute())
+    described = describe(id, options, arguments.engine)
     if arguments.json:
         print_json(described)
     else:
@@ -268,6 +279,9 @@ def _show(described: dict[str, Any]) -> None:
 
     lanes = described["lanes"]
     print(f"lanes: {terminal.lanes_text(lanes['together'], lanes['reason'])}")
+    if lanes["stages"]:
+        terminal.heading("Stages of a step")
+        terminal.table(["stage", "computed in"], [*map(list, lanes["stages"].items())])
 
     terminal.heading("Library")
     library = described["library"]

@@ -1,0 +1,258 @@
+// Which stages of a step, and which models, the lane code computes.
+#include "engine/lanes/stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "engine/lanes/model_tables.hpp"
+#include "engine/lanes/sensing.hpp"
+#include "engine/lanes/solver.hpp"
+#include "engine/lanes/stepper.hpp"
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+bool is_disabled(const mjModel& m, int flag) { return (m.opt.disableflags & flag) != 0; }
+std::string text_if(bool is, const char* text) { return is ? text : ""; }
+
+// ---- Obstacles ----
+
+// Numbers that are not greater than those that MuJoCo allows in states cannot make finite states overflow. Where one
+// did, the lanes' results would still be checked.
+bool is_moderate(const mjtNum* numbers, int count) {
+  for (int i = 0; i < count; ++i)
+    if (!(std::fabs(numbers[i]) <= mjMAXVAL)) return false;
+  return true;
+}
+
+// The name of an array with a number that is not moderate, "" if there is none. Only arrays that lanes compute with.
+std::string excessive_array(const mjModel& m) {
+  const struct {
+    const char* name;
+    const mjtNum* numbers;
+    int count;
+  } arrays[] = {{"qpos0", m.qpos0, m.nq},
+                {"qpos_spring", m.qpos_spring, m.nq},
+                {"body_pos", m.body_pos, 3 * m.nbody},
+                {"body_quat", m.body_quat, 4 * m.nbody},
+                {"body_ipos", m.body_ipos, 3 * m.nbody},
+                {"body_iquat", m.body_iquat, 4 * m.nbody},
+                {"body_mass", m.body_mass, m.nbody},
+                {"body_inertia", m.body_inertia, 3 * m.nbody},
+                {"jnt_pos", m.jnt_pos, 3 * m.njnt},
+                {"jnt_axis", m.jnt_axis, 3 * m.njnt},
+                {"jnt_stiffness", m.jnt_stiffness, m.njnt},
+                {"dof_armature", m.dof_armature, m.nv},
+                {"dof_damping", m.dof_damping, m.nv},
+                {"dof_M0", m.dof_M0, m.nv},
+                {"geom_pos", m.geom_pos, 3 * m.ngeom},
+                {"geom_quat", m.geom_quat, 4 * m.ngeom},
+                {"site_pos", m.site_pos, 3 * m.nsite},
+                {"site_quat", m.site_quat, 4 * m.nsite},
+                {"tendon_stiffness", m.tendon_stiffness, m.ntendon},
+                {"tendon_damping", m.tendon_damping, m.ntendon},
+                {"tendon_lengthspring", m.tendon_lengthspring, m.ntendon},
+                {"wrap_prm", m.wrap_prm, m.nwrap},
+                {"actuator_gear", m.actuator_gear, 6 * m.nu},
+                {"actuator_ctrlrange", m.actuator_ctrlrange, 2 * m.nu},
+                {"actuator_gainprm", m.actuator_gainprm, mjNGAIN * m.nu},
+                {"actuator_biasprm", m.actuator_biasprm, mjNBIAS * m.nu},
+                {"opt.timestep", &m.opt.timestep, 1},
+                {"opt.gravity", m.opt.gravity, 3},
+                {"opt.wind", m.opt.wind, 3},
+                {"opt.density", &m.opt.density, 1},
+                {"opt.viscosity", &m.opt.viscosity, 1}};
+  for (const auto& array : arrays)
+    if (!is_moderate(array.numbers, array.count)) return array.name;
+  return "";
+}
+
+std::string excess(const Model& model) {
+  const std::string array = excessive_array(*model.get());
+  return array.empty() ? "" : "a number in " + array + " that is not finite or greater than 1e10";
+}
+
+std::string no_joints(const Model& model) { return text_if(model.get()->nv == 0, "no joints"); }
+
+std::string integrator(const Model& model) {
+  const int chosen = model.get()->opt.integrator;
+  return text_if(chosen != mjINT_EULER && chosen != mjINT_RK4, "the integrator");
+}
+
+std::string sparse_tendons(const Model& model) {
+  return text_if(model.get()->ntendon > 0 && mj_isSparse(model.get()), "sparse Jacobians of tendons");
+}
+
+// Their moments depend on contacts, which are found after all else.
+std::string adhesion(const Model& model) {
+  const mjModel& m = *model.get();
+  return text_if(
+      std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; }),
+      "adhesion");
+}
+
+std::string noise(const Model& model) {
+  return text_if(model.get()->opt.enableflags & mjENBL_SENSORNOISE, "noise of sensors (opt.enableflags)");
+}
+
+std::string comparison(const Model& model) {
+  return text_if(model.get()->opt.enableflags & mjENBL_FWDINV,
+                 "the comparison of forward and inverse dynamics (opt.enableflags)");
+}
+
+std::string callbacks(const Model& /*model*/) {
+  return text_if(mjcb_passive || mjcb_control || mjcb_contactfilter || mjcb_sensor || mjcb_time || mjcb_act_dyn ||
+                     mjcb_act_gain || mjcb_act_bias,
+                 "the process's MuJoCo callbacks");
+}
+
+// ---- Stages ----
+
+bool always(const Model& /*model*/) { return true; }
+std::string never(const Model& /*model*/) { return ""; }
+
+bool has_actuation(const Model& model) { return model.get()->nu > 0 || model.get()->ntendon > 0; }
+std::string actuation(const Model& model) { return why_actuated_singly(*model.get()); }
+std::string passive(const Model& model) { return why_resisted_singly(*model.get()); }
+std::string solver(const Model& model) { return Solver::why_none(*model.get()); }
+
+bool has_contacts(const Model& model) {
+  const mjModel& m = *model.get();
+  if (is_disabled(m, mjDSBL_CONTACT) || is_disabled(m, mjDSBL_CONSTRAINT)) return false;
+  const ModelTables tables(model);
+  return !tables.lists_pairs || !tables.pairs.empty();
+}
+
+// MuJoCo searches for pairs of geoms row by row if lanes have no list of them.
+std::string contacts(const Model& model) {
+  return text_if(!ModelTables(model).lists_pairs, "the search for pairs of geoms");
+}
+
+const char* shape(const mjModel& m, int geom) {
+  static const char* const names[] = {"plane",     "height field", "sphere", "capsule",
+                                      "ellipsoid", "cylinder",     "box",    "mesh"};
+  return names[m.geom_type[geom]];
+}
+
+// The pairs of shapes whose contacts MuJoCo's functions find.
+std::string other_shapes(const Model& model) {
+  std::set<std::string> found;
+  for (const ContactPair& pair : ModelTables(model).contact_pairs)
+    if (pair.shapes == Shapes::others)
+      found.insert(std::string(shape(*model.get(), pair.geom1)) + " and " + shape(*model.get(), pair.geom2));
+  std::string text;
+  for (const std::string& one : found) text += (text.empty() ? "" : ", ") + one;
+  return text.empty() ? "" : text + ", where they are near";
+}
+
+bool has_constraints(const Model& model) {
+  const mjModel& m = *model.get();
+  const auto any = [](const auto* values, int count) {
+    return std::any_of(values, values + count, [](auto x) { return x > 0; });
+  };
+  return !is_disabled(m, mjDSBL_CONSTRAINT) &&
+         (has_contacts(model) || m.neq > 0 || any(m.jnt_limited, m.njnt) || any(m.tendon_limited, m.ntendon) ||
+          any(m.dof_frictionloss, m.nv) || any(m.tendon_frictionloss, m.ntendon));
+}
+
+std::string constraints(const Model& model) {
+  if (std::string why = solver(model); !why.empty()) return "the solver's stage is, too";
+  return contacts(model);
+}
+
+bool has_sensors(const Model& model) { return sensor_needs(*model.get()) != SensorNeeds::nothing; }
+std::string sensors(const Model& model) { return text_if(!senses_in_lanes(*model.get()), "sensors of users"); }
+
+std::string other_sensors(const Model& model) {
+  const mjModel& m = *model.get();
+  const std::string rays = text_if(has_rangefinders(m), "rangefinders"),
+                    cameras = text_if(sees_from_cameras(m), "frames of cameras");
+  return rays.empty() || cameras.empty() ? rays + cameras : rays + " and " + cameras;
+}
+
+bool has_energies(const Model& model) { return (model.get()->opt.enableflags & mjENBL_ENERGY) != 0; }
+std::string energies(const Model& /*model*/) { return "only where they are read"; }
+
+}  // namespace
+
+const std::vector<Obstacle>& obstacles() {
+  static const std::vector<Obstacle> list{
+      {"no joints", "nothing moves", no_joints},
+      {"the integrator `implicit`", "MuJoCo does not export its function", integrator},
+      {"sparse Jacobians of tendons", "MuJoCo does not export the functions that use them", sparse_tendons},
+      {"adhesion", "its moments depend on contacts, which lanes find last", adhesion},
+      {"`sensornoise`", "all rows draw from one generator, so the results depend on their order", noise},
+      {"`fwdinv`", "MuJoCo's comparison of forward and inverse dynamics reads and writes nearly all of mjData",
+       comparison},
+      {"MuJoCo's callbacks in the process", "they may read and write all of mjData", callbacks},
+      {"numbers of the model that are not finite or greater than 1e10",
+       "products of zeros and such numbers are not zeros", excess}};
+  return list;
+}
+
+const std::vector<Stage>& stages() {
+  static const std::vector<Stage> list{
+      {"kinematics, centres of mass, inertia", "all joints, mocap bodies", "",
+       "adopt kinematics comPos crb factorM comVel rne", always, never, never},
+      {"tendons, actuators",
+       "tendons along joints, sites and pulleys; actuators of joints, tendons and sites, with all gains, biases and "
+       "states",
+       "all of them, if a tendon wraps around a geom, an actuator is a slider-crank or has a reference site, or the "
+       "model "
+       "disables actuation",
+       "tendon transmission fwdVelocity fwdActuation advanceActivations", has_actuation, actuation, never},
+      {"passive forces", "springs and dampers; the fluid model of boxes", "all of them, if fluids act on ellipsoids",
+       "passive", always, passive, never},
+      {"contacts",
+       "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
+       "capsules "
+       "with capsules; up to 6 dimensions",
+       "other shapes and parallel capsules, where bounding spheres and boxes are near each other", "reject collision",
+       has_contacts, contacts, other_shapes},
+      {"constraints",
+       "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
+       "elliptic cones",
+       "all of rows that have an equality constraint, or a limit or friction of a tendon, whose Jacobian is 0",
+       "instantiateLimit makeConstraint", has_constraints, constraints, never},
+      {"solver", "Newton; PGS with pyramidal cones; up to 64 constraints",
+       "CG, noslip, PGS with elliptic cones, sparse Jacobians; with elliptic cones all of which mjData must hold the "
+       "constraints",
+       "solNewton solPGS", has_constraints, solver, never},
+      {"accelerations, Euler, RK4", "all, with forces in `qfrc_applied` and `xfrc_applied`", "",
+       "fwdAcceleration Euler RungeKutta", always, never, never},
+      {"sensors", "all but those named beside",
+       "rangefinders, frames of cameras; all of a model with sensors of users, and of rows whose constraints are made "
+       "row by "
+       "row, if sensors read these",
+       "sensors", has_sensors, sensors, other_sensors},
+      {"forces between bodies (`cacc`, `cfrc_int`, `cfrc_ext`), where a task or the option `arrays` names them", "all",
+       "of rows whose constraints are made row by row", "rnePostConstraint", always, never, never},
+      {"energies", "", "where they are read", "", has_energies, energies, never}};
+  return list;
+}
+
+std::string how(const Stage& stage, const Model& model) {
+  if (!stage.is_there(model)) return "absent";
+  if (const std::string why = stage.alone(model); !why.empty()) return "row by row: " + why;
+  const std::string what = stage.partly(model);
+  return what.empty() ? "lanes" : "lanes; row by row: " + what;
+}
+
+std::string stage_lines(const Model& model) {
+  if (!absence().empty()) return "";
+  const std::string all = obstacle(model);
+  std::string lines;
+  for (const Stage& stage : stages())
+    lines += std::string(stage.name) + ": " + (all.empty() ? how(stage, model) : "row by row: " + all) + "\n";
+  return lines;
+}
+
+std::string obstacle(const Model& model) {
+  for (const Obstacle& one : obstacles())
+    if (std::string found = one.find(model); !found.empty()) return found;
+  return "";
+}
+
+}  // namespace mjenv::core::lanes

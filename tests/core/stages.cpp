@@ -1,0 +1,121 @@
+// The tables of stages and obstacles: docs/lanes.md shows them, and they say how the stages of a model are computed.
+#include "engine/mujoco.hpp"  // before cmocka's macro fail
+
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "engine/lanes/stages.hpp"
+#include "engine/lanes/stepper.hpp"
+#include "engine/model.hpp"
+#include "run.hpp"
+
+namespace mjenv::core {
+namespace {
+
+std::string row(const std::vector<std::string>& cells) {
+  std::string text = "|";
+  for (const std::string& cell : cells) text += (cell.empty() ? "" : " " + cell) + " |";
+  return text;
+}
+
+// The rows of the table of a document under this heading
+std::vector<std::string> table_under(const std::string& heading) {
+  std::ifstream file(PROJECT_FOLDER "/docs/lanes.md");
+  std::vector<std::string> rows;
+  bool is_inside = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line == heading)
+      is_inside = true;
+    else if (is_inside && line.empty())
+      break;
+    else if (is_inside && line.rfind("|---", 0) != 0)
+      rows.push_back(line);
+  }
+  return rows;
+}
+
+void assert_same(const std::vector<std::string>& found, const std::vector<std::string>& wanted) {
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    if (i >= found.size() || found[i] != wanted[i]) fail_msg("docs/lanes.md lacks the row\n%s", wanted[i].c_str());
+  assert_int_equal(found.size(), wanted.size());
+}
+
+void test_document(void** /*state*/) {
+  std::vector<std::string> stages, obstacles;
+  for (const lanes::Stage& stage : lanes::stages())
+    stages.push_back(row({stage.name, stage.in_lanes, stage.row_by_row}));
+  for (const lanes::Obstacle& one : lanes::obstacles()) obstacles.push_back(row({one.name, one.reason}));
+  assert_same(table_under("| stage | in lanes | row by row |"), stages);
+  assert_same(table_under("| obstacle | reason |"), obstacles);
+}
+
+// The first word of each stage, and how the stage of a model is computed.
+std::map<std::string, std::string> stages_of(const std::string& text) {
+  std::istringstream lines(lanes::stage_lines(*Model::parse("stages", text)));
+  std::map<std::string, std::string> found;
+  for (std::string line; std::getline(lines, line);)
+    found[line.substr(0, line.find_first_of(", :"))] = line.substr(line.find(": ") + 2);
+  return found;
+}
+
+void test_models(void** /*state*/) {
+  const auto with = [](const std::string& before, const std::string& geoms, const std::string& after) {
+    return "<mujoco>" + before + "<worldbody><geom type='plane' size='1 1 1'/><site name='s'/>" +
+           "<body name='b'><joint name='j'/><geom size='0.1'/><site name='t'/>" + geoms + "</body></worldbody>" +
+           after + "</mujoco>";
+  };
+  auto found = stages_of(with("", "", ""));
+  assert_int_equal(found.size(), lanes::stages().size());
+  for (const char* stage : {"kinematics", "passive", "contacts", "constraints", "solver", "accelerations", "forces"})
+    assert_string_equal(found[stage].c_str(), "lanes");
+  for (const char* stage : {"tendons", "sensors", "energies"}) assert_string_equal(found[stage].c_str(), "absent");
+
+  const struct {
+    std::string text, stage, how;
+  } cases[] = {
+      {with("<option><flag contact='disable'/></option>", "", ""), "contacts", "absent"},
+      {with("<option><flag contact='disable'/></option>", "", ""), "solver", "absent"},
+      {with("", "<geom type='ellipsoid' size='0.1 0.1 0.1'/><geom type='box' size='.1 .1 .1'/>", ""), "contacts",
+       "lanes"},
+      {with("<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>", "<geom type='mesh' mesh='m'/>", ""),
+       "contacts", "lanes; row by row: plane and mesh, where they are near"},
+      {with("<option solver='CG'/>", "", ""), "solver", "row by row: the solver CG"},
+      {with("<option solver='CG'/>", "", ""), "constraints", "row by row: the solver's stage is, too"},
+      {with("<option solver='PGS' cone='elliptic'/>", "", ""), "solver", "row by row: PGS with elliptic cones"},
+      {with("<option noslip_iterations='1'/>", "", ""), "solver", "row by row: noslip"},
+      {with("<option jacobian='sparse'/>", "", ""), "solver", "row by row: sparse Jacobians"},
+      {with("<option density='1'/>", "<geom size='0.1' fluidshape='ellipsoid'/>", ""), "passive",
+       "row by row: fluids on ellipsoids"},
+      {with("", "", "<actuator><motor joint='j'/></actuator>"), "tendons", "lanes"},
+      {with("<option><flag actuation='disable'/></option>", "", "<actuator><motor joint='j'/></actuator>"), "tendons",
+       "row by row: the model disables actuation"},
+      {with("", "", "<actuator><general cranksite='t' slidersite='s' cranklength='1'/></actuator>"), "tendons",
+       "row by row: slider-cranks or reference sites"},
+      {with("", "", "<sensor><gyro site='t'/></sensor>"), "sensors", "lanes"},
+      {with("", "", "<sensor><rangefinder site='t'/></sensor>"), "sensors", "lanes; row by row: rangefinders"},
+      {with("", "", "<sensor><user objtype='site' objname='t' datatype='real' needstage='acc' dim='1'/></sensor>"),
+       "sensors", "row by row: sensors of users"},
+      {with("<option><flag energy='enable'/></option>", "", ""), "energies", "row by row: only where they are read"},
+      {with("<option integrator='implicit'/>", "", ""), "kinematics", "row by row: the integrator"}};
+  for (const auto& c : cases) assert_string_equal(stages_of(c.text)[c.stage].c_str(), c.how.c_str());
+}
+
+}  // namespace
+}  // namespace mjenv::core
+
+int run_stages() {
+  using namespace mjenv::core;
+  const CMUnitTest tests[] = {cmocka_unit_test(test_document), cmocka_unit_test(test_models)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
