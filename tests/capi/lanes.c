@@ -425,14 +425,62 @@ static void test_bad_accelerations(void** state) {
   }
 }
 
+static mjenv_options* options_with_stack(int64_t lanes, int size) {
+  enum { JOINTS = 10 };
+  char joints[200 * JOINTS] = "", motors[100 * JOINTS] = "", xml[300 * JOINTS + 200];
+  for (int i = 0, at = 0, end = 0; i < JOINTS; ++i) {
+    at += snprintf(joints + at, sizeof joints - (size_t)at,
+                   "<body pos='.1 0 0'><geom size='.1' contype='0'/>"
+                   "<joint name='joint%d' axis='%d 1 2' limited='true' range='-57 57'/>",
+                   i, i);
+    end += snprintf(motors + end, sizeof motors - (size_t)end, "<general joint='joint%d' dyntype='integrator'/>", i);
+  }
+  int end =
+      snprintf(xml, sizeof xml, "<mujoco><size nstack='%d'/><option integrator='RK4'/><worldbody>%s", size, joints);
+  for (int i = 0; i < JOINTS; ++i) end += snprintf(xml + end, sizeof xml - (size_t)end, "</body>");
+  snprintf(xml + end, sizeof xml - (size_t)end, "</worldbody><actuator>%s</actuator></mujoco>", motors);
+  return options_of_model(xml, lanes);
+}
+
+// A row whose constraints find too little room on the stack of mjData fails with lanes as it does without, also if
+// mj_RungeKutta takes a part of the stack.
+static void test_small_stacks(void** state) {
+  (void)state;
+  if (!runs(2)) return;
+  enum { ROWS = 2 };
+  int counts[2] = {0};
+  for (int size = 420; size < 740; size += 16) {
+    int32_t statuses[2];
+    for (int i = 0; i < 2; ++i) {
+      mjenv_env* env = env_of_options(options_with_stack(2 * i, size), ROWS);
+      struct outputs* out = outputs_of(env);
+      double* action = allocate((size_t)(ROWS * action_count(env)) * sizeof *action);
+      memset(action, 0, (size_t)(ROWS * action_count(env)) * sizeof *action);
+      assert_lanes(env, 2 * i, i == 0 ? "option" : "");
+      seed_rows(env, 1);
+      assert_ok(mjenv_reset(env, NULL, NULL));
+      fill_array(env, 1, "qpos", 2);  // beyond all limits
+      mjenv_step(env, NULL, action, ROWS * action_count(env), MJENV_DTYPE_FLOAT64, &out->batch);
+      statuses[i] = out->status[1];
+      free(action);
+      outputs_free(out);
+      mjenv_destroy(env);
+    }
+    assert_int_equal(statuses[1], statuses[0]);
+    ++counts[statuses[0] == MJENV_OK];
+  }
+  assert_true(counts[0] > 0 && counts[1] > 0);
+}
+
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  struct CMUnitTest tests[ids + 4];
+  struct CMUnitTest tests[ids + 5];
   for (int64_t i = 0; i < ids; ++i)
     tests[i] = (struct CMUnitTest){mjenv_id_at(i), test_id, NULL, NULL, (void*)(uintptr_t)mjenv_id_at(i)};
   tests[ids] = (struct CMUnitTest)cmocka_unit_test(test_refused);
   tests[ids + 1] = (struct CMUnitTest)cmocka_unit_test(test_reasons);
   tests[ids + 2] = (struct CMUnitTest)cmocka_unit_test(test_forces);
   tests[ids + 3] = (struct CMUnitTest)cmocka_unit_test(test_bad_accelerations);
+  tests[ids + 4] = (struct CMUnitTest)cmocka_unit_test(test_small_stacks);
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -716,12 +716,10 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
-    // mj_RungeKutta keeps four X, four F and dX on the stack of mjData, which may leave too little for constraints.
-    const int taken = 4 * (m_.nq + 2 * m_.nv) + 2 * m_.nv;
-    for (int row = 0; row < count_; ++row) {
-      if (data_[row]->pstack + taken > data_[row]->nstack) lanes_.left |= 1U << row;
-      data_[row]->pstack += taken;
-    }
+    // mj_RungeKutta keeps four X, four F and dX on the stack of mjData, which may leave too little for constraints. The
+    // stack has room for these, or an environment's trial step would have failed.
+    const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
+    for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});
     for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }
