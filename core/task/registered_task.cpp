@@ -80,9 +80,8 @@ void RegisteredTask::take_id(const char* id) {
   if (id_.size() > kMaxId || !is_name(name) || (slash != std::string::npos && !is_name(space)))
     fail(MJENV_E_VALUE,
          "an id is a name of letters, digits, \"_\", \".\" and \"-\" that begins with neither \".\" nor \"-\", then "
-         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; a namespace, which is such a name, and \"/\" "
-         "may "
-         "stand before it; at most " +
+         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; a namespace, which is such a name, and "
+         "\"/\" may stand before it; at most " +
              std::to_string(kMaxId) + " bytes; not " + quoted(id_));
   version_ = std::stoi(number);
 }

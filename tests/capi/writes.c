@@ -475,8 +475,8 @@ static void assert_same_in_image(mjenv_env* env, mjenv_env* other, const char* a
   free(image);
 }
 
-// Three versions of the own values count at once: the last step's forces are those of the first, the arrays that set_state has
-// computed are those of the second, and the third was written since. Images and copies have all of them.
+// Three versions of the own values count at once: the last step's forces are those of the first, the arrays that
+// set_state has computed are those of the second, and the third was written since. Images and copies have all of them.
 static void test_older_values(void** state) {
   (void)state;
   static const double action[6] = {0.3, -0.2, 0.1};
@@ -503,8 +503,8 @@ static void test_older_values(void** state) {
   mjenv_destroy(other);
 }
 
-// mj_setConst computes no forces: those of the last step stay, also where the row's last step has to be repeated because the
-// work space has computed another row since.
+// mj_setConst computes no forces: those of the last step stay, also where the row's last step has to be repeated
+// because the work space has computed another row since.
 static void test_forces_before_constants(void** state) {
   (void)state;
   static const double action[2 * 3] = {0};

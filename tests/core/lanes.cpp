@@ -233,7 +233,7 @@ OwnArrays own_arrays(const Model& model, bool with_frames) {
 }
 
 std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
-                    int rows) {
+                    int rows, bool may_leave_many) {
   // In turns, no more of mjData is read than after every step, all of it, or forces; and the same of the new state.
   constexpr std::size_t kKinds = 6;
   static std::size_t turn = 0;
@@ -268,7 +268,7 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
                 width, name, are_shared ? "" : ", own values", counts.rows, counts.left, counts.contacts,
                 counts.constraints);
     // A fifth of the rows is too few to say how many are usual.
-    if (share == 1 && kind < Kind::odd && counts.left > counts.rows / (are_shared ? 20 : 2))
+    if (!may_leave_many && share == 1 && kind < Kind::odd && counts.left > counts.rows / (are_shared ? 20 : 2))
       return "lanes leave too many rows to MuJoCo";
   }
   return "";
@@ -294,7 +294,7 @@ void count_leaving(lanes::Lanes& d, lanes::Constraints& c) {
 
 // Rows that share the model, rows with values of their own, some of them with frames of their own, and again rows that share
 // it, on one stepper.
-std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows) {
+std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows, bool may_leave_many = false) {
   const ErrorTrap trap;
   const OwnArrays shared(*model), own = own_arrays(*model, false), placed = own_arrays(*model, true);
   made = made_of_contacts = left_by_solver = 0;
@@ -305,7 +305,7 @@ std::string compare(const std::shared_ptr<const Model>& model, int rows = kRows)
     code.solNewton = count_leaving;
     const auto stepper = lanes::make_stepper(*model, code);
     for (const OwnArrays* arrays : {&shared, &own, &placed, &shared}) {
-      const std::string found = compare(model, width, *stepper, *arrays, rows);
+      const std::string found = compare(model, width, *stepper, *arrays, rows, may_leave_many);
       if (!found.empty()) return found;
     }
   }
@@ -592,7 +592,7 @@ void test_rows_of_lost_rank(void** /*state*/) {
   const int rows = kFewRows * share;  // a share of the rows may have no Hessian that loses rank
   assert_string_equal(compare(Model::parse("contacts.xml", plain), rows).c_str(), "");
   const int usual = left_by_solver;
-  assert_string_equal(compare(Model::parse("contacts.xml", strong), rows).c_str(), "");
+  assert_string_equal(compare(Model::parse("contacts.xml", strong), rows, true).c_str(), "");
   assert_true(left_by_solver > usual);
 }
 

@@ -455,7 +455,8 @@ static void test_outputs_of_failing_rows(void** state) {
   free(p);
 }
 
-// A row that fails in a rollout stays there: nothing is written for its later steps, and the others are played to the end.
+// A row that fails in a rollout stays there: nothing is written for its later steps, and the others are played to the
+// end.
 static void test_failing_rollout(void** state) {
   (void)state;
   enum { LENGTH = 4 };

@@ -56,8 +56,8 @@ class RowModel {
     if (near_) set_pairs(view_, *near_);
   }
 
-  // Only with the pairs that the row's bounding spheres do not exclude. It gives the same contacts, because MuJoCo begins
-  // with the same tests. hits: for each pair the rows, as bits.
+  // Only with the pairs that the row's bounding spheres do not exclude. It gives the same contacts, because MuJoCo
+  // begins with the same tests. hits: for each pair the rows, as bits.
   const mjModel& with_near_pairs(int row, const unsigned char* hits) {
     view_.npair = 0;
     for (int i = 0; i < all_->npair; ++i)
@@ -307,7 +307,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void for_live_rows(const Body& body);
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
-  // What becomes of what an evaluation of the dynamics computes.
+  // Who reads what an evaluation of the dynamics computes.
   struct Use {
     bool is_left;    // the step leaves it in mjData
     bool is_sensed;  // sensors show it
