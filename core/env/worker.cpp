@@ -214,8 +214,8 @@ void Worker::prepare(const OwnArrays& arrays) {
 void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
   if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
-    // Only commit gives the row these numbers. So if the row is loaded again (Team::advance), carry starts from the
-    // row's old numbers once more, not from its own result.
+    // Only commit gives the row these numbers. So if the row is loaded again (Team::advance), carry starts from the row's
+    // old numbers once more, not from its own result.
     task_.calls->carry(view_);
   } else {
     load_carried(rows, row);

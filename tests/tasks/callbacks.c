@@ -793,7 +793,7 @@ static void test_bad_bounds(void** state) {
   (void)state;
   refused_bounds(MJENV_E_VALUE, -1, 1, 0, 1, "first is -1");
   refused_bounds(MJENV_E_VALUE, INT64_MAX, 1, 0, 1, "first is 9223372036854775807");
-  refused_bounds(MJENV_E_VALUE, 0, INT64_MAX, 0, 1, "count 9223372036854775807");
+  refused_bounds(MJENV_E_VALUE, 0, INT64_MAX, 0, 1, "count is 9223372036854775807");
   refused_bounds(MJENV_E_TASK, CARRIED, 1, 0, 1, "carry_count is 5");
   refused_bounds(MJENV_E_VALUE, 0, 1, 1, 3, "[1, 3] does not contain 0");
   refused_bounds(MJENV_E_VALUE, 0, 1, 3, -3, "[3, -3] does not contain 0");

@@ -19,7 +19,8 @@
  *   A callback must not be left by longjmp or by a C++ exception, fork, end its thread, or use its own environment.
  * Numbers
  *   After a step, a callback sees mjData as mj_step leaves it: qpos, qvel, act and time are new; all that mj_step
- *   computes from them (xpos, contacts, ...) is one timestep older. See mjenv_build_current for the new state's.
+ *   computes from them (xpos, contacts, ...) is one timestep older. mjenv_build_current asks for what belongs to the new
+ *   state.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
@@ -426,22 +427,22 @@ static inline void mjenv_build_keep(mjenv_builder *builder, int64_t first, int64
   builder->api->keep(builder, first, count);
 }
 
-/* Returns the index of a live parameter's first number in mjenv_sim.parameters and mjenv_start.parameters. Callbacks
- * see what the caller wrote last. In build, they are the option's values. Fails if the option is not live. */
+/* Returns the index of a live parameter's first number in mjenv_sim.parameters and mjenv_start.parameters. Callbacks see
+ * what the caller wrote last. In build, they are the option's values. Fails if the option is not live. */
 static inline int64_t mjenv_build_parameter(mjenv_builder *builder, const char *option) {
   return builder->api->parameter(builder, option);
 }
 
-/* Makes what callbacks see belong to the new state. After the last mj_step of a step, the library computes the stages
- * of mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new qpos and
- * qvel; forces, accelerations and their sensors belong to the state before, and mjenv_contact.force is 0. In these
- * stages MuJoCo 2.2.2 normalises the quaternions in qpos; the next step goes on from qpos as it was before them. A
- * reset calls mj_forward with actuation disabled before and after the callback, and the callback can simulate
- * (mjenv_start_forward and the like). */
+/* Makes what callbacks see belong to the new state. After the last mj_step of a step, the library computes the stages of
+ * mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new qpos and qvel;
+ * forces, accelerations and their sensors belong to the state before, and mjenv_contact.force is 0. In these stages
+ * MuJoCo 2.2.2 normalises the quaternions in qpos; the next step goes on from qpos as it was before them. A reset calls
+ * mj_forward with actuation disabled before and after the callback, and the callback can simulate (mjenv_start_forward
+ * and the like). */
 static inline void mjenv_build_current(mjenv_builder *builder) { builder->api->current(builder); }
 
-/* Gives each row an own array of mjModel, which reset writes: mjenv_start.own[i], where i is what this returns. What
- * one reset has written stays for the next; if a reset fails, the row keeps its old values. Numbers that mjenv_write
+/* Gives each row an own array of mjModel, which reset writes: mjenv_start.own[i], where i is what this returns. What one
+ * reset has written stays for the next; if a reset fails, the row keeps its old values. Numbers that mjenv_write
  * refuses make the reset fail. Needs mjenv_build_current. Fails for arrays that rows cannot have for themselves (see
  * mjenv_write) or whose elements are no doubles. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
