@@ -87,9 +87,7 @@ void fill(mjenv_option* to, const Option& option) {
 
 template <typename T>
 const T& at(const std::vector<T>& list, std::int64_t index, const char* what) {
-  if (index < 0 || index >= static_cast<std::int64_t>(list.size()))
-    fail(MJENV_E_VALUE, std::string(what) + " " + std::to_string(index) + " is outside 0.." +
-                            std::to_string(static_cast<std::int64_t>(list.size()) - 1));
+  check_index(what, index, list.size());
   return list[static_cast<std::size_t>(index)];
 }
 

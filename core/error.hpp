@@ -49,4 +49,17 @@ inline void check_count(const char* what, std::int64_t given, std::int64_t neede
     fail(MJENV_E_SIZE, std::string(what) + " is " + std::to_string(given) + ", not " + std::to_string(needed));
 }
 
+inline void check_range(const char* what, std::int64_t given, std::int64_t low, std::int64_t high,
+                        mjenv_status status = MJENV_E_VALUE) {
+  if (given < low || given > high)
+    fail(status, std::string(what) + " is " + std::to_string(given) + ", not " + std::to_string(low) + " to " +
+                     std::to_string(high));
+}
+
+inline void check_index(const char* what, std::int64_t index, std::size_t count) {
+  const auto end = static_cast<std::int64_t>(count);
+  if (index < 0 || index >= end)
+    fail(MJENV_E_VALUE, std::string(what) + " " + std::to_string(index) + " is outside 0.." + std::to_string(end - 1));
+}
+
 }  // namespace mjenv::core

@@ -78,8 +78,7 @@ T read_struct(const T* theirs, const char* name, T defaults = {}) {
 template <typename T, typename Visit>
 void for_each_struct(const T* array, std::int64_t count, std::int64_t most, const char* count_name,
                      const std::string& name, const Visit& visit) {
-  if (count < 0 || count > most)
-    fail(MJENV_E_SIZE, std::string(count_name) + " is " + std::to_string(count) + ", not 0 to " + std::to_string(most));
+  check_range(count_name, count, 0, most, MJENV_E_SIZE);
   if (count == 0) return;
   const std::uint32_t step = struct_size(array, name.c_str());  // from one element to the next
   // A greater struct_size would make us read beyond the element.

@@ -194,9 +194,7 @@ int Model::index(const std::string& type, const std::string& name) const {
 
 const char* Model::name(const std::string& type, std::int64_t index) const {
   const Kind& kind = kind_of(type);
-  const int total = static_cast<int>(model_.get()->*kind.count);
-  if (index < 0 || index >= total)
-    fail(MJENV_E_VALUE, type + " index " + std::to_string(index) + " is outside 0.." + std::to_string(total - 1));
+  check_index((type + " index").c_str(), index, static_cast<std::size_t>(model_.get()->*kind.count));
   const char* found = mj_id2name(model_.get(), kind.type, static_cast<int>(index));
   return found ? found : "";
 }

@@ -32,10 +32,7 @@ Rows::Rows(const Task& task, std::size_t history_count, std::int64_t count)
   for (std::int64_t row = 0; row < count; ++row) std::copy(defaults.begin(), defaults.end(), parameters(row));
 }
 
-void Rows::check(std::int64_t row) const {
-  if (row < 0 || row >= count())
-    fail(MJENV_E_VALUE, "row " + std::to_string(row) + " is outside 0.." + std::to_string(count() - 1));
-}
+void Rows::check(std::int64_t row) const { check_index("row", row, static_cast<std::size_t>(count())); }
 
 bool Rows::has_constants() const {
   return std::any_of(heads_.begin(), heads_.end(), [](const Head& head) { return head.has_constants; });

@@ -76,12 +76,6 @@ void write_default_options(mjenv_render_settings& settings) {
     std::copy(std::begin(options.*option), std::end(options.*option), std::begin(settings.*setting));
 }
 
-void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
-  if (value < low || value > high)
-    fail(MJENV_E_VALUE, std::string(name) + " is " + std::to_string(value) + ", outside " + std::to_string(low) + ".." +
-                            std::to_string(high));
-}
-
 double or_default(double value, double fallback) { return std::isnan(value) ? fallback : value; }
 
 Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)

@@ -53,7 +53,6 @@ struct Drawing {
 
 // Sets what mjvOption has: MuJoCo's defaults.
 void write_default_options(mjenv_render_settings& settings);
-void check_range(const char* name, std::int64_t value, std::int64_t low, std::int64_t high);
 // The value, unless it is NaN.
 double or_default(double value, double fallback);
 

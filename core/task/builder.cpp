@@ -20,15 +20,13 @@ Builder::Builder(const Options& options, const Model& model, SimView& view, std:
 }
 
 void Builder::carry(std::int64_t count) {
-  if (count < 0 || count > kMaxCarried)
-    fail(MJENV_E_VALUE, "carry: the count is " + std::to_string(count) + ", not 0 to " + std::to_string(kMaxCarried));
+  check_range("carry: the count", count, 0, kMaxCarried);
   view_.carry(static_cast<std::size_t>(count));
 }
 
 void Builder::carry_bounds(const CarryBounds& bounds) {
-  if (bounds.first < 0 || bounds.first > kMaxCarried || bounds.count < 0 || bounds.count > kMaxCarried)
-    fail(MJENV_E_VALUE, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
-                            std::to_string(bounds.count) + ", not 0 to " + std::to_string(kMaxCarried));
+  check_range("carry_bounds: first", bounds.first, 0, kMaxCarried);
+  check_range("carry_bounds: count", bounds.count, 0, kMaxCarried);
   if (!(bounds.low <= 0 && 0 <= bounds.high))
     fail(MJENV_E_VALUE, "carry_bounds: [" + number(bounds.low) + ", " + number(bounds.high) +
                             "] does not contain 0, which a row carries until its first reset");
@@ -36,9 +34,8 @@ void Builder::carry_bounds(const CarryBounds& bounds) {
 }
 
 void Builder::keep(const KeptNumbers& numbers) {
-  if (numbers.first < 0 || numbers.first > kMaxCarried || numbers.count < 0 || numbers.count > kMaxCarried)
-    fail(MJENV_E_VALUE, "keep: first is " + std::to_string(numbers.first) + " and count " +
-                            std::to_string(numbers.count) + ", not 0 to " + std::to_string(kMaxCarried));
+  check_range("keep: first", numbers.first, 0, kMaxCarried);
+  check_range("keep: count", numbers.count, 0, kMaxCarried);
   kept_.push_back(numbers);
 }
 

@@ -39,11 +39,6 @@ RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const voi
   take_id(given.id);
   try {
     take_model(given);
-    const auto check_range = [](const char* what, std::int64_t value, std::int64_t low, std::int64_t high) {
-      if (value < low || value > high)
-        fail(MJENV_E_VALUE, std::string(what) + " is " + std::to_string(value) + ", not " + std::to_string(low) +
-                                " to " + std::to_string(high));
-    };
     check_range("frame_skip", given_.frame_skip, 1, kMaxFrameSkip);
     check_range("time_limit", given_.time_limit, 0, kMaxInteger);
     check_range("carry_count", given_.carry_count, 0, kMaxCarried);
@@ -80,9 +75,8 @@ void RegisteredTask::take_id(const char* id) {
   if (id_.size() > kMaxId || !is_name(name) || (slash != std::string::npos && !is_name(space)))
     fail(MJENV_E_VALUE,
          "an id is a name of letters, digits, \"_\", \".\" and \"-\" that begins with neither \".\" nor \"-\", then "
-         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; a namespace, which is such a name, and \"/\" "
-         "may "
-         "stand before it; at most " +
+         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; a namespace, which is such a name, and "
+         "\"/\" may stand before it; at most " +
              std::to_string(kMaxId) + " bytes; not " + quoted(id_));
   version_ = std::stoi(number);
 }
@@ -128,9 +122,7 @@ void RegisteredTask::take_options(const mjenv_task& given) {
       case MJENV_KIND_FLAG: set_integer(0, 1); break;
       case MJENV_KIND_INTEGER: set_integer(-static_cast<double>(kMaxInteger), static_cast<double>(kMaxInteger)); break;
       case MJENV_KIND_REALS:
-        if (from.count < 0 || from.count > kMaxCount)
-          fail(MJENV_E_VALUE,
-               what + ": its count is " + std::to_string(from.count) + ", not 0 to " + std::to_string(kMaxCount));
+        check_range((what + ": its count").c_str(), from.count, 0, kMaxCount);
         if (from.count > 0 && !from.values) fail(MJENV_E_ARGUMENT, what + ": values is NULL");
         if (from.count == 0)
           option.reals = {from.value};

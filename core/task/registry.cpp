@@ -103,8 +103,7 @@ std::int64_t id_count() {
 const Id& id_at(std::int64_t index) {
   load_tasks_of_environment();
   const List& list = *latest.load();
-  if (index < 0 || index >= static_cast<std::int64_t>(list.count))
-    fail(MJENV_E_VALUE, "id " + std::to_string(index) + " is outside 0.." + std::to_string(list.count - 1));
+  check_index("id", index, list.count);
   return *list.ids[index];
 }
 

@@ -281,9 +281,7 @@ static void test_randomised(void** state) {
       int64_t size;
       uint8_t to[ROWS] = {0, 0, 0, 1}, ended[ROWS];
       const double timestep[] = {0.002};
-      assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
-      void* image = allocate(size);
-      assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+      void* image = image_of(env, 0, &size);
       assert_ok(set_constants(env, 1));
       assert_ok(mjenv_restore(env, 2, image, size));
       assert_ok(mjenv_copy_row(env, to, 1));

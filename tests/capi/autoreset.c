@@ -211,7 +211,8 @@ static void replay(const char* path, int64_t threads, bool split) {
   vector_free(v);
 }
 
-// An episode that ended in a rollout is reset by the next step, which is then no last step: it has no final observation.
+// An episode that ended in a rollout is reset by the next step, which is then no last step: it has no final
+// observation.
 static void test_reset_after_rollout(void** state) {
   (void)state;
   enum { STEPS = 3 };

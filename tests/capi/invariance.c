@@ -87,9 +87,7 @@ static uint64_t played(const char* id, struct way way) {
     h = hash(h, out.memory, out.size);
   }
   int64_t size;
-  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
-  unsigned char* image = allocate(size);
-  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, size, &size));
+  unsigned char* image = image_of(env, MJENV_ALL_ROWS, &size);
   h = hash(h, image, size);
   free(image);
   free(action);

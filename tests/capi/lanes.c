@@ -171,9 +171,7 @@ static void disturb(struct player* p, int step) {
   if (step == 22) fill_array(p->env, MJENV_ALL_ROWS, "qfrc_applied", -0.0);
   if (step == 24) fill_array(p->env, MJENV_ALL_ROWS, "qfrc_applied", 0);
   if (step == 16) {
-    assert_ok(mjenv_snapshot(p->env, rows - 1, NULL, 0, &size));
-    unsigned char* image = allocate(size);
-    assert_ok(mjenv_snapshot(p->env, rows - 1, image, size, &size));
+    unsigned char* image = image_of(p->env, rows - 1, &size);
     assert_ok(mjenv_restore(p->env, rows / 3, image, size));
     free(image);
   }
@@ -396,13 +394,93 @@ static void test_forces(void** state) {
   mjenv_destroy(env);
 }
 
+static mjenv_options* options_of_model(const char* xml, int64_t lanes) {
+  mjenv_options* options = options_with_lanes("Model-v0", lanes);
+  assert_ok(mjenv_options_set_string(options, "xml_string", xml));
+  return options;
+}
+
+// MuJoCo resets a simulation whose accelerations are bad (mj_checkAcc), also if only the constraints make them so and
+// the timestep is so short that the velocities stay good.
+static void test_bad_accelerations(void** state) {
+  (void)state;
+  if (!runs(2)) return;
+  static const char xml[] =
+      "<mujoco><option timestep='1e-6'/><worldbody><body><geom size='.1' pos='0 0 -.5'/>"
+      "<joint name='hinge' axis='0 1 0' limited='true' range='-57 57' solreflimit='1e-6 1'/></body></worldbody>"
+      "<actuator><motor joint='hinge'/></actuator></mujoco>";
+  enum { ROWS = 3 };
+  const double action[ROWS] = {0};
+  for (int64_t lanes = 0; lanes <= 2; lanes += 2) {
+    mjenv_env* env = env_of_options(options_of_model(xml, lanes), ROWS);
+    struct outputs* out = outputs_of(env);
+    assert_lanes(env, lanes, lanes == 0 ? "option" : "");
+    seed_rows(env, 1);
+    assert_ok(mjenv_reset(env, NULL, NULL));
+    fill_array(env, 1, "qpos", 2);  // 1 rad beyond the limit
+    assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT64, &out->batch));
+    for (int row = 0; row < ROWS; ++row) assert_int_equal(out->status[row], row == 1 ? MJENV_DIVERGED : MJENV_OK);
+    outputs_free(out);
+    mjenv_destroy(env);
+  }
+}
+
+static mjenv_options* options_with_stack(int64_t lanes, int size) {
+  enum { JOINTS = 10 };
+  char joints[200 * JOINTS] = "", motors[100 * JOINTS] = "", xml[300 * JOINTS + 200];
+  for (int i = 0, at = 0, end = 0; i < JOINTS; ++i) {
+    at += snprintf(joints + at, sizeof joints - (size_t)at,
+                   "<body pos='.1 0 0'><geom size='.1' contype='0'/>"
+                   "<joint name='joint%d' axis='%d 1 2' limited='true' range='-57 57'/>",
+                   i, i);
+    end += snprintf(motors + end, sizeof motors - (size_t)end, "<general joint='joint%d' dyntype='integrator'/>", i);
+  }
+  int end =
+      snprintf(xml, sizeof xml, "<mujoco><size nstack='%d'/><option integrator='RK4'/><worldbody>%s", size, joints);
+  for (int i = 0; i < JOINTS; ++i) end += snprintf(xml + end, sizeof xml - (size_t)end, "</body>");
+  snprintf(xml + end, sizeof xml - (size_t)end, "</worldbody><actuator>%s</actuator></mujoco>", motors);
+  return options_of_model(xml, lanes);
+}
+
+// A row whose constraints find too little room on the stack of mjData fails with lanes as it does without, also if
+// mj_RungeKutta takes a part of the stack.
+static void test_small_stacks(void** state) {
+  (void)state;
+  if (!runs(2)) return;
+  enum { ROWS = 2 };
+  int counts[2] = {0};
+  for (int size = 420; size < 740; size += 16) {
+    int32_t statuses[2];
+    for (int i = 0; i < 2; ++i) {
+      mjenv_env* env = env_of_options(options_with_stack(2 * i, size), ROWS);
+      struct outputs* out = outputs_of(env);
+      double* action = allocate((size_t)(ROWS * action_count(env)) * sizeof *action);
+      memset(action, 0, (size_t)(ROWS * action_count(env)) * sizeof *action);
+      assert_lanes(env, 2 * i, i == 0 ? "option" : "");
+      seed_rows(env, 1);
+      assert_ok(mjenv_reset(env, NULL, NULL));
+      fill_array(env, 1, "qpos", 2);  // beyond all limits
+      mjenv_step(env, NULL, action, ROWS * action_count(env), MJENV_DTYPE_FLOAT64, &out->batch);
+      statuses[i] = out->status[1];
+      free(action);
+      outputs_free(out);
+      mjenv_destroy(env);
+    }
+    assert_int_equal(statuses[1], statuses[0]);
+    ++counts[statuses[0] == MJENV_OK];
+  }
+  assert_true(counts[0] > 0 && counts[1] > 0);
+}
+
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  struct CMUnitTest tests[ids + 3];
+  struct CMUnitTest tests[ids + 5];
   for (int64_t i = 0; i < ids; ++i)
     tests[i] = (struct CMUnitTest){mjenv_id_at(i), test_id, NULL, NULL, (void*)(uintptr_t)mjenv_id_at(i)};
   tests[ids] = (struct CMUnitTest)cmocka_unit_test(test_refused);
   tests[ids + 1] = (struct CMUnitTest)cmocka_unit_test(test_reasons);
   tests[ids + 2] = (struct CMUnitTest)cmocka_unit_test(test_forces);
+  tests[ids + 3] = (struct CMUnitTest)cmocka_unit_test(test_bad_accelerations);
+  tests[ids + 4] = (struct CMUnitTest)cmocka_unit_test(test_small_stacks);
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

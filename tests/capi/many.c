@@ -24,22 +24,6 @@ static void twins_of(mjenv_env* env, const char* id, mjenv_env** twins, uint64_t
   }
 }
 
-static unsigned char* image_of(mjenv_env* env, int64_t row, int64_t* size) {
-  assert_ok(mjenv_snapshot(env, row, NULL, 0, size));
-  unsigned char* image = allocate(*size);
-  assert_ok(mjenv_snapshot(env, row, image, *size, size));
-  return image;
-}
-
-static void assert_same_image(mjenv_env* a, int64_t row_a, mjenv_env* b, int64_t row_b) {
-  int64_t size_a, size_b;
-  unsigned char *image_a = image_of(a, row_a, &size_a), *image_b = image_of(b, row_b, &size_b);
-  assert_int_equal(size_a, size_b);
-  assert_memory_equal(image_a, image_b, size_a);
-  free(image_a);
-  free(image_b);
-}
-
 static void fill_actions(float* action, int64_t count, int salt) {
   for (int64_t i = 0; i < count; ++i) action[i] = (float)((i * 37 + (size_t)salt * 101) % 201) / 100 - 1;
 }

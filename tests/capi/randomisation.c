@@ -100,13 +100,6 @@ static void assert_same_rows(mjenv_env* a, int row_a, mjenv_env* b, int row_b) {
   for (size_t i = 0; i < COUNT(arrays); ++i) assert_same_array(a, row_a, b, row_b, arrays[i]);
 }
 
-static unsigned char* image_of(mjenv_env* env, int64_t row, int64_t* size) {
-  assert_ok(mjenv_snapshot(env, row, NULL, 0, size));
-  unsigned char* image = allocate(*size);
-  assert_ok(mjenv_snapshot(env, row, image, *size, size));
-  return image;
-}
-
 static void draw_actions(double* action, size_t count) {
   for (size_t i = 0; i < count; ++i) action[i] = uniform(-1, 1);
 }
@@ -288,7 +281,7 @@ static void test_removed(void** state) {
   mjenv_destroy(plain);
 }
 
-// After its state was set, also by mj_setConst, a row shows the task's own observation.
+// After its state was set or written, also by mj_setConst, a row shows the task's own observation.
 static void test_observe(void** state) {
   (void)state;
   mjenv_env *env = drawing_env("Hopper-v5", 1, 1, "disabled"), *plain = plain_env("Hopper-v5", 1, 1, "disabled");
@@ -312,6 +305,11 @@ static void test_observe(void** state) {
   qpos = read_array(env, 0, "qpos", &nq), qvel = read_array(env, 0, "qvel", &nv);
   assert_same_bits("positions", out->obs, qpos + 1, nq - 1);
   assert_same_bits("velocities", out->obs + nq - 1, qvel, nv);
+  assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT64, NULL));
+  qpos[1] = 1.5;
+  assert_ok(write_row(env, 0, "qpos", qpos, nq));
+  assert_ok(mjenv_observe(env, &out->batch));
+  assert_same_bits("written", out->obs, qpos + 1, nq - 1);
   free(qpos);
   free(qvel);
   outputs_free(out);

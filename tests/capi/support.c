@@ -146,7 +146,25 @@ double* read_array(mjenv_env* env, int64_t row, const char* array, int64_t* coun
   return values;
 }
 
-// ---- Outputs ----
+// ---- Images ----
+
+unsigned char* image_of(mjenv_env* env, int64_t row, int64_t* size) {
+  assert_ok(mjenv_snapshot(env, row, NULL, 0, size));
+  unsigned char* image = allocate((size_t)*size);
+  int64_t written = 0;
+  assert_ok(mjenv_snapshot(env, row, image, *size, &written));
+  assert_int_equal(written, *size);
+  return image;
+}
+
+void assert_same_image(mjenv_env* env, int64_t row, mjenv_env* other, int64_t other_row) {
+  int64_t got_size, want_size;
+  unsigned char *got = image_of(env, row, &got_size), *want = image_of(other, other_row, &want_size);
+  assert_int_equal(got_size, want_size);
+  assert_memory_equal(got, want, want_size);
+  free(got);
+  free(want);
+}
 
 // The layout of an image, as core/env/image.cpp describes it.
 enum { IMAGE_PARTS = 48, IMAGE_ARRAYS = 52, IMAGE_CHECKSUM = 56, IMAGE_HEADER = 64, IMAGE_NAME = 40, IMAGE_ENTRY = 48 };
@@ -172,6 +190,8 @@ void image_seal(unsigned char* image, size_t size) {
   for (size_t i = IMAGE_HEADER; i < size; ++i) sum = (sum ^ image[i]) * 0x100000001b3;
   memcpy(image + IMAGE_CHECKSUM, &sum, sizeof sum);
 }
+
+// ---- Outputs ----
 
 struct outputs* outputs_of(const mjenv_env* env) {
   struct outputs* out = allocate(sizeof *out);

@@ -69,6 +69,10 @@ double* read_array(mjenv_env* env, int64_t row, const char* array, int64_t* coun
 
 // ---- Images ----
 
+// The image of a row, or of MJENV_ALL_ROWS, to be freed.
+unsigned char* image_of(mjenv_env* env, int64_t row, int64_t* size);
+// Two rows, which may be of different environments, have the same image.
+void assert_same_image(mjenv_env* env, int64_t row, mjenv_env* other, int64_t other_row);
 // A part of an image of one row, by its name. size: receives its bytes.
 unsigned char* image_part(unsigned char* image, const char* name, size_t* size);
 // Gives an image that was changed the checksum that fits.

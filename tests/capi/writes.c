@@ -66,37 +66,16 @@ static mjenv_env* env_with_threads(const char* id, int threads, int64_t rows) {
   return env_of_options(options, rows);
 }
 
-struct image {
-  unsigned char* bytes;
-  int64_t size;
-};
-
-static struct image image_of(mjenv_env* env, int64_t row) {
-  struct image image;
-  assert_ok(mjenv_snapshot(env, row, NULL, 0, &image.size));
-  image.bytes = allocate(image.size);
-  assert_ok(mjenv_snapshot(env, row, image.bytes, image.size, &image.size));
-  return image;
-}
-
-// One state has one image, whichever environment it is in and however it came there.
-static void assert_same_image(mjenv_env* env, int64_t row, mjenv_env* other, int64_t other_row) {
-  struct image got = image_of(env, row), want = image_of(other, other_row);
-  assert_int_equal(got.size, want.size);
-  assert_memory_equal(got.bytes, want.bytes, want.size);
-  free(got.bytes);
-  free(want.bytes);
-}
-
 // Moves a row's state through an image: to itself, or to another environment that was never written, and back.
 static void through_an_image(mjenv_env* env, int row, mjenv_env* other) {
-  struct image image = image_of(env, row);
-  assert_ok(mjenv_restore(other, 1, image.bytes, image.size));
+  int64_t size;
+  unsigned char* image = image_of(env, row, &size);
+  assert_ok(mjenv_restore(other, 1, image, size));
   assert_same_image(env, row, other, 1);
-  free(image.bytes);
-  image = image_of(other, 1);
-  assert_ok(mjenv_restore(env, row, image.bytes, image.size));
-  free(image.bytes);
+  free(image);
+  image = image_of(other, 1, &size);
+  assert_ok(mjenv_restore(env, row, image, size));
+  free(image);
 }
 
 static void test_rows(void** state) {
@@ -174,9 +153,7 @@ static void test_rows(void** state) {
   out->batch.was_reset = was_reset;
   for (size_t i = 0; i < ROWS * nu; ++i) action[i] = uniform(-1, 1);
   int64_t size;
-  assert_ok(mjenv_snapshot(many, MJENV_ALL_ROWS, NULL, 0, &size));
-  unsigned char* image = allocate(size);
-  assert_ok(mjenv_snapshot(many, MJENV_ALL_ROWS, image, size, &size));
+  unsigned char* image = image_of(many, MJENV_ALL_ROWS, &size);
   assert_ok(mjenv_step(many, NULL, action, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->batch));
   double rewards[ROWS], again[ROWS];
   memcpy(rewards, out->reward, sizeof rewards);
@@ -487,9 +464,7 @@ static void scale_model(mjenv_env* env, double factor) {
 // Through an image to row 0 of another environment, and from there to row 1.
 static void assert_same_in_image(mjenv_env* env, mjenv_env* other, const char* array, const double* want) {
   int64_t size, count;
-  assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
-  unsigned char* image = allocate(size);
-  assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+  unsigned char* image = image_of(env, 0, &size);
   assert_ok(mjenv_restore(other, 0, image, size));
   assert_ok(mjenv_copy_row(other, (const uint8_t[]){0, 1}, 0));
   for (int row = 0; row < 2; ++row) {
@@ -500,8 +475,8 @@ static void assert_same_in_image(mjenv_env* env, mjenv_env* other, const char* a
   free(image);
 }
 
-// Three versions of the own values count at once: the last step's forces are those of the first, the arrays that set_state has
-// computed are those of the second, and the third was written since. Images and copies have all of them.
+// Three versions of the own values count at once: the last step's forces are those of the first, the arrays that
+// set_state has computed are those of the second, and the third was written since. Images and copies have all of them.
 static void test_older_values(void** state) {
   (void)state;
   static const double action[6] = {0.3, -0.2, 0.1};
@@ -528,6 +503,34 @@ static void test_older_values(void** state) {
   mjenv_destroy(other);
 }
 
+// mj_setConst computes no forces: those of the last step stay, also where the row's last step has to be repeated
+// because the work space has computed another row since.
+static void test_forces_before_constants(void** state) {
+  (void)state;
+  static const double action[2 * 3] = {0};
+  mjenv_env* env = env_with_threads("Hopper-v5", 1, 2);
+  seed_rows(env, 4);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  scale_model(env, 1.5);
+  double size = 0;
+  for (int i = 0; i < 100 && size == 0; ++i) {  // until the foot stands on the ground
+    assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT64, NULL));
+    int64_t count;
+    double* forces = read_array(env, 0, "qfrc_constraint", &count);
+    for (int64_t k = 0; k < count; ++k) size += fabs(forces[k]);
+    if (size > 0) {
+      assert_ok(set_constants(env, 0));
+      free(read_array(env, 1, "qfrc_constraint", &count));
+      double* again = read_array(env, 0, "qfrc_constraint", &count);
+      assert_same_bits("qfrc_constraint", again, forces, count);
+      free(again);
+    }
+    free(forces);
+  }
+  assert_true(size > 0);
+  mjenv_destroy(env);
+}
+
 // An image has what mj_setConst left in the row's mjData, also if the model's values were written since.
 static void test_image_with_constants(void** state) {
   (void)state;
@@ -541,9 +544,7 @@ static void test_image_with_constants(void** state) {
   scale_model(env, 1.5);
   assert_ok(set_constants(env, 0));
   scale_model(env, 1.5);
-  assert_ok(mjenv_snapshot(env, 0, NULL, 0, &size));
-  unsigned char* image = allocate(size);
-  assert_ok(mjenv_snapshot(env, 0, image, size, &size));
+  unsigned char* image = image_of(env, 0, &size);
   assert_ok(mjenv_restore(other, 1, image, size));
   for (size_t i = 0; i < COUNT(arrays); ++i) assert_same_array(other, 1, env, arrays[i]);
   free(image);
@@ -577,6 +578,7 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_copy_of_a_restored_row),
       cmocka_unit_test(test_older_values),
       cmocka_unit_test(test_image_with_constants),
+      cmocka_unit_test(test_forces_before_constants),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

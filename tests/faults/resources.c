@@ -174,8 +174,8 @@ static void test_little_address_space(void** state) {
   in_child(little_address_space);
 }
 
-// Newton's method in lanes needs a matrix of nv x nv numbers for each lane, which is given only when it is written to. So
-// too little memory for it is found when the environment is created, not when the system ends the process.
+// Newton's method in lanes needs a matrix of nv x nv numbers for each lane, which is given only when it is written to.
+// So too little memory for it is found when the environment is created, not when the system ends the process.
 static bool too_many_dofs(void) {
   // There is room for the model and one mjData, whose stack is as large as one such matrix.
   enum { DOFS = 3000, LANES = 2, MATRICES = LANES * DOFS * DOFS * 8, ROOM = MATRICES / 6 * 5 };

@@ -1,5 +1,5 @@
-// MJCF texts: whatever loads must reset, step and be drawn; rows that step together in lanes must have the bits that they
-// have one by one.
+// MJCF texts: whatever loads must reset, step and be drawn; rows that step together in lanes must have the bits that
+// they have one by one.
 #include "target.hpp"
 
 namespace {

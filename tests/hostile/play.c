@@ -93,8 +93,8 @@ static char* text_of(const char* path) {
   return text;
 }
 
-// Arguments: ID PATH, and "text" for a model from memory, "own" for a file of the user's own. Without either, a stranger
-// wrote the file.
+// Arguments: ID PATH, and "text" for a model from memory, "own" for a file of the user's own. Without either, a
+// stranger wrote the file.
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
   mjenv_options* options = NULL;

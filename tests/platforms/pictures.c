@@ -1,5 +1,5 @@
-// Pictures on Windows: the picture that Gymnasium draws on Linux, threads, the caller's own OpenGL, and what is refused.
-// An argument says that there is no OpenGL, and what the reason must contain.
+// Pictures on Windows: the picture that Gymnasium draws on Linux, threads, the caller's own OpenGL, and what is
+// refused. An argument says that there is no OpenGL, and what the reason must contain.
 #include <windows.h>
 // After the header that it needs.
 #include <GL/gl.h>

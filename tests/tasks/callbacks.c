@@ -209,7 +209,7 @@ static int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* out) 
   out->carried[DRAWN_LAST] = (double)mjenv_random_integers(out->random, 0, 1000);
   if (bad && s->mode == STEP_FAILS) return mjenv_task_fail(sim->api, "too far");
   if (bad && s->mode == STEP_SILENT) return -5;
-  if (bad && s->mode == STEP_NAN) out->reward = NAN;
+  out->reward = bad && s->mode == STEP_NAN ? NAN : out->carried[STEPS];
   if (bad && s->mode == STEP_DRAW) mjenv_random_choice(out->random, 2, (const double[]){0.5, 0.6});
   if (bad && s->mode == STEP_BUSY) {
     if (mjenv_reset(busy_env, NULL, NULL) != MJENV_E_BUSY) return mjenv_task_fail(sim->api, "not busy");
@@ -412,6 +412,81 @@ static void test_failing_observe(void** state) {
   free(stepped);
 }
 
+// Moves a row to where it reaches the place at which the task misbehaves in its second step from now.
+static void send_there(mjenv_env* env, int64_t row) {
+  double qpos[16], qvel[16];
+  int64_t nq = 0, nv = 0;
+  assert_ok(mjenv_read(env, row, "qpos", qpos, 16, &nq));
+  assert_ok(mjenv_read(env, row, "qvel", qvel, 16, &nv));
+  qpos[0] = 49.7;  // m; the task fails from 50 on
+  qvel[0] = 10;
+  assert_ok(mjenv_set_state(env, row, qpos, nq, qvel, nv));
+}
+
+// What failed steps write: a reward and flags of 0 in place of those of the step before.
+static void test_outputs_of_failing_rows(void** state) {
+  (void)state;
+  mjenv_env* env = env_of_options(probe("step_fails"), ROWS);
+  struct played* p = played();
+  int64_t rows[ROWS], count = 0;
+  for (int sent = 0; sent < 2; ++sent) {
+    seed_rows(env, 0);
+    assert_ok(mjenv_reset(env, NULL, NULL));
+    send_there(env, BAD);
+    for (int t = 0; t < 2; ++t) {
+      mjenv_status status = MJENV_OK;
+      memset(p->reward, 0x5a, sizeof p->reward);
+      if (sent) {
+        assert_ok(mjenv_send(env, NULL, 0, zeros, ROWS, MJENV_DTYPE_FLOAT64));
+        status = mjenv_recv(env, ROWS, -1, rows, ROWS, &count, &p->batch);
+        assert_int_equal(count, ROWS);
+      } else {
+        status = step_all(env, p);
+      }
+      assert_int_equal(status, t == 0 ? MJENV_OK : MJENV_E_TASK);
+      for (int row = 0; row < ROWS; ++row) {
+        const bool has_failed = t == 1 && row == BAD;
+        assert_int_equal(p->status[row], has_failed ? MJENV_E_TASK : MJENV_OK);
+        assert_true(p->reward[row] == (has_failed ? 0 : t + 1));
+      }
+    }
+  }
+  mjenv_destroy(env);
+  free(p);
+}
+
+// A row that fails in a rollout stays there: nothing is written for its later steps, and the others are played to the
+// end.
+static void test_failing_rollout(void** state) {
+  (void)state;
+  enum { LENGTH = 4 };
+  mjenv_env* env = env_of_options(probe("step_fails"), ROWS);
+  double reward[ROWS][LENGTH], time = 0;
+  int32_t status[ROWS][LENGTH];
+  const double action[ROWS * LENGTH] = {0};
+  const int32_t unwritten = 77;
+  for (int row = 0; row < ROWS; ++row)
+    for (int t = 0; t < LENGTH; ++t) status[row][t] = unwritten;
+  const mjenv_batch out = {.struct_size = sizeof out, .rows = ROWS * LENGTH, .reward = reward[0], .status = status[0]};
+  seed_rows(env, 0);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  send_there(env, BAD);
+  assert_refused(MJENV_E_TASK, mjenv_rollout(env, action, COUNT(action), MJENV_DTYPE_FLOAT64, LENGTH, &out), "row 3",
+                 "too far");
+  for (int row = 0; row < ROWS; ++row)
+    for (int t = 0; t < LENGTH; ++t) {
+      const bool is_fine = row != BAD || t == 0;
+      assert_int_equal(status[row][t], is_fine ? MJENV_OK : t == 1 ? MJENV_E_TASK : unwritten);
+      if (is_fine) assert_true(reward[row][t] == t + 1);
+    }
+  int64_t count = 0;
+  for (int row = 0; row < ROWS; ++row) {
+    assert_ok(mjenv_read(env, row, "time", &time, 1, &count));
+    assert_true(fabs(time - 0.02 * (row == BAD ? 1 : LENGTH)) < 1e-9);
+  }
+  mjenv_destroy(env);
+}
+
 // A row whose observation failed has no last observation that mjenv_observe could repeat.
 static void test_failing_noisy_observation(void** state) {
   (void)state;
@@ -420,15 +495,9 @@ static void test_failing_noisy_observation(void** state) {
   const double noise = 0.5;
   const mjenv_perturbation noisy = {
       .struct_size = sizeof noisy, .observation_noise = &noise, .observation_noise_count = 1};
-  double qpos[16], qvel[16];
-  int64_t nq = 0, nv = 0;
   assert_ok(mjenv_perturb(env, &noisy));
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_ok(mjenv_read(env, BAD, "qpos", qpos, 16, &nq));
-  assert_ok(mjenv_read(env, BAD, "qvel", qvel, 16, &nv));
-  qpos[0] = 49.7;  // m; the task fails from 50 on, which the second step reaches
-  qvel[0] = 10;
-  assert_ok(mjenv_set_state(env, BAD, qpos, nq, qvel, nv));
+  send_there(env, BAD);
   assert_ok(step_all(env, p));
   assert_ok(mjenv_observe(env, &p->batch));
   assert_refused(MJENV_E_TASK, step_all(env, p), "row 3", "cannot look");
@@ -558,7 +627,7 @@ static void test_lenient(void** state) {
   assert_ok(mjenv_reset(env, NULL, NULL));
   spoil(env, BAD);
   assert_ok(step_all(env, p));
-  assert_true(isnan(p->reward[BAD]) && p->reward[0] == 0);
+  assert_true(isnan(p->reward[BAD]) && p->reward[0] == 1);
   mjenv_destroy(env);
   free(p);
 }
@@ -607,9 +676,7 @@ static void test_carried(void** state) {
   assert_ok(mjenv_get_stream(env[0], 0, stream[1], 6));
   assert_memory_not_equal(stream[0], stream[1], sizeof stream[0]);  // the step has drawn
   assert_true(p[0]->obs[0][DRAWN] != p[0]->obs[1][DRAWN] && p[0]->obs[2][STEPS] == 12);
-  assert_ok(mjenv_snapshot(env[0], MJENV_ALL_ROWS, NULL, 0, &size));
-  void* image = allocate(size);
-  assert_ok(mjenv_snapshot(env[0], MJENV_ALL_ROWS, image, size, &size));
+  void* image = image_of(env[0], MJENV_ALL_ROWS, &size);
   for (int t = 0; t < 5; ++t) assert_ok(step_all(env[0], p[0]));
   for (int t = 0; t < 9; ++t) assert_ok(step_all(env[1], p[1]));
   assert_ok(mjenv_restore(env[1], MJENV_ALL_ROWS, image, size));
@@ -726,7 +793,7 @@ static void test_bad_bounds(void** state) {
   (void)state;
   refused_bounds(MJENV_E_VALUE, -1, 1, 0, 1, "first is -1");
   refused_bounds(MJENV_E_VALUE, INT64_MAX, 1, 0, 1, "first is 9223372036854775807");
-  refused_bounds(MJENV_E_VALUE, 0, INT64_MAX, 0, 1, "count 9223372036854775807");
+  refused_bounds(MJENV_E_VALUE, 0, INT64_MAX, 0, 1, "count is 9223372036854775807");
   refused_bounds(MJENV_E_TASK, CARRIED, 1, 0, 1, "carry_count is 5");
   refused_bounds(MJENV_E_VALUE, 0, 1, 1, 3, "[1, 3] does not contain 0");
   refused_bounds(MJENV_E_VALUE, 0, 1, 3, -3, "[3, -3] does not contain 0");
@@ -761,6 +828,8 @@ int main(void) {
       cmocka_unit_test(test_failing_rows),
       cmocka_unit_test(test_failing_observe),
       cmocka_unit_test(test_failing_noisy_observation),
+      cmocka_unit_test(test_outputs_of_failing_rows),
+      cmocka_unit_test(test_failing_rollout),
       cmocka_unit_test(test_observe_without_memory),
       cmocka_unit_test(test_carried_forces),
       cmocka_unit_test(test_carried_once),

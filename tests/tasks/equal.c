@@ -250,9 +250,7 @@ static void test_state(void** state) {
 
   // The repeated one goes on in another environment, with other threads.
   int64_t size = 0;
-  assert_ok(mjenv_snapshot(p.side[1].env, MJENV_ALL_ROWS, NULL, 0, &size));
-  void* image = allocate(size);
-  assert_ok(mjenv_snapshot(p.side[1].env, MJENV_ALL_ROWS, image, size, &size));
+  void* image = image_of(p.side[1].env, MJENV_ALL_ROWS, &size);
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(p.side[0].env, MJENV_ALL_ROWS, image, size), "another id");
   mjenv_destroy(p.side[1].env);
   p.side[1].env = env_of(task->own, &elsewhere);

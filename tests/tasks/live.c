@@ -279,9 +279,7 @@ static void test_images(void** state) {
   do_reset(env);
   for (int t = 0; t < LIMIT + 3; ++t) do_step(env);
   int64_t size = 0;
-  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
-  unsigned char* image = allocate((size_t)size);
-  assert_ok(mjenv_snapshot(env, MJENV_ALL_ROWS, image, size, &size));
+  unsigned char* image = image_of(env, MJENV_ALL_ROWS, &size);
   assert_ok(mjenv_restore(other, MJENV_ALL_ROWS, image, size));
   double want[ROWS][WIDTH], rewards[ROWS];
   for (int t = 0; t < 2 * LIMIT; ++t) {

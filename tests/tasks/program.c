@@ -1,5 +1,5 @@
-// A program with a task of its own, whose model lies in the program's folder. The test starts it from another folder and
-// by its name alone, which the shell looks up in PATH, so that argv[0] does not tell the folder.
+// A program with a task of its own, whose model lies in the program's folder. The test starts it from another folder
+// and by its name alone, which the shell looks up in PATH, so that argv[0] does not tell the folder.
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -474,8 +474,8 @@ MJENV_API const char *mjenv_status_name(mjenv_status status);
 MJENV_API const char *mjenv_last_error(void);
 
 /* Copies the reason of the last call that failed with this handle, on any thread, into text[capacity], with a NUL.
- * size receives the bytes that all of it needs, also with text NULL and capacity 0. Of a create, it is with the
- * options or env. */
+ * size receives the bytes that all of it needs, also with text NULL and capacity 0. If a function that creates a handle
+ * fails, the reason is with the options or env that it was given. */
 MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, int64_t capacity, int64_t *size);
 
 /* ---- Ids ---- */

@@ -79,7 +79,7 @@ struct Joint {
 struct Carry {
   Eigen::Index first = 0, count = 0;
 };
-/* A live parameter (Robot::live): its index in mjenv_sim.parameters. Lambdas read the row's number with s[parameter]. */
+/* A live parameter (Robot::live): its index in mjenv_sim.parameters. Lambdas read the row's number: s[parameter]. */
 struct Live {
   Eigen::Index index = 0;
 };
@@ -263,7 +263,8 @@ struct Own {
   Eigen::Index count = 0;
 };
 
-/* The initial state of an episode. Before reset changes it, qpos is the model's qpos0, and everything else is 0. */
+/* The initial state of an episode. Before reset changes it, qpos is the model's qpos0, and qvel, act and what is
+ * carried are 0. */
 struct Start {
   explicit Start(mjenv_start *c)
       : qpos(c->qpos, c->nq),

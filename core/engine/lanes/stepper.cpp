@@ -56,8 +56,8 @@ class RowModel {
     if (near_) set_pairs(view_, *near_);
   }
 
-  // Only with the pairs that the row's bounding spheres do not exclude. It gives the same contacts, because MuJoCo begins
-  // with the same tests. hits: for each pair the rows, as bits.
+  // Only with the pairs that the row's bounding spheres do not exclude. It gives the same contacts, because MuJoCo
+  // begins with the same tests. hits: for each pair the rows, as bits.
   const mjModel& with_near_pairs(int row, const unsigned char* hits) {
     view_.npair = 0;
     for (int i = 0; i < all_->npair; ++i)
@@ -307,7 +307,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void for_live_rows(const Body& body);
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
-  // What becomes of what an evaluation of the dynamics computes.
+  // Who reads what an evaluation of the dynamics computes.
   struct Use {
     bool is_left;    // the step leaves it in mjData
     bool is_sensed;  // sensors show it
@@ -716,12 +716,10 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
-    // mj_RungeKutta keeps four X, four F and dX on the stack of mjData, which may leave too little for constraints.
-    const int taken = 4 * (m_.nq + 2 * m_.nv) + 2 * m_.nv;
-    for (int row = 0; row < count_; ++row) {
-      if (data_[row]->pstack + taken > data_[row]->nstack) lanes_.left |= 1U << row;
-      data_[row]->pstack += taken;
-    }
+    // mj_RungeKutta keeps four X, four F and dX on the stack of mjData, which may leave too little for constraints. The
+    // stack has room for these, or an environment's trial step would have failed.
+    const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
+    for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});
     for (int row = 0; row < count_; ++row) data_[row]->pstack -= taken;
   }

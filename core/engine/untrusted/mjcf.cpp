@@ -56,7 +56,7 @@ struct Settings {
 struct File {
   enum class Kind { mesh, flex, skin, heights, texture } kind;
   std::string name;
-  int copies;             // of an image: six for the sides of a cube; of a flex: the degrees of freedom of each point
+  int factor;             // of an image: six for the sides of a cube; of a flex: the degrees of freedom of each point
   std::string including;  // the folder of the included file that refers to it; "" for the model's own file
 };
 
@@ -516,11 +516,11 @@ class Check {
     add_file(element, kind, "file");
   }
 
-  void add_file(const Element& element, File::Kind kind, const char* attribute, int copies = 1) {
+  void add_file(const Element& element, File::Kind kind, const char* attribute, int factor = 1) {
     const std::string name = element.text(attribute);
     if (name.empty()) return;
     check_content_type(element, name);
-    source_.files.push_back({kind, name, copies, source_.including});
+    source_.files.push_back({kind, name, factor, source_.including});
   }
 
   void add_numbers(const Element& element, const char* attribute) {
@@ -581,10 +581,10 @@ class Check {
   void check_file(const File& file, const std::string& path, const std::string& content) {
     switch (file.kind) {
       case File::Kind::mesh: return add_mesh(check_mesh(path, content, limits_), path);
-      case File::Kind::flex: return add_points(check_mesh(path, content, limits_).vertices, file.copies);
+      case File::Kind::flex: return add_points(check_mesh(path, content, limits_).vertices, file.factor);
       case File::Kind::skin: return check_skin(content, limits_);
       case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
-      case File::Kind::texture: return add_pixels(file.copies * check_image(path, content, limits_));
+      case File::Kind::texture: return add_pixels(file.factor * check_image(path, content, limits_));
     }
   }
 
