@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import os
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -190,4 +192,158 @@ def test_divergence_of_the_new_state(lanes: int) -> None:
         got, *_ = envs.step(np.full((ROWS, 2), 0.5))
         np.testing.assert_array_equal(got, [row.observed() for row in plain])
     assert plain[2].data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number == 1
+    envs.close()
+
+
+mjenv.load_tasks(Path(os.environ["MJENV_LIBRARY"]).parent / "tests" / "tasks" / "libfollow.so")
+FOLLOW = mujoco.MjModel.from_xml_string(mjenv.model_xml("tests/Follow-v0"))
+JOINTS = ((7, 6), (8, 7))  # of the legs, in qpos and qvel
+
+
+class PlainFollow:
+    """One row of the task in tests/tasks/follow.cpp, with mujoco's own calls."""
+
+    def __init__(self, seed: int, current: bool) -> None:
+        self.model, self.rng, self.current = copy.deepcopy(FOLLOW), np.random.default_rng(seed), current
+        self.data = mujoco.MjData(self.model)
+
+    def reset(self) -> None:
+        data = self.data
+        mujoco.mj_resetData(self.model, data)
+        start = self.model.key_qpos[0] + [self.rng.uniform(-0.05, 0.05) for _ in range(9)]
+        if self.current:  # it sees the simulation, which has to be up to date
+            forward_without_actuation(self.model, data)
+        data.qpos[:] = self.qpos = start
+        if self.current:
+            forward_without_actuation(self.model, data)
+        else:
+            mujoco.mj_forward(self.model, data)
+            self.qpos = data.qpos.copy()
+        self.target, self.torque = [0.0, 0.0], [0.0, 0.0]
+
+    def step(self, action: NDArray[Any]) -> None:
+        model, data = self.model, self.data
+        data.qpos[:] = self.qpos
+        for i, (qpos, _) in enumerate(JOINTS):
+            wanted = model.key_qpos[0, qpos] + 0.5 * min(max(action[i], -0.8), 0.8)
+            self.target[i] += 0.4 * (wanted - self.target[i])
+        data.xfrc_applied[1, 0] = self.rng.uniform(-20, 20)
+        for substep in range(4):
+            data.xfrc_applied[1, 2] = substep
+            for i, (qpos, qvel) in enumerate(JOINTS):
+                data.ctrl[i] = self.torque[i]
+                self.torque[i] = 30 * (self.target[i] - data.qpos[qpos]) - 1 * data.qvel[qvel]
+            mujoco.mj_step(model, data)
+        self.qpos = data.qpos.copy()
+        if self.current:
+            mujoco.mj_step1(model, data)
+            model.geom_pos[1, 0] += 0.25
+
+    def observed(self) -> NDArray[Any]:
+        data = self.data
+        parts = [data.qpos, data.qvel, data.ctrl, self.target, data.xpos[1], data.xfrc_applied[1]]
+        if self.current:
+            parts += [self.model.geom_pos[1], data.geom_xpos[1]]
+        return np.concatenate(parts)
+
+
+def forward_without_actuation(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    mujoco.mj_forward(model, data)
+    model.opt.disableflags ^= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+
+
+@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), (-1, 1), (-1, 2)])
+@pytest.mark.parametrize("current", [False, True])
+def test_maps_of_actions(current: bool, lanes: int, threads: int) -> None:
+    plain = [PlainFollow(seed, current) for seed in range(ROWS)]
+    envs = mjenv.make_vec("tests/Follow-v0", ROWS, current=current, lanes=lanes, num_threads=threads)
+    other = mjenv.make_vec("tests/Follow-v0", ROWS, current=current, lanes=0)
+    assert envs.single_action_space == other.single_action_space
+    assert envs.single_action_space.shape == (2,)
+    assert (envs.single_action_space.low == -1).all()
+    other.reset(seed=99)
+    rng = np.random.default_rng(3)
+    for episode in range(2):
+        got, _ = envs.reset(seed=list(range(ROWS)) if episode == 0 else None)
+        for row in plain:
+            row.reset()
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        for step in range(30):
+            action = rng.uniform(-1, 1, (ROWS, 2))
+            for row, of_row in zip(plain, action, strict=True):
+                row.step(of_row)
+            want = [row.observed() for row in plain]
+            got, reward, _, _, infos = envs.step(action)
+            np.testing.assert_array_equal(got, want)
+            np.testing.assert_array_equal(reward, action.sum(axis=1))
+            np.testing.assert_array_equal(infos["speed"], [row.data.qvel[0] for row in plain])
+            if step == 12:
+                other.restore(envs.snapshot())
+                np.testing.assert_array_equal(other.observe(), want)
+                envs, other = other, envs
+            if step == 20:
+                envs.copy_row(0, np.arange(ROWS) == ROWS - 1)
+                plain[-1] = copy.deepcopy(plain[0])
+                np.testing.assert_array_equal(envs.observe(), [*want[:-1], want[0]])
+    action = rng.uniform(-1, 1, (ROWS, 5, 2))
+    *_, played = envs.rollout(action, observations=True)
+    for step in range(5):
+        for row, of_row in zip(plain, action[:, step], strict=True):
+            row.step(of_row)
+        np.testing.assert_array_equal(played[:, step], [row.observed() for row in plain])
+    envs.close()
+    other.close()
+
+
+class Filtered(mjenv.Task):
+    """Offsets from a pose that a filter smooths, in NumPy."""
+
+    model = MODEL.format(integrator="Euler")
+    frame_skip = FRAMES
+    action_bounds = ((-1, 1),)
+    needs = ("qpos", "ctrl")
+    state = {"smooth": ()}  # noqa: RUF012
+
+    def reset(self, rng: Any, rows: int) -> tuple[Any, ...]:
+        return np.tile(self.qpos0, (rows, 1)), np.zeros((rows, self.nv)), {"smooth": np.zeros(rows)}
+
+    def before_step(self, sim: Any, action: NDArray[Any]) -> NDArray[Any]:
+        sim.smooth[...] = 0.5 * sim.smooth + 0.5 * action[:, 0]
+        return np.stack([0.3 + sim.smooth, np.clip(sim.smooth, 0, 1)], axis=1)
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        return np.concatenate([sim.qpos, sim.ctrl, sim.smooth[:, None]], axis=1)
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        return action[:, 0], sim.qpos[:, 2] < 0.45, {}
+
+
+mjenv.register("Filtered-v0", Filtered)
+
+
+def test_map_in_numpy() -> None:
+    model = mujoco.MjModel.from_xml_string(Filtered.model)
+    plain = [mujoco.MjData(model) for _ in range(ROWS)]
+    for data in plain:
+        mujoco.mj_forward(model, data)
+    envs = mjenv.make_vec("Filtered-v0", ROWS, autoreset_mode="disabled")
+    assert envs.action_space.shape == (ROWS, 1)
+    envs.reset(seed=0)
+    smooth = np.zeros(ROWS)
+    for _ in range(20):
+        action = envs.action_space.sample().astype(np.float64)
+        smooth = 0.5 * smooth + 0.5 * action[:, 0]
+        for data, value in zip(plain, smooth, strict=True):
+            data.ctrl[:] = 0.3 + value, min(max(value, 0), 1)
+            mujoco.mj_step(model, data, FRAMES)
+        got, reward, *_ = envs.step(action)
+        want = [np.concatenate([data.qpos, data.ctrl, [value]]) for data, value in zip(plain, smooth, strict=True)]
+        np.testing.assert_array_equal(got, want)
+        np.testing.assert_array_equal(reward, action[:, 0])
+        if got[:, 2].min() < 0.45:
+            break
+    envs.reset()
+    with pytest.raises(mjenv.InvalidValueError, match=r"row 2: action\[0\] is nan"):
+        envs.step(np.where(np.arange(ROWS) == 2, np.nan, 0)[:, None])
     envs.close()

@@ -646,6 +646,103 @@ MJEnv.step!(::Falls, sim, row) = (reward = 0.0, terminated = false)
     end
 end
 
+# tests/tasks/follow.cpp written again.
+struct Follow <: MJEnv.Task
+    kp::Float64
+    kd::Float64
+    limit::Float64
+    trunk::Int
+    marker::Int
+    joints::NTuple{2,NamedTuple{(:index, :qpos, :qvel),NTuple{3,Int}}}
+    home::MJEnv.NamedArray{Float64,2}
+    forces::MJEnv.NamedArray{Float64,2}
+    places::MJEnv.NamedArray{Float64,2}
+    target::UnitRange{Int}
+    torque::UnitRange{Int}
+    gust::MJEnv.Own
+    place::Union{Nothing,MJEnv.Own}
+end
+
+function MJEnv.build(::Type{Follow}, b; kp, kd, limit, current)
+    MJEnv.action!(b, ((-1, 1), (-1, 1)))
+    current && MJEnv.current!(b)
+    current && MJEnv.need!(b, :geom_xpos)
+    return Follow(
+        kp, kd, limit,
+        object_index(b, :body, "trunk"),
+        object_index(b, :geom, "marker"),
+        (MJEnv.joint(b, "hip"), MJEnv.joint(b, "knee")),
+        MJEnv.array(b, :key_qpos), MJEnv.array(b, :xfrc_applied), MJEnv.array(b, :geom_pos),
+        MJEnv.keep!(b, 2), MJEnv.keep!(b, 2),
+        MJEnv.own!(b, :xfrc_applied),
+        current ? MJEnv.own!(b, :geom_pos) : nothing,
+    )
+end
+
+function MJEnv.reset!(task::Follow, start, rng)
+    for i in 1:9
+        start.qpos[i] = start[task.home][i, 1] + MJEnv.uniform(rng, -0.05, 0.05)
+    end
+end
+
+function MJEnv.before_step!(task::Follow, sim, row, control)
+    for i in 1:2
+        wanted = sim[task.home][task.joints[i].qpos, 1] + 0.5 * clamp(sim.action[i], -0.8, 0.8)
+        row.carried[task.target[i]] += 0.4 * (wanted - row.carried[task.target[i]])
+    end
+    control[task.gust][6 * (task.trunk - 1) + 1] = MJEnv.uniform(row.rng, -20, 20)
+end
+
+function MJEnv.before_substep!(task::Follow, sim, row, control)
+    control.substep == 4 && sim.qpos[3] > task.limit && error("the trunk flies")
+    control[task.gust][6 * (task.trunk - 1) + 3] = control.substep - 1
+    for (i, joint) in enumerate(task.joints)
+        control.ctrl[i] = row.carried[task.torque[i]]
+        row.carried[task.torque[i]] =
+            task.kp * (row.carried[task.target[i]] - sim.qpos[joint.qpos]) - task.kd * sim.qvel[joint.qvel]
+    end
+end
+
+function MJEnv.observe(task::Follow, sim)
+    seen = (
+        qpos = sim.qpos, qvel = sim.qvel, ctrl = sim.ctrl, target = sim.carried[task.target],
+        sites = sim.xpos[:, task.trunk], gust = sim[task.forces][:, task.trunk],
+    )
+    task.place === nothing && return seen
+    return (; seen..., marker = [sim[task.places][:, task.marker]; sim.geom_xpos[:, task.marker]])
+end
+
+function MJEnv.step!(task::Follow, sim, row)
+    task.place === nothing || (row[task.place][3 * (task.marker - 1) + 1] += 0.25)
+    return (reward = sim.action[1] + sim.action[2], terminated = false, info = (speed = sim.qvel[1],))
+end
+
+@testset "maps of actions and own arrays equal those in C++" begin
+    MJEnv.load_tasks(joinpath(REPOSITORY, "build", "tests", "tasks", "libfollow.so"))
+    MJEnv.register(
+        "tests/JuliaFollow-v0",
+        Follow;
+        model = joinpath(REPOSITORY, "tests", "tasks", "follow.xml"),
+        frame_skip = 4,
+        time_limit = 50,
+        options = (kp = 30.0, kd = 1.0, limit = 40.0, current = false),
+    )
+    for current in (false, true)
+        envs = map(name -> Env("tests/$(name)Follow-v0"; rows = 4, current = current), ("Julia", ""))
+        foreach(env -> seed!(env, 3), envs)
+        @test ==(map(env -> reset!(env).obs, envs)...)
+        for step in 1:40
+            action = [mod(7 * step + 3 * i, 11) / 5 - 1 for i in 1:2, _ in 1:4]
+            outputs = map(env -> step!(env, action), envs)
+            @test outputs[1].obs == outputs[2].obs
+            @test outputs[1].reward == outputs[2].reward
+        end
+    end
+    env = Env("tests/JuliaFollow-v0"; limit = 0.0)
+    reset!(env)
+    @test refuses(() -> step!(env, [0.0, 0.0]), MJENV_E_TASK, "before_substep", "the trunk flies")
+end
+
 @testset "plug-ins" begin
     folder = joinpath(REPOSITORY, "build", "tests", "tasks")
     @test MJEnv.load_tasks(joinpath(folder, "libhopper_c.so")) === nothing

@@ -23,6 +23,7 @@ from mjenv._abi import Dtype, Role, Status
 from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
 from mjenv._registered import Checked, Registered, out_of_bounds
+from mjenv._schema import Field
 from mjenv._step import views
 from mjenv._turns import Turn
 from mjenv.errors import InvalidValueError, OptionError, ResetNeeded, SnapshotError, TaskError
@@ -93,6 +94,7 @@ class NumpyRows(Rows):
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
         self._task = registered.kind()
+        self._maps = registered.maps
         # The random streams that rows must still get: see _begin.
         self._due: dict[int, Any] = {}
         given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
@@ -136,7 +138,7 @@ class NumpyRows(Rows):
         kind: Any = c_float if code == Dtype.FLOAT32 else c_double
         action = np.ctypeslib.as_array((kind * size).from_address(address)).reshape(self.count, -1)
         action.flags.writeable = False
-        return partial(self._step, action, address, size, code, found)
+        return partial(self._step, action, found)
 
     def reset(self, mask: BoolArray | None, out: Any) -> None:
         self._reset_all(mask, _Out(out._obj, self))
@@ -175,7 +177,33 @@ class NumpyRows(Rows):
     def _refuse(self, name: str) -> NoReturn:
         raise TaskError(f"{self.id} computes all rows at once: {name} works with tasks in machine code", Status.E_TASK)
 
-    def _step(self, action: NDArray[Any], address: int, size: int, code: int, out: _Out) -> int:
+    def fields(self, role: Role) -> tuple[Field, ...]:
+        bounds = self._task.action_bounds
+        if role != Role.ACTION or not len(bounds):
+            return super().fields(role)
+        return tuple(Field(f"action[{i}]", (), i, 1, Dtype.ACTION, "") for i in range(len(bounds)))
+
+    def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
+        bounds = self._task.action_bounds
+        if role != Role.ACTION or not len(bounds):
+            return super().bounds(role)
+        low, high = np.array(bounds, np.float32).astype(np.float64).T.copy()
+        return low, high
+
+    def _ctrl(self, action: NDArray[Any], stepped: BoolArray) -> NDArray[Any]:
+        """What before_step makes of the action."""
+        if self._strict and not np.isfinite(action[stepped]).all():
+            row, index = np.argwhere(~np.isfinite(action) & stepped[:, None])[0]
+            what = f"row {row}: action[{index}] is {action[row, index]}, but must be finite"
+            raise InvalidValueError(f'{what}; set the option "strict" to 0 to allow it', Status.E_VALUE)
+        ctrl = self._checked.before_step(self._sim, action)
+        if self._strict and not np.isfinite(ctrl[stepped]).all():
+            row, index = np.argwhere(~np.isfinite(ctrl) & stepped[:, None])[0]
+            what = f"row {row}: {self.id}: before_step: ctrl[{index}] is {ctrl[row, index]}"
+            raise TaskError(what, Status.E_TASK)
+        return ctrl
+
+    def _step(self, action: NDArray[Any], out: _Out) -> int:
         ended, inner = self._ended, self._inner
         resets = ended.copy()
         if self._autoreset != "next_step":
@@ -187,14 +215,16 @@ class NumpyRows(Rows):
         mask = None if stepped.all() else pointer_to(stepped, c_uint8)
         inner.ended[...] = False
         inner.status[...] = Status.OK
+        # The step does not count for rows that are about to be reset, so they keep what it would write.
+        kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
+        ctrl = self._ctrl(action, stepped) if self._maps else action
         if stepped.any():
-            status = self.engine.mjenv_step(self.pointer, mask, address, size, code, byref(inner.struct))
+            code = Dtype.FLOAT32 if ctrl.dtype == np.float32 else Dtype.FLOAT64
+            status = self.engine.mjenv_step(self.pointer, mask, ctrl.ctypes.data, ctrl.size, code, byref(inner.struct))
             ended[stepped] = (inner.ended[0] | inner.ended[1])[stepped]
             if status:
                 self._task.carry(self._sim)  # other rows were stepped
                 raise self.engine.last_error(status)
-        # The step does not count for rows that are about to be reset, so they keep what it would write.
-        kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
         reward, terminated, infos = self._checked.step(self._sim, action)
         # Copies, because the task may have returned views of what carry and resets change.
         reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)

@@ -51,7 +51,7 @@ CONTACT = {
     "exclude": (),
     "efc_address": (),
 }
-_METHODS = ("reset", "observe", "step", "carry", "reset_info")
+_METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep")
 _TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 _FIELD_TYPES: dict[Any, Dtype] = {
     float: Dtype.NATIVE_FLOAT,
@@ -92,6 +92,9 @@ class Registered:
         if missing:
             raise OptionError(f"{kind.__name__} does not define {missing[0]}", Status.E_TYPE)
         self.is_code = bool(coded)
+        if not self.is_code:
+            _refuse_code_only(kind)
+        self.maps = "before_step" in own
         self._statuses: dict[str, list[int]] = {}  # what each engine's mjenv_register_task has returned
         self._kept: list[Any] = []
         self.struct = self._described(addresses)
@@ -212,6 +215,12 @@ class Registered:
                     model.need(name)
             if self.kind.current:
                 model.show_current()
+            if self.kind.random_state:
+                model.ask_for_random_state()
+            for name in self.kind.own:
+                model.own_array(name)
+            if self.is_code and len(task.action_bounds):
+                model.bound_actions(task.action_bounds)
             (self._describe_code if self.is_code else self._describe_numpy)(task, model)
             if self.is_code:
                 result[0] = _allocated(numbers)
@@ -273,7 +282,9 @@ class Registered:
         _describe_observation(model, parts)
         for name, values in checked.reset_info(sim).items():
             model.describe(Role.RESET_INFO, name, values.shape[1:], _type_of(values))
-        _, _, infos = checked.step(sim, np.zeros((1, task.nu), np.float32))
+        action = np.zeros((1, len(task.action_bounds) or task.nu), np.float32)
+        checked.before_step(sim, action)
+        _, _, infos = checked.step(sim, action)
         for name, values in infos.items():
             # Numbers that are float32 because the action is.
             kind = Dtype.ACTION if values.dtype == np.float32 else _type_of(values)
@@ -310,6 +321,18 @@ def _needs_of(kind: type[Task]) -> tuple[str, ...]:
         else:
             names.append(name)
     return tuple(dict.fromkeys(names))
+
+
+def _refuse_code_only(kind: type[Task]) -> None:
+    if kind.before_substep is not None:
+        raise OptionError(
+            f"{kind.__name__}: before_substep is machine code's, because NumPy would run before each mj_step", Status.E_TYPE
+        )
+    for name in ("own", "random_state"):
+        if getattr(kind, name):
+            raise OptionError(f"{kind.__name__}: {name} is for tasks in machine code", Status.E_TYPE)
+    if len(kind.action_bounds) and kind.before_step is Task.before_step:
+        raise OptionError(f"{kind.__name__}: action_bounds need the method before_step", Status.E_TYPE)
 
 
 def _initial(model: Model, name: str) -> Float64Array:
@@ -377,6 +400,12 @@ class Checked:
 
     def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
         return self._infos("reset_info", self.task.reset_info(sim))
+
+    def before_step(self, sim: Sim, action: NDArray[Any]) -> NDArray[Any]:
+        ctrl = np.asarray(self.task.before_step(sim, action))
+        if ctrl.shape != (self._rows, self.task.nu) or ctrl.dtype.kind not in "fiub":
+            raise self._wrong("before_step", f"ctrl is {_kind(ctrl)}, not numbers of the shape {(self._rows, self.task.nu)}")
+        return np.ascontiguousarray(ctrl, ctrl.dtype if ctrl.dtype == np.float32 else np.float64)
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Float64Array, NDArray[np.bool_], dict[str, NDArray[Any]]]:
         found = self.task.step(sim, action)

@@ -57,8 +57,8 @@ class Task:
     the class of its own, with an attribute for each option, and nq, nv, na, nu, qpos0 (the model's initial positions)
     and timestep and dt (s). Do not store in it what changes from step to step; that belongs into `state`.
 
-    Machine code: reset, observe and step, and if wanted carry and reset_info, are functions that numba.cfunc has
-    compiled, functions of a shared object (ctypes), or addresses. They have the types of mjenv/task.h, and run for one
+    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step and before_substep, are functions
+    that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses. They have the types of mjenv/task.h, and run for one
     row on the library's threads, without Python. Their argument `self` points to the float64 numbers that build
     returns. observation_fields, info_fields and reset_info_fields say what they write.
     """
@@ -81,6 +81,14 @@ class Task:
     current: ClassVar[bool] = False
     """Whether the methods see what belongs to the new state, as after mj_step1. Otherwise they see what mj_step leaves:
     what it computes (xpos, contacts, ...) is one timestep older than qpos."""
+    random_state: ClassVar[bool] = False
+    """Machine code: each row has a stream of NumPy's RandomState besides its Generator. Needs `current`."""
+    own: ClassVar[Sequence[str]] = ()
+    """Machine code: the arrays of mjModel that reset and step write for their row, which needs `current`, and
+    "qfrc_applied" and "xfrc_applied", which before_step, before_substep and step write (jit.own)."""
+    action_bounds: Sequence[tuple[float, float]] = ()
+    """The action space, which before_step turns into ctrl: the bounds of each number of an action. build may set it.
+    Empty: actions are ctrl."""
     needs: ClassVar[Sequence[str]] = ("qpos", "qvel")
     """NumPy: the arrays of mjData that `sim` has. "contacts" means `sim.ncon` and all of `sim.contact`; a single one is
     "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
@@ -110,6 +118,8 @@ class Task:
     qpos0: Float64Array
     timestep: float
     dt: float
+    before_substep: ClassVar[Any] = None
+    """Machine code: called before each mj_step of a step."""
 
     def build(self, model: Model) -> Sequence[float] | None:
         """Prepares an environment: looks up names in the model, for example. Machine code: returns the numbers to which
@@ -125,6 +135,11 @@ class Task:
         """Returns the observations (rows, n), or a dict of groups, each (rows, n of the group), which makes them a
         Gymnasium Dict. They must depend on nothing but sim."""
         raise NotImplementedError
+
+    def before_step(self, sim: Sim, action: NDArray[Any]) -> Any:
+        """Returns ctrl (rows, nu), which the simulation applies in this step. action: (rows, n). sim is as the last step has
+        left it; before_step may write into the arrays of the state, a filter's memory for instance."""
+        return action
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Any, ...]:
         """Returns the rewards (rows,), which rows have terminated, bool (rows,), and the infos: a dict of arrays
@@ -280,6 +295,16 @@ class Model:
 
     def show_current(self) -> None:
         self._api.current(self._builder)
+
+    def ask_for_random_state(self) -> None:
+        self._api.random_state(self._builder)
+
+    def own_array(self, name: str) -> None:
+        self._api.own(self._builder, encoded(name, "the name"))
+
+    def bound_actions(self, bounds: Sequence[tuple[float, float]]) -> None:
+        low, high = ((c_double * len(bounds))(*(pair[i] for pair in bounds)) for i in (0, 1))
+        self._api.action(self._builder, len(bounds), low, high)
 
     def keep_carried(self, first: int, count: int) -> None:
         self._api.keep(self._builder, first, count)

@@ -678,6 +678,148 @@ fn a_task_sees_the_new_state() {
     }
 }
 
+/// tests/tasks/follow.cpp written again.
+struct Follow {
+    kp: f64,
+    kd: f64,
+    limit: f64,
+    trunk: usize,
+    marker: usize,
+    joints: [Joint; 2],
+    home: Array<f64>,
+    forces: Array<f64>,
+    places: Array<f64>,
+    target: Carry<2>,
+    torque: Carry<2>,
+    gust: Own,
+    place: Option<Own>,
+}
+
+impl Task for Follow {
+    const ID: &'static str = "tests/RustFollow-v0";
+    const MODEL: Model = Model::Text(include_str!("../../../../../tests/tasks/follow.xml"));
+    const FRAME_SKIP: u32 = 4;
+    const TIME_LIMIT: u64 = 50;
+    const BEFORE_STEP: bool = true;
+    const BEFORE_SUBSTEP: bool = true;
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        b.action(&[-1.0..=1.0, -1.0..=1.0]);
+        let place = b.flag("current", false, "see the new state, and move the marker").then(|| {
+            b.current();
+            b.need("geom_xpos");
+            b.own("geom_pos")
+        });
+        Ok(Self {
+            kp: b.real("kp", 30.0, "N m/rad"),
+            kd: b.real("kd", 1.0, "N m s/rad"),
+            limit: b.real("limit", 40.0, "the greatest height of the trunk, m"),
+            trunk: b.body("trunk"),
+            marker: b.geom("marker"),
+            joints: [b.joint("hip"), b.joint("knee")],
+            home: b.array("key_qpos"),
+            forces: b.array("xfrc_applied"),
+            places: b.array("geom_pos"),
+            target: b.carry(),
+            torque: b.carry(),
+            gust: b.own("xfrc_applied"),
+            place,
+        })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        const HOME: [f64; 9] = [0.0, 0.0, 0.7, 1.0, 0.0, 0.0, 0.0, 0.5, -0.9];
+        for (qpos, home) in start.qpos.iter_mut().zip(HOME) {
+            *qpos = home + rng.uniform(-0.05, 0.05);
+        }
+        Ok(())
+    }
+
+    fn before_step(&self, sim: &Sim, row: &mut Row, control: &mut Control) -> Result {
+        let mut target = row.carried.get(self.target);
+        for (i, target) in target.iter_mut().enumerate() {
+            let wanted = sim.array(self.home)[self.joints[i].qpos] + 0.5 * sim.action().values[i].clamp(-0.8, 0.8);
+            *target += 0.4 * (wanted - *target);
+        }
+        row.carried.set(self.target, target);
+        control.own(self.gust)[6 * self.trunk] = row.rng.uniform(-20.0, 20.0);
+        Ok(())
+    }
+
+    fn before_substep(&self, sim: &Sim, row: &mut Row, control: &mut Control) -> Result {
+        if control.substep() == 3 && sim.qpos()[2] > self.limit {
+            return Err("the trunk flies".into());
+        }
+        control.own(self.gust)[6 * self.trunk + 2] = control.substep() as f64;
+        let (target, mut torque) = (row.carried.get(self.target), row.carried.get(self.torque));
+        for (i, torque) in torque.iter_mut().enumerate() {
+            let joint = self.joints[i];
+            control.set(i, *torque);
+            *torque = self.kp * (target[i] - sim.qpos()[joint.qpos]) - self.kd * sim.qvel()[joint.qvel];
+        }
+        row.carried.set(self.torque, torque);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("qpos", sim.qpos());
+        observation.put_all("qvel", sim.qvel());
+        observation.put_all("ctrl", sim.ctrl());
+        observation.put_all("target", sim.carried(self.target));
+        observation.put_all("sites", sim.xpos()[self.trunk]);
+        observation.put_all("gust", &sim.array(self.forces)[6 * self.trunk..][..6]);
+        if self.place.is_some() {
+            let place = &sim.array(self.places)[3 * self.marker..][..3];
+            observation.put_all("marker", place.iter().copied().chain(sim.geom_xpos()[self.marker]));
+        }
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, row: &mut Row, info: &mut Fields) -> Result<Outcome> {
+        info.put("speed", sim.qvel()[0]);
+        if let Some(place) = self.place {
+            row.own(place)[3 * self.marker] += 0.25;
+        }
+        Ok(Outcome { reward: sim.action().values.iter().sum(), terminated: false })
+    }
+}
+
+#[test]
+fn maps_of_actions_and_own_arrays_equal_those_in_cpp() {
+    register::<Follow>().unwrap();
+    let folder = std::env::var("MJENV_LIB_DIR").unwrap();
+    load_tasks(format!("{folder}/tests/tasks/libfollow.so")).unwrap();
+    for current in [false, true] {
+        let mut envs = [Follow::ID, "tests/Follow-v0"].map(|id| {
+            env_with(id, |options| {
+                options.set("current", current).unwrap();
+            })
+            .unwrap()
+        });
+        let mut batches = [envs[0].batch::<f64>(), envs[1].batch::<f64>()];
+        for (env, batch) in envs.iter_mut().zip(&mut batches) {
+            env.seed(.., &[3; 4]).unwrap();
+            env.reset(.., batch).unwrap();
+        }
+        for step in 0..40 {
+            let action: Vec<f64> = (0..8).map(|i| f64::from((7 * step + 3 * i) % 11) / 5.0 - 1.0).collect();
+            for (env, batch) in envs.iter_mut().zip(&mut batches) {
+                env.step(.., &action, batch).unwrap();
+            }
+            equal::assert_bits("observations", [batches[0].observations(), batches[1].observations()]);
+            equal::assert_bits("reward", [batches[0].reward(), batches[1].reward()]);
+        }
+    }
+    let mut env = env_with(Follow::ID, |options| {
+        options.set("limit", 0.0).unwrap();
+    })
+    .unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
+    let error = env.step(.., &[0.0f64; 8], &mut batch).unwrap_err();
+    assert!(error.message().contains("RustFollow-v0: before_substep: the trunk flies"), "{error}");
+}
+
 /// Draws from the row's stream in reset, and writes what it drew.
 struct Draws {
     wrong: bool,
