@@ -326,7 +326,8 @@ def _needs_of(kind: type[Task]) -> tuple[str, ...]:
 def _refuse_code_only(kind: type[Task]) -> None:
     if kind.before_substep is not None:
         raise OptionError(
-            f"{kind.__name__}: before_substep is machine code's, because NumPy would run before each mj_step", Status.E_TYPE
+            f"{kind.__name__}: before_substep is machine code's, because NumPy would run before each mj_step",
+            Status.E_TYPE,
         )
     for name in ("own", "random_state"):
         if getattr(kind, name):
@@ -404,7 +405,9 @@ class Checked:
     def before_step(self, sim: Sim, action: NDArray[Any]) -> NDArray[Any]:
         ctrl = np.asarray(self.task.before_step(sim, action))
         if ctrl.shape != (self._rows, self.task.nu) or ctrl.dtype.kind not in "fiub":
-            raise self._wrong("before_step", f"ctrl is {_kind(ctrl)}, not numbers of the shape {(self._rows, self.task.nu)}")
+            raise self._wrong(
+                "before_step", f"ctrl is {_kind(ctrl)}, not numbers of the shape {(self._rows, self.task.nu)}"
+            )
         return np.ascontiguousarray(ctrl, ctrl.dtype if ctrl.dtype == np.float32 else np.float64)
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Float64Array, NDArray[np.bool_], dict[str, NDArray[Any]]]:

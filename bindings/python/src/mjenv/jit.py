@@ -15,10 +15,11 @@ pointers jit.array turns into arrays, or arrays, which take an index. jit.shared
 model.array_index returned i, and jit.own(outcome, i, count) array i of the class's `own`.
 
 random, uniform, normal, integers and choice draw from start.random, outcome.random or control.random, and state_rand,
-state_uniform, state_randn and state_randint from the row's RandomState. The functions must not raise exceptions: they fail
-with `return jit.fail(start, "the reason")`.
+state_uniform, state_randn and state_randint from the row's RandomState. The functions must not raise exceptions: they
+fail with `return jit.fail(start, "the reason")`.
 
-In reset, forward(start), advance(start, count), restart(start) and contact_count(start) simulate, if the class is `current`.
+In reset, forward(start), advance(start, count), restart(start) and contact_count(start) simulate, if the class is
+`current`.
 """
 
 from __future__ import annotations
@@ -66,8 +67,8 @@ def _pointer(context: Any, address: Any) -> Any:
 
 
 def _call(context: Any, builder: Any, struct: Any, name: str, result: Any, arguments: Any) -> Any:
-    """Calls the function of mjenv_task_api with this name. The first argument is the address of such a struct, whose member
-    api says which engine's functions it needs."""
+    """Calls the function of mjenv_task_api with this name. The first argument is the address of such a struct, whose
+    member api says which engine's functions it needs."""
 
     def load(address: Any, struct: Any, field: str) -> Any:
         there = builder.add(address, context.get_constant(types.uint64, getattr(struct, field).offset))
@@ -125,7 +126,7 @@ contact_count = _simulate("contact_count", types.int64)
 
 @intrinsic  # type: ignore[misc]
 def fail(context: Any, struct: Any, message: Any) -> Any:
-    """Keeps the reason of a failure, a literal text, and returns what the callback then returns. struct: sim or start."""
+    """Keeps the reason of a failure, a literal text, and returns what the callback then returns. struct: sim, start."""
     if not isinstance(message, types.StringLiteral):
         raise numba.errors.RequireLiteralValue("the reason of jit.fail is a literal text")
     kind = _task_abi.mjenv_start if "qpos0" in struct.fields and "nbody" not in struct.fields else _task_abi.mjenv_sim
@@ -148,7 +149,7 @@ def _status(result: Any) -> int:
     raise NotImplementedError
 
 
-@overload(_status)  # type: ignore[misc]
+@overload(_status)
 def _compiled_status(result):  # type: ignore[no-untyped-def]  # numba compares the parameters with those of the lambdas
     if isinstance(result, types.NoneType):
         return lambda result: 0
@@ -172,7 +173,7 @@ def shared(sim: Any, index: Any, count: Any) -> Any:
 
 @numba.njit  # type: ignore[misc]
 def own(struct: Any, index: Any, count: Any) -> Any:
-    """The row's own array of this index in the class's `own`, which has `count` numbers. struct: start, control or outcome."""
+    """The row's own array of this index in the class's `own`, of `count` numbers. struct: start, control or outcome."""
     addresses = numba.carray(_addresses(struct.own), (index + 1,))
     return numba.carray(_pointer(addresses[index]), (count,))
 

@@ -57,10 +57,10 @@ class Task:
     the class of its own, with an attribute for each option, and nq, nv, na, nu, qpos0 (the model's initial positions)
     and timestep and dt (s). Do not store in it what changes from step to step; that belongs into `state`.
 
-    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step and before_substep, are functions
-    that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses. They have the types of mjenv/task.h, and run for one
-    row on the library's threads, without Python. Their argument `self` points to the float64 numbers that build
-    returns. observation_fields, info_fields and reset_info_fields say what they write.
+    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step and before_substep, are
+    functions that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses. They have the types of
+    mjenv/task.h, and run for one row on the library's threads, without Python. Their argument `self` points to the
+    float64 numbers that build returns. observation_fields, info_fields and reset_info_fields say what they write.
     """
 
     model: ClassVar[str | os.PathLike[str]]
@@ -137,8 +137,8 @@ class Task:
         raise NotImplementedError
 
     def before_step(self, sim: Sim, action: NDArray[Any]) -> Any:
-        """Returns ctrl (rows, nu), which the simulation applies in this step. action: (rows, n). sim is as the last step has
-        left it; before_step may write into the arrays of the state, a filter's memory for instance."""
+        """Returns ctrl (rows, nu), which the simulation applies in this step. action: (rows, n). sim is as the last
+        step has left it; before_step may write into the arrays of the state, a filter's memory for instance."""
         return action
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Any, ...]:

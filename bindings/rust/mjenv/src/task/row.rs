@@ -325,7 +325,11 @@ impl<'a> Start<'a> {
             count = api.contact_count.map_or(0, |contact_count| unsafe { contact_count(raw) });
             0
         });
-        if counted.is_ok() { size(count) } else { 0 }
+        if counted.is_ok() {
+            size(count)
+        } else {
+            0
+        }
     }
 
     /// Sets the time of the simulation, s.
@@ -346,7 +350,9 @@ impl<'a> Start<'a> {
     /// If the array is `qfrc_applied` or `xfrc_applied`.
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
-        unsafe { own.array((*self.raw).own, self.shape.own.len(), "a reset writes own arrays of the model, not forces") }
+        unsafe {
+            own.array((*self.raw).own, self.shape.own.len(), "a reset writes own arrays of the model, not forces")
+        }
     }
 
     /// Calls the library with the start, which changes the state.
@@ -355,7 +361,11 @@ impl<'a> Start<'a> {
         unsafe {
             let failed = call(&*(*self.raw).api, self.raw);
             self.borrow();
-            if failed == 0 { Ok(()) } else { Err("the simulation failed".into()) }
+            if failed == 0 {
+                Ok(())
+            } else {
+                Err("the simulation failed".into())
+            }
         }
     }
 
