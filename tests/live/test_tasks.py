@@ -347,3 +347,148 @@ def test_map_in_numpy() -> None:
     with pytest.raises(mjenv.InvalidValueError, match=r"row 2: action\[0\] is nan"):
         envs.step(np.where(np.arange(ROWS) == 2, np.nan, 0)[:, None])
     envs.close()
+
+
+class Settle(mjenv.Task):
+    """A reset lets the ball fall until it touches the floor, and moves a marker; a step draws, and moves it, too."""
+
+    model = """
+        <mujoco>
+          <option timestep="0.01"/>
+          <worldbody>
+            <geom name="floor" type="plane" size="5 5 0.1"/>
+            <geom name="marker" pos="0 0 2" size="0.1" contype="0" conaffinity="0"/>
+            <body name="ball" pos="0 0 1">
+              <joint name="z" type="slide" axis="0 0 1"/><geom name="ball" size="0.1"/>
+            </body>
+          </worldbody>
+          <actuator><motor joint="z" gear="30"/></actuator>
+        </mujoco>"""
+    frame_skip = 2
+    current = True
+    random_state = True
+    own = ("geom_pos",)
+    needs = ("qpos", "qvel", "xpos", "geom_xpos", "time")
+    state = {"touched": (), "drawn": (2,)}  # noqa: RUF012
+    options = {"most": 200}  # noqa: RUF012
+
+    def reset_row(self, start: Any) -> dict[str, Any]:
+        start.own["geom_pos"][1, 0] = start.random_state.uniform(0, 1)
+        start.own["geom_pos"][1, 1] += 1
+        start.qpos[0] = start.rng.uniform(0, 0.5)
+        start.forward()
+        for _ in range(self.most):  # type: ignore[attr-defined]
+            if start.contact_count:
+                break
+            start.advance(1)
+        else:
+            raise RuntimeError("the ball does not touch the floor")
+        touched = start.sim.xpos[1, 2]
+        start.restart()
+        assert start.qpos[0] == 0
+        start.qpos[0], start.time = touched - 1 + 0.05, 0.5
+        return {"touched": touched, "drawn": [start.rng.standard_normal(), start.rng.integers(0, 9)]}
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        parts = [sim.qpos, sim.qvel, sim.xpos[:, 1], sim.geom_xpos[:, 1], sim.own["geom_pos"][:, 1], sim.drawn]
+        return np.concatenate([*parts, sim.touched[:, None], sim.time.reshape(-1, 1)], axis=1)
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        rows = len(action)
+        kicked = sim.rng.random(rows) < 0.3
+        sim.own["geom_pos"][kicked, 1, 2] += sim.rng.uniform(0, 1, (rows, 2)).sum(axis=1)[kicked]
+        return action[:, 0], np.zeros(rows, bool), {"kicked": kicked}
+
+
+mjenv.register("Settle-v0", Settle)
+
+
+class PlainSettle:
+    """One row of it, with mujoco's own calls."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng, self.random_state = np.random.default_rng(seed), np.random.RandomState(seed)
+        self.model = mujoco.MjModel.from_xml_string(Settle.model)
+        self.data = mujoco.MjData(self.model)
+
+    def reset(self) -> None:
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        forward_without_actuation(model, data)
+        model.geom_pos[1, 0] = self.random_state.uniform(0, 1)
+        model.geom_pos[1, 1] += 1
+        data.qpos[0] = self.rng.uniform(0, 0.5)
+        forward_without_actuation(model, data)
+        while not data.ncon:
+            mujoco.mj_step2(model, data)
+            mujoco.mj_step1(model, data)
+        self.touched = data.xpos[1, 2].copy()
+        mujoco.mj_resetData(model, data)
+        forward_without_actuation(model, data)
+        data.qpos[0], data.time = self.touched - 1 + 0.05, 0.5
+        forward_without_actuation(model, data)
+        self.drawn = [self.rng.standard_normal(), self.rng.integers(0, 9)]
+
+    def step(self, action: NDArray[Any]) -> bool:
+        model, data = self.model, self.data
+        data.ctrl[:] = action
+        mujoco.mj_step(model, data, 2)
+        mujoco.mj_step1(model, data)
+        kicked = bool(self.rng.random() < 0.3)
+        up = self.rng.uniform(0, 1, 2).sum()
+        model.geom_pos[1, 2] += up if kicked else 0
+        return kicked
+
+    def observed(self) -> NDArray[Any]:
+        data = self.data
+        parts = [data.qpos, data.qvel, data.xpos[1], data.geom_xpos[1], self.model.geom_pos[1], self.drawn]
+        return np.concatenate([*parts, [self.touched], [data.time]])
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_numpy_reset_that_simulates(threads: int) -> None:
+    plain = [PlainSettle(seed) for seed in range(ROWS)]
+    envs = mjenv.make_vec("Settle-v0", ROWS, num_threads=threads, autoreset_mode="disabled")
+    other = mjenv.make_vec("Settle-v0", ROWS)
+    other.reset(seed=99)
+    rng = np.random.default_rng(5)
+    for episode in range(3):
+        mask = np.arange(ROWS) != 3 if episode == 1 else np.ones(ROWS, bool)
+        got, _ = envs.reset(
+            seed=list(range(ROWS)) if episode == 0 else None, options={"reset_mask": mask} if episode == 1 else None
+        )
+        for row, resets in zip(plain, mask, strict=True):
+            if resets:
+                row.reset()
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        for step in range(20):
+            action = rng.uniform(-1, 1, (ROWS, 1))
+            kicked = [row.step(of_row) for row, of_row in zip(plain, action, strict=True)]
+            want = [row.observed() for row in plain]
+            got, _, _, _, infos = envs.step(action)
+            np.testing.assert_array_equal(got, want)
+            np.testing.assert_array_equal(infos["kicked"], kicked)
+            if step == 8:
+                other.restore(envs.snapshot())
+                np.testing.assert_array_equal(other.observe(), want)
+                envs.copy_row(0, np.arange(ROWS) == ROWS - 1)
+                plain[-1] = copy.deepcopy(plain[0])
+                np.testing.assert_array_equal(envs.observe(), [*want[:-1], want[0]])
+    envs.close()
+    other.close()
+
+
+def test_numpy_reset_that_fails() -> None:
+    envs = mjenv.make_vec("Settle-v0", 2, autoreset_mode="disabled", most=90)
+    envs.reset(seed=[1, 2])
+    before, seen = envs.snapshot(), envs.observe()
+    failing = mjenv.make_vec("Settle-v0", 2, autoreset_mode="disabled", most=3)
+    with pytest.raises(RuntimeError, match="the ball does not touch the floor"):
+        failing.reset(seed=[1, 2])
+    envs._pool.rows._task.most = 3  # type: ignore[attr-defined]
+    with pytest.raises(RuntimeError, match="the ball does not touch the floor"):
+        envs.reset()
+    assert envs.snapshot() == before
+    np.testing.assert_array_equal(envs.observe(), seen)
+    envs.close()
+    failing.close()

@@ -207,4 +207,5 @@ class mjenv_task(Structure):
     )
 
 
+RESET = CFUNCTYPE(c_int32, c_void_p, POINTER(mjenv_start))
 BUILD = CFUNCTYPE(c_int32, POINTER(mjenv_builder), c_void_p, POINTER(c_void_p))
