@@ -646,6 +646,63 @@ MJEnv.step!(::Falls, sim, row) = (reward = 0.0, terminated = false)
     end
 end
 
+# Its reset lets the ball fall until it touches the floor, begins again 5 cm above, and moves a marker.
+struct Falling <: MJEnv.Task
+    place::MJEnv.Own
+    places::MJEnv.NamedArray{Float64,2}
+    touched::Int
+    most::Int
+end
+function MJEnv.build(::Type{Falling}, b; most)
+    MJEnv.current!(b)
+    MJEnv.random_state!(b)
+    return Falling(MJEnv.own!(b, :geom_pos), MJEnv.array(b, :geom_pos), MJEnv.keep!(b), most)
+end
+function MJEnv.reset!(task::Falling, start, rng)
+    start[task.place][4] = MJEnv.state_uniform(rng, 0, 1)
+    start[task.place][5] += 1  # counts the resets
+    MJEnv.forward!(start)
+    for _ in 1:(task.most)
+        MJEnv.contact_count(start) > 0 && break
+        MJEnv.advance!(start, 1)
+    end
+    MJEnv.contact_count(start) > 0 || error("the ball never touches the floor")
+    touched = start.sim.xpos[3, 2]
+    MJEnv.restart!(start)
+    start.qpos[1] == 0 || error("it has not begun again")
+    start.qpos[1] = touched - 1 + 0.05
+    MJEnv.set_time!(start, 0.5)
+    start.carried[task.touched] = touched
+end
+MJEnv.observe(task::Falling, sim) = (
+    marker = sim[task.places][:, 2],
+    ball = (sim.qpos[1], sim.xpos[3, 2], sim.time),
+    touched = sim.carried[task.touched],
+)
+MJEnv.step!(::Falling, sim, row) = (reward = 0.0, terminated = false)
+
+@testset "a reset that simulates" begin
+    model = """
+        <mujoco><option timestep="0.01"/><worldbody><geom name="floor" type="plane" size="5 5 .1"/>
+        <geom name="marker" pos="0 0 2" size=".1" contype="0" conaffinity="0"/>
+        <body name="ball" pos="0 0 1"><joint name="z" type="slide" axis="0 0 1"/><geom size=".1"/></body>
+        </worldbody></mujoco>"""
+    MJEnv.register("Falling-v0", Falling; model = model, options = (most = 100,))
+    env = Env("Falling-v0"; rows = 3)
+    seed!(env, [1, 2, 3])
+    obs = reset!(env).obs
+    # numpy.random.RandomState(seed).uniform(0, 1)
+    @test obs[1, :] == [0.417022004702574, 0.43599490214200376, 0.5507979025745755]
+    @test all(obs[2, :] .== 1) && all(obs[3, :] .== 2)
+    touched = obs[7, :]
+    @test all(0.05 .< touched .< 0.1)
+    @test obs[4, :] == touched .- 1 .+ 0.05
+    @test obs[5, :] == 1 .+ obs[4, :]
+    @test all(obs[6, :] .== 0.5)
+    @test all(reset!(env).obs[2, :] .== 2)
+    @test refuses(() -> reset!(Env("Falling-v0"; most = 1)), MJENV_E_TASK, "never touches the floor")
+end
+
 # tests/tasks/follow.cpp written again.
 struct Follow <: MJEnv.Task
     kp::Float64

@@ -146,6 +146,113 @@ def test_maps_of_actions_and_own_arrays_equal_those_in_cpp() -> None:
         failing.step(np.zeros(2))
 
 
+FALLING = """
+    <mujoco>
+      <option timestep="0.01"/>
+      <worldbody>
+        <geom name="floor" type="plane" size="5 5 0.1"/>
+        <geom name="marker" pos="0 0 2" size="0.1" contype="0" conaffinity="0"/>
+        <body name="ball" pos="0 0 1"><joint name="z" type="slide" axis="0 0 1"/><geom size="0.1"/></body>
+      </worldbody>
+    </mujoco>"""
+
+
+class NumbaFalling(mjenv.Task):
+    """Its reset lets the ball fall until it touches the floor, begins again 5 cm above, and moves a marker."""
+
+    model = FALLING
+    current = True
+    random_state = True
+    own = ("geom_pos",)
+    options = {"most": 100}  # noqa: RUF012
+    state = {"touched": ()}  # noqa: RUF012
+    observation_fields = {"marker": 3, "ball": 3, "touched": 1}  # noqa: RUF012
+
+    def build(self, model: Any) -> Any:
+        return [self.most, model.array_index("geom_pos")]  # type: ignore[attr-defined]
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> Any:  # type: ignore[override]
+        place, qpos = jit.own(start, 0, 6), jit.array(start.qpos, 1)
+        place[3] = jit.state_uniform(start.random, 0, 1)
+        place[4] += 1  # counts the resets
+        jit.forward(start)
+        for _ in range(int(self[0])):
+            if jit.contact_count(start) > 0:
+                break
+            jit.advance(start, 1)
+        if jit.contact_count(start) == 0:
+            return jit.fail(start, "the ball never touches the floor")
+        touched = 1 + qpos[0]
+        jit.restart(start)
+        qpos[0] = touched - 1 + 0.05
+        jit.array(start.time, 1)[0] = 0.5
+        jit.array(start.carried, 1)[0] = touched
+        return 0
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> Any:  # type: ignore[override]
+        place = jit.shared(sim, int(self[1]), 6)
+        for i in range(3):
+            observation[i] = place[3 + i]
+        observation[3] = jit.array(sim.qpos, 1)[0]
+        observation[4] = jit.array(sim.xpos, 6)[5]
+        observation[5] = jit.array(sim.time, 1)[0]
+        observation[6] = jit.array(sim.carried, 1)[0]
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> Any:  # type: ignore[override]
+        outcome.reward = 0
+
+
+class NumpyFalling(mjenv.Task):
+    """The same with NumPy, which tests/live compares with MuJoCo's own calls."""
+
+    model = FALLING
+    current = True
+    random_state = True
+    own = ("geom_pos",)
+    needs = ("qpos", "xpos", "time")
+    state = {"touched": ()}  # noqa: RUF012
+
+    def reset_row(self, start: Any) -> dict[str, Any]:
+        start.own["geom_pos"][1, 0] = start.random_state.uniform(0, 1)
+        start.own["geom_pos"][1, 1] += 1
+        start.forward()
+        for _ in range(100):
+            if start.contact_count:
+                break
+            start.advance(1)
+        touched = 1 + start.qpos[0]
+        start.restart()
+        start.qpos[0], start.time = touched - 1 + 0.05, 0.5
+        return {"touched": touched}
+
+    def observe(self, sim: Any) -> Any:
+        ball = np.stack([sim.qpos[:, 0], sim.xpos[:, 1, 2], sim.time.reshape(-1)], axis=1)
+        return np.concatenate([sim.own["geom_pos"][:, 1], ball, sim.touched[:, None]], axis=1)
+
+    def step(self, sim: Any, action: Any) -> Any:
+        return np.zeros(len(action)), np.zeros(len(action), bool), {}
+
+
+mjenv.register("NumbaFalling-v0", NumbaFalling)
+mjenv.register("NumpyFalling-v0", NumpyFalling)
+
+
+def test_resets_that_simulate() -> None:
+    envs = [mjenv.make_vec(f"{name}Falling-v0", 3) for name in ("Numba", "Numpy")]
+    assert flat(envs[0].reset(seed=[1, 2, 3])[0]) == flat(envs[1].reset(seed=[1, 2, 3])[0])
+    for _ in range(20):
+        action = np.zeros((3, 0))
+        assert flat(envs[0].step(action)) == flat(envs[1].step(action))
+    obs = envs[0].reset()[0]
+    assert flat(obs) == flat(envs[1].reset()[0])
+    assert obs[:, 1].tolist() == [2, 2, 2]
+    with pytest.raises(mjenv.TaskError, match="the ball never touches the floor"):
+        mjenv.make("NumbaFalling-v0", most=2).reset(seed=1)
+
+
 def test_live_parameters_and_kept_numbers() -> None:
     grouped = mjenv.make_vec("NumbaLive-v0", 3)
     assert {name: part.tolist() for name, part in grouped.reset(seed=0)[0].items()} == {

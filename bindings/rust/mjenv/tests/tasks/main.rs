@@ -678,6 +678,96 @@ fn a_task_sees_the_new_state() {
     }
 }
 
+/// Its reset lets the ball fall until it touches the floor, begins again 5 cm above, and moves a marker.
+struct Falling {
+    place: Own,
+    places: Array<f64>,
+    touched: Carry<1>,
+    impatient: bool,
+}
+
+impl Task for Falling {
+    const ID: &'static str = "Falling-v0";
+    const MODEL: Model = Model::Text(
+        r#"<mujoco><option timestep='0.01'/><worldbody><geom name='floor' type='plane' size='5 5 .1'/>
+           <geom name='marker' pos='0 0 2' size='.1' contype='0' conaffinity='0'/>
+           <body name='ball' pos='0 0 1'><joint name='z' type='slide' axis='0 0 1'/><geom size='.1'/></body>
+           </worldbody></mujoco>"#,
+    );
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        b.current();
+        b.random_state();
+        Ok(Self {
+            place: b.own("geom_pos"),
+            places: b.array("geom_pos"),
+            touched: b.carry(),
+            impatient: b.flag("impatient", false, "wait for a timestep alone"),
+        })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        let marker = &mut start.own(self.place)[3..6];
+        marker[0] = rng.state_uniform(0.0, 1.0);
+        marker[1] += 1.0; // counts the resets
+        start.forward()?;
+        for _ in 0..if self.impatient { 1 } else { 100 } {
+            if start.contact_count() > 0 {
+                break;
+            }
+            start.advance(1)?;
+        }
+        if start.contact_count() == 0 {
+            return Err("the ball never touches the floor".into());
+        }
+        let touched = start.see(|sim| sim.xpos()[1][2]);
+        assert_eq!(touched, 1.0 + start.qpos[0]);
+        start.restart()?;
+        assert_eq!(start.qpos[0], 0.0);
+        start.qpos[0] = touched - 1.0 + 0.05;
+        start.set_time(0.5);
+        start.carried.set(self.touched, [touched]);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("marker", sim.array(self.places)[3..6].iter().copied());
+        observation.put_all("ball", [sim.qpos()[0], sim.xpos()[1][2], sim.time()]);
+        observation.put_all("touched", sim.carried(self.touched));
+        Ok(())
+    }
+
+    fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn a_reset_simulates() {
+    register::<Falling>().unwrap();
+    let mut env = env(Falling::ID).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(.., &[1, 2, 3, 1]).unwrap();
+    env.reset(.., &mut batch).unwrap();
+    // numpy.random.RandomState(seed).uniform(0, 1)
+    let drawn = [0.417022004702574, 0.43599490214200376, 0.5507979025745755, 0.417022004702574];
+    for (row, drawn) in drawn.into_iter().enumerate() {
+        let obs = batch.obs(row);
+        assert_eq!(&obs[..3], [drawn, 1.0, 2.0]);
+        assert!((0.05..0.1).contains(&obs[6]), "where it touches: {}", obs[6]);
+        assert_eq!(&obs[3..6], [obs[6] - 1.0 + 0.05, 1.0 + (obs[6] - 1.0 + 0.05), 0.5]);
+    }
+    env.reset(.., &mut batch).unwrap();
+    assert!((0..4).all(|row| batch.obs(row)[1] == 2.0));
+
+    let mut impatient = env_with(Falling::ID, |options| {
+        options.set("impatient", true).unwrap();
+    })
+    .unwrap();
+    let error = impatient.reset(.., &mut batch).unwrap_err();
+    assert!(error.message().contains("Falling-v0: reset: the ball never touches the floor"), "{error}");
+}
+
 /// tests/tasks/follow.cpp written again.
 struct Follow {
     kp: f64,
