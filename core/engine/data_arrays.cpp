@@ -14,11 +14,11 @@ namespace {
 
 constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
 constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
-// The others of mjenv_sim, and the rest of the state: each between two blanks.
+// The others of mjenv_sim, the rest of the state, and forces that nothing computes: each between two blanks.
 constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
-    "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity ";
+    "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity qfrc_applied xfrc_applied ";
 
 // How many points the paths of the tendons have.
 std::int64_t path_points(const mjModel& m, const mjData& d) {

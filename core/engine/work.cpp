@@ -43,6 +43,10 @@ void Work::apply(const Force& force) {
   std::copy(force.values.begin(), force.values.end(), data_->xfrc_applied + 6 * std::ptrdiff_t{force.body});
 }
 
+double* Work::force(const std::string& array) {
+  return array == "qfrc_applied" ? data_->qfrc_applied : data_->xfrc_applied;
+}
+
 bool Work::has_forces() const {
   const auto is_set = [](double x) { return x != 0; };
   const mjtNum *qfrc = data_->qfrc_applied, *xfrc = data_->xfrc_applied;
@@ -140,7 +144,7 @@ void Work::simulate(std::int64_t count) {
   note_step();
 }
 
-Work::State Work::state() { return {&data_->time, data_->qpos, data_->qvel, data_->act}; }
+Work::State Work::state() { return {&data_->time, data_->qpos, data_->qvel, data_->act, data_->ctrl}; }
 
 std::int64_t Work::contact_count() const { return data_->ncon; }
 
@@ -162,9 +166,13 @@ void Work::act(const Action& action) {
   for (std::int64_t i = 0; i < action.count; ++i) data_->ctrl[i] = action[i];
 }
 
-void Work::step(std::int64_t frames, double* before) {
-  for (std::int64_t i = 1; i < frames; ++i) mj_step(&stepped(), data_.get());
+void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before_substep) {
+  for (std::int64_t i = 1; i < frames; ++i) {
+    if (before_substep) (*before_substep)(i - 1);
+    mj_step(&stepped(), data_.get());
+  }
   diverged_early_ = diverged();
+  if (before_substep) (*before_substep)(frames - 1);
   save(before);
   repeat_step();
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +34,8 @@ class Work {
     std::array<double, 6> values;
   };
   void apply(const Force& force);
+  // qfrc_applied or xfrc_applied of mjData.
+  double* force(const std::string& array);
   // Whether a number in qfrc_applied or xfrc_applied is not 0.
   bool has_forces() const;
 
@@ -77,16 +80,18 @@ class Work {
   void simulate(std::int64_t count);
   // The state in mjData.
   struct State {
-    double *time, *qpos, *qvel, *act;
+    double *time, *qpos, *qvel, *act, *ctrl;
   };
   State state();
   std::int64_t contact_count() const;
 
+  // Called before each mj_step of a step, with its number. May write ctrl and forces.
+  using BeforeSubstep = std::function<void(std::int64_t)>;
   // A step is `frames` calls of mj_step with an action: act, then step, which writes the state before the last call to
-  // `before`. Where lanes::Stepper advances mjData instead, it calls note_step. If it has also computed the stages of
-  // mj_step1 (shows_current), it has called keep_raw_qpos before them.
+  // `before`. before_substep: may be null. Where lanes::Stepper advances mjData instead, it calls note_step. If it has also
+  // computed the stages of mj_step1 (shows_current), it has called keep_raw_qpos before them.
   void act(const Action& action);
-  void step(std::int64_t frames, double* before);
+  void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
   // has_forces: it has also computed what complete_forces computes.
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;

@@ -15,11 +15,11 @@ void declare_action_options(Options& options) {
                 "RescaleAction; both equal: actions are not rescaled");
 }
 
-ActionTransform::ActionTransform(const Options& options, const Model& model)
+ActionTransform::ActionTransform(const Options& options, const Task& task)
     : clips_(options.get("clip_actions").integer != 0),
       rescales_(false),
-      low_(model.action_low()),
-      high_(model.action_high()) {
+      low_(task.action.low),
+      high_(task.action.high) {
   const std::vector<double>& range = options.get("rescale_actions").reals;
   rescales_ = range[0] != range[1];
   const auto narrow = [](const std::vector<double>& bounds) {
@@ -35,8 +35,9 @@ ActionTransform::ActionTransform(const Options& options, const Model& model)
                               "), but must be finite, and the lowest action below the highest");
     for (std::size_t i = 0; i < low_.size(); ++i) {
       if (!(clip_low_[i] < clip_high_[i]) || !std::isfinite(clip_low_[i]) || !std::isfinite(clip_high_[i]))
-        fail(MJENV_E_MODEL, "option \"rescale_actions\" is set, but " + model.actuator_label(static_cast<int>(i)) +
-                                " has the bounds " + number(clip_low_[i]) + " and " + number(clip_high_[i]) +
+        fail(MJENV_E_MODEL, "option \"rescale_actions\" is set, but " +
+                                task.action_label(static_cast<std::int64_t>(i)) + " has the bounds " +
+                                number(clip_low_[i]) + " and " + number(clip_high_[i]) +
                                 ", from which nothing can be rescaled");
       const long double extent = static_cast<long double>(clip_high_[i]) - static_cast<long double>(clip_low_[i]);
       gradient_.push_back(static_cast<float>((high - low) / extent));

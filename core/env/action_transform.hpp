@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "engine/action.hpp"
-#include "engine/model.hpp"
 #include "task/options.hpp"
+#include "task/task.hpp"
 
 namespace mjenv::core {
 
 class ActionTransform {
  public:
-  ActionTransform(const Options& options, const Model& model);
+  ActionTransform(const Options& options, const Task& task);
 
   // Whether actions stay as they are.
   bool empty() const { return !clips_ && !rescales_; }

@@ -30,7 +30,7 @@ class Draws {
     if (block_.empty()) return false;
     rows.keep(row);
     std::copy(block_.begin(), block_.end(), rows.values(row));
-    rows.head(row).written = true;
+    rows.head(row).written = Written::by_caller;
     clear();
     return true;
   }

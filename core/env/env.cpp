@@ -84,7 +84,7 @@ Env::Env(const Options& options, std::int64_t rows)
       task_(task_of(id_of(options_.id()))->build(options_)),
       lanes_(choose_lanes(options_, task_, rows, threads_for(options_, task_, rows))),
       frames_(options_, task_.fields[MJENV_ROLE_OBSERVATION], rows),
-      transform_(options_, *task_.model),
+      transform_(options_, task_),
       workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
       schema_(task_, frames_, transform_, options_.get("arrays").text, workers_.first().work()),
       rows_(task_, frames_.record_count(), rows),
@@ -117,7 +117,7 @@ void Env::check_settled() const {
 }
 
 void Env::check_actions(const Action& actions, std::int64_t actions_per_row) const {
-  check_count("the action's count", actions.count, rows() * actions_per_row * task_.model->nu());
+  check_count("the action's count", actions.count, rows() * actions_per_row * task_.action_count());
 }
 
 LaneChoice Env::lanes() const {
@@ -176,11 +176,11 @@ void Env::seed_actions(std::uint64_t seed) {
 
 void Env::sample_actions(float* action, std::int64_t count) {
   const std::vector<double>&low = schema_.space(MJENV_ROLE_ACTION).low, &high = schema_.space(MJENV_ROLE_ACTION).high;
-  check_count("the action's count", count, rows() * task_.model->nu());
+  check_count("the action's count", count, rows() * task_.action_count());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
-      fail(MJENV_E_MODEL, "actuator " + std::to_string(i) + " has infinite bounds" +
-                              (transform_.empty() ? "" : " with the option \"clip_actions\"") +
+      fail(MJENV_E_MODEL, (task_.has_own_actions() ? "action " : "actuator ") + std::to_string(i) +
+                              " has infinite bounds" + (transform_.empty() ? "" : " with the option \"clip_actions\"") +
                               ", so no action can be drawn");
   if (!actions_seeded_) action_rng_ = Rng::from_entropy();
   actions_seeded_ = true;
@@ -199,14 +199,14 @@ void Env::reset(const std::uint8_t* mask, const mjenv_batch& out) {
 }
 
 void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batch& out) {
-  const std::int64_t nu = task_.model->nu();
+  const std::int64_t width = task_.action_count();
   check_settled();
   check_actions(actions, 1);
   schema_.check(out, rows());
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_selected(mask, row)) continue;
     episodes_.check_steppable(row, episodes_.autoresets());
-    episodes_.check_finite(row, actions.part(row * nu, nu));
+    episodes_.check_finite(row, actions.part(row * width, width));
   }
   order_.arrange();
   workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
@@ -214,7 +214,7 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
     turns.clear();
     for (std::int64_t place = first; place < last; ++place)
       if (const std::int64_t row = order_.row(place); is_selected(mask, row))
-        turns.push_back({row, actions.part(row * nu, nu), {out, rows(), row}});
+        turns.push_back({row, actions.part(row * width, width), {out, rows(), row}});
     for (const Turn& turn : turns) turn.place.forget();
     episodes_.step(team);
     for (std::size_t i = 0; i < turns.size(); ++i) order_.note(turns[i].row, team[i].work().constraint_count());
@@ -222,15 +222,15 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
 }
 
 void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& out) {
-  const std::int64_t nu = task_.model->nu();
+  const std::int64_t width = task_.action_count();
   check_settled();
-  if (steps < 1 || steps > std::numeric_limits<std::int64_t>::max() / (rows() * std::max<std::int64_t>(nu, 1)))
+  if (steps < 1 || steps > std::numeric_limits<std::int64_t>::max() / (rows() * std::max<std::int64_t>(width, 1)))
     fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ", which is less than 1 or too large");
   check_actions(actions, steps);
   schema_.check(out, rows() * steps);
   for (std::int64_t row = 0; row < rows(); ++row) {
     episodes_.check_steppable(row, false);
-    episodes_.check_finite(row, actions.part(row * steps * nu, steps * nu));
+    episodes_.check_finite(row, actions.part(row * steps * width, steps * width));
   }
   workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
     episodes_.rollout(team, first, last, actions, steps, out);
@@ -262,10 +262,10 @@ void Env::observe(const mjenv_batch& out) {
 
 void Env::send(const std::int64_t* rows_sent, std::int64_t row_count, const Action& actions) {
   if (!rows_sent) row_count = rows();
-  if (row_count < 0 || row_count > rows())  // so that row_count * nu cannot overflow
+  if (row_count < 0 || row_count > rows())  // so that the product below cannot overflow
     fail(MJENV_E_SIZE,
          "row_count is " + std::to_string(row_count) + ", but there are " + std::to_string(rows()) + " row(s)");
-  check_count("the action's count", actions.count, row_count * task_.model->nu());
+  check_count("the action's count", actions.count, row_count * task_.action_count());
   pipeline_->send(rows_sent, row_count, actions);
 }
 
@@ -389,7 +389,7 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
       std::copy_n(of_row, elements, rows_.state(row) + part->offset);
     else
       target.write(of_row, rows_.values(row));
-    rows_.head(row).written = true;
+    rows_.head(row).written = Written::by_caller;
     workers_.forget(row);
     forget_observation(row);
   });
@@ -471,7 +471,8 @@ void Env::perturb(const mjenv_perturbation* given) {
   check_settled();
   Perturbation next;
   if (given)
-    next = Perturbation(read_struct(given, "perturbation"), model(), static_cast<std::int64_t>(frames_.task_count()));
+    next = Perturbation(read_struct(given, "perturbation"), model(), task_.action_count(),
+                        static_cast<std::int64_t>(frames_.task_count()));
   // First what allocates memory: a call that fails must change nothing.
   std::vector<double> records = rows_.make_perturbation(next.record_count());
   std::vector<Perturbation::Step> steps;
@@ -492,7 +493,7 @@ void Env::end_pushes() {
     if (!perturbation_.is_pushed(rows_.perturbation(row))) continue;
     rows_.keep(row);
     perturbation_.end_pushes(rows_.perturbation(row), rows_.values(row));
-    rows_.head(row).written = true;
+    rows_.head(row).written = Written::by_caller;
     workers_.forget(row);
   }
 }

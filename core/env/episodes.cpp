@@ -136,8 +136,10 @@ void Episodes::step(Team& team) const {
 
 void Episodes::advance(Team& team, std::uint32_t& moving) const {
   const auto load = [&](std::size_t i) {
-    const Turn& turn = team.turns()[i];
-    team[i].load(rows_, turn.row, turn.seen, turn.forces);
+    Turn& turn = team.turns()[i];
+    if (!task_.calls->has_maps()) return team[i].load(rows_, turn.row, turn.seen, turn.forces);
+    turn.random = turn.begun;  // the row may be loaded again (Team::advance)
+    team[i].begin_step(rows_, turn.row, turn.seen, turn.forces, turn.random);
   };
   const auto attempt = [&](std::size_t i, const auto& body) {
     std::uint32_t turn = 1u << i;
@@ -152,10 +154,12 @@ void Episodes::begin_step(Worker& worker, Turn& turn) const {
   turn.is_perturbed = is_perturbed(turn.row);
   if (!transform_.empty()) turn.action = transform_.apply(turn.action, worker.transformed);
   turn.seen = turn.action;
-  if (!turn.is_perturbed) return;
-  turn.seen = perturbation_.act(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
-                                turn.random.rng(), worker.perturbed);
-  turn.forces = &worker.perturbed.forces;
+  if (turn.is_perturbed) {
+    turn.seen = perturbation_.act(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
+                                  turn.random.rng(), worker.perturbed);
+    turn.forces = &worker.perturbed.forces;
+  }
+  if (task_.calls->has_maps()) turn.begun = turn.random;
 }
 
 // Writes the step's reward, flags, status and info.
@@ -163,7 +167,7 @@ Episodes::Ends Episodes::end_step(Worker& worker, Turn& turn) const {
   const std::int64_t row = turn.row;
   const Place& place = turn.place;
   Rows::Head& head = rows_.head(row);
-  const mjenv_outcome outcome = task_.calls->step(worker.view(), turn.seen, turn.random);
+  const mjenv_outcome outcome = worker.step(rows_, row, turn.seen, turn.random);
   place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
   const bool diverged = worker.work().diverged();
   worker.commit(rows_, row, turn.random);
@@ -196,8 +200,8 @@ void Episodes::end_step_and_reset(Worker& worker, Turn& turn) const {
 
 Turn Episodes::rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                             const mjenv_batch& out) const {
-  const std::int64_t element = row * steps + t, nu = task_.model->nu();
-  return {row, actions.part(element * nu, nu), {out, rows_.count() * steps, element}};
+  const std::int64_t element = row * steps + t, width = task_.action_count();
+  return {row, actions.part(element * width, width), {out, rows_.count() * steps, element}};
 }
 
 void Episodes::stay(Worker& worker, const Turn& turn, Ends ends) const {

@@ -192,9 +192,10 @@ class Checks {
   }
 
   bool is_valid_head(const std::byte* part) const {
-    for (const std::size_t flag : {offsetof(Head, seeded), offsetof(Head, ready), offsetof(Head, ended),
-                                   offsetof(Head, written), offsetof(Head, has_constants)})
+    for (const std::size_t flag :
+         {offsetof(Head, seeded), offsetof(Head, ready), offsetof(Head, ended), offsetof(Head, has_constants)})
       if (part[flag] > std::byte{1}) return false;  // no bool
+    if (part[offsetof(Head, written)] > static_cast<std::byte>(Written::by_caller)) return false;
     Head head;
     std::memcpy(&head, part, sizeof head);
     std::uint16_t possible = 0;

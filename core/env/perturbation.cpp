@@ -53,14 +53,15 @@ std::size_t delay_of(std::int64_t given, std::int64_t least, const std::string& 
 
 }  // namespace
 
-Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t observation_count)
+Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t action_count,
+                           std::int64_t observation_count)
     : action_noise_(
-          noise_of(given.action_noise, given.action_noise_count, static_cast<std::size_t>(model.nu()), "action")),
+          noise_of(given.action_noise, given.action_noise_count, static_cast<std::size_t>(action_count), "action")),
       observation_noise_(noise_of(given.observation_noise, given.observation_noise_count,
                                   static_cast<std::size_t>(observation_count), "observation")),
       first_action_(
-          first_action_of(given.first_action, given.first_action_count, static_cast<std::size_t>(model.nu()))),
-      actuators_(static_cast<std::size_t>(model.nu())),
+          first_action_of(given.first_action, given.first_action_count, static_cast<std::size_t>(action_count))),
+      actuators_(static_cast<std::size_t>(action_count)),
       observation_count_(static_cast<std::size_t>(observation_count)),
       redraws_delays_(given.redraws_delays != 0) {
   const auto take_delay = [](Delay& delay, std::int64_t least, std::int64_t most, const std::string& what) {

@@ -20,7 +20,8 @@ class Perturbation {
  public:
   // Perturbs nothing.
   Perturbation() = default;
-  Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t observation_count);
+  Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t action_count,
+               std::int64_t observation_count);
 
   bool pushes() const { return !pushes_.empty(); }
   bool changes_observations() const { return has_observations_; }

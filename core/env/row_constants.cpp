@@ -26,7 +26,8 @@ std::vector<std::string> RowConstants::set(Work& work, Rows& rows, std::int64_t 
   rows.keep_constants(row);
   if (!arrays.empty()) constants_->save(arrays, rows.values(row));
   work.save(rows.state(row));
-  rows.head(row).written = rows.head(row).has_constants = true;
+  rows.head(row).written = Written::by_caller;
+  rows.head(row).has_constants = true;
   return names;
 }
 

@@ -20,6 +20,10 @@ namespace mjenv::core {
 // step (set), which keeps that step's forces (cacc, cfrc_int, cfrc_ext).
 enum class Origin : std::uint8_t { cleared, forward, step, set };
 
+// Whether state or own values were written after the derived arrays were computed. by_task: own values, by the task's
+// step, which has carried since. by_caller: the task must carry again.
+enum class Written : std::uint8_t { no, by_task, by_caller };
+
 class Rows {
  public:
   struct Head {
@@ -29,8 +33,7 @@ class Rows {
     bool seeded = false;  // rng is seeded
     bool ready = false;   // the row can be stepped: it was reset, or its state was set
     bool ended = false;   // the row's episode has ended
-    // State or own values were written after the derived arrays were computed.
-    bool written = false;
+    Written written = Written::no;
     // mj_setConst was called since derived arrays were computed. Worker::hold repeats it, because it changes mjData.
     bool has_constants = false;
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)

@@ -25,10 +25,9 @@ Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& tr
   observation_count_ = total(frames.fields());
   const Model& model = *task.model;
   fields_[MJENV_ROLE_MODEL] = fields_of(MJENV_ROLE_MODEL, model.arrays());
-  for (int i = 0; i < model.nu(); ++i)
-    fields_[MJENV_ROLE_ACTION].push_back(
-        {MJENV_ROLE_ACTION, model.actuator_label(i), "", MJENV_DTYPE_ACTION, {}, i, 1});
-  action_space_ = {transform.low(), transform.high(), {model.nu()}};
+  for (std::int64_t i = 0; i < task.action_count(); ++i)
+    fields_[MJENV_ROLE_ACTION].push_back({MJENV_ROLE_ACTION, task.action_label(i), "", MJENV_DTYPE_ACTION, {}, i, 1});
+  action_space_ = {transform.low(), transform.high(), {task.action_count()}};
   const std::vector<Array> arrays = work.arrays();
   fields_[MJENV_ROLE_DATA] = fields_of(MJENV_ROLE_DATA, arrays);
   choose_exported(exported, arrays);

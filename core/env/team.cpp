@@ -28,7 +28,11 @@ std::uint32_t Team::step_together(std::uint32_t ready, std::int64_t frames) {
     workers[count++] = i;
   }
   if (count < 2) return 0;  // load has failed in the others, and one row is faster without lanes
-  const std::uint32_t done = stepper_->step(works.data(), count, frames, before.data());
+  const lanes::Stepper::BeforeSubstep before_substep = [&](int i, std::int64_t substep) {
+    workers_[workers[static_cast<std::size_t>(i)]]->before_substep(substep);
+  };
+  const std::uint32_t done = stepper_->step(works.data(), count, frames, before.data(),
+                                            first().has_before_substep() ? &before_substep : nullptr);
   std::uint32_t advanced = 0;
   for (int i = 0; i < count; ++i)
     if (done >> i & 1) advanced |= 1u << workers[i];

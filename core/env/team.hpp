@@ -21,6 +21,7 @@ struct Turn {
   Place place;
 
   // Known when the step has begun:
+  Random begun{nullptr};  // `random` behind the draws of the perturbation, if the task maps actions
   Random random{nullptr};
   Action seen{};  // the action that the task sees
   const Worker::Forces* forces = nullptr;

@@ -19,6 +19,10 @@ Worker::Worker(std::int32_t i, const Task& task)
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   task_.calls->carry(view_);  // first, because it may fail
+  store(rows, row, origin);
+}
+
+void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   if (origin == Origin::set) {
     rows.keep_step(row);
     rows.drop_all_but_step(row);
@@ -35,14 +39,18 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
   if (origin == Origin::step && forces_)
     for (const Work::Force& force : *forces_)
       std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
+  if (origin == Origin::step && random_)
+    for (const OwnValues& own : own_values_)
+      if (own.is_force) own.array->write(own.before.data(), rows.values(row));
   // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did this, its inputs
   // are kept, to repeat it. If an earlier mj_step did, the last one started with cleared inputs.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
-    if (!work_.diverged_early()) rows.keep(row);
+    if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
     rows.clear_inputs(row);
   }
   rows.worker(row) = index;
-  head.written = head.has_constants = false;
+  head.written = Written::no;
+  head.has_constants = false;
   if (work_.is_whole())
     resident_ = row;
   else
@@ -63,11 +71,17 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   if (holds(rows, row)) return;
   release();  // in case MuJoCo fails
   compute(rows, row);
-  if (rows.head(row).written) {
+  if (rows.head(row).written != Written::no) {
     work_.complete();  // before the written values and state are loaded, because it needs the older ones
     if (rows.head(row).has_constants) constants_.repeat(work_, rows, row, inputs_);
     use(rows, row);
+    // A row that keeps current goes on from raw_qpos, but shows what mj_step1 has made of it, unless qpos was written.
+    const double *qpos = work_.state().qpos, *next = work_.layout().qpos(rows.state(row));
+    const std::vector<double>& raw = work_.raw_qpos();
+    const bool is_shown = work_.keeps_current() && std::memcmp(raw.data(), next, raw.size() * sizeof(double)) == 0;
+    if (is_shown) std::copy_n(qpos, raw.size(), before_.data());
     work_.load(rows.state(row));
+    if (is_shown) std::copy_n(before_.data(), raw.size(), work_.state().qpos);
   }
   load_carried(rows, row);
   rows.worker(row) = index;
@@ -126,8 +140,11 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
   if (arrays.has_inputs()) arrays.clear_inputs(inputs_.data());
   if (!arrays.empty()) use(arrays, inputs_.data());
-  for (std::size_t i = 0; i < written_.size(); ++i)
-    written_[i] = reinterpret_cast<double*>(inputs_.data() + arrays.find(task_.needs.own[i])->offset);
+  for (std::size_t i = 0; i < written_.size(); ++i) {
+    const OwnArray* array = arrays.find(task_.needs.own[i]);
+    const bool is_force = array->place == OwnArray::Place::data_input;
+    written_[i] = is_force ? nullptr : reinterpret_cast<double*>(inputs_.data() + array->offset);
+  }
   work_.clear();
   work_.forward();
   view_.complete();
@@ -207,12 +224,26 @@ void Worker::prepare(const OwnArrays& arrays) {
   draws_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
   written_.resize(task_.needs.own.size());
+  own_values_.clear();
+  controlled_.assign(task_.needs.own.size(), nullptr);
+  forces_of_task_ = controlled_;
+  own_values_.reserve(controlled_.size());
+  for (std::size_t i = 0; i < controlled_.size(); ++i) {
+    const OwnArray* array = arrays.find(task_.needs.own[i]);
+    if (!array) continue;  // the task's own arrays are the first that rows get
+    const bool is_force = array->place == OwnArray::Place::data_input;
+    own_values_.push_back({array, is_force, std::vector<double>(array->original.count()), {}});
+    own_values_.back().before = own_values_.back().values;
+    controlled_[i] = own_values_.back().values.data();
+    if (is_force) forces_of_task_[i] = controlled_[i];
+  }
   arrays.fill(0, inputs_.data());
   use(arrays, inputs_.data());
 }
 
 void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
-  if (rows.head(row).written && task_.carry_count > 0) {  // what the task carries may depend on what was written
+  if (rows.head(row).written == Written::by_caller &&
+      task_.carry_count > 0) {  // what the task carries may depend on what was written
     hold(rows, row);
     // Only commit gives the row these numbers. So if the row is loaded again (Team::advance), carry starts from the row's
     // old numbers once more, not from its own result.
@@ -228,12 +259,77 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forc
   work_.load(rows.state(row));
   work_.act(action);
   forces_ = forces;
+  random_ = nullptr;
+}
+
+void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces, Random& random) {
+  const bool is_mapped = task_.calls->has_before_step();
+  load(rows, row, is_mapped ? Action{} : action, forces);
+  random_ = &random;
+  action_ = action;
+  for (OwnValues& own : own_values_)
+    if (own.is_force) std::copy_n(work_.force(own.array->original.name), own.values.size(), own.values.data());
+  if (!is_mapped) return;
+  task_.calls->before_step(view_, action, {0, work_.state().ctrl, forces_of_task_.data()}, random);
+  apply_own_forces();
+}
+
+void Worker::before_substep(std::int64_t substep) {
+  task_.calls->before_substep(view_, action_, {substep, work_.state().ctrl, forces_of_task_.data()}, *random_);
+  apply_own_forces();
+}
+
+void Worker::apply_own_forces() {
+  for (const OwnValues& own : own_values_) {
+    if (!own.is_force) continue;
+    own.array->check(own.values.data());
+    std::copy(own.values.begin(), own.values.end(), work_.force(own.array->original.name));
+  }
+}
+
+mjenv_outcome Worker::step(Rows& rows, std::int64_t row, const Action& action, Random& random) {
+  for (OwnValues& own : own_values_) {
+    if (!own.is_force)
+      std::memcpy(own.values.data(), rows.values(row) + own.array->offset, own.array->bytes);
+    else if (!random_)
+      std::copy_n(work_.force(own.array->original.name), own.values.size(), own.values.data());
+    own.before = own.values;
+  }
+  return task_.calls->step(view_, action, random, controlled_.data());
 }
 
 void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }
 
+void Worker::commit_step(Rows& rows, std::int64_t row) {
+  const auto is_changed = [](const OwnValues& own) {
+    return std::memcmp(own.values.data(), own.before.data(), own.array->bytes) != 0;
+  };
+  const auto put = [&](std::vector<double> OwnValues::*values) {
+    for (const OwnValues& own : own_values_)
+      if (is_changed(own)) own.array->write((own.*values).data(), rows.values(row));
+  };
+  if (std::none_of(own_values_.begin(), own_values_.end(), is_changed)) return save(rows, row, Origin::step);
+  for (const OwnValues& own : own_values_)
+    if (is_changed(own)) own.array->check(own.values.data());
+  // What the task carries may depend on what it has written. But what MuJoCo has computed depends on the values before.
+  put(&OwnValues::values);
+  try {
+    task_.calls->carry(view_);
+  } catch (...) {
+    put(&OwnValues::before);
+    throw;
+  }
+  put(&OwnValues::before);
+  store(rows, row, Origin::step);
+  rows.keep(row);
+  put(&OwnValues::values);
+  for (const OwnValues& own : own_values_)
+    if (own.is_force) std::copy(own.values.begin(), own.values.end(), work_.force(own.array->original.name));
+  rows.head(row).written = Written::by_task;
+}
+
 void Worker::commit(Rows& rows, std::int64_t row, Random& random) {
-  commit(rows, row);
+  commit_step(rows, row);
   if (!random.drew()) return;
   rows.head(row).rng = random.rng();
   rows.head(row).seeded = true;

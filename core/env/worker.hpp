@@ -35,7 +35,7 @@ class Worker {
   Writer& writer() { return writer_; }
   void prepare(const Schema& schema, const Frames& frames) {
     writer_.prepare(schema, frames, arrays_);
-    transformed.resize(work_.layout().nu);
+    transformed.resize(static_cast<std::size_t>(task_.action_count()));
   }
 
   // True if the work space holds the row's derived arrays.
@@ -59,12 +59,21 @@ class Worker {
   // since the last computation, first computes what the task carries. forces: they replace those in xfrc_applied and
   // must outlive commit.
   void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
+  // The same for a step of a task that maps actions. random: for the task; it must outlive the step.
+  void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces, Random& random);
   // Calls mj_step `frames` times. The new state reaches the row in commit.
-  void advance(std::int64_t frames) { work_.step(frames, before()); }
+  void advance(std::int64_t frames) {
+    work_.step(frames, before(), random_ && has_before_substep() ? &before_substep_ : nullptr);
+  }
+  // Calls the task before an mj_step. Only after begin_step.
+  void before_substep(std::int64_t substep);
+  bool has_before_substep() const { return task_.calls->has_before_substep(); }
   // Where advance writes the state before the last mj_step.
   double* before() { return before_.data(); }
   // The row's stream, for a step of the task. commit saves it.
   static Random random(const Rows& rows, std::int64_t row);
+  // Calls the task's step. commit saves what it writes.
+  mjenv_outcome step(Rows& rows, std::int64_t row, const Action& action, Random& random);
   // Saves the state after `step` to the row.
   void commit(Rows& rows, std::int64_t row);
   void commit(Rows& rows, std::int64_t row, Random& random);
@@ -107,16 +116,34 @@ class Worker {
   std::vector<std::byte> inputs_;
   std::vector<double*> written_;    // where a reset writes own arrays, in inputs_
   const Forces* forces_ = nullptr;  // of the last step, for commit
+  // Of a step of a task that maps actions; null in other steps.
+  Random* random_ = nullptr;
+  Action action_;
+  // An array of the row that the task writes. before: with which the last mj_step has computed.
+  struct OwnValues {
+    const OwnArray* array;
+    bool is_force;
+    std::vector<double> values, before;
+  };
+  std::vector<OwnValues> own_values_;
+  std::vector<double*> controlled_, forces_of_task_;  // mjenv_outcome.own, mjenv_control.own
+  const Work::BeforeSubstep before_substep_ = [this](std::int64_t substep) { before_substep(substep); };
   const std::vector<Array> arrays_;
 
   // Shows a reset what the row keeps from older episodes: numbers of the task, and its live parameters.
   void show_kept(Rows& rows, std::int64_t row);
   // begin for a task with Needs::current, whose reset can simulate.
   void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
+  // Copies the forces that the task has written to mjData. Throws if MuJoCo cannot compute with them.
+  void apply_own_forces();
   void load_carried(Rows& rows, std::int64_t row) {
     std::copy_n(rows.carried(row), task_.carry_count, view_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
+  // Saves a step of the task, which may have written own values.
+  void commit_step(Rows& rows, std::int64_t row);
+  // save without carry
+  void store(Rows& rows, std::int64_t row, Origin origin);
   // Computes the row's derived arrays again, with the state and the values with which they were last computed.
   void compute(Rows& rows, std::int64_t row);
   // Makes the work space use the row's own values, if it has any.

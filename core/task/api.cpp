@@ -105,6 +105,10 @@ std::int32_t own(mjenv_builder* builder, const char* name) {
   return cast(builder).attempt(0, [&] { return cast(builder).need_own(required_text(name, "name")); });
 }
 
+void action(mjenv_builder* builder, std::int64_t count, const double* low, const double* high) {
+  cast(builder).attempt([&] { cast(builder).action(count, low, high); });
+}
+
 void random_state(mjenv_builder* builder) {
   cast(builder).attempt([&] { cast(builder).need_random_state(); });
 }
@@ -279,7 +283,7 @@ constexpr mjenv_task_api api{
     sizeof(mjenv_task_api), MJENV_ABI_VERSION, fail_with, integer, reals, is_integer, text, index, option_index,
     norm_is_fused, need, array, field, carry, carry_bounds, random_real, uniform, normal, integers, choice, sample,
     permutation, parameter, keep, current, own, random_state, forward, advance, restart, contact_count, state_rand,
-    state_uniform, state_randn, state_randint, state_choice, state_is_new};
+    state_uniform, state_randn, state_randint, state_choice, state_is_new, action};
 // clang-format on
 
 }  // namespace

@@ -33,6 +33,23 @@ void Builder::carry_bounds(const CarryBounds& bounds) {
   bounds_.push_back(bounds);
 }
 
+void Builder::action(std::int64_t count, const double* low, const double* high) {
+  constexpr std::int64_t most = std::int64_t{1} << 20;
+  if (count < 1 || count > most)
+    fail(MJENV_E_VALUE, "action: the count is " + std::to_string(count) + ", not 1 to " + std::to_string(most));
+  ActionBounds bounds;
+  for (std::int64_t i = 0; i < count; ++i) {
+    const double from = low ? low[i] : -kInfinity, to = high ? high[i] : kInfinity;
+    if (!(from <= to))
+      fail(MJENV_E_VALUE, "action: the bounds of number " + std::to_string(i) + " are " + number(from) + " and " +
+                              number(to) + ", which are NaN or in the wrong order");
+    // In float32, as the bounds of actuators.
+    bounds.low.push_back(static_cast<float>(from));
+    bounds.high.push_back(static_cast<float>(to));
+  }
+  view_.need_action(std::move(bounds));
+}
+
 void Builder::keep(const KeptNumbers& numbers) {
   check_range("keep: first", numbers.first, 0, kMaxCarried);
   check_range("keep: count", numbers.count, 0, kMaxCarried);

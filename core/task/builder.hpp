@@ -42,6 +42,7 @@ class Builder : public mjenv_builder {
   int array(const std::string& name, mjenv_field* field);
   void need_current() { view_.need_current(); }
   int need_own(const std::string& array) { return view_.need_own(array); }
+  void action(std::int64_t count, const double* low, const double* high);
   void need_random_state() { view_.need_random_state(); }
   void describe(const mjenv_task_field& field) { replace_or_add(fields_, field_of(field)); }
 

@@ -190,11 +190,12 @@ void RegisteredTask::check_callbacks() const {
   require(c.build || has(MJENV_ROLE_OBSERVATION), "build is NULL, and there is no field of the observation");
   require(!c.destroy || c.build, "destroy is given, but there is no build whose self it could free");
   if (given_.physics_only != 0) {
-    require(!c.reset, "reset is given, but the task is physics_only");
     require(!c.reset_info, "reset_info is given, but the task is physics_only");
     require(!c.carry, "carry is given, but the task is physics_only");
     require(!c.observe, "observe is given, but the task is physics_only");
     require(!c.step, "step is given, but the task is physics_only");
+    require(!c.before_step, "before_step is given, but the task is physics_only");
+    require(!c.before_substep, "before_substep is given, but the task is physics_only");
     return;
   }
   require(c.reset, "reset is NULL");
@@ -276,7 +277,13 @@ Task RegisteredTask::build(const Options& options) const {
   task.fields[MJENV_ROLE_PARAMETERS] = task.parameters.fields();
   task.kept = builder.kept();
   task.needs = view.needs();
-  if (!task.needs.current && (!task.needs.own.empty() || task.needs.random_state))
+  const ActionBounds& own_space = task.needs.action;
+  if (!own_space.low.empty() && !given_.before_step)
+    fail(MJENV_E_TASK, id_ + ": build: an action space of the task's own needs the callback before_step");
+  task.action = own_space.low.empty() ? ActionBounds{task.model->action_low(), task.model->action_high()} : own_space;
+  const auto is_force = [](const std::string& name) { return name == "qfrc_applied" || name == "xfrc_applied"; };
+  const std::vector<std::string>& own = task.needs.own;
+  if (!task.needs.current && (!std::all_of(own.begin(), own.end(), is_force) || task.needs.random_state))
     fail(MJENV_E_TASK, id_ + ": build: own arrays and RandomState need mjenv_build_current");
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));

@@ -11,6 +11,7 @@ namespace mjenv::core {
 
 SimView::SimView(Work& work, int frame_skip, const Needs& needs, std::size_t carry_count)
     : work_(work), frame_skip_(frame_skip), carried_(carry_count), action_(work.layout().nu), info_(needs.info) {
+  if (!needs.action.low.empty()) action_.resize(needs.action.low.size());
   hide_action();
   for (const auto& name : needs.arrays) share(name);
   needs_ = needs;
@@ -54,12 +55,21 @@ void SimView::expose() {
   // A task's initial positions are those that the model had when the task was built, as Gymnasium's init_qpos.
   c.qpos0 = work_.compiled().get()->qpos0, c.body_mass = m->body_mass;
   c.arrays = shared_.data();
+  c.action_count = static_cast<std::int32_t>(action_.size());
+}
+
+void SimView::need_action(ActionBounds bounds) {
+  action_.assign(bounds.low.size(), 0);
+  needs_.action = std::move(bounds);
+  expose();
 }
 
 int SimView::need_own(const std::string& array) {
   const OwnArray own = OwnArray::of(work_.compiled(), array);
-  if (own.place != OwnArray::Place::model_array || own.original.type != MJENV_DTYPE_FLOAT64)
-    fail(MJENV_E_TYPE, "array " + quoted(array) + " is no array of mjModel with doubles");
+  const bool is_force = array == "qfrc_applied" || array == "xfrc_applied";
+  if ((own.place != OwnArray::Place::model_array && !is_force) || own.original.type != MJENV_DTYPE_FLOAT64)
+    fail(MJENV_E_TYPE,
+         "array " + quoted(array) + " is neither an array of mjModel with doubles nor qfrc_applied nor xfrc_applied");
   needs_.own.push_back(array);
   return static_cast<int>(needs_.own.size()) - 1;
 }

@@ -11,12 +11,18 @@
 
 namespace mjenv::core {
 
+// The bounds of an action space of a task's own.
+struct ActionBounds {
+  std::vector<double> low, high;
+};
+
 // What a task needs besides what MuJoCo computes in every step.
 struct Needs {
   bool contacts = false, forces = false, frames = false;
   std::vector<std::string> arrays;  // the names of the arrays in mjenv_sim::arrays
   bool current = false;             // Work::keep_current
-  std::vector<std::string> own;     // the arrays of mjModel that reset writes
+  std::vector<std::string> own;     // the arrays that the task writes
+  ActionBounds action;              // empty: actions are ctrl
   bool random_state = false;        // rows have a stream of NumPy's RandomState
   std::size_t info = 0;             // how many numbers the longer of info and reset info has
 };
@@ -47,6 +53,7 @@ class SimView {
   const Needs& needs() const { return needs_; }
   void need_current() { needs_.current = true; }
   int need_own(const std::string& array);
+  void need_action(ActionBounds bounds);
   void need_random_state() { needs_.random_state = true; }
 
   // Call this after Work::use, with the same arguments: shows the row's own arrays.

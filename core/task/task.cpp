@@ -142,9 +142,30 @@ void Calls::observe(SimView& view, double* to) const {
     if (std::isnan(to[i])) refuse("observe", "observation[" + std::to_string(i) + "] is NaN");
 }
 
-mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random) const {
+void Calls::before_step(SimView& view, const Action& action, const Control& control, Random& random) const {
+  map("before_step", callbacks_.before_step, view, action, control, random);
+}
+
+void Calls::before_substep(SimView& view, const Action& action, const Control& control, Random& random) const {
+  map("before_substep", callbacks_.before_substep, view, action, control, random);
+}
+
+void Calls::map(const char* name, Map* callback, SimView& view, const Action& action, const Control& control,
+                Random& random) const {
+  mjenv_control to{sizeof to,  static_cast<std::int32_t>(control.substep), control.ctrl, view.carried(), &random,
+                   control.own};
+  const Shown shown(view, action);
+  call(
+      name, [&] { return callback(self_, &view.sim(), &to); }, &random);
+  check_carried(name, view.carried());
+  if (!checks_) return;
+  for (std::int32_t i = 0; i < view.sim().nu; ++i)
+    if (!std::isfinite(control.ctrl[i])) refuse(name, element_is("ctrl", static_cast<std::size_t>(i), control.ctrl[i]));
+}
+
+mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random, double* const* own) const {
   view.complete();
-  mjenv_outcome to{sizeof to, 0, 0, nan_info(view, info_count_), view.carried(), &random};
+  mjenv_outcome to{sizeof to, 0, 0, nan_info(view, info_count_), view.carried(), &random, own};
   if (!callbacks_.step) return to;
   const Shown shown(view, action);
   call(

@@ -36,6 +36,12 @@ struct ResetSimulation {
   double *time, *const *own;
 };
 
+// What a map of actions writes: mjenv_control without what belongs to the row.
+struct Control {
+  std::int64_t substep;
+  double *ctrl, *const *own;
+};
+
 // The mjenv_start that a reset is given.
 struct SimulatingStart : mjenv_start {
   ResetSimulation* simulation = nullptr;
@@ -81,8 +87,14 @@ class Calls {
   // Writes the numbers that the next step needs to know of the present state to SimView::carried.
   void carry(SimView& view) const;
   void observe(SimView& view, double* to) const;
+  // Turns the action into ctrl.
+  bool has_before_step() const { return callbacks_.before_step != nullptr; }
+  bool has_before_substep() const { return callbacks_.before_substep != nullptr; }
+  bool has_maps() const { return has_before_step() || has_before_substep(); }
+  void before_step(SimView& view, const Action& action, const Control& control, Random& random) const;
+  void before_substep(SimView& view, const Action& action, const Control& control, Random& random) const;
   // Calls step after the simulation has advanced with this action.
-  mjenv_outcome step(SimView& view, const Action& action, Random& random) const;
+  mjenv_outcome step(SimView& view, const Action& action, Random& random, double* const* own) const;
 
  private:
   std::string id_;
@@ -103,6 +115,9 @@ class Calls {
   void check_carried(const char* callback, const double* numbers) const;
   [[noreturn]] void refuse(const char* callback, const std::string& why) const;
   [[noreturn]] void fail_with(const char* callback, std::int32_t result) const;
+  using Map = std::int32_t(const void*, const mjenv_sim*, mjenv_control*);
+  void map(const char* name, Map* callback, SimView& view, const Action& action, const Control& control,
+           Random& random) const;
   template <typename Body>
   void call(const char* name, const Body& body, const Random* random = nullptr) const;
 };
@@ -116,10 +131,18 @@ struct Task {
   std::optional<np::Norm> norm;  // the rounding of norms, if the task computes any
   Fields fields;
   Needs needs;
+  ActionBounds action;  // the action space
   std::int64_t carry_count = 0;
   std::vector<KeptNumbers> kept;
   Parameters parameters;
   std::shared_ptr<const Calls> calls;
+
+  // How many numbers an action has, and the name of one of them.
+  std::int64_t action_count() const { return static_cast<std::int64_t>(action.low.size()); }
+  bool has_own_actions() const { return !needs.action.low.empty(); }
+  std::string action_label(std::int64_t i) const {
+    return has_own_actions() ? "action[" + std::to_string(i) + "]" : model->actuator_label(static_cast<int>(i));
+  }
 };
 
 }  // namespace mjenv::core

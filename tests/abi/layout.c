@@ -401,6 +401,8 @@ int main(void) {
   FIELD(mjenv_sim, body_mass);
   FIELD(mjenv_sim, arrays);
   FIELD(mjenv_sim, parameters);
+  FIELD(mjenv_sim, action_count);
+  FIELD(mjenv_sim, reserved2);
 
   STRUCT(mjenv_start);
   FIELD(mjenv_start, struct_size);
@@ -429,6 +431,15 @@ int main(void) {
   FIELD(mjenv_outcome, info);
   FIELD(mjenv_outcome, carried);
   FIELD(mjenv_outcome, random);
+  FIELD(mjenv_outcome, own);
+
+  STRUCT(mjenv_control);
+  FIELD(mjenv_control, struct_size);
+  FIELD(mjenv_control, substep);
+  FIELD(mjenv_control, ctrl);
+  FIELD(mjenv_control, carried);
+  FIELD(mjenv_control, random);
+  FIELD(mjenv_control, own);
 
   STRUCT(mjenv_task);
   FIELD(mjenv_task, struct_size);
@@ -458,6 +469,8 @@ int main(void) {
   FIELD(mjenv_task, physics_only);
   FIELD(mjenv_task, fixed_model);
   FIELD(mjenv_task, fixed_frame_skip);
+  FIELD(mjenv_task, before_step);
+  FIELD(mjenv_task, before_substep);
 
   STRUCT(mjenv_plugin);
   FIELD(mjenv_plugin, struct_size);
@@ -503,6 +516,7 @@ int main(void) {
   FIELD(mjenv_task_api, state_randint);
   FIELD(mjenv_task_api, state_choice);
   FIELD(mjenv_task_api, state_is_new);
+  FIELD(mjenv_task_api, action);
 
   STRUCT(mjenv_builder);
   FIELD(mjenv_builder, struct_size);

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import os
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -191,3 +193,302 @@ def test_divergence_of_the_new_state(lanes: int) -> None:
         np.testing.assert_array_equal(got, [row.observed() for row in plain])
     assert plain[2].data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number == 1
     envs.close()
+
+
+mjenv.load_tasks(Path(os.environ["MJENV_LIBRARY"]).parent / "tests" / "tasks" / "libfollow.so")
+FOLLOW = mujoco.MjModel.from_xml_string(mjenv.model_xml("tests/Follow-v0"))
+JOINTS = ((7, 6), (8, 7))  # of the legs, in qpos and qvel
+
+
+class PlainFollow:
+    """One row of the task in tests/tasks/follow.cpp, with mujoco's own calls."""
+
+    def __init__(self, seed: int, current: bool) -> None:
+        self.model, self.rng, self.current = copy.deepcopy(FOLLOW), np.random.default_rng(seed), current
+        self.data = mujoco.MjData(self.model)
+
+    def reset(self) -> None:
+        data = self.data
+        mujoco.mj_resetData(self.model, data)
+        start = self.model.key_qpos[0] + [self.rng.uniform(-0.05, 0.05) for _ in range(9)]
+        if self.current:  # it sees the simulation, which has to be up to date
+            forward_without_actuation(self.model, data)
+        data.qpos[:] = self.qpos = start
+        if self.current:
+            forward_without_actuation(self.model, data)
+        else:
+            mujoco.mj_forward(self.model, data)
+            self.qpos = data.qpos.copy()
+        self.target, self.torque = [0.0, 0.0], [0.0, 0.0]
+
+    def step(self, action: NDArray[Any]) -> None:
+        model, data = self.model, self.data
+        data.qpos[:] = self.qpos
+        for i, (qpos, _) in enumerate(JOINTS):
+            wanted = model.key_qpos[0, qpos] + 0.5 * min(max(action[i], -0.8), 0.8)
+            self.target[i] += 0.4 * (wanted - self.target[i])
+        data.xfrc_applied[1, 0] = self.rng.uniform(-20, 20)
+        for substep in range(4):
+            data.xfrc_applied[1, 2] = substep
+            for i, (qpos, qvel) in enumerate(JOINTS):
+                data.ctrl[i] = self.torque[i]
+                self.torque[i] = 30 * (self.target[i] - data.qpos[qpos]) - 1 * data.qvel[qvel]
+            mujoco.mj_step(model, data)
+        self.qpos = data.qpos.copy()
+        if self.current:
+            mujoco.mj_step1(model, data)
+            model.geom_pos[1, 0] += 0.25
+
+    def observed(self) -> NDArray[Any]:
+        data = self.data
+        parts = [data.qpos, data.qvel, data.ctrl, self.target, data.xpos[1], data.xfrc_applied[1]]
+        if self.current:
+            parts += [self.model.geom_pos[1], data.geom_xpos[1]]
+        return np.concatenate(parts)
+
+
+def forward_without_actuation(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    mujoco.mj_forward(model, data)
+    model.opt.disableflags ^= mujoco.mjtDisableBit.mjDSBL_ACTUATION
+
+
+@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), (-1, 1), (-1, 2)])
+@pytest.mark.parametrize("current", [False, True])
+def test_maps_of_actions(current: bool, lanes: int, threads: int) -> None:
+    plain = [PlainFollow(seed, current) for seed in range(ROWS)]
+    envs = mjenv.make_vec("tests/Follow-v0", ROWS, current=current, lanes=lanes, num_threads=threads)
+    other = mjenv.make_vec("tests/Follow-v0", ROWS, current=current, lanes=0)
+    assert envs.single_action_space == other.single_action_space
+    assert envs.single_action_space.shape == (2,)
+    assert (envs.single_action_space.low == -1).all()
+    other.reset(seed=99)
+    rng = np.random.default_rng(3)
+    for episode in range(2):
+        got, _ = envs.reset(seed=list(range(ROWS)) if episode == 0 else None)
+        for row in plain:
+            row.reset()
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        for step in range(30):
+            action = rng.uniform(-1, 1, (ROWS, 2))
+            for row, of_row in zip(plain, action, strict=True):
+                row.step(of_row)
+            want = [row.observed() for row in plain]
+            got, reward, _, _, infos = envs.step(action)
+            np.testing.assert_array_equal(got, want)
+            np.testing.assert_array_equal(reward, action.sum(axis=1))
+            np.testing.assert_array_equal(infos["speed"], [row.data.qvel[0] for row in plain])
+            if step == 12:
+                other.restore(envs.snapshot())
+                np.testing.assert_array_equal(other.observe(), want)
+                envs, other = other, envs
+            if step == 20:
+                envs.copy_row(0, np.arange(ROWS) == ROWS - 1)
+                plain[-1] = copy.deepcopy(plain[0])
+                np.testing.assert_array_equal(envs.observe(), [*want[:-1], want[0]])
+    action = rng.uniform(-1, 1, (ROWS, 5, 2))
+    *_, played = envs.rollout(action, observations=True)
+    for step in range(5):
+        for row, of_row in zip(plain, action[:, step], strict=True):
+            row.step(of_row)
+        np.testing.assert_array_equal(played[:, step], [row.observed() for row in plain])
+    envs.close()
+    other.close()
+
+
+class Filtered(mjenv.Task):
+    """Offsets from a pose that a filter smooths, in NumPy."""
+
+    model = MODEL.format(integrator="Euler")
+    frame_skip = FRAMES
+    action_bounds = ((-1, 1),)
+    needs = ("qpos", "ctrl")
+    state = {"smooth": ()}  # noqa: RUF012
+
+    def reset(self, rng: Any, rows: int) -> tuple[Any, ...]:
+        return np.tile(self.qpos0, (rows, 1)), np.zeros((rows, self.nv)), {"smooth": np.zeros(rows)}
+
+    def before_step(self, sim: Any, action: NDArray[Any]) -> NDArray[Any]:
+        sim.smooth[...] = 0.5 * sim.smooth + 0.5 * action[:, 0]
+        return np.stack([0.3 + sim.smooth, np.clip(sim.smooth, 0, 1)], axis=1)
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        return np.concatenate([sim.qpos, sim.ctrl, sim.smooth[:, None]], axis=1)
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        return action[:, 0], sim.qpos[:, 2] < 0.45, {}
+
+
+mjenv.register("Filtered-v0", Filtered)
+
+
+def test_map_in_numpy() -> None:
+    model = mujoco.MjModel.from_xml_string(Filtered.model)
+    plain = [mujoco.MjData(model) for _ in range(ROWS)]
+    for data in plain:
+        mujoco.mj_forward(model, data)
+    envs = mjenv.make_vec("Filtered-v0", ROWS, autoreset_mode="disabled")
+    assert envs.action_space.shape == (ROWS, 1)
+    envs.reset(seed=0)
+    smooth = np.zeros(ROWS)
+    for _ in range(20):
+        action = envs.action_space.sample().astype(np.float64)
+        smooth = 0.5 * smooth + 0.5 * action[:, 0]
+        for data, value in zip(plain, smooth, strict=True):
+            data.ctrl[:] = 0.3 + value, min(max(value, 0), 1)
+            mujoco.mj_step(model, data, FRAMES)
+        got, reward, *_ = envs.step(action)
+        want = [np.concatenate([data.qpos, data.ctrl, [value]]) for data, value in zip(plain, smooth, strict=True)]
+        np.testing.assert_array_equal(got, want)
+        np.testing.assert_array_equal(reward, action[:, 0])
+        if got[:, 2].min() < 0.45:
+            break
+    envs.reset()
+    with pytest.raises(mjenv.InvalidValueError, match=r"row 2: action\[0\] is nan"):
+        envs.step(np.where(np.arange(ROWS) == 2, np.nan, 0)[:, None])
+    envs.close()
+
+
+class Settle(mjenv.Task):
+    """A reset lets the ball fall until it touches the floor, and moves a marker; a step draws, and moves it, too."""
+
+    model = """
+        <mujoco>
+          <option timestep="0.01"/>
+          <worldbody>
+            <geom name="floor" type="plane" size="5 5 0.1"/>
+            <geom name="marker" pos="0 0 2" size="0.1" contype="0" conaffinity="0"/>
+            <body name="ball" pos="0 0 1">
+              <joint name="z" type="slide" axis="0 0 1"/><geom name="ball" size="0.1"/>
+            </body>
+          </worldbody>
+          <actuator><motor joint="z" gear="30"/></actuator>
+        </mujoco>"""
+    frame_skip = 2
+    current = True
+    random_state = True
+    own = ("geom_pos",)
+    needs = ("qpos", "qvel", "xpos", "geom_xpos", "time")
+    state = {"touched": (), "drawn": (2,)}  # noqa: RUF012
+    options = {"most": 200}  # noqa: RUF012
+
+    def reset_row(self, start: Any) -> dict[str, Any]:
+        start.own["geom_pos"][1, 0] = start.random_state.uniform(0, 1)
+        start.own["geom_pos"][1, 1] += 1
+        start.qpos[0] = start.rng.uniform(0, 0.5)
+        start.forward()
+        for _ in range(self.most):  # type: ignore[attr-defined]
+            if start.contact_count:
+                break
+            start.advance(1)
+        else:
+            raise RuntimeError("the ball does not touch the floor")
+        touched = start.sim.xpos[1, 2]
+        start.restart()
+        assert start.qpos[0] == 0
+        start.qpos[0], start.time = touched - 1 + 0.05, 0.5
+        return {"touched": touched, "drawn": [start.rng.standard_normal(), start.rng.integers(0, 9)]}
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        parts = [sim.qpos, sim.qvel, sim.xpos[:, 1], sim.geom_xpos[:, 1], sim.own["geom_pos"][:, 1], sim.drawn]
+        return np.concatenate([*parts, sim.touched[:, None], sim.time.reshape(-1, 1)], axis=1)
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        rows = len(action)
+        kicked = sim.rng.random(rows) < 0.3
+        sim.own["geom_pos"][kicked, 1, 2] += sim.rng.uniform(0, 1, (rows, 2)).sum(axis=1)[kicked]
+        return action[:, 0], np.zeros(rows, bool), {"kicked": kicked}
+
+
+mjenv.register("Settle-v0", Settle)
+
+
+class PlainSettle:
+    """One row of it, with mujoco's own calls."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng, self.random_state = np.random.default_rng(seed), np.random.RandomState(seed)
+        self.model = mujoco.MjModel.from_xml_string(Settle.model)
+        self.data = mujoco.MjData(self.model)
+
+    def reset(self) -> None:
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        forward_without_actuation(model, data)
+        model.geom_pos[1, 0] = self.random_state.uniform(0, 1)
+        model.geom_pos[1, 1] += 1
+        data.qpos[0] = self.rng.uniform(0, 0.5)
+        forward_without_actuation(model, data)
+        while not data.ncon:
+            mujoco.mj_step2(model, data)
+            mujoco.mj_step1(model, data)
+        self.touched = data.xpos[1, 2].copy()
+        mujoco.mj_resetData(model, data)
+        forward_without_actuation(model, data)
+        data.qpos[0], data.time = self.touched - 1 + 0.05, 0.5
+        forward_without_actuation(model, data)
+        self.drawn = [self.rng.standard_normal(), self.rng.integers(0, 9)]
+
+    def step(self, action: NDArray[Any]) -> bool:
+        model, data = self.model, self.data
+        data.ctrl[:] = action
+        mujoco.mj_step(model, data, 2)
+        mujoco.mj_step1(model, data)
+        kicked = bool(self.rng.random() < 0.3)
+        up = self.rng.uniform(0, 1, 2).sum()
+        model.geom_pos[1, 2] += up if kicked else 0
+        return kicked
+
+    def observed(self) -> NDArray[Any]:
+        data = self.data
+        parts = [data.qpos, data.qvel, data.xpos[1], data.geom_xpos[1], self.model.geom_pos[1], self.drawn]
+        return np.concatenate([*parts, [self.touched], [data.time]])
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_numpy_reset_that_simulates(threads: int) -> None:
+    plain = [PlainSettle(seed) for seed in range(ROWS)]
+    envs = mjenv.make_vec("Settle-v0", ROWS, num_threads=threads, autoreset_mode="disabled")
+    other = mjenv.make_vec("Settle-v0", ROWS)
+    other.reset(seed=99)
+    rng = np.random.default_rng(5)
+    for episode in range(3):
+        mask = np.arange(ROWS) != 3 if episode == 1 else np.ones(ROWS, bool)
+        got, _ = envs.reset(
+            seed=list(range(ROWS)) if episode == 0 else None, options={"reset_mask": mask} if episode == 1 else None
+        )
+        for row, resets in zip(plain, mask, strict=True):
+            if resets:
+                row.reset()
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        for step in range(20):
+            action = rng.uniform(-1, 1, (ROWS, 1))
+            kicked = [row.step(of_row) for row, of_row in zip(plain, action, strict=True)]
+            want = [row.observed() for row in plain]
+            got, _, _, _, infos = envs.step(action)
+            np.testing.assert_array_equal(got, want)
+            np.testing.assert_array_equal(infos["kicked"], kicked)
+            if step == 8:
+                other.restore(envs.snapshot())
+                np.testing.assert_array_equal(other.observe(), want)
+                envs.copy_row(0, np.arange(ROWS) == ROWS - 1)
+                plain[-1] = copy.deepcopy(plain[0])
+                np.testing.assert_array_equal(envs.observe(), [*want[:-1], want[0]])
+    envs.close()
+    other.close()
+
+
+def test_numpy_reset_that_fails() -> None:
+    envs = mjenv.make_vec("Settle-v0", 2, autoreset_mode="disabled", most=90)
+    envs.reset(seed=[1, 2])
+    before, seen = envs.snapshot(), envs.observe()
+    failing = mjenv.make_vec("Settle-v0", 2, autoreset_mode="disabled", most=3)
+    with pytest.raises(RuntimeError, match="the ball does not touch the floor"):
+        failing.reset(seed=[1, 2])
+    envs._pool.rows._task.most = 3  # type: ignore[attr-defined]
+    with pytest.raises(RuntimeError, match="the ball does not touch the floor"):
+        envs.reset()
+    assert envs.snapshot() == before
+    np.testing.assert_array_equal(envs.observe(), seen)
+    envs.close()
+    failing.close()

@@ -119,8 +119,9 @@ static void test_bad_parts(void** state) {
 
 static void test_bad_callbacks(void** state) {
   (void)state;
-  refused(MJENV_E_ARGUMENT, p->task.physics_only = 1, "callback reset is given, but the task is physics_only");
-  refused(MJENV_E_ARGUMENT, (p->task.physics_only = 1, p->task.reset = NULL), "reset_info is given");
+  refused(MJENV_E_ARGUMENT, p->task.physics_only = 1, "callback reset_info is given, but the task is physics_only");
+  refused(MJENV_E_ARGUMENT, (p->task.physics_only = 1, p->task.reset_info = NULL),
+          "is given, but the task is physics_only");
   refused(MJENV_E_ARGUMENT, p->task.reset = NULL, "callback reset is NULL");
   refused(MJENV_E_ARGUMENT, p->task.observe = NULL, "callback observe is NULL");
   refused(MJENV_E_ARGUMENT, p->task.step = NULL, "callback step is NULL");

@@ -372,6 +372,8 @@ Base.@kwdef struct mjenv_task
     physics_only::Int32 = 0
     fixed_model::Int32 = 0
     fixed_frame_skip::Int32 = 0
+    before_step::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    before_substep::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_plugin
@@ -419,6 +421,7 @@ Base.@kwdef struct mjenv_task_api
     state_randint::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     state_choice::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     state_is_new::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    action::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_sim
@@ -477,6 +480,8 @@ Base.@kwdef struct mjenv_sim
     body_mass::Ptr{Float64} = Ptr{Float64}(C_NULL)
     arrays::Ptr{Ptr{Cvoid}} = Ptr{Ptr{Cvoid}}(C_NULL)
     parameters::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    action_count::Int32 = 0
+    reserved2::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_random
@@ -513,6 +518,16 @@ Base.@kwdef struct mjenv_outcome
     info::Ptr{Float64} = Ptr{Float64}(C_NULL)
     carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
+    own::Ptr{Ptr{Float64}} = Ptr{Ptr{Float64}}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_control
+    struct_size::UInt32 = sizeof(mjenv_control)
+    substep::Int32 = 0
+    ctrl::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
+    own::Ptr{Ptr{Float64}} = Ptr{Ptr{Float64}}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_builder
@@ -1441,4 +1456,14 @@ task_state_is_new(api, random) = ccall(
     Int32,
     (Ptr{mjenv_random},),
     random,
+)
+
+task_action(api, builder, count, low, high) = ccall(
+    unsafe_load(api).action,
+    Cvoid,
+    (Ptr{mjenv_builder}, Int64, Ptr{Float64}, Ptr{Float64}),
+    builder,
+    count,
+    low,
+    high,
 )

@@ -646,6 +646,160 @@ MJEnv.step!(::Falls, sim, row) = (reward = 0.0, terminated = false)
     end
 end
 
+# Its reset lets the ball fall until it touches the floor, begins again 5 cm above, and moves a marker.
+struct Falling <: MJEnv.Task
+    place::MJEnv.Own
+    places::MJEnv.NamedArray{Float64,2}
+    touched::Int
+    most::Int
+end
+function MJEnv.build(::Type{Falling}, b; most)
+    MJEnv.current!(b)
+    MJEnv.random_state!(b)
+    return Falling(MJEnv.own!(b, :geom_pos), MJEnv.array(b, :geom_pos), MJEnv.keep!(b), most)
+end
+function MJEnv.reset!(task::Falling, start, rng)
+    start[task.place][4] = MJEnv.state_uniform(rng, 0, 1)
+    start[task.place][5] += 1  # counts the resets
+    MJEnv.forward!(start)
+    for _ in 1:(task.most)
+        MJEnv.contact_count(start) > 0 && break
+        MJEnv.advance!(start, 1)
+    end
+    MJEnv.contact_count(start) > 0 || error("the ball never touches the floor")
+    touched = start.sim.xpos[3, 2]
+    MJEnv.restart!(start)
+    start.qpos[1] == 0 || error("it has not begun again")
+    start.qpos[1] = touched - 1 + 0.05
+    MJEnv.set_time!(start, 0.5)
+    start.carried[task.touched] = touched
+end
+MJEnv.observe(task::Falling, sim) = (
+    marker = sim[task.places][:, 2],
+    ball = (sim.qpos[1], sim.xpos[3, 2], sim.time),
+    touched = sim.carried[task.touched],
+)
+MJEnv.step!(::Falling, sim, row) = (reward = 0.0, terminated = false)
+
+@testset "a reset that simulates" begin
+    model = """
+        <mujoco><option timestep="0.01"/><worldbody><geom name="floor" type="plane" size="5 5 .1"/>
+        <geom name="marker" pos="0 0 2" size=".1" contype="0" conaffinity="0"/>
+        <body name="ball" pos="0 0 1"><joint name="z" type="slide" axis="0 0 1"/><geom size=".1"/></body>
+        </worldbody></mujoco>"""
+    MJEnv.register("Falling-v0", Falling; model = model, options = (most = 100,))
+    env = Env("Falling-v0"; rows = 3)
+    seed!(env, [1, 2, 3])
+    obs = reset!(env).obs
+    # numpy.random.RandomState(seed).uniform(0, 1)
+    @test obs[1, :] == [0.417022004702574, 0.43599490214200376, 0.5507979025745755]
+    @test all(obs[2, :] .== 1) && all(obs[3, :] .== 2)
+    touched = obs[7, :]
+    @test all(0.05 .< touched .< 0.1)
+    @test obs[4, :] == touched .- 1 .+ 0.05
+    @test obs[5, :] == 1 .+ obs[4, :]
+    @test all(obs[6, :] .== 0.5)
+    @test all(reset!(env).obs[2, :] .== 2)
+    @test refuses(() -> reset!(Env("Falling-v0"; most = 1)), MJENV_E_TASK, "never touches the floor")
+end
+
+# tests/tasks/follow.cpp written again.
+struct Follow <: MJEnv.Task
+    kp::Float64
+    kd::Float64
+    limit::Float64
+    trunk::Int
+    marker::Int
+    joints::NTuple{2,NamedTuple{(:index, :qpos, :qvel),NTuple{3,Int}}}
+    home::MJEnv.NamedArray{Float64,2}
+    forces::MJEnv.NamedArray{Float64,2}
+    places::MJEnv.NamedArray{Float64,2}
+    target::UnitRange{Int}
+    torque::UnitRange{Int}
+    gust::MJEnv.Own
+    place::Union{Nothing,MJEnv.Own}
+end
+
+function MJEnv.build(::Type{Follow}, b; kp, kd, limit, current)
+    MJEnv.action!(b, ((-1, 1), (-1, 1)))
+    current && MJEnv.current!(b)
+    current && MJEnv.need!(b, :geom_xpos)
+    return Follow(
+        kp, kd, limit,
+        object_index(b, :body, "trunk"),
+        object_index(b, :geom, "marker"),
+        (MJEnv.joint(b, "hip"), MJEnv.joint(b, "knee")),
+        MJEnv.array(b, :key_qpos), MJEnv.array(b, :xfrc_applied), MJEnv.array(b, :geom_pos),
+        MJEnv.keep!(b, 2), MJEnv.keep!(b, 2),
+        MJEnv.own!(b, :xfrc_applied),
+        current ? MJEnv.own!(b, :geom_pos) : nothing,
+    )
+end
+
+function MJEnv.reset!(task::Follow, start, rng)
+    for i in 1:9
+        start.qpos[i] = start[task.home][i, 1] + MJEnv.uniform(rng, -0.05, 0.05)
+    end
+end
+
+function MJEnv.before_step!(task::Follow, sim, row, control)
+    for i in 1:2
+        wanted = sim[task.home][task.joints[i].qpos, 1] + 0.5 * clamp(sim.action[i], -0.8, 0.8)
+        row.carried[task.target[i]] += 0.4 * (wanted - row.carried[task.target[i]])
+    end
+    control[task.gust][6 * (task.trunk - 1) + 1] = MJEnv.uniform(row.rng, -20, 20)
+end
+
+function MJEnv.before_substep!(task::Follow, sim, row, control)
+    control.substep == 4 && sim.qpos[3] > task.limit && error("the trunk flies")
+    control[task.gust][6 * (task.trunk - 1) + 3] = control.substep - 1
+    for (i, joint) in enumerate(task.joints)
+        control.ctrl[i] = row.carried[task.torque[i]]
+        row.carried[task.torque[i]] =
+            task.kp * (row.carried[task.target[i]] - sim.qpos[joint.qpos]) - task.kd * sim.qvel[joint.qvel]
+    end
+end
+
+function MJEnv.observe(task::Follow, sim)
+    seen = (
+        qpos = sim.qpos, qvel = sim.qvel, ctrl = sim.ctrl, target = sim.carried[task.target],
+        sites = sim.xpos[:, task.trunk], gust = sim[task.forces][:, task.trunk],
+    )
+    task.place === nothing && return seen
+    return (; seen..., marker = [sim[task.places][:, task.marker]; sim.geom_xpos[:, task.marker]])
+end
+
+function MJEnv.step!(task::Follow, sim, row)
+    task.place === nothing || (row[task.place][3 * (task.marker - 1) + 1] += 0.25)
+    return (reward = sim.action[1] + sim.action[2], terminated = false, info = (speed = sim.qvel[1],))
+end
+
+@testset "maps of actions and own arrays equal those in C++" begin
+    MJEnv.load_tasks(joinpath(REPOSITORY, "build", "tests", "tasks", "libfollow.so"))
+    MJEnv.register(
+        "tests/JuliaFollow-v0",
+        Follow;
+        model = joinpath(REPOSITORY, "tests", "tasks", "follow.xml"),
+        frame_skip = 4,
+        time_limit = 50,
+        options = (kp = 30.0, kd = 1.0, limit = 40.0, current = false),
+    )
+    for current in (false, true)
+        envs = map(name -> Env("tests/$(name)Follow-v0"; rows = 4, current = current), ("Julia", ""))
+        foreach(env -> seed!(env, 3), envs)
+        @test ==(map(env -> reset!(env).obs, envs)...)
+        for step in 1:40
+            action = [mod(7 * step + 3 * i, 11) / 5 - 1 for i in 1:2, _ in 1:4]
+            outputs = map(env -> step!(env, action), envs)
+            @test outputs[1].obs == outputs[2].obs
+            @test outputs[1].reward == outputs[2].reward
+        end
+    end
+    env = Env("tests/JuliaFollow-v0"; limit = 0.0)
+    reset!(env)
+    @test refuses(() -> step!(env, [0.0, 0.0]), MJENV_E_TASK, "before_substep", "the trunk flies")
+end
+
 @testset "plug-ins" begin
     folder = joinpath(REPOSITORY, "build", "tests", "tasks")
     @test MJEnv.load_tasks(joinpath(folder, "libhopper_c.so")) === nothing

@@ -1,5 +1,7 @@
 """A task that numba compiles. tests/run gives this test a process of its own, because a task stays registered."""
 
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,6 +47,210 @@ class NumbaLive(mjenv.Task):
 
 
 mjenv.register("NumbaLive-v0", NumbaLive)
+
+
+REPOSITORY = Path(__file__).parents[3]
+LIBRARY = Path(os.environ.get("MJENV_LIBRARY", REPOSITORY / "build" / "libmjenv.so")).parent
+mjenv.load_tasks(LIBRARY / "tests" / "tasks" / "libfollow.so")
+
+
+class NumbaFollow(mjenv.Task):
+    """tests/tasks/follow.cpp written again."""
+
+    model = REPOSITORY / "tests" / "tasks" / "follow.xml"
+    frame_skip = 4
+    time_limit = 50
+    options = {"kp": 30.0, "kd": 1.0, "limit": 40.0}  # noqa: RUF012
+    action_bounds = ((-1, 1), (-1, 1))
+    own = ("xfrc_applied", "geom_pos")
+    current = True
+    needs = ("geom_xpos",)
+    state = {"target": (2,), "torque": (2,)}  # noqa: RUF012
+    observation_fields = {"all": 9 + 8 + 2 + 2 + 3 + 6 + 6}  # noqa: RUF012
+    info_fields = {"speed": ()}  # noqa: RUF012
+
+    def build(self, model: Any) -> Any:
+        arrays = [model.array_index(name) for name in ("key_qpos", "xfrc_applied", "geom_pos")]
+        return [self.kp, self.kd, self.limit, *arrays]  # type: ignore[attr-defined]
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> Any:  # type: ignore[override]
+        qpos = jit.array(start.qpos, start.nq)
+        home = np.array([0, 0, 0.7, 1, 0, 0, 0, 0.5, -0.9])
+        for i in range(9):
+            qpos[i] = home[i] + jit.uniform(start.random, -0.05, 0.05)
+
+    @jit.before_step
+    def before_step(self: Any, sim: Any, control: Any) -> Any:  # type: ignore[override]
+        action, state = jit.array(sim.action, sim.action_count), jit.array(control.carried, 4)
+        for i in range(2):
+            wanted = (0.5, -0.9)[i] + 0.5 * min(max(action[i], -0.8), 0.8)
+            state[i] += 0.4 * (wanted - state[i])
+        jit.own(control, 0, 6 * sim.nbody)[6] = jit.uniform(control.random, -20, 20)
+
+    @jit.before_substep
+    def before_substep(self: Any, sim: Any, control: Any) -> Any:
+        qpos, qvel = jit.array(sim.qpos, sim.nq), jit.array(sim.qvel, sim.nv)
+        ctrl, state = jit.array(control.ctrl, sim.nu), jit.array(control.carried, 4)
+        if control.substep == 3 and qpos[2] > self[2]:
+            return jit.fail(sim, "the trunk flies")
+        jit.own(control, 0, 6 * sim.nbody)[8] = control.substep
+        for i in range(2):
+            ctrl[i] = state[2 + i]
+            state[2 + i] = self[0] * (state[i] - qpos[7 + i]) - self[1] * qvel[6 + i]
+        return 0
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> Any:  # type: ignore[override]
+        arrays = (
+            (jit.array(sim.qpos, sim.nq), 0, 9),
+            (jit.array(sim.qvel, sim.nv), 0, 8),
+            (jit.array(sim.ctrl, sim.nu), 0, 2),
+            (jit.array(sim.carried, 4), 0, 2),
+            (jit.array(sim.xpos, 3 * sim.nbody), 3, 3),
+            (jit.shared(sim, int(self[4]), 6 * sim.nbody), 6, 6),
+            (jit.shared(sim, int(self[5]), 3 * sim.ngeom), 3, 3),
+            (jit.array(sim.geom_xpos, 3 * sim.ngeom), 3, 3),
+        )
+        at = 0
+        for values, first, count in arrays:
+            for i in range(count):
+                observation[at] = values[first + i]
+                at += 1
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> Any:  # type: ignore[override]
+        action = jit.array(sim.action, 2)
+        outcome.reward = action[0] + action[1]
+        jit.array(outcome.info, 1)[0] = jit.array(sim.qvel, 1)[0]
+        jit.own(outcome, 1, 3 * sim.ngeom)[3] += 0.25
+
+
+mjenv.register("tests/NumbaFollow-v0", NumbaFollow)
+
+
+def test_maps_of_actions_and_own_arrays_equal_those_in_cpp() -> None:
+    envs = [
+        mjenv.make_vec("tests/NumbaFollow-v0", 5),
+        mjenv.make_vec("tests/Follow-v0", 5, current=True),
+    ]
+    assert envs[0].action_space == envs[1].action_space
+    assert flat(envs[0].reset(seed=3)[0]) == flat(envs[1].reset(seed=3)[0])
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        action = rng.uniform(-1, 1, (5, 2))
+        assert flat(envs[0].step(action)) == flat(envs[1].step(action))
+    failing = mjenv.make("tests/NumbaFollow-v0", limit=0.0)
+    failing.reset(seed=1)
+    with pytest.raises(mjenv.TaskError, match="before_substep: the trunk flies"):
+        failing.step(np.zeros(2))
+
+
+FALLING = """
+    <mujoco>
+      <option timestep="0.01"/>
+      <worldbody>
+        <geom name="floor" type="plane" size="5 5 0.1"/>
+        <geom name="marker" pos="0 0 2" size="0.1" contype="0" conaffinity="0"/>
+        <body name="ball" pos="0 0 1"><joint name="z" type="slide" axis="0 0 1"/><geom size="0.1"/></body>
+      </worldbody>
+    </mujoco>"""
+
+
+class NumbaFalling(mjenv.Task):
+    """Its reset lets the ball fall until it touches the floor, begins again 5 cm above, and moves a marker."""
+
+    model = FALLING
+    current = True
+    random_state = True
+    own = ("geom_pos",)
+    options = {"most": 100}  # noqa: RUF012
+    state = {"touched": ()}  # noqa: RUF012
+    observation_fields = {"marker": 3, "ball": 3, "touched": 1}  # noqa: RUF012
+
+    def build(self, model: Any) -> Any:
+        return [self.most, model.array_index("geom_pos")]  # type: ignore[attr-defined]
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> Any:  # type: ignore[override]
+        place, qpos = jit.own(start, 0, 6), jit.array(start.qpos, 1)
+        place[3] = jit.state_uniform(start.random, 0, 1)
+        place[4] += 1  # counts the resets
+        jit.forward(start)
+        for _ in range(int(self[0])):
+            if jit.contact_count(start) > 0:
+                break
+            jit.advance(start, 1)
+        if jit.contact_count(start) == 0:
+            return jit.fail(start, "the ball never touches the floor")
+        touched = 1 + qpos[0]
+        jit.restart(start)
+        qpos[0] = touched - 1 + 0.05
+        jit.array(start.time, 1)[0] = 0.5
+        jit.array(start.carried, 1)[0] = touched
+        return 0
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> Any:  # type: ignore[override]
+        place = jit.shared(sim, int(self[1]), 6)
+        for i in range(3):
+            observation[i] = place[3 + i]
+        observation[3] = jit.array(sim.qpos, 1)[0]
+        observation[4] = jit.array(sim.xpos, 6)[5]
+        observation[5] = jit.array(sim.time, 1)[0]
+        observation[6] = jit.array(sim.carried, 1)[0]
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> Any:  # type: ignore[override]
+        outcome.reward = 0
+
+
+class NumpyFalling(mjenv.Task):
+    """The same with NumPy, which tests/live compares with MuJoCo's own calls."""
+
+    model = FALLING
+    current = True
+    random_state = True
+    own = ("geom_pos",)
+    needs = ("qpos", "xpos", "time")
+    state = {"touched": ()}  # noqa: RUF012
+
+    def reset_row(self, start: Any) -> dict[str, Any]:
+        start.own["geom_pos"][1, 0] = start.random_state.uniform(0, 1)
+        start.own["geom_pos"][1, 1] += 1
+        start.forward()
+        for _ in range(100):
+            if start.contact_count:
+                break
+            start.advance(1)
+        touched = 1 + start.qpos[0]
+        start.restart()
+        start.qpos[0], start.time = touched - 1 + 0.05, 0.5
+        return {"touched": touched}
+
+    def observe(self, sim: Any) -> Any:
+        ball = np.stack([sim.qpos[:, 0], sim.xpos[:, 1, 2], sim.time.reshape(-1)], axis=1)
+        return np.concatenate([sim.own["geom_pos"][:, 1], ball, sim.touched[:, None]], axis=1)
+
+    def step(self, sim: Any, action: Any) -> Any:
+        return np.zeros(len(action)), np.zeros(len(action), bool), {}
+
+
+mjenv.register("NumbaFalling-v0", NumbaFalling)
+mjenv.register("NumpyFalling-v0", NumpyFalling)
+
+
+def test_resets_that_simulate() -> None:
+    envs = [mjenv.make_vec(f"{name}Falling-v0", 3) for name in ("Numba", "Numpy")]
+    assert flat(envs[0].reset(seed=[1, 2, 3])[0]) == flat(envs[1].reset(seed=[1, 2, 3])[0])
+    for _ in range(20):
+        action = np.zeros((3, 0))
+        assert flat(envs[0].step(action)) == flat(envs[1].step(action))
+    obs = envs[0].reset()[0]
+    assert flat(obs) == flat(envs[1].reset()[0])
+    assert obs[:, 1].tolist() == [2, 2, 2]
+    with pytest.raises(mjenv.TaskError, match="the ball never touches the floor"):
+        mjenv.make("NumbaFalling-v0", most=2).reset(seed=1)
 
 
 def test_live_parameters_and_kept_numbers() -> None:

@@ -616,8 +616,8 @@ SIZES = r"""
 #define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
 int main(void) {
   SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, group); SHOW(mjenv_task_camera, elevation);
-  SHOW(mjenv_sim, parameters); SHOW(mjenv_start, own); SHOW(mjenv_outcome, random);
-  SHOW(mjenv_task_api, state_is_new); SHOW(mjenv_builder, random); SHOW(mjenv_task, fixed_frame_skip);
+  SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, own); SHOW(mjenv_control, own);
+  SHOW(mjenv_task_api, action); SHOW(mjenv_builder, random); SHOW(mjenv_task, before_substep);
 }
 """
 
@@ -631,7 +631,7 @@ def compiled(folder: Path, source: str, *options: str) -> Path:
 
 def test_structs_are_those_of_the_header(tmp_path: Path) -> None:
     shown = subprocess.run([compiled(tmp_path, SIZES)], check=True, capture_output=True, text=True).stdout
-    assert len(shown.splitlines()) == 9
+    assert len(shown.splitlines()) == 10
     for line in shown.splitlines():
         name, size, offset = line.split()
         struct = getattr(_task_abi, name)

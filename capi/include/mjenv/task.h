@@ -104,7 +104,8 @@ typedef struct mjenv_sim {
   double timestep;       /* of one mj_step, s */
   double dt;             /* of one step of the environment (frame_skip timesteps), s */
   const double *time;    /* [1] since the reset, s */
-  const double *action;  /* [nu] the row's action in the callback step, 0 in build, NaN in the other callbacks */
+  const double *action;  /* [action_count] the row's action in before_step, before_substep and step, 0 in build, NaN in
+                            the other callbacks */
   const double *carried; /* [carry_count] the numbers that the row carries for the task */
 
   /* The state. */
@@ -142,6 +143,8 @@ typedef struct mjenv_sim {
   const void *const *arrays; /* arrays[i] is the array for which mjenv_build_array returned i */
 
   const double *parameters; /* the row's live parameters; see mjenv_build_parameter */
+  int32_t action_count;     /* how many numbers an action has: nu, or what mjenv_build_action said */
+  int32_t reserved2;        /* 0 */
 } mjenv_sim;
 
 /* The initial state of an episode. The comments say what it holds before reset changes it. */
@@ -163,7 +166,8 @@ typedef struct mjenv_start {
   const mjenv_sim *sim; /* the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward
                            and the like, and before reset writes anything */
   double *time;         /* of the simulation, s */
-  double *const *own;   /* own[i] is the row's own array for which mjenv_build_own returned i: reset writes it */
+  double *const *own; /* own[i] is the row's own array of mjModel for which mjenv_build_own returned i: reset writes it.
+                           NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
 } mjenv_start;
 
 /* The result of a step. The comments say what it holds before step changes it. */
@@ -174,12 +178,28 @@ typedef struct mjenv_outcome {
   double *info;         /* the INFO fields, one after the other; all NaN */
   double *carried;      /* [carry_count] as before the step; the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
+  double *const
+      *own; /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
+                           next step on; if the step fails, the row keeps its old values */
 } mjenv_outcome;
+
+/* What drives the simulation in a step. The comments say what it holds before before_step and before_substep change it. */
+typedef struct mjenv_control {
+  uint32_t struct_size;
+  int32_t substep; /* which mj_step of the step comes next, from 0 on */
+  double *ctrl;    /* [nu] before_step: as the last step has left it, 0 after a reset. before_substep: as before_step or
+                            the last call has left it; without before_step, the action */
+  double *carried; /* [carry_count] the memory that mjenv_sim.carried points to */
+  mjenv_random *random; /* the row's random stream */
+  double *const
+      *own; /* own[i] is the row's qfrc_applied or xfrc_applied, if mjenv_build_own returned i for it; NULL for
+                            arrays of mjModel. The forces act until they are written again, or a reset sets them to 0 */
+} mjenv_control;
 
 /* ---- The task ---- */
 
-/* A task. A step calls step, carry and observe, in this order; a reset calls reset, carry, observe and reset_info.
- * observe and reset_info are left out when their output is not wanted. */
+/* A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order; a reset
+ * calls reset, carry, observe and reset_info. observe and reset_info are left out when their output is not wanted. */
 typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
@@ -229,13 +249,23 @@ typedef struct mjenv_task {
   /* 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send). */
   int32_t caller_thread;
 
-  /* 1: the program itself computes initial states, observations, rewards and infos, from the arrays of the option
-   * "arrays". reset, reset_info, carry, observe and step are then NULL, else reset, observe and step are required. A
-   * reset gives the model's initial state, observations and rewards are 0, and infos NaN. */
+  /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All callbacks
+   * but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a reset gives the
+   * model's initial state; observations and rewards are 0, and infos NaN. */
   int32_t physics_only;
 
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */
   int32_t fixed_frame_skip; /* 1: the task has no option frame_skip */
+
+  /* Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action.
+   * Of sim, only time, action, carried, parameters, the state and the arrays of mjModel are valid in before_step and
+   * before_substep: what MuJoCo computes belongs to other rows or older states. Both fail if they write a number that is not
+   * finite, unless "strict" is 0. If the row is stepped again because lanes have left it to MuJoCo, they are called again,
+   * with the same numbers. */
+  int32_t (*before_step)(const void *self, const mjenv_sim *sim, mjenv_control *control);
+
+  /* Changes ctrl or forces before each mj_step. NULL: they stay as they are during a step. */
+  int32_t (*before_substep)(const void *self, const mjenv_sim *sim, mjenv_control *control);
 } mjenv_task;
 
 /* Registers a task for the rest of the process, on any thread at any time.
@@ -265,7 +295,7 @@ typedef struct mjenv_plugin {
   {sizeof(mjenv_task_camera), MJENV_BODY_UNSET, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN}
 #define MJENV_TASK_INIT \
   {sizeof(mjenv_task), 0, NULL, NULL, NULL, 1, 0, 0, 0, 0, NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL, \
-   NULL, NULL, NULL, 0, 0, 0, 0}
+   NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL}
 #define MJENV_PLUGIN_INIT {sizeof(mjenv_plugin), MJENV_ABI_VERSION, NULL, 0}
 /* clang-format on */
 
@@ -321,6 +351,7 @@ struct mjenv_task_api {
   int64_t (*state_randint)(mjenv_random *random, int64_t low, int64_t high);
   int64_t (*state_choice)(mjenv_random *random, int64_t count, const double *p);
   int32_t (*state_is_new)(mjenv_random *random);
+  void (*action)(mjenv_builder *builder, int64_t count, const double *low, const double *high);
 };
 
 /* Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static. */
@@ -441,10 +472,18 @@ static inline int64_t mjenv_build_parameter(mjenv_builder *builder, const char *
  * and the like). */
 static inline void mjenv_build_current(mjenv_builder *builder) { builder->api->current(builder); }
 
-/* Gives each row an own array of mjModel, which reset writes: mjenv_start.own[i], where i is what this returns. What one
- * reset has written stays for the next; if a reset fails, the row keeps its old values. Numbers that mjenv_write
- * refuses make the reset fail. Needs mjenv_build_current. Fails for arrays that rows cannot have for themselves (see
- * mjenv_write) or whose elements are no doubles. */
+/* Sets the action space: an action has count numbers, at least 1, in [low[i], high[i]]. The callback before_step, which the
+ * task then has, turns them into ctrl.
+ * low, high  [count], which may be infinite; NULL: -infinity, infinity */
+static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, const double *low, const double *high) {
+  builder->api->action(builder, count, low, high);
+}
+
+/* Gives each row an own array of mjModel, which reset and step write: mjenv_start.own[i] and mjenv_outcome.own[i], where i
+ * is what this returns. What they have written stays, also after resets; if one fails, the row keeps its old values. Numbers
+ * that mjenv_write refuses make it fail. Needs mjenv_build_current. Or an own qfrc_applied or xfrc_applied, which
+ * before_step, before_substep (mjenv_control.own) and step write. Fails for arrays that rows cannot have for themselves
+ * (see mjenv_write) or whose elements are no doubles. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }

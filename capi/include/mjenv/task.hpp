@@ -106,7 +106,11 @@ class Sim {
 
   /* builder: not null in a trial call, which finds out the arrays that the task needs. */
   explicit Sim(const mjenv_sim *c, mjenv_builder *builder = nullptr)
-      : timestep(c->timestep), dt(c->dt), action{c->action, c->action_dtype, c->nu}, c_(c), builder_(builder) {}
+      : timestep(c->timestep),
+        dt(c->dt),
+        action{c->action, c->action_dtype, c->action_count},
+        c_(c),
+        builder_(builder) {}
 
   const double timestep; /* s, of one mj_step */
   const double dt;       /* s, of one step of the environment */
@@ -293,7 +297,11 @@ struct Start {
    * qvel and act are its state. */
   Sim sim() const { return Sim(c_->sim); }
   /* A Robot::own, which reset writes. What one reset has written stays for the next. */
-  Eigen::Map<Eigen::VectorXd> operator[](const Own &own) { return {c_->own[own.index], own.count}; }
+  Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
+    if (!c_->own || !c_->own[own.index])
+      throw std::logic_error("a reset writes own arrays of the model, and with current()");
+    return {c_->own[own.index], own.count};
+  }
   /* mj_forward with actuation disabled. */
   void forward() { check(mjenv_start_forward(c_)); }
   /* Simulates count timesteps, of which the first goes on from what was last computed (mjenv_start_advance). */
@@ -314,16 +322,40 @@ struct Start {
   }
 };
 
-/* What a step may change of its row: the numbers of a Robot::carry, and the row's random stream. */
+/* What drives the simulation in a step (mjenv_control). ctrl has one number for each actuator. */
+class Control {
+ public:
+  explicit Control(const mjenv_control *c, Eigen::Index nu) : ctrl(c->ctrl, nu), substep(c->substep), c_(c) {}
+
+  Eigen::Map<Eigen::VectorXd> ctrl;
+  const int substep; /* which mj_step of the step comes next, from 0 on */
+  /* The row's forces: a Robot::own of "qfrc_applied" or "xfrc_applied". They act until they are written again. */
+  Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
+    if (!c_->own[own.index]) throw std::logic_error("only reset and step write own arrays of the model");
+    return {c_->own[own.index], own.count};
+  }
+
+ private:
+  const mjenv_control *c_;
+};
+
+/* What a step may change of its row: the numbers of a Robot::carry, its own arrays, and its random stream. */
 class Row {
  public:
-  Row(double *carried, mjenv_random *random) : rng(random), carried_(carried) {}
+  Row(double *carried, mjenv_random *random, double *const *own = nullptr)
+      : rng(random), carried_(carried), own_(own) {}
 
   Rng rng;
   Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
+  /* A Robot::own, in a step. What the step writes holds from the next one on. */
+  Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
+    if (!own_ || !own_[own.index]) throw std::logic_error("only a step writes own arrays with its row");
+    return {own_[own.index], own.count};
+  }
 
  private:
   double *carried_;
+  double *const *own_;
 };
 
 /* The vector that the lambda of Robot::carry returned for the state before the step. */
@@ -481,6 +513,7 @@ struct Functions {
   std::function<void(const Sim &, Info &)> reset_info;
   std::function<void(const Sim &, double *)> carry;
   std::function<Outcome(const Sim &, Row &, Info &)> step;
+  std::function<void(const Sim &, Row &, Control &)> before_step, before_substep;
   std::vector<Info::Entry> info, reset_infos;
 };
 
@@ -563,11 +596,24 @@ class Robot {
     if (builder_) mjenv_build_current(builder_);
     return *this;
   }
-  /* An array of mjModel that reset writes for its row, with start[own] (mjenv_build_own). Needs current(). */
+  /* The action space: low[i] and high[i] bound number i of an action, which before_step turns into ctrl. */
+  Robot &action(const std::vector<double> &low, const std::vector<double> &high) {
+    if (low.size() != high.size()) throw std::invalid_argument("the bounds of the action have different lengths");
+    if (builder_) mjenv_build_action(builder_, static_cast<std::int64_t>(low.size()), low.data(), high.data());
+    return *this;
+  }
+  Robot &action(int count, double low, double high) {
+    const auto size = static_cast<std::size_t>(count);
+    return action(std::vector<double>(size, low), std::vector<double>(size, high));
+  }
+  /* An array of mjModel that reset writes for its row with start[own] and step with row[own] (mjenv_build_own), which needs
+   * current(). Or "qfrc_applied" or "xfrc_applied", which before_step and before_substep write with control[own], and step
+   * with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
-    const Eigen::Index count = array(name).count;
-    return {mjenv_build_own(builder_, name), count};
+    const auto shared = array(name);
+    own_.push_back(shared);
+    return {mjenv_build_own(builder_, name), shared.count};
   }
 
   /* ---- Options: each call declares an option with its default and documentation, and returns its value ---- */
@@ -733,6 +779,17 @@ class Robot {
       };
     }
   }
+  /* Sets the lambda that turns the action into ctrl, before the first mj_step of a step, and one that is called before each
+   * mj_step. Their parameters are (sim, control), or (sim, row, control). Of sim they read the action, the state and the
+   * arrays of mjModel, but not what MuJoCo computes from the state (mjenv_task.before_step). */
+  template <typename F>
+  void before_step(const F &map) {
+    functions_.before_step = control_of(map);
+  }
+  template <typename F>
+  void before_substep(const F &map) {
+    functions_.before_substep = control_of(map);
+  }
   /* Sets the lambda that writes the info of a reset. */
   void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
   /* Sets the lambda before(sim), which returns what the next step needs to know of the present state: a vector of fixed
@@ -784,7 +841,14 @@ class Robot {
     std::vector<double> carried(static_cast<std::size_t>(carry_count_));
     if (functions_.carry) functions_.carry(sim, carried.data());
     Info info(functions_.info, builder_, MJENV_ROLE_INFO);
-    Row row(carried.data(), builder_->random);
+    std::vector<std::vector<double>> values;
+    std::vector<double *> own;
+    for (const Shared<double> &array : own_) {
+      const auto *from = static_cast<const double *>(builder_->sim->arrays[array.index]);
+      values.emplace_back(from, from + array.count);
+      own.push_back(values.back().data());
+    }
+    Row row(carried.data(), builder_->random, own.data());
     functions_.step(sim, row, info);
   }
 
@@ -798,12 +862,20 @@ class Robot {
   Eigen::Index carry_count_ = 0;
   Carry carried_;
   std::vector<Carry> kept_;
+  std::vector<Shared<double>> own_;
   struct CarryBounds {
     Carry numbers;
     double low, high;
   };
   std::vector<CarryBounds> carry_bounds_;
 
+  template <typename F>
+  static std::function<void(const Sim &, Row &, Control &)> control_of(const F &map) {
+    if constexpr (std::is_invocable_v<F, const Sim &, Control &>)
+      return [map](const Sim &s, Row &, Control &control) { map(s, control); };
+    else
+      return map;
+  }
   static int version_of(const char *id) {
     const std::string text = id;
     const std::size_t dash = text.rfind("-v");
@@ -905,11 +977,19 @@ struct Definition {
       }
     });
   }
+  template <std::function<void(const Sim &, Row &, Control &)> Functions::*kMap>
+  static std::int32_t control(const void *self, const mjenv_sim *c, mjenv_control *to) {
+    return guarded(c->api, [&] {
+      Row row(to->carried, to->random);
+      Control control(to, c->nu);
+      (of(self).*kMap)(Sim(c), row, control);
+    });
+  }
   static std::int32_t step(const void *self, const mjenv_sim *c, mjenv_outcome *outcome) {
     return guarded(c->api, [&] {
       const Functions &functions = of(self);
       Info info(functions.info, outcome->info);
-      Row row(outcome->carried, outcome->random);
+      Row row(outcome->carried, outcome->random, outcome->own);
       const Outcome result = functions.step(Sim(c), row, info);
       info.check_complete();
       outcome->reward = result.reward;
@@ -963,6 +1043,8 @@ class Description {
     task_.step = Definition::step;
     task_.fixed_model = outline_.fixed_model;
     task_.fixed_frame_skip = outline_.fixed_frame_skip;
+    if (functions.before_step) task_.before_step = Definition::control<&Functions::before_step>;
+    if (functions.before_substep) task_.before_substep = Definition::control<&Functions::before_substep>;
   }
   Description(const Description &) = delete;
   Description &operator=(const Description &) = delete;

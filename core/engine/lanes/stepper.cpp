@@ -92,7 +92,7 @@ class LaneArrays {
 
  protected:
   const mjModel& m_;
-  std::vector<LaneArray> state_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
+  std::vector<LaneArray> state_, control_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
       speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
   std::vector<OwnNumbers> own_;
@@ -111,6 +111,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
             {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap},
             {&L::act, &D::act, m_.na}};
   forces_ = {{&L::qfrc_applied, &D::qfrc_applied, nv}, {&L::xfrc_applied, &D::xfrc_applied, 6 * nbody}};
+  control_ = {{&L::ctrl, &D::ctrl, nu}};
   input_ = {{&L::qpos, &D::qpos, nq},
             {&L::qvel, &D::qvel, nv},
             {&L::act, &D::act, m_.na},
@@ -271,7 +272,8 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
 class LaneStepper final : public Stepper, private LaneArrays {
  public:
   LaneStepper(const Model& model, const Code& code);
-  std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) override;
+  std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before,
+                     const BeforeSubstep* before_substep) override;
 
  private:
   const Code& code_;
@@ -450,7 +452,8 @@ void LaneStepper::for_live_rows(const Body& body) {
   }
 }
 
-std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before) {
+std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before,
+                                const BeforeSubstep* before_substep) {
   count_ = count;
   all_ = (1u << count) - 1;
   for (int row = 0; row < count; ++row) {
@@ -473,8 +476,14 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
+    if (before_substep || frame == frames) scatter(state_);
+    if (before_substep) {
+      for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { (*before_substep)(row, frame - 1); });
+      gather(control_);
+      gather_forces(works);
+      leave_bad(lanes_.ctrl, m_.nu);
+    }
     if (frame == frames) {
-      scatter(state_);
       for (int row = 0; row < count; ++row) works[row]->save(before[row]);
     }
     const bool is_last = frame == frames;

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,9 +38,13 @@ class Stepper {
 
   // Advances up to `width` work spaces by `frames` calls of mj_step. Each has its action (Work::act), and its
   // own arrays are among those for which computes_own is true. Writes the states before the last call to `before`.
+  // before_substep: may be null. Called for each work space, by its index, before each mj_step; it may write ctrl and
+  // forces.
   // Returns, as bits, the work spaces that are now as Work::step leaves them. The others met numbers or cases that
   // are left to MuJoCo's own code: load them again and step them one by one.
-  virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before) = 0;
+  using BeforeSubstep = std::function<void(int, std::int64_t)>;
+  virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before,
+                             const BeforeSubstep* before_substep = nullptr) = 0;
 };
 
 // How much memory the large arrays of a stepper take.

@@ -11,6 +11,8 @@ valid until build returns. If a lookup fails, the build fails and says why, what
 - [`MJEnv.array`](@ref), [`MJEnv.need!`](@ref): other arrays of mjData and mjModel
 - [`MJEnv.keep!`](@ref): numbers that a row remembers
 - [`MJEnv.current!`](@ref): the methods see what belongs to the new state
+- [`MJEnv.own!`](@ref), [`MJEnv.random_state!`](@ref): arrays and a `RandomState` of the row's own
+- [`MJEnv.action!`](@ref): an action space of the task's own
 - [`MJEnv.is_integer`](@ref), [`MJEnv.norm`](@ref): how options were set
 - [`MJEnv.structure!`](@ref): Gymnasium's `observation_structure`
 """
@@ -21,10 +23,11 @@ mutable struct Builder
     carry_count::Int
     skipped_qpos::Union{Nothing,Int}
     has_structure::Bool
+    own::Vector{Own}
 end
 
 Builder(raw::Ptr{mjenv_builder}) =
-    Builder(raw, member(raw, Val(:api)), Sim(member(raw, Val(:sim)), 0), 0, nothing, false)
+    Builder(raw, member(raw, Val(:api)), Sim(member(raw, Val(:sim)), 0), 0, nothing, false, Own[])
 
 Base.show(io::IO, b::Builder) = print(io, "MJEnv.Builder")
 
@@ -117,6 +120,39 @@ mj_step1: positions, velocities, contacts and the sensors that depend on them th
 forces and accelerations belong to the state before.
 """
 current!(b::Builder) = task_current(b.api, b.raw)
+
+"""
+    MJEnv.own!(b, name)
+
+Gives each row an own array of mjModel, which `reset!` writes as `start[own]` and `step!` as `row[own]`, where `own` is what
+this returns; it needs [`MJEnv.current!`](@ref). Or an own `:qfrc_applied` or `:xfrc_applied`, which `before_step!` and
+`before_substep!` write as `control[own]`, and `step!` as `row[own]`. What they have written stays; if a method fails, the
+row keeps its old values.
+"""
+function own!(b::Builder, name::Union{AbstractString,Symbol})
+    found = array(b, name)
+    push!(b.own, Own(Int(task_own(b.api, b.raw, text(name))) + 1, prod(found.size)))
+    return last(b.own)
+end
+
+"""
+    MJEnv.random_state!(b)
+
+Gives each row a stream of NumPy's `RandomState` besides its [`MJEnv.Rng`](@ref). `reset!` draws from it with
+`MJEnv.state_rand(rng)`, `state_uniform(rng, low, high)`, `state_randn(rng)`, `state_randint(rng, low, high)` (an integer in
+[low, high)) and `state_choice(rng, p)` (an index from 1). Needs [`MJEnv.current!`](@ref).
+"""
+random_state!(b::Builder) = task_random_state(b.api, b.raw)
+
+"""
+    MJEnv.action!(b, bounds)
+
+Sets the action space: the bounds `(low, high)` of each number of an action, which `before_step!` turns into `ctrl`.
+"""
+function action!(b::Builder, bounds)
+    low, high = Float64[first(pair) for pair in bounds], Float64[last(pair) for pair in bounds]
+    task_action(b.api, b.raw, length(low), low, high)
+end
 
 """
     MJEnv.is_integer(b, option)

@@ -147,10 +147,12 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     end
     reset_layout = describe_all(b, MJENV_ROLE_RESET_INFO, reset_told, docs)
     numbers = zeros(b.carry_count)
-    GC.@preserve numbers begin
+    values = [zeros(own.count) for own in b.own]
+    arrays = [pointer(array) for array in values]
+    GC.@preserve numbers values arrays begin
         carried = Writable{Float64,1}(pointer(numbers), (length(numbers),))
         hasmethod(carry!, Tuple{T,Sim,Writable{Float64,1}}) && first_call(() -> carry!(task, sim, carried), "carry!")
-        row = Row(Rng(member(b.raw, Val(:random))), carried)
+        row = Row(Rng(member(b.raw, Val(:random))), carried, pointer(arrays))
         reward, _, info = first_call(() -> parts_of(step!(task, sim, row)), "step!")
     end
     layout = describe_all(b, MJENV_ROLE_INFO, info, docs)
@@ -238,7 +240,7 @@ function on_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, outcome::Ptr{mjenv_ou
     built = object(self)
     try
         carried = Writable{Float64,1}(member(outcome, Val(:carried)), (built.carry_count,))
-        row = Row(Rng(member(outcome, Val(:random))), carried)
+        row = Row(Rng(member(outcome, Val(:random))), carried, member(outcome, Val(:own)))
         reward, terminated, info = parts_of(step!(built.task, Sim(sim, built.carry_count), row))
         write_fields!(member(outcome, Val(:info)), built.info, info)
         member!(outcome, Val(:reward), number(reward))
@@ -248,6 +250,22 @@ function on_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, outcome::Ptr{mjenv_ou
     end
     return 0
 end
+
+function on_control(map!, self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control})::Int32 where {T}
+    built = object(self)
+    try
+        carried = Writable{Float64,1}(member(to, Val(:carried)), (built.carry_count,))
+        row = Row(Rng(member(to, Val(:random))), carried, Ptr{Ptr{Float64}}(C_NULL))
+        map!(built.task, Sim(sim, built.carry_count), row, Control(to, Int(member(sim, Val(:nu)))))
+    catch reason
+        return failed(sim, reason)
+    end
+    return 0
+end
+on_before_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control}) where {T} =
+    on_control(before_step!, self, sim, to)
+on_before_substep(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control}) where {T} =
+    on_control(before_substep!, self, sim, to)
 
 # The addresses of the callbacks, compiled for one type of task.
 function callbacks(::Type{T}) where {T<:Task}
@@ -259,5 +277,7 @@ function callbacks(::Type{T}) where {T<:Task}
         carry = @cfunction(on_carry, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
         observe = @cfunction(on_observe, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
         step = @cfunction(on_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_outcome})),
+        before_step = @cfunction(on_before_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_control})),
+        before_substep = @cfunction(on_before_substep, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_control})),
     )
 end

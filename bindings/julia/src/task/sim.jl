@@ -85,7 +85,7 @@ One row's simulation, which a task reads. Its properties have MuJoCo's names:
 - on demand, see [`MJEnv.need!`](@ref): `contacts` (a vector of [`MJEnv.Contact`](@ref)), `cfrc_ext`, `geom_xpos`,
   `geom_xmat`
 - the model: `qpos0`, `body_mass`
-- `action` (an [`MJEnv.RowAction`](@ref)), which is NaN except in `step!`
+- `action` (an [`MJEnv.RowAction`](@ref)), which is NaN except in `before_step!`, `before_substep!` and `step!`
 - `carried`: the numbers that the row remembers, see [`MJEnv.keep!`](@ref)
 
 Every other array is `sim[array]`, see [`MJEnv.array`](@ref). Arrays are [`MJEnv.RowArray`](@ref)s: `xpos` has the size
@@ -133,7 +133,7 @@ end
 @inline property(sim::Sim, name::Union{Val{:timestep},Val{:dt}}) = member(raw(sim), name)
 @inline property(sim::Sim, name::Val{:time}) = unsafe_load(member(raw(sim), name))
 @inline property(sim::Sim, name::Val{:action}) = RowAction(
-    ReadOnly{Float64,1}(member(raw(sim), name), (Int(member(raw(sim), Val(:nu))),)),
+    ReadOnly{Float64,1}(member(raw(sim), name), (Int(member(raw(sim), Val(:action_count))),)),
     member(raw(sim), Val(:action_dtype)) == Int32(MJENV_DTYPE_FLOAT32),
 )
 @inline property(sim::Sim, name::Val{:carried}) =
@@ -157,18 +157,58 @@ property(sim::Sim, ::Val{name}) where {name} =
 
 Base.show(io::IO, sim::Sim) = print(io, "MJEnv.Sim(nq = ", sim.nq, ", nv = ", sim.nv, ", nu = ", sim.nu, ")")
 
+# An array of the row's own ([`MJEnv.own!`](@ref)), and how many elements it has.
+struct Own
+    index::Int
+    count::Int
+end
+
+@inline function own_array(arrays::Ptr{Ptr{Float64}}, own::Own)
+    pointer = arrays == C_NULL ? Ptr{Float64}(C_NULL) : unsafe_load(arrays, own.index)
+    pointer == C_NULL && refuse_own()
+    return Writable{Float64,1}(pointer, (own.count,))
+end
+@noinline refuse_own() = throw(ArgumentError("this own array cannot be written here: see MJEnv.own!"))
+
 """
     MJEnv.Start
 
 The initial state of an episode, which `reset!` changes: the vectors `qpos`, which equals the model's `qpos0` before the
-call, `qvel`, `act` and `carried`, which are 0. `qpos0` is read-only.
+call, `qvel`, `act` and `carried`, which are 0. `qpos0` is read-only. `start[own]` is an [`MJEnv.own!`](@ref).
+
+If the task called [`MJEnv.current!`](@ref), `start.sim` is the live simulation, of which `qpos`, `qvel` and `act` are the
+state, and these simulate:
+
+- `MJEnv.forward!(start)` calls mj_forward with actuation disabled, for what the reset has written.
+- `MJEnv.advance!(start, count)` simulates timesteps. With the integrator Euler, the first goes on from what was last computed,
+  even if `qpos` was written since.
+- `MJEnv.restart!(start)` begins again: mj_resetData, which own arrays survive, then `forward!`.
+- `MJEnv.contact_count(start)` counts the contacts that the last of these has found.
+- `MJEnv.set_time!(start, time)` sets the clock.
+
+Bound loops that wait for something, and throw when they give up: the row then stays as it was.
 """
 struct Start
     raw::Ptr{mjenv_start}
 end
 
+function simulated(failed)
+    failed == 0 || error("the simulation failed")  # the library knows why
+    return nothing
+end
+forward!(start::Start) = simulated(task_forward(member(raw(start), Val(:api)), raw(start)))
+advance!(start::Start, count::Integer) = simulated(task_advance(member(raw(start), Val(:api)), raw(start), count))
+restart!(start::Start) = simulated(task_restart(member(raw(start), Val(:api)), raw(start)))
+contact_count(start::Start) = Int(task_contact_count(member(raw(start), Val(:api)), raw(start)))
+function set_time!(start::Start, time::Real)
+    pointer = member(raw(start), Val(:time))
+    pointer == C_NULL && throw(ArgumentError("call MJEnv.current!(b) in build to set the time in reset"))
+    unsafe_store!(pointer, time)
+    return start
+end
+
 @inline Base.getproperty(start::Start, name::Symbol) = property(start, Val(name))
-Base.propertynames(::Start, ::Bool = false) = (:qpos0, :qpos, :qvel, :act, :carried)
+Base.propertynames(::Start, ::Bool = false) = (:qpos0, :qpos, :qvel, :act, :carried, :sim)
 Base.show(io::IO, ::Start) = print(io, "MJEnv.Start")
 
 for (name, size) in ((:qpos, :nq), (:qvel, :nv), (:act, :na), (:carried, :carry_count))
@@ -177,11 +217,17 @@ for (name, size) in ((:qpos, :nq), (:qvel, :nv), (:act, :na), (:carried, :carry_
 end
 @inline property(start::Start, name::Val{:qpos0}) =
     ReadOnly{Float64,1}(member(raw(start), name), (Int(member(raw(start), Val(:nq))),))
+@inline function property(start::Start, name::Val{:sim})
+    pointer = member(raw(start), name)
+    pointer == C_NULL && throw(ArgumentError("call MJEnv.current!(b) in build to see the simulation in reset"))
+    return Sim(pointer, Int(member(raw(start), Val(:carry_count))))
+end
 property(start::Start, ::Val{name}) where {name} =
     throw(ArgumentError("start has no $name; it has $(join(propertynames(start), ", "))"))
 
 @inline raw(start::Start) = getfield(start, :raw)
 @inline Base.getindex(start::Start, array::NamedArray) = element(member(raw(start), Val(:arrays)), array)
+@inline Base.getindex(start::Start, own::Own) = own_array(member(raw(start), Val(:own)), own)
 @inline Base.getindex(start::Start, live::Live) = numbers(member(raw(start), Val(:parameters)), live)
 
 """
@@ -250,12 +296,47 @@ function permutation(rng::Rng, count::Integer)
     return order .+= 1
 end
 
+state_rand(rng::Rng) = task_state_rand(api(rng), rng.raw)
+state_uniform(rng::Rng, low::Real, high::Real) = task_state_uniform(api(rng), rng.raw, low, high)
+state_randn(rng::Rng) = task_state_randn(api(rng), rng.raw)
+state_randint(rng::Rng, low::Integer, high::Integer) = Int(task_state_randint(api(rng), rng.raw, low, high))
+state_choice(rng::Rng, p::AbstractVector{<:Real}) =
+    Int(task_state_choice(api(rng), rng.raw, length(p), convert(Vector{Float64}, p))) + 1
+
 """
     MJEnv.Row
 
-What `step!` may change: `rng`, the row's random stream, and `carried`, the numbers that the row remembers.
+What `step!` may change: `rng`, the row's random stream, `carried`, the numbers that the row remembers, and `row[own]`, an
+[`MJEnv.own!`](@ref). What is written there holds from the next step on.
 """
 struct Row
     rng::Rng
     carried::Writable{Float64,1}
+    own::Ptr{Ptr{Float64}}
 end
+
+@inline Base.getindex(row::Row, own::Own) = own_array(row.own, own)
+
+"""
+    MJEnv.Control
+
+What drives the simulation in a step, which `before_step!` and `before_substep!` write:
+
+- `ctrl` has a number for each actuator. In `before_step!` it is what the last step has left, 0 after a reset; in
+  `before_substep!` what `before_step!` or the last call has left, or without `before_step!` the action.
+- `substep`: which mj_step of the step comes next, from 1 on.
+- `control[own]`: the row's `qfrc_applied` or `xfrc_applied` ([`MJEnv.own!`](@ref)), which act until they are written again.
+"""
+struct Control
+    raw::Ptr{mjenv_control}
+    nu::Int
+end
+
+@inline Base.getproperty(control::Control, name::Symbol) = property(control, Val(name))
+Base.propertynames(::Control, ::Bool = false) = (:ctrl, :substep)
+@inline property(control::Control, name::Val{:ctrl}) =
+    Writable{Float64,1}(member(getfield(control, :raw), name), (getfield(control, :nu),))
+@inline property(control::Control, name::Val{:substep}) = Int(member(getfield(control, :raw), name)) + 1
+property(::Control, ::Val{name}) where {name} = throw(ArgumentError("control has no $name; it has ctrl and substep"))
+@inline Base.getindex(control::Control, own::Own) =
+    own_array(member(getfield(control, :raw), Val(:own)), own)

@@ -12,6 +12,10 @@ A robot and what it has to do. Derive a type from it, define these methods for i
 - `MJEnv.observe(task::T, sim)` returns the parts of the observation, a NamedTuple. It must depend on nothing but `sim`.
 - `MJEnv.step!(task::T, sim, row)` returns `(reward = ..., terminated = ..., info = ...)`. `info` is a NamedTuple, and
   may be left out. It is called once in each step, after the simulation has advanced by `frame_skip` timesteps.
+- `MJEnv.before_step!(task::T, sim, row, control)`, if wanted, turns the action into `control.ctrl`, once in each step, before
+  its first timestep; otherwise `ctrl` is the action. `MJEnv.before_substep!(task::T, sim, row, control)`, if wanted, changes
+  `ctrl` or forces before each timestep. Both take an [`MJEnv.Control`](@ref). Of `sim`, only the time, the action, the carried
+  numbers, live parameters, the state and the arrays of mjModel are valid in them.
 - `MJEnv.reset_info(task::T, sim)`, if wanted, returns the info of a reset, a NamedTuple.
 - `MJEnv.carry!(task::T, sim, carried)`, if wanted, writes into `carried` what the next step needs to know of the
   present state. It is called at the end of each reset and step, and after `set_state!` and `simulate!`.
@@ -37,6 +41,8 @@ abstract type Task end
 
 function build end
 function carry! end
+function before_step! end
+function before_substep! end
 
 """
     MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false)
@@ -173,6 +179,8 @@ function register(
         observe = called.observe,
         step = called.step,
         caller_thread = 1,
+        before_step = hasmethod(before_step!, Tuple{T,Sim,Row,Control}) ? called.before_step : C_NULL,
+        before_substep = hasmethod(before_substep!, Tuple{T,Sim,Row,Control}) ? called.before_substep : C_NULL,
     )
     in_libraries(REGISTRATIONS, registration) do library
         register(library, registration)

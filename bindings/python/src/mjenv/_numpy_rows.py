@@ -22,7 +22,8 @@ from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
 from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
-from mjenv._registered import Checked, Registered, out_of_bounds
+from mjenv._registered import Checked, Registered, Resetting, out_of_bounds
+from mjenv._schema import Field
 from mjenv._step import views
 from mjenv._turns import Turn
 from mjenv.errors import InvalidValueError, OptionError, ResetNeeded, SnapshotError, TaskError
@@ -93,10 +94,12 @@ class NumpyRows(Rows):
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
         self._task = registered.kind()
+        self._maps = registered.maps
         # The random streams that rows must still get: see _begin.
         self._due: dict[int, Any] = {}
         given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
-        registered.create(partial(super().__init__, engine, id, given, count), self._task)
+        self._resetting = Resetting(id, self._task) if registered.resets_rows else None
+        registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
         self.options = dict(options)
         self._checked = Checked(id, self._task, count)
 
@@ -120,7 +123,12 @@ class NumpyRows(Rows):
         live = {field.name.removeprefix(_PREFIX): field for field in self.fields(Role.PARAMETERS)}
         self._parameters = {name: np.zeros((count, *field.shape)) for name, field in live.items()}
         self._read_parameters()
-        self._sim = Sim(self._views, self._state, self._parameters)
+        model = {name: self.array(Role.MODEL, name) for name in registered.kind.own}
+        self._own = {name: np.zeros((count, *field.shape)) for name, field in model.items() if field is not None}
+        for row in range(count):
+            self._read_own(row)
+        self._drawing = _StepDraws(self)
+        self._sim = Sim(self._views, self._state, self._parameters, self._own, self._drawing)
         self._streams: list[np.random.Generator] = []
         self._pristine = super().snapshot(0)  # of a row that was never reset
 
@@ -136,7 +144,7 @@ class NumpyRows(Rows):
         kind: Any = c_float if code == Dtype.FLOAT32 else c_double
         action = np.ctypeslib.as_array((kind * size).from_address(address)).reshape(self.count, -1)
         action.flags.writeable = False
-        return partial(self._step, action, address, size, code, found)
+        return partial(self._step, action, found)
 
     def reset(self, mask: BoolArray | None, out: Any) -> None:
         self._reset_all(mask, _Out(out._obj, self))
@@ -175,7 +183,33 @@ class NumpyRows(Rows):
     def _refuse(self, name: str) -> NoReturn:
         raise TaskError(f"{self.id} computes all rows at once: {name} works with tasks in machine code", Status.E_TASK)
 
-    def _step(self, action: NDArray[Any], address: int, size: int, code: int, out: _Out) -> int:
+    def fields(self, role: Role) -> tuple[Field, ...]:
+        bounds = self._task.action_bounds
+        if role != Role.ACTION or not len(bounds):
+            return super().fields(role)
+        return tuple(Field(f"action[{i}]", (), i, 1, Dtype.ACTION, "") for i in range(len(bounds)))
+
+    def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
+        bounds = self._task.action_bounds
+        if role != Role.ACTION or not len(bounds):
+            return super().bounds(role)
+        low, high = np.array(bounds, np.float32).astype(np.float64).T.copy()
+        return low, high
+
+    def _ctrl(self, action: NDArray[Any], stepped: BoolArray) -> NDArray[Any]:
+        """What before_step makes of the action."""
+        if self._strict and not np.isfinite(action[stepped]).all():
+            row, index = np.argwhere(~np.isfinite(action) & stepped[:, None])[0]
+            what = f"row {row}: action[{index}] is {action[row, index]}, but must be finite"
+            raise InvalidValueError(f'{what}; set the option "strict" to 0 to allow it', Status.E_VALUE)
+        ctrl = self._checked.before_step(self._sim, action)
+        if self._strict and not np.isfinite(ctrl[stepped]).all():
+            row, index = np.argwhere(~np.isfinite(ctrl) & stepped[:, None])[0]
+            what = f"row {row}: {self.id}: before_step: ctrl[{index}] is {ctrl[row, index]}"
+            raise TaskError(what, Status.E_TASK)
+        return ctrl
+
+    def _step(self, action: NDArray[Any], out: _Out) -> int:
         ended, inner = self._ended, self._inner
         resets = ended.copy()
         if self._autoreset != "next_step":
@@ -187,15 +221,21 @@ class NumpyRows(Rows):
         mask = None if stepped.all() else pointer_to(stepped, c_uint8)
         inner.ended[...] = False
         inner.status[...] = Status.OK
+        # The step does not count for rows that are about to be reset, so they keep what it would write.
+        kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
+        ctrl = self._ctrl(action, stepped) if self._maps else action
         if stepped.any():
-            status = self.engine.mjenv_step(self.pointer, mask, address, size, code, byref(inner.struct))
+            code = Dtype.FLOAT32 if ctrl.dtype == np.float32 else Dtype.FLOAT64
+            status = self.engine.mjenv_step(self.pointer, mask, ctrl.ctypes.data, ctrl.size, code, byref(inner.struct))
             ended[stepped] = (inner.ended[0] | inner.ended[1])[stepped]
             if status:
                 self._task.carry(self._sim)  # other rows were stepped
                 raise self.engine.last_error(status)
-        # The step does not count for rows that are about to be reset, so they keep what it would write.
-        kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
-        reward, terminated, infos = self._checked.step(self._sim, action)
+        own = {name: values.copy() for name, values in self._own.items()}
+        with self._drawing:
+            reward, terminated, infos = self._checked.step(self._sim, action)
+            self._write_own(own, stepped)
+            self._drawing.keep(stepped)
         # Copies, because the task may have returned views of what carry and resets change.
         reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
         self._carry(stepped)
@@ -253,6 +293,8 @@ class NumpyRows(Rows):
 
     def _begin(self, resets: BoolArray) -> dict[str, NDArray[Any]]:
         """Begins new episodes of these rows, and returns the infos of the reset, which mean nothing for the others."""
+        if self._resetting is not None:
+            return self._begin_each(resets, self._resetting)
         chosen = np.flatnonzero(resets)
         rows: list[int] = chosen.tolist()
         streams = self._load_streams(rows)
@@ -282,6 +324,46 @@ class NumpyRows(Rows):
         self._ended[chosen] = False
         self._carry(resets)
         return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
+
+    def _begin_each(self, resets: BoolArray, resetting: Resetting) -> dict[str, NDArray[Any]]:
+        """The same for a task that resets row by row. A row that fails stays as it was."""
+        for row in np.flatnonzero(resets).tolist():
+            one = np.arange(self.count) == row
+            resetting.error = None
+            status = self.engine.mjenv_reset(self.pointer, pointer_to(one, c_uint8), None)
+            if status and resetting.error is not None:
+                raise resetting.error
+            self.check(status)
+            for name, values in resetting.state.items():
+                self._state[name][row] = values[0]
+            self._ended[row] = False
+            self._read_row(row)
+            self._read_own(row)
+        self._carry(resets)
+        return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
+
+    def _read_own(self, row: int) -> None:
+        count = c_int64()
+        for name, array in self._own.items():
+            values = array[row : row + 1]
+            pointer = pointer_to(values, c_double)
+            self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
+
+    def _write_own(self, before: Mapping[str, NDArray[Any]], rows: BoolArray) -> None:
+        """Gives the library what the task's step has written."""
+        for name, old in before.items():
+            new = self._own[name]
+            changed = rows & (new != old).reshape(self.count, -1).any(axis=1)
+            new[~rows] = old[~rows]
+            if changed.any():
+                numbers = pointer_to(new, c_double)
+                mask = pointer_to(changed, c_uint8)
+                try:
+                    self.check(self.engine.mjenv_write(self.pointer, mask, name.encode(), numbers, new.size))
+                except BaseException:
+                    for array, values in before.items():
+                        self._own[array][...] = values
+                    raise
 
     def _carry(self, rows: BoolArray) -> None:
         """Calls the task's carry. Only these rows' numbers are used."""
@@ -393,7 +475,13 @@ class NumpyRows(Rows):
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
-        for values in (self._ended, *self._state.values(), *self._parameters.values(), *self._views.values()):
+        for values in (
+            self._ended,
+            *self._state.values(),
+            *self._parameters.values(),
+            *self._own.values(),
+            *self._views.values(),
+        ):
             values[mask] = values[source]
 
     # ---- images ----
@@ -423,6 +511,8 @@ class NumpyRows(Rows):
         for values, numbers in zip(arrays, restored, strict=True):
             values[...] = numbers
         self._read_parameters()
+        for of_row in range(self.count):
+            self._read_own(of_row)
         turn = self.enter()
         try:
             if row == _abi.ALL_ROWS:
@@ -435,6 +525,33 @@ class NumpyRows(Rows):
     def __reduce__(self) -> tuple[Any, ...]:
         image = self.snapshot(_abi.ALL_ROWS)
         return _restored, (type(self._task), self.engine.name, self.id, self.options, self.count, image)
+
+
+class _StepDraws(Random):
+    """The streams of all rows, from which step draws. They are loaded when it draws first."""
+
+    def __init__(self, rows: NumpyRows) -> None:
+        super().__init__(())
+        self._rows, self._loaded = rows, False
+
+    @property
+    def streams(self) -> tuple[np.random.Generator, ...]:
+        if not self._loaded:
+            self._streams, self._loaded = tuple(self._rows._load_streams(range(self._rows.count))), True
+        return self._streams
+
+    def keep(self, rows: BoolArray) -> None:
+        """Gives these rows their streams as the step has left them."""
+        if self._loaded:
+            for row in np.flatnonzero(rows).tolist():
+                self._rows._due[row] = _words(self._streams[row])
+            self._rows._give_due_streams()
+
+    def __enter__(self) -> None:
+        self._loaded = False
+
+    def __exit__(self, *_: object) -> None:
+        self._loaded = False
 
 
 def _words(stream: np.random.Generator) -> Any:

@@ -7,6 +7,7 @@ import inspect
 import math
 import os
 import threading
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import POINTER, byref, c_double, c_int32, c_size_t, c_void_p
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from mjenv._abi import Dtype, Kind, Role, Status
 from mjenv._engine import Engine
 from mjenv._handle import Float64Array, Rows, encoded, pointer_to
 from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameError
-from mjenv.task import Field, Model, Random, Setting, Sim, Task
+from mjenv.task import Field, Model, Random, Setting, Sim, Start, Task
 
 # mjenv_task_api.need knows these; the other arrays are always there.
 ON_DEMAND = (
@@ -51,7 +52,7 @@ CONTACT = {
     "exclude": (),
     "efc_address": (),
 }
-_METHODS = ("reset", "observe", "step", "carry", "reset_info")
+_METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep")
 _TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 _FIELD_TYPES: dict[Any, Dtype] = {
     float: Dtype.NATIVE_FLOAT,
@@ -88,10 +89,21 @@ class Registered:
         if coded and coded != own:
             python = next(name for name in own if name not in coded)
             raise OptionError(f"{kind.__name__}: {coded[0]} is machine code, so {python} must be, too", Status.E_TYPE)
+        self.resets_rows = kind.reset_row is not Task.reset_row
         missing = [name for name in ("reset", "observe", "step") if name not in own]
+        if self.resets_rows:
+            missing = [name for name in missing if name != "reset"]
+            if "reset" in own:
+                raise OptionError(f"{kind.__name__} has reset and reset_row, of which one is used", Status.E_TYPE)
+            if not kind.current:
+                raise OptionError(f"{kind.__name__}: reset_row simulates, which needs current = True", Status.E_TYPE)
         if missing:
             raise OptionError(f"{kind.__name__} does not define {missing[0]}", Status.E_TYPE)
         self.is_code = bool(coded)
+        if not self.is_code:
+            _refuse_code_only(kind)
+        self.maps = "before_step" in own
+        self._environments: weakref.WeakValueDictionary[int, Resetting] = weakref.WeakValueDictionary()
         self._statuses: dict[str, list[int]] = {}  # what each engine's mjenv_register_task has returned
         self._kept: list[Any] = []
         self.struct = self._described(addresses)
@@ -102,13 +114,13 @@ class Registered:
         self.create(lambda: made.append(Rows(engine, id, options, count)))
         return made[0]
 
-    def create(self, make: Callable[[], None], task: Task | None = None) -> None:
+    def create(self, make: Callable[[], None], task: Task | None = None, resetting: Resetting | None = None) -> None:
         """Calls make, which creates an environment of this task.
 
         task: the NumPy task of the environment. Raises what its methods raise; for tasks in machine code that is the
         text of a TaskError, except for KeyboardInterrupt and the like.
         """
-        now, outer = _Build(task), building.now
+        now, outer = _Build(task, resetting), building.now
         try:
             building.now = now
             make()
@@ -165,7 +177,25 @@ class Registered:
                 setattr(task, name, address or None)
         else:
             task.physics_only = 1
+            if self.resets_rows:
+                self._reset = _task_abi.RESET(self._reset_row)
+                task.reset = ctypes.cast(self._reset, c_void_p).value
         return task
+
+    def _reset_row(self, key: int, start: Any) -> int:
+        resetting = self._environments[key]
+        began = Start(start, resetting.own)
+        try:
+            resetting.reset_row(began)
+            began.write()
+            return 0
+        except BaseException as error:
+            resetting.error = error
+            message = f"{type(error).__name__}: {error}"
+            api = ctypes.cast(start.contents.api, POINTER(_task_abi.mjenv_task_api)).contents
+            return int(api.fail_with(message.encode("utf-8", "replace")))
+        finally:
+            began.close()
 
     def _setting(self, name: str, setting: Setting) -> Any:
         default = setting.default
@@ -212,9 +242,19 @@ class Registered:
                     model.need(name)
             if self.kind.current:
                 model.show_current()
+            if self.kind.random_state:
+                model.ask_for_random_state()
+            for name in self.kind.own:
+                model.own_array(name)
+            if self.is_code and len(task.action_bounds):
+                model.bound_actions(task.action_bounds)
             (self._describe_code if self.is_code else self._describe_numpy)(task, model)
             if self.is_code:
                 result[0] = _allocated(numbers)
+            elif now.resetting is not None:
+                now.resetting.own = {name: model.array(name).shape for name in self.kind.own}
+                result[0] = id(now.resetting)
+                self._environments[id(now.resetting)] = now.resetting
             now.finished = True
             return 0
         except BaseException as error:
@@ -254,11 +294,18 @@ class Registered:
         arrays = {name: _initial(model, name)[None] for name in self.needs}
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
         live = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
-        sim = Sim(arrays, state, {name: np.array([values], np.float64) for name, values in live.items()})
+        sim = Sim(
+            arrays,
+            state,
+            {name: np.array([values], np.float64) for name, values in live.items()},
+            {name: model.array(name)[None] for name in self.kind.own},
+            Random([np.random.default_rng(0)]),
+        )
         checked = Checked(self.id, task, 1)
-        _, _, drawn = checked.reset(Random([np.random.default_rng(0)]))
-        for name, values in drawn.items():
-            state[name][...] = values
+        if not self.resets_rows:
+            _, _, drawn = checked.reset(Random([np.random.default_rng(0)]))
+            for name, values in drawn.items():
+                state[name][...] = values
         task.carry(sim)
         length = checked.observe(sim).shape[1]
         groups = checked.groups
@@ -273,7 +320,9 @@ class Registered:
         _describe_observation(model, parts)
         for name, values in checked.reset_info(sim).items():
             model.describe(Role.RESET_INFO, name, values.shape[1:], _type_of(values))
-        _, _, infos = checked.step(sim, np.zeros((1, task.nu), np.float32))
+        action = np.zeros((1, len(task.action_bounds) or task.nu), np.float32)
+        checked.before_step(sim, action)
+        _, _, infos = checked.step(sim, action)
         for name, values in infos.items():
             # Numbers that are float32 because the action is.
             kind = Dtype.ACTION if values.dtype == np.float32 else _type_of(values)
@@ -312,6 +361,19 @@ def _needs_of(kind: type[Task]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
+def _refuse_code_only(kind: type[Task]) -> None:
+    if kind.before_substep is not None:
+        raise OptionError(
+            f"{kind.__name__}: before_substep is machine code's, because NumPy would run before each mj_step",
+            Status.E_TYPE,
+        )
+    for name in kind.own:
+        if name in ("qfrc_applied", "xfrc_applied"):
+            raise OptionError(f"{kind.__name__}: own has {name!r}, which is for tasks in machine code", Status.E_TYPE)
+    if len(kind.action_bounds) and kind.before_step is Task.before_step:
+        raise OptionError(f"{kind.__name__}: action_bounds need the method before_step", Status.E_TYPE)
+
+
 def _initial(model: Model, name: str) -> Float64Array:
     """An array in the model's initial state; without contacts, which tasks in Python see from the first reset on."""
     columns = CONTACT.get(name.removeprefix("contact.")) if name.startswith("contact.") else None
@@ -319,6 +381,35 @@ def _initial(model: Model, name: str) -> Float64Array:
         return np.asarray(model.array(name), np.float64)
     most = int(model.array("nconmax"))
     return np.zeros((500 if most < 0 else most, *columns))  # MuJoCo 4.0 sets none, and then the library lists 500
+
+
+class Resetting:
+    """Calls a NumPy task's reset_row for the library."""
+
+    own: Mapping[str, tuple[int, ...]] = {}
+
+    def __init__(self, id: str, task: Task) -> None:
+        self._id, self._task = id, task
+        self.error: BaseException | None = None
+        self.state: dict[str, Float64Array] = {}
+
+    def reset_row(self, start: Start) -> None:
+        task = self._task
+        names = {name: shape for name, shape in task.state.items() if name not in task.kept}
+        found = task.reset_row(start) or {}
+        if not isinstance(found, dict) or set(found) != set(names):
+            shown = sorted(found) if isinstance(found, dict) else _kind(found)
+            what = f"{self._id}: reset_row: the state is {shown}, not a dict of {sorted(names)}"
+            raise TaskError(what, Status.E_TASK)
+        self.state = {}
+        for name, shape in names.items():
+            values = np.asarray(found[name])
+            if values.shape != shape or values.dtype.kind not in "fiub":
+                what = f"{self._id}: reset_row: {name} is {_kind(values)}, not numbers of the shape {shape}"
+                raise TaskError(what, Status.E_TASK)
+            self.state[name] = values.astype(np.float64)[None]
+        if outside := out_of_bounds(task, {**dict.fromkeys(task.state_bounds, np.zeros(0)), **self.state}):
+            raise TaskError(f"{self._id}: reset_row: {outside}", Status.E_TASK)
 
 
 class Checked:
@@ -377,6 +468,14 @@ class Checked:
 
     def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
         return self._infos("reset_info", self.task.reset_info(sim))
+
+    def before_step(self, sim: Sim, action: NDArray[Any]) -> NDArray[Any]:
+        ctrl = np.asarray(self.task.before_step(sim, action))
+        if ctrl.shape != (self._rows, self.task.nu) or ctrl.dtype.kind not in "fiub":
+            raise self._wrong(
+                "before_step", f"ctrl is {_kind(ctrl)}, not numbers of the shape {(self._rows, self.task.nu)}"
+            )
+        return np.ascontiguousarray(ctrl, ctrl.dtype if ctrl.dtype == np.float32 else np.float64)
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Float64Array, NDArray[np.bool_], dict[str, NDArray[Any]]]:
         found = self.task.step(sim, action)
@@ -489,6 +588,7 @@ class _Build:
     """An environment that is being built."""
 
     task: Task | None  # a NumPy task
+    resetting: Resetting | None = None  # of a NumPy task with reset_row
     error: BaseException | None = None  # what the callback has raised
     finished: bool = False  # whether the callback has described the task
 

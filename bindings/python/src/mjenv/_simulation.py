@@ -130,7 +130,7 @@ class Simulation:
         """Simulates n_frames steps of MuJoCo under ctrl[nu]. It counts no step and computes no reward."""
         self._check_settled()
         controls = np.ascontiguousarray(ctrl, np.float64)
-        shape = (sum(field.count for field in self._rows.fields(Role.ACTION)),)
+        shape = (int(self._rows.value(Role.MODEL, "nu")),)
         if controls.shape != shape:
             raise InvalidValueError(
                 f"ctrl has the shape {controls.shape}; {self._rows.id} takes {shape}", Status.E_SIZE

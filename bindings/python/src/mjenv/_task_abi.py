@@ -78,6 +78,8 @@ class mjenv_sim(Structure):
         *((name, c_void_p) for name in SIM_ARRAYS),
         ("arrays", POINTER(c_void_p)),
         ("parameters", c_void_p),
+        ("action_count", c_int32),
+        ("reserved2", c_int32),
     )
 
 
@@ -99,6 +101,15 @@ class mjenv_outcome(Structure):
         ("info", c_void_p),
         ("carried", c_void_p),
         ("random", c_void_p),
+        ("own", c_void_p),
+    )
+
+
+class mjenv_control(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("substep", c_int32),
+        *((name, c_void_p) for name in ("ctrl", "carried", "random", "own")),
     )
 
 
@@ -141,6 +152,7 @@ class mjenv_task_api(Structure):
         ("state_randint", CFUNCTYPE(c_int64, c_void_p, c_int64, c_int64)),
         ("state_choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
         ("state_is_new", CFUNCTYPE(c_int32, c_void_p)),
+        ("action", CFUNCTYPE(None, c_void_p, c_int64, POINTER(c_double), POINTER(c_double))),
     )
 
 
@@ -163,6 +175,7 @@ class mjenv_builder(Structure):
 
 
 CALLBACKS = ("reset", "reset_info", "carry", "observe", "step")
+MAPS = ("before_step", "before_substep")
 
 
 class mjenv_task(Structure):
@@ -190,7 +203,9 @@ class mjenv_task(Structure):
         ("physics_only", c_int32),
         ("fixed_model", c_int32),
         ("fixed_frame_skip", c_int32),
+        *((name, c_void_p) for name in MAPS),
     )
 
 
+RESET = CFUNCTYPE(c_int32, c_void_p, POINTER(mjenv_start))
 BUILD = CFUNCTYPE(c_int32, POINTER(mjenv_builder), c_void_p, POINTER(c_void_p))

@@ -57,10 +57,10 @@ class Task:
     the class of its own, with an attribute for each option, and nq, nv, na, nu, qpos0 (the model's initial positions)
     and timestep and dt (s). Do not store in it what changes from step to step; that belongs into `state`.
 
-    Machine code: reset, observe and step, and if wanted carry and reset_info, are functions that numba.cfunc has
-    compiled, functions of a shared object (ctypes), or addresses. They have the types of mjenv/task.h, and run for one
-    row on the library's threads, without Python. Their argument `self` points to the float64 numbers that build
-    returns. observation_fields, info_fields and reset_info_fields say what they write.
+    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step and before_substep, are
+    functions that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses. They have the types of
+    mjenv/task.h, and run for one row on the library's threads, without Python. Their argument `self` points to the
+    float64 numbers that build returns. observation_fields, info_fields and reset_info_fields say what they write.
     """
 
     model: ClassVar[str | os.PathLike[str]]
@@ -81,6 +81,16 @@ class Task:
     current: ClassVar[bool] = False
     """Whether the methods see what belongs to the new state, as after mj_step1. Otherwise they see what mj_step leaves:
     what it computes (xpos, contacts, ...) is one timestep older than qpos."""
+    random_state: ClassVar[bool] = False
+    """Whether each row has a stream of NumPy's RandomState besides its Generator. Needs `current`. reset_row draws from
+    it, or a reset in machine code."""
+    own: ClassVar[Sequence[str]] = ()
+    """The arrays of mjModel that the task writes for its rows, which needs `current`: NumPy in reset_row (`start.own`)
+    and in step (`sim.own`), machine code in reset and step (jit.own). Machine code also "qfrc_applied" and
+    "xfrc_applied", which before_step, before_substep and step write."""
+    action_bounds: Sequence[tuple[float, float]] = ()
+    """The action space, which before_step turns into ctrl: the bounds of each number of an action. build may set it.
+    Empty: actions are ctrl."""
     needs: ClassVar[Sequence[str]] = ("qpos", "qvel")
     """NumPy: the arrays of mjData that `sim` has. "contacts" means `sim.ncon` and all of `sim.contact`; a single one is
     "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
@@ -110,6 +120,8 @@ class Task:
     qpos0: Float64Array
     timestep: float
     dt: float
+    before_substep: ClassVar[Any] = None
+    """Machine code: called before each mj_step of a step."""
 
     def build(self, model: Model) -> Sequence[float] | None:
         """Prepares an environment: looks up names in the model, for example. Machine code: returns the numbers to which
@@ -121,10 +133,23 @@ class Task:
         dict with an array (rows, *shape) for each of its names."""
         raise NotImplementedError
 
+    def reset_row(self, start: Start) -> dict[str, Any]:
+        """NumPy, in place of reset, for a task that is `current`: draws the initial state of one row, in whose
+        simulation it can look and advance. Returns the row's state: a dict with the shape of each of its names.
+
+        Loops that wait for something must be bounded, and raise when they give up: the row then stays as it was.
+        """
+        raise NotImplementedError
+
     def observe(self, sim: Sim) -> NDArray[Any] | Mapping[str, NDArray[Any]]:
         """Returns the observations (rows, n), or a dict of groups, each (rows, n of the group), which makes them a
         Gymnasium Dict. They must depend on nothing but sim."""
         raise NotImplementedError
+
+    def before_step(self, sim: Sim, action: NDArray[Any]) -> Any:
+        """Returns ctrl (rows, nu), which the simulation applies in this step. action: (rows, n). sim is as the last
+        step has left it; before_step may write into the arrays of the state, a filter's memory for instance."""
+        return action
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Any, ...]:
         """Returns the rewards (rows,), which rows have terminated, bool (rows,), and the infos: a dict of arrays
@@ -152,7 +177,8 @@ class Task:
 class Sim:
     """All rows' simulations: an array (rows, *shape) for each name in needs, which are views and read-only, and for
     each name in state, which step and carry may write into. parameters: the live parameters by name, (rows,) or
-    (rows, n), read-only.
+    (rows, n), read-only. own: the rows' own arrays of the model by name, (rows, *shape), which step may write into.
+    What it writes holds from the next step on, and stays after resets. rng: draws from all rows' own streams, in step.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
     in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the
@@ -160,13 +186,18 @@ class Sim:
     """
 
     parameters: Mapping[str, Float64Array]
+    own: Mapping[str, Float64Array]
+    rng: Random
 
     def __init__(
         self,
         arrays: Mapping[str, Float64Array],
         state: Mapping[str, Float64Array],
-        parameters: Mapping[str, Float64Array] = MappingProxyType({}),
+        parameters: Mapping[str, Float64Array],
+        own: Mapping[str, Float64Array],
+        rng: Random,
     ) -> None:
+        self.own, self.rng = MappingProxyType(own), rng
         views = {name: array.view() for name, array in parameters.items()}
         for view in views.values():
             view.flags.writeable = False
@@ -185,6 +216,185 @@ class Sim:
         raise AttributeError(f"sim has no {name!r}: it has {', '.join(self.__dict__)}. The task's needs list arrays")
 
 
+class Start:
+    """The initial state of one row, which reset_row changes. It is valid until reset_row returns.
+
+    qpos, qvel and act equal the model's qpos0 and 0 before. They are the state of the simulation, whose arrays are
+    attributes of sim, with MuJoCo's names and shapes: `start.sim.site_xpos[3]`; those are up to date at the beginning
+    and after forward, advance and restart. own: the row's own arrays of the model, by the names in `own`, which keep
+    what older resets and steps have written. rng and random_state draw from the row's streams, one number at a time.
+    """
+
+    qpos: Float64Array
+    qvel: Float64Array
+    act: Float64Array
+    own: Mapping[str, Float64Array]
+
+    def __init__(self, raw: Any, own: Mapping[str, tuple[int, ...]]) -> None:
+        self._struct = struct = raw.contents
+        self._raw = raw
+        self._api = ctypes.cast(struct.api, ctypes.POINTER(_task_abi.mjenv_task_api)).contents
+        arrays = ctypes.cast(struct.own, ctypes.POINTER(ctypes.c_void_p))
+        memory = {name: _memory(arrays[i], shape) for i, (name, shape) in enumerate(own.items())}
+        self.own = MappingProxyType({name: view.copy() for name, view in memory.items()})
+        # The library's arrays, and copies of them, which may outlive the reset.
+        self._arrays = [(view, self.own[name]) for name, view in memory.items()]
+        for name, size in (("qpos", struct.nq), ("qvel", struct.nv), ("act", struct.na)):
+            view = _memory(getattr(struct, name), (size,))
+            setattr(self, name, view.copy())
+            self._arrays.append((view, getattr(self, name)))
+        self.rng, self.random_state = Draws(self), StateDraws(self)
+        self.sim = _RowSim(self)
+
+    def forward(self) -> None:
+        """Calls mj_forward with actuation disabled, for what reset_row has written."""
+        self._simulate(lambda: self._api.forward(self._raw))
+
+    def advance(self, count: int) -> None:
+        """Simulates timesteps. With the integrator Euler, the first goes on from what was last computed (mj_step2),
+        even if qpos was written since. Then computes the stages of mj_step1."""
+        self._simulate(lambda: self._api.advance(self._raw, count))
+
+    def restart(self) -> None:
+        """Begins again: mj_resetData, which own arrays survive, then forward."""
+        self._simulate(lambda: self._api.restart(self._raw))
+
+    @property
+    def contact_count(self) -> int:
+        """How many contacts the last of these has found."""
+        return int(self.opened()._api.contact_count(self._raw))
+
+    @property
+    def time(self) -> float:
+        """Of the simulation, s."""
+        return float(_memory(self.opened()._struct.time, (1,))[0])
+
+    @time.setter
+    def time(self, seconds: float) -> None:
+        _memory(self.opened()._struct.time, (1,))[0] = seconds
+
+    def opened(self) -> Start:
+        if self._raw is None:
+            raise RuntimeError("reset_row has returned, so its start cannot be used any more")
+        return self
+
+    def write(self) -> None:
+        """Gives the library what reset_row has written."""
+        for view, values in self.opened()._arrays:
+            view[...] = values
+
+    def close(self) -> None:
+        self._raw, self._arrays = None, []
+
+    def _simulate(self, call: Callable[[], int]) -> None:
+        self.write()
+        failed = call()
+        for view, values in self._arrays:
+            values[...] = view
+        if failed:
+            raise RuntimeError("the simulation failed")  # the library's error says why
+
+
+class _RowSim:
+    """Copies of the arrays of one row's simulation."""
+
+    def __init__(self, start: Start) -> None:
+        self._start = start
+
+    def __getattr__(self, name: str) -> Float64Array:
+        if name not in _ROW_SHAPES:
+            raise AttributeError(f"sim has no {name!r}: in reset_row it has {', '.join(_ROW_SHAPES)}")
+        raw = ctypes.cast(self._start.opened()._struct.sim, ctypes.POINTER(_task_abi.mjenv_sim)).contents
+        shape = tuple(int(getattr(raw, size)) if isinstance(size, str) else size for size in _ROW_SHAPES[name])
+        address = getattr(raw, name)
+        if not address and 0 not in shape:
+            raise AttributeError(f"{name} is computed on demand: name it in needs")
+        return _memory(address, shape).copy()
+
+
+# The shapes of the arrays in mjenv_sim.
+_ROW_SHAPES: Mapping[str, tuple[int | str, ...]] = {
+    **dict.fromkeys(("qvel", "qacc", "qfrc_actuator", "qfrc_passive", "qfrc_bias", "qfrc_constraint"), ("nv",)),
+    **dict.fromkeys(("qpos", "qpos0"), ("nq",)),
+    "act": ("na",),
+    **dict.fromkeys(("ctrl", "actuator_length", "actuator_velocity", "actuator_force"), ("nu",)),
+    **dict.fromkeys(("xpos", "xipos", "subtree_com"), ("nbody", 3)),
+    "xquat": ("nbody", 4),
+    **dict.fromkeys(("xmat", "ximat"), ("nbody", 9)),
+    "cinert": ("nbody", 10),
+    **dict.fromkeys(("cvel", "cfrc_ext"), ("nbody", 6)),
+    **dict.fromkeys(("xanchor", "xaxis"), ("njnt", 3)),
+    "geom_xpos": ("ngeom", 3),
+    "geom_xmat": ("ngeom", 9),
+    "site_xpos": ("nsite", 3),
+    "site_xmat": ("nsite", 9),
+    "sensordata": ("nsensordata",),
+    **dict.fromkeys(("ten_length", "ten_velocity"), ("ntendon",)),
+    "body_mass": ("nbody",),
+}
+
+
+def _memory(address: int | None, shape: tuple[int, ...]) -> Float64Array:
+    """The library's array at this address."""
+    size = math.prod(shape)
+    if not size or not address:
+        return np.zeros(shape)
+    return np.ctypeslib.as_array((c_double * size).from_address(address)).reshape(shape)
+
+
+class Draws:
+    """The row's stream in reset_row: methods of numpy.random.Generator that draw one number."""
+
+    def __init__(self, start: Start) -> None:
+        self._start = start
+
+    def _draw(self, name: str, *arguments: Any) -> Any:
+        start = self._start.opened()
+        return getattr(start._api, name)(start._struct.random, *arguments)
+
+    def random(self) -> float:
+        return float(self._draw("random"))
+
+    def uniform(self, low: float, high: float) -> float:
+        return float(self._draw("uniform", low, high))
+
+    def standard_normal(self) -> float:
+        return float(self._draw("normal"))
+
+    def normal(self, loc: float, scale: float) -> float:
+        return loc + scale * self.standard_normal()
+
+    def integers(self, low: int, high: int) -> int:
+        return int(self._draw("integers", low, high))
+
+
+class StateDraws:
+    """The row's RandomState in reset_row: methods of numpy.random.RandomState that draw one number."""
+
+    def __init__(self, start: Start) -> None:
+        self._start = start
+
+    def _draw(self, name: str, *arguments: Any) -> Any:
+        start = self._start.opened()
+        return getattr(start._api, name)(start._struct.random, *arguments)
+
+    def rand(self) -> float:
+        return float(self._draw("state_rand"))
+
+    def uniform(self, low: float, high: float) -> float:
+        return float(self._draw("state_uniform", low, high))
+
+    def randn(self) -> float:
+        return float(self._draw("state_randn"))
+
+    def randint(self, low: int, high: int) -> int:
+        return int(self._draw("state_randint", low, high))
+
+    def choice(self, p: Sequence[float]) -> int:
+        """choice(len(p), p=p)"""
+        return int(self._draw("state_choice", len(p), (c_double * len(p))(*p)))
+
+
 class Random:
     """The random streams of the rows that are reset, with methods of numpy.random.Generator.
 
@@ -193,7 +403,11 @@ class Random:
     """
 
     def __init__(self, streams: Sequence[np.random.Generator]) -> None:
-        self.streams = tuple(streams)
+        self._streams = tuple(streams)
+
+    @property
+    def streams(self) -> tuple[np.random.Generator, ...]:
+        return self._streams
 
     def random(self, size: int | tuple[int, ...]) -> Float64Array:
         drawn: Float64Array = self._draw(size, lambda stream, shape: stream.random(shape))
@@ -280,6 +494,16 @@ class Model:
 
     def show_current(self) -> None:
         self._api.current(self._builder)
+
+    def ask_for_random_state(self) -> None:
+        self._api.random_state(self._builder)
+
+    def own_array(self, name: str) -> None:
+        self._api.own(self._builder, encoded(name, "the name"))
+
+    def bound_actions(self, bounds: Sequence[tuple[float, float]]) -> None:
+        low, high = ((c_double * len(bounds))(*(pair[i] for pair in bounds)) for i in (0, 1))
+        self._api.action(self._builder, len(bounds), low, high)
 
     def keep_carried(self, first: int, count: int) -> None:
         self._api.keep(self._builder, first, count)

@@ -1205,7 +1205,8 @@ pub struct mjenv_sim {
     pub dt: f64,
     #[doc = " [1] since the reset, s"]
     pub time: *const f64,
-    #[doc = " [nu] the row's action in the callback step, 0 in build, NaN in the other callbacks"]
+    #[doc = " [action_count] the row's action in before_step, before_substep and step, 0 in build, NaN in"]
+    #[doc = "the other callbacks"]
     pub action: *const f64,
     #[doc = " [carry_count] the numbers that the row carries for the task"]
     pub carried: *const f64,
@@ -1279,6 +1280,10 @@ pub struct mjenv_sim {
     pub arrays: *const *const ::std::os::raw::c_void,
     #[doc = " the row's live parameters; see mjenv_build_parameter"]
     pub parameters: *const f64,
+    #[doc = " how many numbers an action has: nu, or what mjenv_build_action said"]
+    pub action_count: i32,
+    #[doc = " 0"]
+    pub reserved2: i32,
 }
 impl Default for mjenv_sim {
     fn default() -> Self {
@@ -1321,7 +1326,8 @@ pub struct mjenv_start {
     pub sim: *const mjenv_sim,
     #[doc = " of the simulation, s"]
     pub time: *mut f64,
-    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i: reset writes it"]
+    #[doc = " own[i] is the row's own array of mjModel for which mjenv_build_own returned i: reset writes it."]
+    #[doc = "NULL for qfrc_applied and xfrc_applied, which are 0 after a reset"]
     pub own: *const *mut f64,
 }
 impl Default for mjenv_start {
@@ -1347,6 +1353,9 @@ pub struct mjenv_outcome {
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
+    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the"]
+    #[doc = "next step on; if the step fails, the row keeps its old values"]
+    pub own: *const *mut f64,
 }
 impl Default for mjenv_outcome {
     fn default() -> Self {
@@ -1357,8 +1366,34 @@ impl Default for mjenv_outcome {
         }
     }
 }
-#[doc = " A task. A step calls step, carry and observe, in this order; a reset calls reset, carry, observe and reset_info."]
-#[doc = " observe and reset_info are left out when their output is not wanted."]
+#[doc = " What drives the simulation in a step. The comments say what it holds before before_step and before_substep change it."]
+#[repr(C)]
+pub struct mjenv_control {
+    pub struct_size: u32,
+    #[doc = " which mj_step of the step comes next, from 0 on"]
+    pub substep: i32,
+    #[doc = " [nu] before_step: as the last step has left it, 0 after a reset. before_substep: as before_step or"]
+    #[doc = "the last call has left it; without before_step, the action"]
+    pub ctrl: *mut f64,
+    #[doc = " [carry_count] the memory that mjenv_sim.carried points to"]
+    pub carried: *mut f64,
+    #[doc = " the row's random stream"]
+    pub random: *mut mjenv_random,
+    #[doc = " own[i] is the row's qfrc_applied or xfrc_applied, if mjenv_build_own returned i for it; NULL for"]
+    #[doc = "arrays of mjModel. The forces act until they are written again, or a reset sets them to 0"]
+    pub own: *const *mut f64,
+}
+impl Default for mjenv_control {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order; a reset"]
+#[doc = " calls reset, carry, observe and reset_info. observe and reset_info are left out when their output is not wanted."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
@@ -1443,14 +1478,34 @@ pub struct mjenv_task {
     >,
     #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
     pub caller_thread: i32,
-    #[doc = " 1: the program itself computes initial states, observations, rewards and infos, from the arrays of the option"]
-    #[doc = " \"arrays\". reset, reset_info, carry, observe and step are then NULL, else reset, observe and step are required. A"]
-    #[doc = " reset gives the model's initial state, observations and rewards are 0, and infos NaN."]
+    #[doc = " 1: the program itself computes observations, rewards and infos, from the arrays of the option \"arrays\". All callbacks"]
+    #[doc = " but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a reset gives the"]
+    #[doc = " model's initial state; observations and rewards are 0, and infos NaN."]
     pub physics_only: i32,
     #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,
     #[doc = " 1: the task has no option frame_skip"]
     pub fixed_frame_skip: i32,
+    #[doc = " Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action."]
+    #[doc = " Of sim, only time, action, carried, parameters, the state and the arrays of mjModel are valid in before_step and"]
+    #[doc = " before_substep: what MuJoCo computes belongs to other rows or older states. Both fail if they write a number that is not"]
+    #[doc = " finite, unless \"strict\" is 0. If the row is stepped again because lanes have left it to MuJoCo, they are called again,"]
+    #[doc = " with the same numbers."]
+    pub before_step: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            sim: *const mjenv_sim,
+            control: *mut mjenv_control,
+        ) -> i32,
+    >,
+    #[doc = " Changes ctrl or forces before each mj_step. NULL: they stay as they are during a step."]
+    pub before_substep: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            sim: *const mjenv_sim,
+            control: *mut mjenv_control,
+        ) -> i32,
+    >,
 }
 impl Default for mjenv_task {
     fn default() -> Self {
@@ -1622,6 +1677,14 @@ pub struct mjenv_task_api {
         unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64,
     >,
     pub state_is_new: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> i32>,
+    pub action: ::std::option::Option<
+        unsafe extern "C" fn(
+            builder: *mut mjenv_builder,
+            count: i64,
+            low: *const f64,
+            high: *const f64,
+        ),
+    >,
 }
 impl Default for mjenv_task_api {
     fn default() -> Self {

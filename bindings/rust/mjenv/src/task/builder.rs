@@ -7,7 +7,7 @@ use std::os::raw::c_char;
 
 use mjenv_sys as sys;
 
-use super::row::{Carry, Live, Rng};
+use super::row::{Carry, Live, Own, Rng};
 use super::sim::{Array, Element, Shape, Sim};
 use super::Dtype;
 use crate::describe::{int64, size, size_of};
@@ -295,6 +295,39 @@ impl<'a> Builder<'a> {
     pub fn current(&mut self) {
         if !self.lists() {
             call!(self.current());
+        }
+    }
+
+    /// An array of mjModel that [`Task::reset`](super::Task::reset) and [`Task::step`](super::Task::step) write for their
+    /// row, which needs [`Builder::current`]. Or `"qfrc_applied"` or `"xfrc_applied"`, which
+    /// [`Task::before_step`](super::Task::before_step), `before_substep` and `step` write. What they have written stays; if
+    /// the method fails, the row keeps its old values.
+    pub fn own(&mut self, name: &str) -> Own {
+        let Array { index, .. } = self.array::<f64>(name);
+        if self.lists() {
+            return Own { index: 0, count: 0 };
+        }
+        let count = self.shape.arrays.get(index).map_or(0, |&(_, count)| count);
+        let own = call!(self.own(c_text(name).as_ptr()));
+        self.shape.own.push(index);
+        Own { index: size(own.into()), count }
+    }
+
+    /// Gives each row a stream of NumPy's `RandomState` besides its [`Rng`], whose methods `state_rand` and so on draw from it
+    /// in reset. Needs [`Builder::current`].
+    pub fn random_state(&mut self) {
+        if !self.lists() {
+            call!(self.random_state());
+        }
+    }
+
+    /// Sets the action space: the bounds of each number of an action, which [`Task::before_step`](super::Task::before_step)
+    /// turns into ctrl.
+    pub fn action(&mut self, bounds: &[RangeInclusive<f64>]) {
+        if !self.lists() {
+            let low: Vec<f64> = bounds.iter().map(|bounds| *bounds.start()).collect();
+            let high: Vec<f64> = bounds.iter().map(|bounds| *bounds.end()).collect();
+            call!(self.action(int64(bounds.len()), low.as_ptr(), high.as_ptr()));
         }
     }
 

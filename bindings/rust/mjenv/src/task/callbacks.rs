@@ -12,10 +12,10 @@ use mjenv_sys as sys;
 
 use super::builder::{c_text, Builder, Declared};
 use super::fields::{Entry, Fields};
-use super::row::{Carried, Carry, Rng, Row, Start};
+use super::row::{Carried, Carry, Control, Rng, Row, Start};
 use super::sim::{Shape, Sim};
 use super::{Dtype, Failure, Model, Outcome, Result, Task};
-use crate::describe::{int64, size_of};
+use crate::describe::{int64, size, size_of};
 
 /// A task in one environment, which the library knows as `self`.
 struct Instance<T> {
@@ -74,7 +74,10 @@ impl<T: Task> Instance<T> {
         let mut fields = Fields::learn(reset_info);
         trial("reset_info", task.reset_info(&sim, &mut fields).and_then(|()| fields.finish()))?;
         trial("carry", task.carry(&sim, &mut carried))?;
-        let mut row = Row::new(b.trial_rng(), carried);
+        let mut values: Vec<Vec<f64>> = shape.own.iter().map(|&array| vec![0.0; shape.arrays[array].1]).collect();
+        let own: Vec<*mut f64> = values.iter_mut().map(|array| array.as_mut_ptr()).collect();
+        // SAFETY: the arrays outlive this, and nothing else uses them.
+        let mut row = unsafe { Row::new(b.trial_rng(), carried).with_own(own.as_ptr(), own.len()) };
         let mut fields = Fields::learn(info);
         trial("step", task.step(&sim, &mut row, &mut fields).and_then(|_| fields.finish()))
     }
@@ -148,7 +151,7 @@ unsafe extern "C" fn destroy<T: Task>(this: *mut c_void) {
 unsafe extern "C" fn reset<T: Task>(this: *const c_void, raw: *mut sys::mjenv_start) -> i32 {
     unsafe {
         let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || this.task.reset(&mut Start::new(raw, this.shape.live), &mut Rng::new((*raw).random)))
+        guarded((*raw).api, || this.task.reset(&mut Start::new(raw, &this.shape), &mut Rng::new((*raw).random)))
     }
 }
 
@@ -191,7 +194,8 @@ unsafe extern "C" fn step<T: Task>(
         let this = &*(this as *const Instance<T>);
         guarded((*raw).api, || {
             let carried = Carried::new((*outcome).carried, this.shape.carried);
-            let mut row = Row::new(Rng::new((*outcome).random), carried);
+            let row = Row::new(Rng::new((*outcome).random), carried);
+            let mut row = row.with_own((*outcome).own, this.shape.own.len());
             let mut info = Fields::write(&this.info, (*outcome).info);
             let Outcome { reward, terminated } = this.task.step(&Sim::new(raw, &this.shape), &mut row, &mut info)?;
             info.finish()?;
@@ -200,6 +204,42 @@ unsafe extern "C" fn step<T: Task>(
             Ok(())
         })
     }
+}
+
+/// Calls `method` for a callback that writes an mjenv_control.
+///
+/// # Safety
+/// As for the callbacks.
+unsafe fn control<T: Task>(
+    this: *const c_void,
+    raw: *const sys::mjenv_sim,
+    to: *mut sys::mjenv_control,
+    method: impl FnOnce(&T, &Sim<'_>, &mut Row<'_>, &mut Control<'_>) -> Result,
+) -> i32 {
+    unsafe {
+        let this = &*(this as *const Instance<T>);
+        guarded((*raw).api, || {
+            let mut row = Row::new(Rng::new((*to).random), Carried::new((*to).carried, this.shape.carried));
+            let mut control = Control::new(to, size((*raw).nu.into()), this.shape.own.len());
+            method(&this.task, &Sim::new(raw, &this.shape), &mut row, &mut control)
+        })
+    }
+}
+
+unsafe extern "C" fn before_step<T: Task>(
+    this: *const c_void,
+    raw: *const sys::mjenv_sim,
+    to: *mut sys::mjenv_control,
+) -> i32 {
+    unsafe { control::<T>(this, raw, to, |task, sim, row, control| task.before_step(sim, row, control)) }
+}
+
+unsafe extern "C" fn before_substep<T: Task>(
+    this: *const c_void,
+    raw: *const sys::mjenv_sim,
+    to: *mut sys::mjenv_control,
+) -> i32 {
+    unsafe { control::<T>(this, raw, to, |task, sim, row, control| task.before_substep(sim, row, control)) }
 }
 
 /// A task as the library takes it, and the memory that this points to.
@@ -275,6 +315,8 @@ impl Description {
             carry: Some(carry::<T>),
             observe: Some(observe::<T>),
             step: Some(step::<T>),
+            before_step: if T::BEFORE_STEP { Some(before_step::<T>) } else { None },
+            before_substep: if T::BEFORE_SUBSTEP { Some(before_substep::<T>) } else { None },
             ..Default::default()
         };
         this

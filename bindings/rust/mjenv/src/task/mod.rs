@@ -88,7 +88,8 @@
 //! caller's options and the model. One trial call of each other method except for `reset`, on the model's initial state,
 //! then finds out the names and lengths of the fields.
 //!
-//! In a step, the library calls `step`, `carry` and `observe`, in this order. In a reset, it calls `reset`, `carry`,
+//! In a step, the library calls `before_step`, `before_substep` before each mj_step, `step`, `carry` and `observe`, in this
+//! order. In a reset, it calls `reset`, `carry`,
 //! `observe` and `reset_info`. It leaves out `observe` and `reset_info` when the caller does not want their output.
 //!
 //! After a step, a task sees mjData as mj_step leaves it, which is also what Gymnasium sees: `qpos`, `qvel`, `act` and
@@ -140,7 +141,7 @@ mod sim;
 
 pub use builder::{Builder, Joint, Sensor};
 pub use fields::{Fields, Put, Value};
-pub use row::{Carried, Carry, Live, Rng, Row, Start};
+pub use row::{Carried, Carry, Control, Live, Own, Rng, Row, Start};
 pub use sim::{Action, Array, Contact, Element, Sim};
 
 #[doc(hidden)]
@@ -178,6 +179,12 @@ pub trait Task: Sized + Send + Sync + 'static {
     /// Increase it when the task changes, so that snapshots of the old task are refused.
     const REVISION: i32 = 0;
 
+    /// Whether the task has the method [`Task::before_step`]: Rust cannot see whether it was written.
+    const BEFORE_STEP: bool = false;
+
+    /// Whether the task has the method [`Task::before_substep`].
+    const BEFORE_SUBSTEP: bool = false;
+
     /// Reads the options and looks up names in the model.
     fn build(b: &mut Builder<'_>) -> Result<Self>;
 
@@ -201,6 +208,21 @@ pub trait Task: Sized + Send + Sync + 'static {
     /// Writes the observation. It must depend on nothing but `sim`. An observation with a NaN is refused, unless the
     /// option `strict` is false.
     fn observe(&self, sim: &Sim<'_>, observation: &mut Fields<'_>) -> Result;
+
+    /// Turns the action into ctrl, once in each step, before its first mj_step, if [`Task::BEFORE_STEP`] is true; otherwise
+    /// ctrl is the action. Of `sim`, only the time, the action, the carried numbers, live parameters, the state and the arrays
+    /// of mjModel are valid: what MuJoCo computes belongs to other rows or older states. A control that is not finite is
+    /// refused, unless the option `strict` is false.
+    fn before_step(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
+        let _ = (sim, row, control);
+        Ok(())
+    }
+
+    /// Changes ctrl or forces before each mj_step, if [`Task::BEFORE_SUBSTEP`] is true. Of `sim`, the same is valid.
+    fn before_substep(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
+        let _ = (sim, row, control);
+        Ok(())
+    }
 
     /// Computes the reward, the info and whether the episode has terminated. It is called once in each step, after the
     /// simulation has advanced by `frame_skip` mj_steps. A NaN as the reward is refused, unless the option `strict` is

@@ -6,6 +6,7 @@ use std::slice;
 
 use mjenv_sys as sys;
 
+use super::sim::{Shape, Sim};
 use crate::describe::{int64, size};
 
 /// A row's random stream. Each method returns what the method of `numpy.random.Generator` returns and leaves the stream
@@ -69,6 +70,32 @@ impl Rng<'_> {
         chosen
     }
 
+    /// `RandomState.rand()`: a number in [0, 1). Only in reset, of tasks that called
+    /// [`Builder::random_state`](super::Builder::random_state), as the methods below.
+    pub fn state_rand(&mut self) -> f64 {
+        call!(self.state_rand())
+    }
+
+    /// `RandomState.uniform(low, high)`: a number in [low, high).
+    pub fn state_uniform(&mut self, low: f64, high: f64) -> f64 {
+        call!(self.state_uniform(low, high))
+    }
+
+    /// `RandomState.randn()`: a standard normal number.
+    pub fn state_randn(&mut self) -> f64 {
+        call!(self.state_randn())
+    }
+
+    /// `RandomState.randint(low, high)`: an integer in [low, high).
+    pub fn state_randint(&mut self, low: i64, high: i64) -> i64 {
+        call!(self.state_randint(low, high))
+    }
+
+    /// `RandomState.choice(len(p), p=p)`: an integer in [0, len(p)).
+    pub fn state_choice(&mut self, p: &[f64]) -> usize {
+        size(call!(self.state_choice(int64(p.len()), p.as_ptr())))
+    }
+
     /// `permutation(count)`: the integers of [0, count) in random order.
     pub fn permutation(&mut self, count: usize) -> Vec<i64> {
         let mut order = vec![0; count];
@@ -98,6 +125,88 @@ impl<const N: usize> Live<N> {
         assert!(fits, "the live parameter was declared in another environment");
         // SAFETY: the sum stays within the numbers; an array of f64 has the alignment of f64.
         unsafe { (numbers.add(self.first) as *const [f64; N]).read() }
+    }
+}
+
+/// An array of the row's own, declared by [`Builder::own`](super::Builder::own).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Own {
+    pub(super) index: usize,
+    pub(super) count: usize,
+}
+
+impl Own {
+    /// # Safety
+    /// `arrays` is null or the library's, from the environment in which this was declared, and nothing else uses the array
+    /// during `'a`.
+    unsafe fn array<'a>(self, arrays: *const *mut f64, count: usize, where_to: &str) -> &'a mut [f64] {
+        assert!(self.index < count, "the own array was declared in another environment");
+        // SAFETY: as the caller promises; there are `count` arrays.
+        let array = if arrays.is_null() { std::ptr::null_mut() } else { unsafe { *arrays.add(self.index) } };
+        assert!(!array.is_null(), "{where_to}");
+        // SAFETY: the array has this length.
+        unsafe { slice::from_raw_parts_mut(array, self.count) }
+    }
+}
+
+/// What drives the simulation in a step, which [`Task::before_step`](super::Task::before_step) and `before_substep` write.
+pub struct Control<'a> {
+    // No slice of ctrl, because Sim reads the same memory.
+    raw: *mut sys::mjenv_control,
+    nu: usize,
+    owned: usize,
+    row: PhantomData<&'a mut f64>,
+}
+
+impl Control<'_> {
+    /// # Safety
+    /// `raw` is the library's, and nothing else uses it during `'a`. There are `nu` actuators and `owned` own arrays.
+    pub(super) unsafe fn new(raw: *mut sys::mjenv_control, nu: usize, owned: usize) -> Self {
+        Self { raw, nu, owned, row: PhantomData }
+    }
+
+    /// Which mj_step of the step comes next, from 0 on.
+    #[must_use]
+    pub fn substep(&self) -> usize {
+        // SAFETY: as `new` requires.
+        unsafe { size((*self.raw).substep.into()) }
+    }
+
+    /// The control of an actuator. In `before_step` it is what the last step has left, 0 after a reset; in `before_substep`
+    /// what `before_step` or the last call has left, or without `before_step` the action.
+    ///
+    /// # Panics
+    /// If there is no such actuator.
+    #[must_use]
+    pub fn get(&self, actuator: usize) -> f64 {
+        assert!(actuator < self.nu, "there is no actuator {actuator}");
+        // SAFETY: ctrl has `nu` elements.
+        unsafe { (*self.raw).ctrl.add(actuator).read() }
+    }
+
+    /// Sets the control of an actuator.
+    ///
+    /// # Panics
+    /// If there is no such actuator.
+    pub fn set(&mut self, actuator: usize, value: f64) {
+        assert!(actuator < self.nu, "there is no actuator {actuator}");
+        // SAFETY: ctrl has `nu` elements.
+        unsafe { (*self.raw).ctrl.add(actuator).write(value) }
+    }
+
+    /// The row's `qfrc_applied` or `xfrc_applied`, which act until they are written again or the row is reset.
+    ///
+    /// # Panics
+    /// If it is an array of the model.
+    pub fn own(&mut self, own: Own) -> &mut [f64] {
+        // SAFETY: as `new` requires.
+        unsafe { own.array((*self.raw).own, self.owned, "only reset and step write own arrays of the model") }
+    }
+}
+
+impl fmt::Debug for Control<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Control").field("substep", &self.substep()).finish_non_exhaustive()
     }
 }
 
@@ -163,10 +272,118 @@ pub struct Start<'a> {
     pub act: &'a mut [f64],
     /// The carried numbers; 0 at first, or what the row has kept ([`Builder::keep`](super::Builder::keep)).
     pub carried: Carried<'a>,
-    parameters: (*const f64, usize),
+    raw: *mut sys::mjenv_start,
+    shape: &'a Shape,
 }
 
-impl Start<'_> {
+impl<'a> Start<'a> {
+    /// Calls `look` with the simulation, which is up to date at the beginning and after the methods below. For tasks that
+    /// called [`Builder::current`](super::Builder::current), as all of these.
+    ///
+    /// # Panics
+    /// If the task is not current.
+    pub fn see<R>(&mut self, look: impl FnOnce(&Sim<'_>) -> R) -> R {
+        // SAFETY: as `new` requires; `qpos` and so on are not used meanwhile, and borrowed anew.
+        unsafe {
+            assert!(!(*self.raw).sim.is_null(), "call b.current() in build to see the simulation in reset");
+            let seen = look(&Sim::new((*self.raw).sim, self.shape));
+            self.borrow();
+            seen
+        }
+    }
+
+    /// Calls mj_forward with actuation disabled, for what reset has written.
+    ///
+    /// # Errors
+    /// If MuJoCo fails. The reset then fails whatever it returns.
+    pub fn forward(&mut self) -> super::Result {
+        self.simulate(|api, raw| api.forward.map_or(1, |forward| unsafe { forward(raw) }))
+    }
+
+    /// Simulates `count` timesteps, at least 1. With the integrator Euler, the first goes on from what was last computed, even
+    /// if `qpos` was written since. Then computes the stages of mj_step1.
+    ///
+    /// # Errors
+    /// As [`Start::forward`].
+    pub fn advance(&mut self, count: usize) -> super::Result {
+        self.simulate(|api, raw| api.advance.map_or(1, |advance| unsafe { advance(raw, int64(count)) }))
+    }
+
+    /// Begins again: mj_resetData, which the row's own arrays survive, then [`Start::forward`].
+    ///
+    /// # Errors
+    /// As [`Start::forward`].
+    pub fn restart(&mut self) -> super::Result {
+        self.simulate(|api, raw| api.restart.map_or(1, |restart| unsafe { restart(raw) }))
+    }
+
+    /// How many contacts the last of these calls has found.
+    #[must_use]
+    pub fn contact_count(&mut self) -> usize {
+        let mut count = 0;
+        let counted = self.simulate(|api, raw| {
+            count = api.contact_count.map_or(0, |contact_count| unsafe { contact_count(raw) });
+            0
+        });
+        if counted.is_ok() {
+            size(count)
+        } else {
+            0
+        }
+    }
+
+    /// Sets the time of the simulation, s.
+    ///
+    /// # Panics
+    /// If the task is not current.
+    pub fn set_time(&mut self, time: f64) {
+        // SAFETY: as `new` requires.
+        unsafe {
+            assert!(!(*self.raw).time.is_null(), "call b.current() in build to set the time in reset");
+            *(*self.raw).time = time;
+        }
+    }
+
+    /// The row's own array of the model. What one reset has written stays for the next.
+    ///
+    /// # Panics
+    /// If the array is `qfrc_applied` or `xfrc_applied`.
+    pub fn own(&mut self, own: Own) -> &mut [f64] {
+        // SAFETY: as `new` requires.
+        unsafe {
+            own.array((*self.raw).own, self.shape.own.len(), "a reset writes own arrays of the model, not forces")
+        }
+    }
+
+    /// Calls the library with the start, which changes the state.
+    fn simulate(&mut self, call: impl FnOnce(&sys::mjenv_task_api, *mut sys::mjenv_start) -> i32) -> super::Result {
+        // SAFETY: as `new` requires; the library's functions are static.
+        unsafe {
+            let failed = call(&*(*self.raw).api, self.raw);
+            self.borrow();
+            if failed == 0 {
+                Ok(())
+            } else {
+                Err("the simulation failed".into())
+            }
+        }
+    }
+
+    /// Borrows the state anew, because the library has used it.
+    ///
+    /// # Safety
+    /// As `new` requires.
+    unsafe fn borrow(&mut self) {
+        // SAFETY: as the caller promises.
+        unsafe {
+            self.qpos = write((*self.raw).qpos, (*self.raw).nq);
+            self.qvel = write((*self.raw).qvel, (*self.raw).nv);
+            self.act = write((*self.raw).act, (*self.raw).na);
+        }
+    }
+}
+
+impl<'a> Start<'a> {
     /// The row's numbers of a live parameter.
     ///
     /// # Panics
@@ -174,12 +391,12 @@ impl Start<'_> {
     #[must_use]
     pub fn live<const N: usize>(&self, parameter: Live<N>) -> [f64; N] {
         // SAFETY: `new` was given these numbers.
-        unsafe { parameter.read(self.parameters.0, self.parameters.1) }
+        unsafe { parameter.read((*self.raw).parameters, self.shape.live) }
     }
 
     /// # Safety
-    /// `raw` is the library's, and nothing else uses it during `'a`. It has `live` numbers of live parameters.
-    pub(super) unsafe fn new(raw: *const sys::mjenv_start, live: usize) -> Self {
+    /// `raw` is the library's, and nothing else uses it during `'a`. It has what `shape` says.
+    pub(super) unsafe fn new(raw: *mut sys::mjenv_start, shape: &'a Shape) -> Self {
         // SAFETY: as the caller promises, the arrays have these lengths and do not overlap.
         unsafe {
             Self {
@@ -188,7 +405,8 @@ impl Start<'_> {
                 qvel: write((*raw).qvel, (*raw).nv),
                 act: write((*raw).act, (*raw).na),
                 carried: Carried::new((*raw).carried, size((*raw).carry_count.into())),
-                parameters: ((*raw).parameters, live),
+                raw,
+                shape,
             }
         }
     }
@@ -202,11 +420,28 @@ pub struct Row<'a> {
     pub rng: Rng<'a>,
     /// The numbers that the row carried into the step.
     pub carried: Carried<'a>,
+    own: (*const *mut f64, usize),
 }
 
 impl<'a> Row<'a> {
     pub(super) fn new(rng: Rng<'a>, carried: Carried<'a>) -> Self {
-        Self { rng, carried }
+        Self { rng, carried, own: (std::ptr::null(), 0) }
+    }
+
+    /// # Safety
+    /// `own` points to `count` arrays, which nothing else uses during `'a`.
+    pub(super) unsafe fn with_own(mut self, own: *const *mut f64, count: usize) -> Self {
+        self.own = (own, count);
+        self
+    }
+
+    /// The row's own array, in a step. What the step writes holds from the next one on.
+    ///
+    /// # Panics
+    /// In `before_step` and `before_substep`, which write forces with [`Control::own`].
+    pub fn own(&mut self, own: Own) -> &mut [f64] {
+        // SAFETY: as `with_own` requires.
+        unsafe { own.array(self.own.0, self.own.1, "only a step writes own arrays with its row") }
     }
 }
 

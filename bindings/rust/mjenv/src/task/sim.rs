@@ -74,9 +74,12 @@ pub(super) struct Shape {
     pub(super) carried: usize,
     /// How many numbers the live parameters have that were declared.
     pub(super) live: usize,
+    /// The indices of the rows' own arrays among `arrays`.
+    pub(super) own: Vec<usize>,
 }
 
-/// A row's action. Only [`Task::step`](super::Task::step) sees one; elsewhere its values are NaN.
+/// A row's action. Only [`Task::step`](super::Task::step), `before_step` and `before_substep` see one; elsewhere its values are
+/// NaN.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Action<'a> {
@@ -172,11 +175,12 @@ impl<'a> Sim<'a> {
         unsafe { *(*self.raw).time }
     }
 
-    /// The row's action. Only [`Task::step`](super::Task::step) sees one; elsewhere its values are NaN.
+    /// The row's action, which [`Task::step`](super::Task::step), `before_step` and `before_substep` see. Elsewhere its values
+    /// are NaN.
     #[must_use]
     pub fn action(&self) -> Action<'a> {
-        // SAFETY: as in `timestep`; the array has an element for each actuator.
-        let (values, dtype) = unsafe { (read((*self.raw).action, (*self.raw).nu), (*self.raw).action_dtype) };
+        // SAFETY: as in `timestep`; the array has this length.
+        let (values, dtype) = unsafe { (read((*self.raw).action, (*self.raw).action_count), (*self.raw).action_dtype) };
         let dtype = if dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
         Action { values, dtype }
     }

@@ -678,6 +678,238 @@ fn a_task_sees_the_new_state() {
     }
 }
 
+/// Its reset lets the ball fall until it touches the floor, begins again 5 cm above, and moves a marker.
+struct Falling {
+    place: Own,
+    places: Array<f64>,
+    touched: Carry<1>,
+    impatient: bool,
+}
+
+impl Task for Falling {
+    const ID: &'static str = "Falling-v0";
+    const MODEL: Model = Model::Text(
+        r#"<mujoco><option timestep='0.01'/><worldbody><geom name='floor' type='plane' size='5 5 .1'/>
+           <geom name='marker' pos='0 0 2' size='.1' contype='0' conaffinity='0'/>
+           <body name='ball' pos='0 0 1'><joint name='z' type='slide' axis='0 0 1'/><geom size='.1'/></body>
+           </worldbody></mujoco>"#,
+    );
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        b.current();
+        b.random_state();
+        Ok(Self {
+            place: b.own("geom_pos"),
+            places: b.array("geom_pos"),
+            touched: b.carry(),
+            impatient: b.flag("impatient", false, "wait for a timestep alone"),
+        })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        let marker = &mut start.own(self.place)[3..6];
+        marker[0] = rng.state_uniform(0.0, 1.0);
+        marker[1] += 1.0; // counts the resets
+        start.forward()?;
+        for _ in 0..if self.impatient { 1 } else { 100 } {
+            if start.contact_count() > 0 {
+                break;
+            }
+            start.advance(1)?;
+        }
+        if start.contact_count() == 0 {
+            return Err("the ball never touches the floor".into());
+        }
+        let touched = start.see(|sim| sim.xpos()[1][2]);
+        assert_eq!(touched, 1.0 + start.qpos[0]);
+        start.restart()?;
+        assert_eq!(start.qpos[0], 0.0);
+        start.qpos[0] = touched - 1.0 + 0.05;
+        start.set_time(0.5);
+        start.carried.set(self.touched, [touched]);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("marker", sim.array(self.places)[3..6].iter().copied());
+        observation.put_all("ball", [sim.qpos()[0], sim.xpos()[1][2], sim.time()]);
+        observation.put_all("touched", sim.carried(self.touched));
+        Ok(())
+    }
+
+    fn step(&self, _: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: 0.0, terminated: false })
+    }
+}
+
+#[test]
+fn a_reset_simulates() {
+    register::<Falling>().unwrap();
+    let mut env = env(Falling::ID).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.seed(.., &[1, 2, 3, 1]).unwrap();
+    env.reset(.., &mut batch).unwrap();
+    // numpy.random.RandomState(seed).uniform(0, 1)
+    let drawn = [0.417022004702574, 0.43599490214200376, 0.5507979025745755, 0.417022004702574];
+    for (row, drawn) in drawn.into_iter().enumerate() {
+        let obs = batch.obs(row);
+        assert_eq!(&obs[..3], [drawn, 1.0, 2.0]);
+        assert!((0.05..0.1).contains(&obs[6]), "where it touches: {}", obs[6]);
+        assert_eq!(&obs[3..6], [obs[6] - 1.0 + 0.05, 1.0 + (obs[6] - 1.0 + 0.05), 0.5]);
+    }
+    env.reset(.., &mut batch).unwrap();
+    assert!((0..4).all(|row| batch.obs(row)[1] == 2.0));
+
+    let mut impatient = env_with(Falling::ID, |options| {
+        options.set("impatient", true).unwrap();
+    })
+    .unwrap();
+    let error = impatient.reset(.., &mut batch).unwrap_err();
+    assert!(error.message().contains("Falling-v0: reset: the ball never touches the floor"), "{error}");
+}
+
+/// tests/tasks/follow.cpp written again.
+struct Follow {
+    kp: f64,
+    kd: f64,
+    limit: f64,
+    trunk: usize,
+    marker: usize,
+    joints: [Joint; 2],
+    home: Array<f64>,
+    forces: Array<f64>,
+    places: Array<f64>,
+    target: Carry<2>,
+    torque: Carry<2>,
+    gust: Own,
+    place: Option<Own>,
+}
+
+impl Task for Follow {
+    const ID: &'static str = "tests/RustFollow-v0";
+    const MODEL: Model = Model::Text(include_str!("../../../../../tests/tasks/follow.xml"));
+    const FRAME_SKIP: u32 = 4;
+    const TIME_LIMIT: u64 = 50;
+    const BEFORE_STEP: bool = true;
+    const BEFORE_SUBSTEP: bool = true;
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        b.action(&[-1.0..=1.0, -1.0..=1.0]);
+        let place = b.flag("current", false, "see the new state, and move the marker").then(|| {
+            b.current();
+            b.need("geom_xpos");
+            b.own("geom_pos")
+        });
+        Ok(Self {
+            kp: b.real("kp", 30.0, "N m/rad"),
+            kd: b.real("kd", 1.0, "N m s/rad"),
+            limit: b.real("limit", 40.0, "the greatest height of the trunk, m"),
+            trunk: b.body("trunk"),
+            marker: b.geom("marker"),
+            joints: [b.joint("hip"), b.joint("knee")],
+            home: b.array("key_qpos"),
+            forces: b.array("xfrc_applied"),
+            places: b.array("geom_pos"),
+            target: b.carry(),
+            torque: b.carry(),
+            gust: b.own("xfrc_applied"),
+            place,
+        })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        const HOME: [f64; 9] = [0.0, 0.0, 0.7, 1.0, 0.0, 0.0, 0.0, 0.5, -0.9];
+        for (qpos, home) in start.qpos.iter_mut().zip(HOME) {
+            *qpos = home + rng.uniform(-0.05, 0.05);
+        }
+        Ok(())
+    }
+
+    fn before_step(&self, sim: &Sim, row: &mut Row, control: &mut Control) -> Result {
+        let mut target = row.carried.get(self.target);
+        for (i, target) in target.iter_mut().enumerate() {
+            let wanted = sim.array(self.home)[self.joints[i].qpos] + 0.5 * sim.action().values[i].clamp(-0.8, 0.8);
+            *target += 0.4 * (wanted - *target);
+        }
+        row.carried.set(self.target, target);
+        control.own(self.gust)[6 * self.trunk] = row.rng.uniform(-20.0, 20.0);
+        Ok(())
+    }
+
+    fn before_substep(&self, sim: &Sim, row: &mut Row, control: &mut Control) -> Result {
+        if control.substep() == 3 && sim.qpos()[2] > self.limit {
+            return Err("the trunk flies".into());
+        }
+        control.own(self.gust)[6 * self.trunk + 2] = control.substep() as f64;
+        let (target, mut torque) = (row.carried.get(self.target), row.carried.get(self.torque));
+        for (i, torque) in torque.iter_mut().enumerate() {
+            let joint = self.joints[i];
+            control.set(i, *torque);
+            *torque = self.kp * (target[i] - sim.qpos()[joint.qpos]) - self.kd * sim.qvel()[joint.qvel];
+        }
+        row.carried.set(self.torque, torque);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("qpos", sim.qpos());
+        observation.put_all("qvel", sim.qvel());
+        observation.put_all("ctrl", sim.ctrl());
+        observation.put_all("target", sim.carried(self.target));
+        observation.put_all("sites", sim.xpos()[self.trunk]);
+        observation.put_all("gust", &sim.array(self.forces)[6 * self.trunk..][..6]);
+        if self.place.is_some() {
+            let place = &sim.array(self.places)[3 * self.marker..][..3];
+            observation.put_all("marker", place.iter().copied().chain(sim.geom_xpos()[self.marker]));
+        }
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, row: &mut Row, info: &mut Fields) -> Result<Outcome> {
+        info.put("speed", sim.qvel()[0]);
+        if let Some(place) = self.place {
+            row.own(place)[3 * self.marker] += 0.25;
+        }
+        Ok(Outcome { reward: sim.action().values.iter().sum(), terminated: false })
+    }
+}
+
+#[test]
+fn maps_of_actions_and_own_arrays_equal_those_in_cpp() {
+    register::<Follow>().unwrap();
+    let folder = std::env::var("MJENV_LIB_DIR").unwrap();
+    load_tasks(format!("{folder}/tests/tasks/libfollow.so")).unwrap();
+    for current in [false, true] {
+        let mut envs = [Follow::ID, "tests/Follow-v0"].map(|id| {
+            env_with(id, |options| {
+                options.set("current", current).unwrap();
+            })
+            .unwrap()
+        });
+        let mut batches = [envs[0].batch::<f64>(), envs[1].batch::<f64>()];
+        for (env, batch) in envs.iter_mut().zip(&mut batches) {
+            env.seed(.., &[3; 4]).unwrap();
+            env.reset(.., batch).unwrap();
+        }
+        for step in 0..40 {
+            let action: Vec<f64> = (0..8).map(|i| f64::from((7 * step + 3 * i) % 11) / 5.0 - 1.0).collect();
+            for (env, batch) in envs.iter_mut().zip(&mut batches) {
+                env.step(.., &action, batch).unwrap();
+            }
+            equal::assert_bits("observations", [batches[0].observations(), batches[1].observations()]);
+            equal::assert_bits("reward", [batches[0].reward(), batches[1].reward()]);
+        }
+    }
+    let mut env = env_with(Follow::ID, |options| {
+        options.set("limit", 0.0).unwrap();
+    })
+    .unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
+    let error = env.step(.., &[0.0f64; 8], &mut batch).unwrap_err();
+    assert!(error.message().contains("RustFollow-v0: before_substep: the trunk flies"), "{error}");
+}
+
 /// Draws from the row's stream in reset, and writes what it drew.
 struct Draws {
     wrong: bool,
