@@ -270,9 +270,9 @@ static void test_refused_settings(void** state) {
   s = good, s.samples = -1;
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "samples");
   s = good, s.label = MJENV_LABEL_CONTACTFORCE + 1;
-  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "label", "0..13");
+  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "label", "0 to 13");
   s = good, s.frame = -1;
-  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "frame", "0..7");
+  assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "frame", "0 to 7");
   s = good, s.gl = 9;
   assert_refused(MJENV_E_VALUE, mjenv_renderer_create(env, &s, &renderer), "9");
   s = good, s.gl = MJENV_GL_WGL;

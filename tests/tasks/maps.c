@@ -184,13 +184,6 @@ static void test_action_space(void** state) {
   mjenv_destroy(env);
 }
 
-static void* image_of(mjenv_env* env, int64_t row, int64_t* size) {
-  assert_ok(mjenv_snapshot(env, row, NULL, 0, size));
-  void* image = allocate((size_t)*size);
-  assert_ok(mjenv_snapshot(env, row, image, *size, size));
-  return image;
-}
-
 // The row that fails keeps state, carried numbers, own arrays and stream; the others are stepped.
 static void failing(const char* how, mjenv_status status, const char* word) {
   for (int64_t lanes = -1; lanes <= 0; ++lanes) {

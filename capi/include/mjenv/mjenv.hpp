@@ -239,7 +239,7 @@ class Env {
 
   // How lanes compute each stage of a step of the model: a line for each, as mjenv_lane_stages_of writes it.
   std::string lane_stages() {
-    const char* text = mjenv_lane_stages_of(handle());
+    const char *text = mjenv_lane_stages_of(handle());
     if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_last_error());
     return text;
   }

@@ -583,8 +583,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Copies the reason of the last call that failed with this handle, on any thread, into text[capacity], with a NUL."]
-    #[doc = " size receives the bytes that all of it needs, also with text NULL and capacity 0. Of a create, it is with the"]
-    #[doc = " options or env."]
+    #[doc = " size receives the bytes that all of it needs, also with text NULL and capacity 0. If a function that creates a handle"]
+    #[doc = " fails, the reason is with the options or env that it was given."]
     pub fn mjenv_error_of(
         handle: *const ::std::os::raw::c_void,
         text: *mut ::std::os::raw::c_char,
