@@ -130,7 +130,7 @@ void Renderer::draw_segmentation(std::int32_t* objects) {
   object_of_.assign(static_cast<std::size_t>(scene.ngeom) + 1, {-1, -1});
   for (int i = 0; i < scene.ngeom; ++i) {
     const mjvGeom& geom = scene.geoms[i];
-    const auto number = static_cast<std::size_t>(geom.segid + 1);
+    const auto number = static_cast<std::size_t>(geom.segid) + 1;
     if (geom.segid >= 0 && number < object_of_.size()) object_of_[number] = {geom.objid, geom.objtype};
   }
   for (std::size_t i = 0; i < pixels(); ++i) {

@@ -142,15 +142,15 @@ void fwdVelocity(Lanes& d) {
 class Actuation {
  public:
   Actuation(const Lanes& d, int id)
-      : m_(*d.model),
-        id_(id),
-        state_(id - (m_.nu - m_.na)),
-        length_(vectors(d.actuator_length)[id]),
+      : length_(vectors(d.actuator_length)[id]),
         velocity_(vectors(d.actuator_velocity)[id]),
+        acc0_(vectors(d.actuator_acc0)[id]),
+        ctrl_(vectors(d.ctrl)[id]),
+        m_(*d.model),
         gainprm_(vectors(d.actuator_gainprm) + mjNGAIN * id),
         biasprm_(vectors(d.actuator_biasprm) + mjNBIAS * id),
-        acc0_(vectors(d.actuator_acc0)[id]),
-        ctrl_(vectors(d.ctrl)[id]) {
+        id_(id),
+        state_(id - (m_.nu - m_.na)) {
     if (m_.actuator_ctrllimited[id] && !(m_.opt.disableflags & mjDSBL_CLAMPCTRL))
       ctrl_ = clip(ctrl_, m_.actuator_ctrlrange + 2 * id);
     if (has_state()) act_ = vectors(d.act)[state_];
@@ -175,12 +175,11 @@ class Actuation {
   }
 
  private:
-  const mjModel& m_;
-  const int id_, state_;
-  const V length_, velocity_;
-  const V *const gainprm_, *const biasprm_;
-  const V acc0_;
+  const V length_, velocity_, acc0_;
   V ctrl_, act_{};
+  const mjModel& m_;
+  const V *const gainprm_, *const biasprm_;
+  const int id_, state_;
 
   V affine(const V* prm) const { return prm[0] + prm[1] * length_ + prm[2] * velocity_; }
 
