@@ -146,6 +146,8 @@ bool draws_with(std::string_view back_end);
 
 // ---- Shared libraries ----
 
+// How the file names of plug-ins end: ".so" or ".dll".
+extern const char* const plugin_suffix;
 // Opens a library by its path, or by a file name that the system looks up. Null if that fails; `reason` then says why.
 // Refuses a truncated file, for which some systems would end the process.
 void* open_library(const char* file, std::string& reason);

@@ -69,11 +69,7 @@ std::atomic<const List*> latest{&first_list};
 // dm_control's suite, whose ids begin with this, is a plug-in beside this library. It is loaded when one of them is asked
 // for, so that programs that use none neither load nor hold it.
 constexpr std::string_view kSuite = "dm_control/";
-#ifdef _WIN32
-constexpr const char* kSuiteFile = "libmjenv-suite.dll";
-#else
-constexpr const char* kSuiteFile = "libmjenv-suite.so";
-#endif
+constexpr const char* kSuiteFile = "libmjenv-suite";
 
 bool is_before(const Id* a, const std::string& name) { return a->name < name; }
 
@@ -86,7 +82,7 @@ const Id* find(const List& list, const std::string& name) {
 // Loads the suite's plug-in; returns why that failed, or "".
 std::string load_suite() {
   try {
-    load_tasks(folder_of(&built_in) + kSuiteFile);
+    load_tasks(folder_of(&built_in) + kSuiteFile + platform::plugin_suffix);
     return "";
   } catch (const Error& error) {
     return error.what();

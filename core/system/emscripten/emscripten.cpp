@@ -100,6 +100,8 @@ bool draws_with(std::string_view) { return false; }
 
 // ---- Shared libraries ----
 
+const char* const plugin_suffix = ".so";
+
 void* open_library(const char* file, std::string& reason) {
   reason = std::string(file) + ": WebAssembly has no shared libraries; compile the tasks in";
   return nullptr;

@@ -142,6 +142,8 @@ std::string home_folder() {
 
 // ---- Shared libraries ----
 
+const char* const plugin_suffix = ".so";
+
 namespace {
 
 // Why dlopen must not open the file; "" if it may. dlopen would wait for a pipe until somebody writes to it.

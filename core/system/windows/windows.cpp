@@ -381,6 +381,8 @@ bool draws_with(std::string_view back_end) { return back_end == "wgl"; }
 
 // ---- Shared libraries ----
 
+const char* const plugin_suffix = ".dll";
+
 namespace {
 
 HMODULE module_of(void* library) { return static_cast<HMODULE>(library); }
