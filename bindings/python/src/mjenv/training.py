@@ -71,7 +71,7 @@ class Settings:
 
     @classmethod
     def of(cls, id: str) -> Settings:
-        """Tuned settings for the robots of Gymnasium's v5; for other ids those that serve most tasks of movement."""
+        """Tuned settings for the robots of Gymnasium's v5; for all other ids one set of defaults."""
         struct = defaults_of(id)
         values: dict[str, Any] = {name: getattr(struct, name) for name in _NUMBERS}
         values.update((name, bool(getattr(struct, name))) for name in _FLAGS)
@@ -320,9 +320,9 @@ def train(
     settings: a Settings, or some of its values. stages: parts of the training, whose options are added to `options`;
     their steps replace `steps`. out: a folder, which receives policy.txt, curve.csv, curve.svg and a checkpoint now
     and then, and at the end, also when Ctrl-C or an error ends the training: then policy.txt is the best policy so far.
-    resume: continue from the checkpoint in `out`, with its settings and seed. callback: called with the Training after
-    each `every` updates; it may change its settings, options and environments, or stop it. view: show the environments
-    in a browser. options: those of make_vec.
+    resume: continue from the checkpoint in `out`, with its settings and seed; a NumPy task begins new episodes.
+    callback: called with the Training after each `every` updates; it may change its settings, options and
+    environments, or stop it. view: show the environments in a browser. options: those of make_vec.
     """
     envs = id if isinstance(id, VectorEnv) else None
     if envs is not None and (options or stages):
