@@ -455,7 +455,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     @property
     def envs(self) -> tuple[Row, ...]:
-        """The rows one by one, as far as a row is an environment: its data, set_state and the like."""
+        """The rows as objects. Each has what belongs to a single row: data, model, set_state and the like."""
         return tuple(Row(self, self._pool, row) for row in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
