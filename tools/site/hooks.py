@@ -31,6 +31,7 @@ DOCUMENTS = {
     "README.md": "index.md",
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
+    "benchmarks/results/notes.md": "notes.md",
     "benchmarks/results/steps.md": "measurements.md",
     "SECURITY.md": "security.md",
     "THIRD_PARTY_NOTICES.md": "third-party.md",

@@ -24,8 +24,9 @@ class PixelVectorEnv(VectorEnv):
     height, width], the oldest picture first. After a reset all of them are the first one.
 
     A step repeats its actions action_repeat times, in each row until its episode ends, and adds up the rewards.
-    infos["state"] has what a VectorEnv of the same id observes. send, recv and rollout are those of VectorEnv, without
-    pictures; after them, and after restore or copy_row, observe() begins with the pictures anew.
+    infos["state"] has what a VectorEnv of the same id observes. send, recv and rollout are those of VectorEnv and
+    return no pictures. After them, and after restore or copy_row, call observe(): it replaces the rows' pictures by
+    those of their present states.
     """
 
     def __init__(
@@ -110,7 +111,7 @@ class PixelVectorEnv(VectorEnv):
         return self._pictures(), rewards, ended[0], ended[1], infos
 
     def observe(self) -> Frames:
-        """The pictures of the rows as they are, which are then all that a row remembers."""
+        """The pictures of the rows' present states. They replace the pictures that the rows remembered."""
         self._fill(np.arange(self.num_envs))
         return self._pictures()
 

@@ -140,7 +140,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         engine: str | None = None,
         **options: Any,
     ) -> None:
-        """Takes the arguments of make. max_episode_steps=None means the id's own limit, -1 no limit."""
+        """Takes the arguments of make. max_episode_steps: None means the id's own limit, -1 no limit."""
         library = ENGINES.get(engine)
         self.default_camera_config: dict[str, Any] | None = camera_config_of(library, id, options)
         groups = {name: options.pop(name) for name in GROUPS if name in options}
@@ -245,13 +245,13 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     # ---- randomisation ----
 
     def randomize(self, draws: Draws | None) -> None:
-        """Replaces what resets draw, the keyword randomize of make; None for nothing."""
+        """Replaces what resets draw. Takes the values of make's keyword randomize; None: resets draw nothing."""
         self._rows.randomize(draws)
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
         """The parameters from which resets draw an array: (n,), low and high of "uniform".
 
-        number: which of the array's items in randomize.
+        number: the index of the item, if randomize has a list of items for the array.
         """
         parameters: Float64Array = self._rows.draw_range(array, number)[0]
         return parameters
@@ -263,7 +263,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     def perturb(
         self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
     ) -> None:
-        """Replaces noise, delays and pushes, the keywords of make, from the next reset on."""
+        """Replaces noise, delays and pushes from the next reset on. Takes the values of make's keywords."""
         self._rows.perturb(noise, delay, push)
         self._prepare()
 
@@ -275,8 +275,8 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         return self._rows.snapshot(0)
 
     def restore(self, image: bytes) -> None:
-        """Continues from an image, bit for bit. The image must come from the same id and options, and may come from
-        another process. Raises SnapshotError if the image is damaged or another environment's."""
+        """Continues from an image, bit for bit. The image must come from an environment with the same id and options,
+        also in another process. Raises SnapshotError if the image is damaged or another environment's."""
         self._rows.restore(0, image_of(image))
         self._seed = _UNKNOWN_SEED
         self._take_stream()

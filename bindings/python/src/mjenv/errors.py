@@ -72,7 +72,7 @@ class NoAsyncCallError(Error, gymnasium.error.NoAsyncCallError):
 
 
 class ForkedError(Error, RuntimeError):
-    """The environment's threads did not follow into this process: it was made before a fork."""
+    """The environment was made before a fork, and its threads do not exist in this process."""
 
 
 class BusyError(Error, RuntimeError):

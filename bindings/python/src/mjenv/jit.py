@@ -10,7 +10,7 @@ mjenv/task.h:
             for i in range(sim.nq):
                 observation[i] = qpos[i]
 
-self[i] is number i of those that build returned. The others are the arguments that task.h describes: structs whose
+self[i] is number i of those that build returned. The other arguments are those that task.h describes: structs, whose
 pointers jit.array turns into arrays, or arrays, which take an index. jit.shared(sim, i, count) is the array of which
 model.array_index returned i, and jit.own(outcome, i, count) array i of the class's `own`.
 
@@ -126,7 +126,8 @@ contact_count = _simulate("contact_count", types.int64)
 
 @intrinsic  # type: ignore[misc]
 def fail(context: Any, struct: Any, message: Any) -> Any:
-    """Keeps the reason of a failure, a literal text, and returns what the callback then returns. struct: sim, start."""
+    """Keeps the reason of a failure, which must be a literal text. The callback has to return what fail returns.
+    struct: sim, start."""
     if not isinstance(message, types.StringLiteral):
         raise numba.errors.RequireLiteralValue("the reason of jit.fail is a literal text")
     kind = _task_abi.mjenv_start if "qpos0" in struct.fields and "nbody" not in struct.fields else _task_abi.mjenv_sim

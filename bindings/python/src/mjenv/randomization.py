@@ -24,11 +24,11 @@ class Value:
     """Resets draw the values of an array.
 
     low, high: the bounds of uniform, log_uniform and truncated_normal. mean, std: of normal and truncated_normal.
-    choices: the values that are drawn from, which makes the distribution a choice.
-    body, geom, joint, actuator, site, tendon: names or numbers of the objects whose elements are drawn; elements:
-    numbers of elements of the flattened array; without them, all. columns: the columns of the array that are drawn;
-    geom_friction has the sliding friction in column 0. shared: one draw for all elements instead of one each.
-    set_constants: after all draws mj_setConst computes anew what MuJoCo derives from masses and sizes.
+    choices: the values to choose from; the distribution is then a choice. body, geom, joint, actuator, site, tendon:
+    names or numbers of the objects whose elements are drawn. elements: numbers of elements of the flattened array.
+    Without any of these, all elements are drawn. columns: the columns of the array that are drawn; geom_friction has
+    the sliding friction in column 0. shared: one draw for all elements instead of one each. set_constants: after all
+    draws mj_setConst computes anew what MuJoCo derives from masses and sizes.
     """
 
     low: float | None = None
@@ -66,12 +66,12 @@ class Offset(Value):
 
 @dataclass(frozen=True)
 class Same:
-    """Takes for another array what the item before it in randomize draws.
+    """Gives another array the draws of the item before it in randomize.
 
-    Element i takes draw i, or the one that is shared, times factor, as a value, scale or offset, as the item before
-    does. An actuator's kp is drawn for gainprm, and taken for biasprm:
-    {"actuator_gainprm": Value(20, 40, columns=0), "actuator_biasprm": Same(factor=-1, columns=1)}. body, geom, joint,
-    actuator, site, tendon, elements, columns and set_constants are those of Value.
+    Element i takes draw i, or the shared draw, times factor. The draw is a value, a scale or an offset, as in the item
+    before. An actuator's kp is drawn for gainprm, and taken for biasprm: {"actuator_gainprm": Value(20, 40, columns=0),
+    "actuator_biasprm": Same(factor=-1, columns=1)}. body, geom, joint, actuator, site, tendon, elements, columns and
+    set_constants are those of Value.
     """
 
     factor: float = 1.0
@@ -98,8 +98,8 @@ class Noise:
 
 @dataclass(frozen=True)
 class Delay:
-    """How many steps actions and observations are late. Until the first one arrives, there are zeros, or for actions
-    first_action: one number for all actuators, or one for each.
+    """By how many steps actions and observations are late. Until the first one arrives, zeros take its place, or
+    first_action in place of actions: one number for all actuators, or one for each.
 
     A pair such as (0, 2) is a range with both ends, from which the delay is drawn: at each reset, or with
     redraw="step" anew for each step.

@@ -33,7 +33,8 @@ VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_ste
 
 def engines(usable: bool = True) -> tuple[str, ...]:
     """The names of the engines that can be used here, each the version of MuJoCo that it computes with: "2.2.2", and
-    "4.0" where MuJoCo 4.0 is installed. Loads them. usable=False: also those that lack something."""
+    "4.0" where MuJoCo 4.0 is installed. Loads them. usable=False: also those that cannot be used here, because a
+    library is missing for example."""
     return tuple(name for name in ENGINES.names() if not usable or _is_usable(name))
 
 
@@ -61,19 +62,20 @@ def version(engine: str | None = None) -> str:
 
 
 def ids(engine: str | None = None) -> tuple[str, ...]:
-    """The environment ids, sorted: the built-in robots and the loaded tasks. "Model-v0" is not listed: it steps a model
-    alone, which the option xml_file or xml_string chooses, and observes qpos and qvel."""
+    """The environment ids, sorted: the built-in robots and the loaded tasks. "Model-v0" is not listed. It steps the
+    model that the option xml_file or xml_string chooses, without a task; its observation is qpos and qvel."""
     return _handle.ids(ENGINES.get(engine))
 
 
 def options(id: str, engine: str | None = None) -> dict[str, Option]:
-    """The constructor options of an id by name, in Gymnasium's order, then those of mjenv itself."""
+    """The constructor options of an id by name: first Gymnasium's, in its order, then those that only mjenv has."""
     schema = _handle.Options(ENGINES.get(engine), _own(id)).schema()
     return schema | {name: replace(schema[name], vector_default=value) for name, value in VECTOR_DEFAULTS.items()}
 
 
 def spec(id: str, engine: str | None = None) -> EnvSpec:
-    """What gymnasium.spec(id) says; the entry points are this package's. If an engine is given, the spec chooses it."""
+    """The EnvSpec of gymnasium.spec(id), with this package's entry points. If an engine is given, environments made
+    from the spec use it."""
     id = _own(id)
     found = _handle.spec_of(ENGINES.get(engine), id)
     return EnvSpec(
@@ -102,9 +104,10 @@ def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
     """Loads a plug-in, a shared object with tasks of your own. Its ids then work like the built-in ones, on every
     engine: in make, make_vec and the other functions, and as "mjenv/ID" in Gymnasium's.
 
-    Tasks stay loaded until the process ends, and loading a plug-in again does nothing. A process that is started, and
-    not forked, loads it again: call this there too, or list plug-ins in the environment variable MJENV_TASKS, separated
-    by ":". path=None loads those and raises the error if one of them cannot be loaded.
+    Tasks stay loaded until the process ends, and loading a plug-in again does nothing. A child process that was not
+    forked does not have the tasks: call this function there, too, or list the plug-ins in the environment variable
+    MJENV_TASKS, separated by ":". path=None loads the plug-ins in this variable, and raises an error if one of them
+    cannot be loaded.
     """
     if path is None:
         file = None
@@ -131,10 +134,10 @@ def _own(id: Any) -> str:
 
 
 def register(id: str, task: type[Task]) -> None:
-    """Gives a task an id, "Reach-v0" for example, which mjenv's functions know then for the rest of the process, on
-    every engine, and Gymnasium's as "mjenv/Reach-v0".
+    """Gives a task an id, "Reach-v0" for example. From then on until the process ends, mjenv's functions know the id on
+    every engine, and Gymnasium's functions know it as "mjenv/Reach-v0".
 
-    A process that was started, and not forked, has to import the module that calls this.
+    A child process that was not forked has to import the module that calls this function.
     """
     if not isinstance(task, type) or not issubclass(task, Task):
         raise OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)

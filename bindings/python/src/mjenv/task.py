@@ -134,10 +134,11 @@ class Task:
         raise NotImplementedError
 
     def reset_row(self, start: Start) -> dict[str, Any]:
-        """NumPy, in place of reset, for a task that is `current`: draws the initial state of one row, in whose
-        simulation it can look and advance. Returns the row's state: a dict with the shape of each of its names.
+        """NumPy, in place of reset, for a task that is `current`: draws the initial state of one row, whose simulation
+        it can read and advance. Returns the row's part of the task's state: a dict with an array of each name's shape.
 
-        Loops that wait for something must be bounded, and raise when they give up: the row then stays as it was.
+        A loop that waits for something must be bounded, and raise an exception when it gives up; the row then stays as
+        it was.
         """
         raise NotImplementedError
 
@@ -155,7 +156,8 @@ class Task:
         """Returns the rewards (rows,), which rows have terminated, bool (rows,), and the infos: a dict of arrays
         (rows, ...). Called after the simulation has advanced. action: (rows, nu).
 
-        With autoreset_mode "next_step", rows that are about to be reset take part, but what they give is not used.
+        With autoreset_mode "next_step", the arrays also have the rows that this step resets, but their results are not
+        used.
         """
         raise NotImplementedError
 
@@ -219,10 +221,11 @@ class Sim:
 class Start:
     """The initial state of one row, which reset_row changes. It is valid until reset_row returns.
 
-    qpos, qvel and act equal the model's qpos0 and 0 before. They are the state of the simulation, whose arrays are
-    attributes of sim, with MuJoCo's names and shapes: `start.sim.site_xpos[3]`; those are up to date at the beginning
-    and after forward, advance and restart. own: the row's own arrays of the model, by the names in `own`, which keep
-    what older resets and steps have written. rng and random_state draw from the row's streams, one number at a time.
+    At the beginning, qpos equals the model's qpos0, and qvel and act are 0. They are the state of the simulation. Its
+    other arrays are attributes of sim, with MuJoCo's names and shapes: `start.sim.site_xpos[3]`. They are up to date at
+    the beginning and after forward, advance and restart. own: the row's own arrays of the model, by the names in `own`,
+    which keep what older resets and steps have written. rng and random_state draw from the row's streams, one number at
+    a time.
     """
 
     qpos: Float64Array
@@ -251,17 +254,17 @@ class Start:
         self._simulate(lambda: self._api.forward(self._raw))
 
     def advance(self, count: int) -> None:
-        """Simulates timesteps. With the integrator Euler, the first goes on from what was last computed (mj_step2),
-        even if qpos was written since. Then computes the stages of mj_step1."""
+        """Simulates timesteps, and then computes the stages of mj_step1. With the integrator Euler, the first timestep
+        uses the arrays that were computed last (mj_step2), even if qpos was written since."""
         self._simulate(lambda: self._api.advance(self._raw, count))
 
     def restart(self) -> None:
-        """Begins again: mj_resetData, which own arrays survive, then forward."""
+        """Begins again: calls mj_resetData and forward. The row's own arrays keep their values."""
         self._simulate(lambda: self._api.restart(self._raw))
 
     @property
     def contact_count(self) -> int:
-        """How many contacts the last of these has found."""
+        """The number of contacts that the last forward, advance or restart has found."""
         return int(self.opened()._api.contact_count(self._raw))
 
     @property

@@ -38,7 +38,8 @@ _ACTIVATIONS = {"tanh": Activation.TANH, "relu": Activation.RELU, "elu": Activat
 
 @dataclass(frozen=True)
 class Settings:
-    """How a learner learns: PPO's settings, as learn.h describes them. Settings.of(id) has those that suit an id."""
+    """How a learner learns: PPO's settings, as learn.h describes them. Settings.of(id) returns those that an id has by
+    default."""
 
     steps: int  # of all rows together
     rows: int
@@ -71,7 +72,7 @@ class Settings:
 
     @classmethod
     def of(cls, id: str) -> Settings:
-        """Tuned settings for the robots of Gymnasium's v5; for other ids those that serve most tasks of movement."""
+        """Tuned settings for the robots of Gymnasium's v5; for all other ids one set of defaults."""
         struct = defaults_of(id)
         values: dict[str, Any] = {name: getattr(struct, name) for name in _NUMBERS}
         values.update((name, bool(getattr(struct, name))) for name in _FLAGS)
@@ -218,7 +219,8 @@ class Training:
         return self.curve[-1]
 
     def set(self, **values: Any) -> None:
-        """Changes settings from the next rollout on; the networks and the number of rows cannot change."""
+        """Changes settings from the next rollout on. The settings of the networks and the number of rows cannot
+        change."""
         settings = self.settings.with_values(values)
         struct, kept = settings.struct(self.id, self.seed, self.threads)
         self._learner.set(struct)
@@ -245,15 +247,15 @@ class Training:
         self.stopped = True
 
     def policy(self, *, best: bool = False) -> Policy:
-        """The deterministic policy of the last update; best: of the rollout with the greatest mean return."""
+        """The deterministic policy of the last update. best: that of the rollout with the greatest mean return."""
         return Policy.parse(self._learner.policy(Learned.BEST if best else Learned.LAST))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Saves a checkpoint, with the image of all rows unless Python steps them."""
+        """Saves a checkpoint. It contains the image of all rows, unless Python steps them."""
         self._learner.save(path)
 
     def load(self, path: str | os.PathLike[str]) -> None:
-        """Continues from a checkpoint. Where Python steps the rows, new episodes begin."""
+        """Continues from a checkpoint. If Python steps the rows, new episodes begin."""
         self._learner.load(path)
         if self._here:
             self._learner.restart(self._first(self.envs))
@@ -315,14 +317,14 @@ def train(
 ) -> Training:
     """Trains a policy by PPO in the library's own learner, and returns the Training, with its curve and policy.
 
-    id: one of ids(), or a VectorEnv whose autoreset_mode is SAME_STEP. steps: of all rows together; the default is the
-    id's. seconds: stop after so many of them. threads: of the environments and the networks; they change no bit.
+    id: one of ids(), or a VectorEnv whose autoreset_mode is SAME_STEP. steps: of all rows together; the default depends
+    on the id. seconds: stop after so many seconds. threads: of the environments and the networks; they change no bit.
     settings: a Settings, or some of its values. stages: parts of the training, whose options are added to `options`;
-    their steps replace `steps`. out: a folder, which receives policy.txt, curve.csv, curve.svg and a checkpoint now
-    and then, and at the end, also when Ctrl-C or an error ends the training: then policy.txt is the best policy so far.
-    resume: continue from the checkpoint in `out`, with its settings and seed. callback: called with the Training after
-    each `every` updates; it may change its settings, options and environments, or stop it. view: show the environments
-    in a browser. options: those of make_vec.
+    their steps replace `steps`. out: a folder. It receives policy.txt, curve.csv, curve.svg and a checkpoint from time
+    to time and at the end. If Ctrl-C or an error ends the training, policy.txt is the best policy so far. resume:
+    continue from the checkpoint in `out`, with its settings and seed; a NumPy task begins new episodes. callback:
+    called with the Training after each `every` updates; it may change its settings, options and environments, or stop
+    it. view: show the environments in a browser. options: those of make_vec.
     """
     envs = id if isinstance(id, VectorEnv) else None
     if envs is not None and (options or stages):

@@ -58,12 +58,12 @@ def make_vec(
 ) -> VectorEnv:
     """Builds num_envs environments that equal gymnasium.make_vec(id, num_envs, vectorization_mode="sync").
 
-    id: one of ids(), or an EnvSpec, whose num_envs and vector_kwargs then hold as in gymnasium.make_vec.
-    num_threads: 0 for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to
-    nearest). copy=False: observations are views of an array that the next call overwrites. max_episode_steps,
-    disable_env_checker, options: as in make, engine="4.0" and randomize too; arrays="xpos sensordata" exports these
-    arrays of mjData with each step. pixels=(height, width): observations are pictures, of the camera `camera`, after
-    action_repeat repetitions of the actions, the last frame_stack of them (PixelVectorEnv).
+    id: one of ids(), or an EnvSpec, whose num_envs and vector_kwargs then hold as in gymnasium.make_vec. num_threads: 0
+    for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to nearest). copy=False:
+    observations are views of an array that the next call overwrites. max_episode_steps, disable_env_checker, options:
+    as in make, engine="4.0" and randomize too; arrays="xpos sensordata" exports these arrays of mjData with each step.
+    pixels=(height, width): observations are the last frame_stack pictures of the camera `camera`; a step repeats its
+    actions action_repeat times (PixelVectorEnv).
     """
     asked = spec_asked(id, options.get("engine"))
     given = copying.deepcopy(asked.kwargs)
@@ -212,8 +212,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         count as float64. Returns observations, rewards float64[num_envs], terminations and truncations
         bool[num_envs], and the infos: copies, but for the observations of an environment made with copy=False.
 
-        If some rows failed, the others were stepped all the same, and the exception's attribute `results` has all that;
-        `statuses` tells which rows failed, and their rewards are 0. `results` is None if no row was stepped.
+        If some rows fail, the others are stepped all the same, and an exception is raised, whose attribute `results`
+        has what step would have returned. `statuses` tells which rows failed; their rewards are 0. `results` is None if
+        no row was stepped.
         """
         results = self._stepper.step(actions)
         if self._in_windows:
@@ -248,8 +249,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def recv(self, least: int | None = None) -> tuple[NDArray[np.int64], Any, Float64Array, BoolArray, BoolArray, Info]:
         """Waits until at least `least` of the rows that were sent are done, None for all, and returns all that are.
 
-        Returns their numbers, ascending, and then copies of what step returns, for these rows alone. If some of them
-        failed, raises an exception whose attribute `results` has all that; `statuses` tells which rows failed.
+        Returns the numbers of these rows, ascending, and then copies of what step returns, for these rows alone. If
+        some of them failed, raises an exception whose attribute `results` has what recv would have returned; `statuses`
+        tells which rows failed.
         """
         wanted = None if least is None else min(operator.index(least), 2**63)
         if wanted is not None and wanted < 0:
@@ -337,7 +339,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
             pool.rows.set_state(row, *state)
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
-        """Makes the rows where mask is True equal to the row `source`: state, random stream, step count."""
+        """Copies the row `source` over the rows where mask is True: state, random stream, step count."""
         row, chosen = self._pool.row(source), bool_mask(mask, self.num_envs, "mask")
         self._pool.check_settled()
         self._pool.rows.copy_row(row, chosen)
@@ -350,10 +352,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         return self._pool.rows.snapshot(ALL_ROWS if row is None else self._pool.row(row))
 
     def restore(self, image: bytes, row: int | None = None) -> None:
-        """Continues a row from the image of a row, or all rows from an image of all, bit for bit.
+        """Continues one row from an image of one row, or all rows from an image of all rows, bit for bit.
 
-        The image must come from the same id and options. It may come from another process and another number of
-        threads. Raises SnapshotError if the image is damaged or another environment's.
+        The image must come from an environment with the same id and options, also in another process or with another
+        number of threads. Raises SnapshotError if the image is damaged or another environment's.
         """
         number = ALL_ROWS if row is None else self._pool.row(row)
         self._pool.check_settled()
@@ -391,8 +393,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def data(self) -> RowArrays:
         """The rows' mjData: ``envs.data.xfrc_applied[:, body, :3] = forces``. What MuJoCo computes is read-only.
 
-        Each access of an array reads (num_envs, ...) of all rows, which may compute them again: to read arrays in every
-        step, export them (the option arrays).
+        Each access of an array reads (num_envs, ...) of all rows, for which the library may have to compute the array
+        again. To read arrays in every step, export them with the option arrays.
         """
         return RowArrays(self._pool.rows, Role.DATA, self._changed)
 
@@ -419,21 +421,21 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         return self._pool.rows.compute_reward(achieved_goal, desired_goal, info)
 
     def randomize(self, draws: Draws | None) -> None:
-        """Replaces what resets draw, the keyword randomize of make_vec; None for nothing."""
+        """Replaces what resets draw. Takes the values of make_vec's keyword randomize; None: resets draw nothing."""
         self._pool.check_settled()
         self._pool.rows.randomize(draws)
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
         """The parameters from which resets draw an array in each row: (num_envs, n), low and high of "uniform".
 
-        number: which of the array's items in randomize.
+        number: the index of the item, if randomize has a list of items for the array.
         """
         return self._pool.rows.draw_range(array, number)
 
     def set_draw_range(self, array: str, parameters: ArrayLike, mask: BoolArray | None = None, number: int = 0) -> None:
         """Replaces these parameters from the next reset on, for a curriculum: (n,), or (num_envs, n).
 
-        mask: the rows, None for all. A later call of randomize gives all rows those of its draws.
+        mask: the rows, None for all. A later call of randomize replaces the parameters of all rows again.
         """
         chosen = None if mask is None else bool_mask(mask, self.num_envs, "mask")
         self._pool.check_settled()
@@ -442,7 +444,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def perturb(
         self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
     ) -> None:
-        """Replaces noise, delays and pushes, the keywords of make_vec, from each row's next reset on."""
+        """Replaces noise, delays and pushes from each row's next reset on. Takes the values of make_vec's keywords."""
         self._pool.check_settled()
         self._pool.rows.perturb(noise, delay, push)
 
@@ -453,7 +455,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     @property
     def envs(self) -> tuple[Row, ...]:
-        """The rows one by one, as far as a row is an environment: its data, set_state and the like."""
+        """The rows as objects. Each has what belongs to a single row: data, model, set_state and the like."""
         return tuple(Row(self, self._pool, row) for row in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
