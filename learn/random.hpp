@@ -1,4 +1,5 @@
-// Random numbers that are the same on every machine: no function of the C library takes part but sqrt, which is exact.
+// Random numbers that are the same on every machine: the only function of the C library that could round is sqrt, which
+// always rounds correctly.
 #pragma once
 
 #include <cmath>
@@ -36,10 +37,10 @@ class Random {
   // Uniform in [0, 1).
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-  // Uniform in 0 .. below - 1.
+  // An integer from 0 to below - 1, all equally likely.
   std::uint32_t below(std::uint32_t below) { return static_cast<std::uint32_t>(((bits() >> 32) * below) >> 32); }
 
-  // Standard normal, by Marsaglia's polar method, which gives two at a time.
+  // A standard normal number, by Marsaglia's polar method, which computes two at a time.
   double normal() {
     if (has_kept_ != 0) {
       has_kept_ = 0;
